@@ -1,0 +1,16 @@
+//! trackfail: a benchmark of detectors that tell when a visual object tracker has lost its target.
+//!
+//! The modules in the order in which data flow through them; each uses only those above it, plugins
+//! (trackers, signals, detectors) are one file and two lines in their module's list.
+//!
+//! | module | from | to |
+//! |---|---|---|
+//!
+//! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
+//! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
+
+#![warn(missing_docs)]
+
+pub mod num;
+pub mod plugin;
+pub mod region;

@@ -1,0 +1,99 @@
+//! What every list of plugins shares: an entry per kind, parameters that are checked once, and errors
+//! that know which part of the experiment file they are about.
+
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+
+/// Raw parameters on their way in: a TOML value that still knows its place in the file.
+pub type RawParams<'i> = toml::de::ValueDeserializer<'i>;
+
+/// Parameters that are refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{message}")]
+pub struct ParamError {
+    /// What is wrong and what would be right, for people.
+    pub message: String,
+    /// The parameter it is about, where one is to blame.
+    pub key: Option<&'static str>,
+    /// Byte range in the text that was read, where the reader knows it.
+    pub span: Option<Range<usize>>,
+}
+
+impl ParamError {
+    /// A value out of its range; `rule` says what holds for good ones.
+    pub fn out_of_range(key: &'static str, rule: &str, got: impl std::fmt::Display) -> Self {
+        Self { message: format!("`{key}` must be {rule}, not {got}"), key: Some(key), span: None }
+    }
+}
+
+/// Reads a plugin's parameters; unknown keys and wrong types are errors with their place.
+///
+/// # Errors
+/// What serde says, with the byte range in the text.
+pub fn read_params<P: DeserializeOwned>(raw: RawParams<'_>) -> Result<P, ParamError> {
+    P::deserialize(raw).map_err(|e| ParamError {
+        message: e.message().to_string(),
+        key: None,
+        span: e.span(),
+    })
+}
+
+/// Checked parameters, with defaults filled in, as they enter keys and manifests.
+pub fn show_params<P: serde::Serialize>(params: &P) -> serde_json::Value {
+    serde_json::to_value(params).unwrap_or(serde_json::Value::Null)
+}
+
+/// One line of a plugin list.
+pub struct Entry<T: ?Sized + 'static> {
+    /// The word an experiment file uses.
+    pub kind: &'static str,
+    /// Raised whenever the plugin's output changes for any input.
+    pub version: u32,
+    /// One line for `trackfail list`.
+    pub summary: &'static str,
+    /// Smallest complete parameters as an inline TOML table, for tests and help.
+    pub example: &'static str,
+    /// Checks parameters and makes the plugin; afterwards it cannot fail for its parameters.
+    pub build: fn(RawParams<'_>) -> Result<Box<T>, ParamError>,
+    /// JSON Schema of the parameters.
+    pub schema: fn() -> schemars::Schema,
+}
+
+impl<T: ?Sized> Entry<T> {
+    /// Builds from an inline TOML table such as `{ below = 0.039 }`.
+    ///
+    /// # Errors
+    /// As `build`, and for text that is no TOML value.
+    pub fn build_from_text(&self, text: &str) -> Result<Box<T>, ParamError> {
+        let raw = RawParams::parse(text).map_err(|e| ParamError {
+            message: e.message().to_string(),
+            key: None,
+            span: e.span(),
+        })?;
+        (self.build)(raw)
+    }
+}
+
+/// The entry of a kind, if the list has one.
+pub fn find<T: ?Sized>(list: &'static [Entry<T>], kind: &str) -> Option<&'static Entry<T>> {
+    list.iter().find(|e| e.kind == kind)
+}
+
+/// The word of `known` that is nearest to `word`, when it is near enough to be meant.
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|k| (strsim::damerau_levenshtein(&word.to_lowercase(), &k.to_lowercase()), k))
+        .filter(|(d, k)| *d <= 2.max(k.chars().count() / 3))
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, k)| k)
+}
+
+/// `unknown signal `x`, did you mean `y`?`, or the list of what there is.
+pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("unknown {what} `{word}`; did you mean `{near}`?"),
+        None => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
+    }
+}

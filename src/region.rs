@@ -1,0 +1,275 @@
+//! Where a target is: rectangles and convex polygons, and how much two of them overlap.
+//!
+//! Coordinates are continuous pixels, 0-based: pixel column `j` covers `[j, j + 1)`, row `i` covers
+//! `[i, i + 1)`, `x` grows to the right and `y` downwards. Formats that count from 1 (OTB) are shifted
+//! when they are read.
+
+use serde::{Deserialize, Serialize};
+
+/// An axis-aligned rectangle: left, top, width and height in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rect {
+    /// Left edge.
+    pub x: f64,
+    /// Top edge.
+    pub y: f64,
+    /// Width, at least 0.
+    pub w: f64,
+    /// Height, at least 0.
+    pub h: f64,
+}
+
+impl Rect {
+    /// A rectangle from its left, top, width and height.
+    pub fn new(x: f64, y: f64, w: f64, h: f64) -> Self {
+        Self { x, y, w, h }
+    }
+
+    /// Centre, in pixels.
+    pub fn centre(&self) -> (f64, f64) {
+        (self.x + self.w / 2.0, self.y + self.h / 2.0)
+    }
+
+    /// Area, in square pixels.
+    pub fn area(&self) -> f64 {
+        self.w * self.h
+    }
+
+    /// The same rectangle moved by `(dx, dy)`.
+    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
+        Self::new(self.x + dx, self.y + dy, self.w, self.h)
+    }
+
+    /// The four corners, clockwise from the top left.
+    pub fn corners(&self) -> [(f64, f64); 4] {
+        let (r, b) = (self.x + self.w, self.y + self.h);
+        [(self.x, self.y), (r, self.y), (r, b), (self.x, b)]
+    }
+}
+
+/// A target's region in one frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Region {
+    /// Axis-aligned rectangle.
+    Rect(Rect),
+    /// Convex polygon, at least 3 corners, either orientation.
+    Polygon(Vec<(f64, f64)>),
+}
+
+/// Why numbers are no region.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RegionError {
+    /// NaN or infinity among the numbers.
+    #[error("a coordinate is not a finite number")]
+    NotFinite,
+    /// Width or height 0 or negative, or a polygon without area.
+    #[error("the region has no area")]
+    Empty,
+    /// Not 4 numbers, nor 6, 8, 10 ...
+    #[error("a region takes 4 numbers (x,y,w,h) or at least 3 corners (x1,y1,x2,y2,...), not {0} numbers")]
+    Count(usize),
+    /// The corners turn both ways.
+    #[error("the polygon is not convex; only convex polygons can be scored exactly")]
+    NotConvex,
+}
+
+impl Region {
+    /// Checks 4 numbers (`x,y,w,h`) or the corners of a convex polygon.
+    ///
+    /// # Errors
+    /// See [`RegionError`].
+    pub fn from_numbers(v: &[f64]) -> Result<Self, RegionError> {
+        if v.iter().any(|a| !a.is_finite()) {
+            return Err(RegionError::NotFinite);
+        }
+        match v.len() {
+            4 if v[2] > 0.0 && v[3] > 0.0 => Ok(Self::Rect(Rect::new(v[0], v[1], v[2], v[3]))),
+            4 => Err(RegionError::Empty),
+            n if n >= 6 && n % 2 == 0 => {
+                let corners: Vec<_> = v.chunks_exact(2).map(|c| (c[0], c[1])).collect();
+                if signed_area(&corners).abs() < 1e-9 {
+                    return Err(RegionError::Empty);
+                }
+                if !is_convex(&corners) {
+                    return Err(RegionError::NotConvex);
+                }
+                Ok(Self::Polygon(corners))
+            }
+            n => Err(RegionError::Count(n)),
+        }
+    }
+
+    /// The corners in order.
+    pub fn corners(&self) -> Vec<(f64, f64)> {
+        match self {
+            Self::Rect(r) => r.corners().to_vec(),
+            Self::Polygon(p) => p.clone(),
+        }
+    }
+
+    /// Area in square pixels.
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Rect(r) => r.area(),
+            Self::Polygon(p) => signed_area(p).abs(),
+        }
+    }
+
+    /// The rectangle that stands for the region where a method wants `[u, v, w, h]`.
+    ///
+    /// A quadrilateral becomes the rectangle with its centre and its mean side lengths, as the OTB
+    /// code treats the affine boxes of IVT; other polygons become their bounds. An axis-aligned
+    /// quadrilateral is kept exactly either way.
+    pub fn rect(&self) -> Rect {
+        let p = match self {
+            Self::Rect(r) => return *r,
+            Self::Polygon(p) => p,
+        };
+        let (x0, y0, x1, y1) = bounds(p);
+        if p.len() != 4 || p.iter().all(|c| (c.0 == x0 || c.0 == x1) && (c.1 == y0 || c.1 == y1)) {
+            return Rect::new(x0, y0, x1 - x0, y1 - y0);
+        }
+        let side = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0).hypot(b.1 - a.1);
+        let (s0, s1) =
+            ((side(p[0], p[1]) + side(p[2], p[3])) / 2.0, (side(p[1], p[2]) + side(p[3], p[0])) / 2.0);
+        // The side whose direction is nearer to the x axis is the width.
+        let flat = (p[1].0 - p[0].0).abs() >= (p[1].1 - p[0].1).abs();
+        let (w, h) = if flat { (s0, s1) } else { (s1, s0) };
+        let cx = p.iter().map(|c| c.0).sum::<f64>() / 4.0;
+        let cy = p.iter().map(|c| c.1).sum::<f64>() / 4.0;
+        Rect::new(cx - w / 2.0, cy - h / 2.0, w, h)
+    }
+
+    /// The same region moved by `(dx, dy)`.
+    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
+        match self {
+            Self::Rect(r) => Self::Rect(r.shifted(dx, dy)),
+            Self::Polygon(p) => Self::Polygon(p.iter().map(|c| (c.0 + dx, c.1 + dy)).collect()),
+        }
+    }
+
+    /// Area of the intersection with `other`, in square pixels, by exact clipping.
+    pub fn intersection(&self, other: &Self) -> f64 {
+        if let (Self::Rect(a), Self::Rect(b)) = (self, other) {
+            let w = (a.x + a.w).min(b.x + b.w) - a.x.max(b.x);
+            let h = (a.y + a.h).min(b.y + b.h) - a.y.max(b.y);
+            return w.max(0.0) * h.max(0.0);
+        }
+        clip(&self.corners(), &other.corners())
+    }
+}
+
+fn bounds(p: &[(f64, f64)]) -> (f64, f64, f64, f64) {
+    p.iter().fold((f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY), |b, c| {
+        (b.0.min(c.0), b.1.min(c.1), b.2.max(c.0), b.3.max(c.1))
+    })
+}
+
+fn cross(o: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - o.0) * (b.1 - o.1) - (a.1 - o.1) * (b.0 - o.0)
+}
+
+fn signed_area(p: &[(f64, f64)]) -> f64 {
+    // Relative to the first corner, so that far-away polygons lose no digits.
+    (1..p.len().saturating_sub(1)).map(|i| cross(p[0], p[i], p[i + 1])).sum::<f64>() / 2.0
+}
+
+fn is_convex(p: &[(f64, f64)]) -> bool {
+    let n = p.len();
+    let orientation = signed_area(p).signum();
+    let (x0, y0, x1, y1) = bounds(p);
+    let slack = 1e-6 * (x1 - x0) * (y1 - y0) + 1e-9;
+    let turns = (0..n).all(|i| cross(p[i], p[(i + 1) % n], p[(i + 2) % n]) * orientation >= -slack);
+    // All turns the same way can still be a star; its fan of triangles then changes sign.
+    let fan = (1..n - 1).all(|i| cross(p[0], p[i], p[i + 1]) * orientation >= -slack);
+    turns && fan
+}
+
+/// Sutherland-Hodgman clipping of one convex polygon by another.
+fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> f64 {
+    let orientation = signed_area(window).signum();
+    let mut out = subject.to_vec();
+    for i in 0..window.len() {
+        let (a, b) = (window[i], window[(i + 1) % window.len()]);
+        let input = std::mem::take(&mut out);
+        let side = |p: (f64, f64)| cross(a, b, p) * orientation;
+        for k in 0..input.len() {
+            let (p, q) = (input[k], input[(k + 1) % input.len()]);
+            let (sp, sq) = (side(p), side(q));
+            if sp >= 0.0 {
+                out.push(p);
+            }
+            if (sp > 0.0 && sq < 0.0) || (sp < 0.0 && sq > 0.0) {
+                let t = sp / (sp - sq);
+                out.push((p.0 + t * (q.0 - p.0), p.1 + t * (q.1 - p.1)));
+            }
+        }
+    }
+    signed_area(&out).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn octagon_of_two_unit_squares() {
+        // Unit square and the same turned by 45 degrees: the regular octagon of area 2 (sqrt 2 - 1).
+        let a = Region::Rect(Rect::new(-0.5, -0.5, 1.0, 1.0));
+        let r = 0.5_f64.sqrt();
+        let b = Region::Polygon(vec![(r, 0.0), (0.0, r), (-r, 0.0), (0.0, -r)]);
+        assert!((a.intersection(&b) - 2.0 * (2.0_f64.sqrt() - 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rejects_what_is_no_region() {
+        assert_eq!(Region::from_numbers(&[0.0, f64::NAN, 1.0, 1.0]), Err(RegionError::NotFinite));
+        assert_eq!(Region::from_numbers(&[0.0, 0.0, 0.0, 1.0]), Err(RegionError::Empty));
+        assert_eq!(Region::from_numbers(&[0.0; 5]), Err(RegionError::Count(5)));
+        let dart = [0.0, 0.0, 2.0, 1.0, 0.0, 2.0, 0.5, 1.0];
+        assert_eq!(Region::from_numbers(&dart), Err(RegionError::NotConvex));
+        // Pentagram: every turn has the same sign, yet it is not convex.
+        let star: Vec<f64> = (0..5)
+            .flat_map(|k| {
+                let a = f64::from(k) * 4.0 * std::f64::consts::PI / 5.0;
+                [a.cos(), a.sin()]
+            })
+            .collect();
+        assert_eq!(Region::from_numbers(&star), Err(RegionError::NotConvex));
+    }
+
+    #[test]
+    fn a_turned_box_keeps_centre_and_sides() {
+        let (c, s) = (0.3_f64.cos(), 0.3_f64.sin());
+        let p: Vec<_> = [(-20.0, -10.0), (20.0, -10.0), (20.0, 10.0), (-20.0, 10.0)]
+            .iter()
+            .map(|&(u, v)| (100.0 + c * u - s * v, 50.0 + s * u + c * v))
+            .collect();
+        let r = Region::Polygon(p).rect();
+        assert!((r.x - 80.0).abs() < 1e-9 && (r.y - 40.0).abs() < 1e-9);
+        assert!((r.w - 40.0).abs() < 1e-9 && (r.h - 20.0).abs() < 1e-9);
+    }
+
+    fn rects() -> impl Strategy<Value = Rect> {
+        (-50.0..50.0, -50.0..50.0, 0.5..60.0, 0.5..60.0).prop_map(|(x, y, w, h)| Rect::new(x, y, w, h))
+    }
+
+    proptest! {
+        #[test]
+        fn clipping_agrees_with_the_closed_form(a in rects(), b in rects()) {
+            let exact = Region::Rect(a).intersection(&Region::Rect(b));
+            let (pa, pb) = (Region::Polygon(a.corners().to_vec()), Region::Polygon(b.corners().to_vec()));
+            prop_assert!((exact - pa.intersection(&pb)).abs() < 1e-9);
+            prop_assert!((pb.intersection(&pa) - exact).abs() < 1e-9);
+            prop_assert!(exact <= a.area().min(b.area()) + 1e-9);
+        }
+
+        #[test]
+        fn moving_both_changes_nothing(a in rects(), b in rects(), dx in -9.0..9.0, dy in -9.0..9.0) {
+            let (ra, rb) = (Region::Polygon(a.corners().to_vec()), Region::Rect(b));
+            let moved = ra.shifted(dx, dy).intersection(&rb.shifted(dx, dy));
+            prop_assert!((ra.intersection(&rb) - moved).abs() < 1e-8);
+        }
+    }
+}
