@@ -5,12 +5,14 @@
 //!
 //! | module | from | to |
 //! |---|---|---|
+//! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
 
 #![warn(missing_docs)]
 
+pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;

@@ -1,0 +1,88 @@
+//! One decoded frame.
+
+/// An 8-bit RGB frame, rows from the top, pixels from the left, three bytes each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+/// Why bytes are no frame.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The decoder refused the bytes.
+    #[error("not a readable JPEG or PNG image: {0}")]
+    Decode(String),
+    /// The encoder refused.
+    #[error("cannot be written as PNG: {0}")]
+    Encode(String),
+    /// The image ends before its end marker, so that its lower part would be made up.
+    #[error("the image is cut short (no end marker)")]
+    Truncated,
+    /// Larger than any frame that is worth the memory.
+    #[error("the image is {width}x{height} pixels; at most {limit} in either direction are read")]
+    TooLarge {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Limit in pixels.
+        limit: u32,
+    },
+}
+
+impl Frame {
+    /// A frame from its bytes.
+    ///
+    /// # Panics
+    /// When `rgb` is not `3 * width * height` long or the frame is empty: a mistake in the caller.
+    pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Self {
+        assert!(width > 0 && height > 0 && rgb.len() == 3 * width * height, "frame size");
+        Self { width, height, rgb }
+    }
+
+    /// A frame whose pixel at column `x`, row `y` is `f(x, y)`.
+    pub fn from_fn(width: usize, height: usize, f: impl Fn(usize, usize) -> [u8; 3]) -> Self {
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for x in 0..width {
+                rgb.extend_from_slice(&f(x, y));
+            }
+        }
+        Self::new(width, height, rgb)
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All bytes, `3 * width * height`.
+    pub fn bytes(&self) -> &[u8] {
+        &self.rgb
+    }
+
+    /// Row `y`, `3 * width` bytes.
+    pub fn row(&self, y: usize) -> &[u8] {
+        &self.rgb[3 * self.width * y..3 * self.width * (y + 1)]
+    }
+
+    /// The pixel at column `x`, row `y`.
+    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
+        let i = 3 * (y * self.width + x);
+        [self.rgb[i], self.rgb[i + 1], self.rgb[i + 2]]
+    }
+
+    /// The pixel at `(x, y)`, the nearest border pixel for places outside the frame.
+    pub fn pixel_clamped(&self, x: i64, y: i64) -> [u8; 3] {
+        let cx = x.clamp(0, self.width as i64 - 1) as usize;
+        let cy = y.clamp(0, self.height as i64 - 1) as usize;
+        self.pixel(cx, cy)
+    }
+}
