@@ -6,13 +6,20 @@
 //! | module | from | to |
 //! |---|---|---|
 //! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
+//! | [`dataset`] | folders, `datasets.lock`, the synthetic renderer | sequences: frames and ground truth |
+//! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
 
 #![warn(missing_docs)]
 
+pub mod dataset;
 pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;
+pub mod tracker;
+
+#[cfg(test)]
+mod testing;

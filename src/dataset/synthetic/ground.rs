@@ -1,0 +1,315 @@
+//! Backgrounds: a large picture, painted once a sequence, that the camera scrolls over.
+
+use super::noise::{Colour, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
+
+/// What the scene plays in front of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ground {
+    /// Houses, a pavement and a road.
+    Street,
+    /// A meadow with a hedge and a path.
+    Meadow,
+    /// A brick wall over a pavement.
+    Bricks,
+    /// A room with wallpaper, shelves, a picture and a desk.
+    Room,
+    /// Water with waves and foam.
+    Water,
+    /// A paved square seen from above.
+    Plaza,
+}
+
+/// A painted background; pixel `(0, 0)` is the world's `(left, top)`.
+pub struct Picture {
+    left: i64,
+    top: i64,
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// Paints the world's rectangle from `(left, top)`, `width` x `height` pixels. Heights in the
+    /// scenery are fractions of `scale`, the frame's height.
+    pub fn paint(
+        ground: Ground,
+        seed: u32,
+        left: i64,
+        top: i64,
+        width: usize,
+        height: usize,
+        scale: f64,
+    ) -> Self {
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for j in 0..height {
+            for i in 0..width {
+                let x = (left + i as i64) as f64 + 0.5;
+                let y = (top + j as i64) as f64 + 0.5;
+                let c = match ground {
+                    Ground::Street => street(seed, x, y, scale),
+                    Ground::Meadow => meadow(seed, x, y, scale),
+                    Ground::Bricks => bricks(seed, x, y, scale),
+                    Ground::Room => room(seed, x, y, scale),
+                    Ground::Water => water(seed, x, y),
+                    Ground::Plaza => plaza(seed, x, y),
+                };
+                rgb.extend(c.map(byte));
+            }
+        }
+        Self { left, top, width, height, rgb }
+    }
+
+    /// Adds the view from `(x, y)` (the world's place of the frame's left top corner, to 1/256 pixel)
+    /// to `out`, `width` pixels a row. Outside the picture its border is repeated.
+    pub fn view(&self, x: f64, y: f64, width: usize, out: &mut [u8]) {
+        let fixed = |v: f64| (v * 256.0).round() as i64;
+        let room = |len: usize, need: usize| len.saturating_sub(need + 1) as i64 * 256;
+        let height = out.len() / (3 * width);
+        let fx = fixed(x - self.left as f64).clamp(0, room(self.width, width));
+        let fy = fixed(y - self.top as f64).clamp(0, room(self.height, height));
+        let (ix, iy) = ((fx >> 8) as usize, (fy >> 8) as usize);
+        let (wx, wy) = ((fx & 255) as u32, (fy & 255) as u32);
+        for (j, row) in out.chunks_exact_mut(3 * width).enumerate() {
+            let start = 3 * ((iy + j) * self.width + ix);
+            let a = &self.rgb[start..start + 3 * width + 3];
+            let b = &self.rgb[start + 3 * self.width..start + 3 * self.width + 3 * width + 3];
+            for (i, o) in row.iter_mut().enumerate() {
+                let top = u32::from(a[i]) * (256 - wx) + u32::from(a[i + 3]) * wx;
+                let bottom = u32::from(b[i]) * (256 - wx) + u32::from(b[i + 3]) * wx;
+                *o = ((top * (256 - wy) + bottom * wy + 32_768) >> 16) as u8;
+            }
+        }
+    }
+}
+
+const PLASTER: [Colour; 6] = [
+    [196.0, 176.0, 140.0],
+    [170.0, 110.0, 84.0],
+    [188.0, 188.0, 180.0],
+    [150.0, 142.0, 122.0],
+    [206.0, 196.0, 160.0],
+    [132.0, 120.0, 118.0],
+];
+
+fn street(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+    let v = y / scale;
+    let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 2) - 0.5;
+    if v < 0.55 {
+        // Houses, 70 to 120 pixels wide, with a roof line of their own.
+        let cell = (x / 95.0 + 0.25 * value(seed ^ 2, x / 300.0, 0.0)).floor() as i32;
+        let roof = 0.02 + 0.14 * unit(seed ^ 3, cell, 0);
+        if v < roof {
+            let cloud = octaves(seed ^ 4, x / 80.0, y / 30.0, 4);
+            return mix([140.0, 170.0, 205.0], [232.0, 234.0, 236.0], smoothstep(0.35, 0.75, cloud));
+        }
+        let stain = octaves(seed ^ 5, x / 24.0, y / 40.0, 4);
+        let plaster = shade(pick(&PLASTER, seed ^ 6, cell, 1), 0.72 + 0.5 * stain);
+        let (wx, wy) = (x / 23.0, (v - roof) * scale / 27.0);
+        let (wi, wj) = (wx.floor(), wy.floor());
+        let (fu, fv) = (wx - wi, wy - wj);
+        if (0.25..0.75).contains(&fu) && (0.25..0.8).contains(&fv) {
+            let frame = (fu - 0.5).abs() > 0.21 || (fu - 0.5).abs() < 0.025 || !(0.3..0.75).contains(&fv);
+            let lit = unit(seed ^ 7, wi as i32, wj as i32);
+            let glass = mix([40.0, 50.0, 64.0], [150.0, 160.0, 168.0], lit * (1.2 - fv));
+            return if frame { [224.0, 220.0, 210.0] } else { glass };
+        }
+        return shade(plaster, 1.0 + 0.25 * grain);
+    }
+    if v < 0.64 {
+        // Pavement slabs and kerb.
+        let joint = (x / 22.0).fract().abs() < 0.06 || (y / 9.0).fract().abs() < 0.1;
+        let c = shade([158.0, 154.0, 148.0], 0.85 + 0.3 * octaves(seed ^ 8, x / 12.0, y / 12.0, 4));
+        return shade(
+            c,
+            if v > 0.628 {
+                1.2
+            } else if joint {
+                0.78
+            } else {
+                1.0 + 0.3 * grain
+            },
+        );
+    }
+    let tar = octaves(seed ^ 9, x / 40.0, y / 18.0, 4);
+    let line = (0.795..0.812).contains(&v) && (x / 56.0).rem_euclid(1.0) < 0.55;
+    let patch = smoothstep(0.6, 0.66, octaves(seed ^ 10, x / 70.0, y / 25.0, 2));
+    let asphalt = shade([98.0, 98.0, 102.0], 0.72 + 0.5 * tar - 0.2 * patch + 0.5 * grain);
+    if line { mix(asphalt, [226.0, 224.0, 214.0], 0.85) } else { asphalt }
+}
+
+fn meadow(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+    let v = y / scale;
+    let hedge = 0.24 + 0.08 * octaves(seed ^ 1, x / 36.0, 0.0, 3);
+    let leaves = octaves(seed ^ 2, x / 9.0, y / 8.0, 4);
+    if v < hedge {
+        let tree = octaves(seed ^ 3, x / 34.0, y / 34.0, 3);
+        let dark = mix([26.0, 48.0, 22.0], [96.0, 128.0, 58.0], smoothstep(0.2, 0.8, leaves));
+        return shade(dark, 0.6 + 0.8 * tree);
+    }
+    let tuft = octaves(seed ^ 4, x / 2.5, y / 7.0, 2);
+    let field = octaves(seed ^ 5, x / 60.0, y / 28.0, 4);
+    let grass = mix([70.0, 104.0, 40.0], [150.0, 170.0, 84.0], smoothstep(0.25, 0.75, field));
+    let grass = shade(grass, 0.7 + 0.6 * tuft);
+    let middle = 0.66 + 0.06 * value(seed ^ 6, x / 90.0, 0.0);
+    let path = 1.0 - smoothstep(0.045, 0.06, (v - middle).abs() + 0.02 * leaves);
+    let gravel = shade([186.0, 166.0, 130.0], 0.75 + 0.5 * octaves(seed ^ 7, x / 4.0, y / 4.0, 3));
+    let flower = hash(seed ^ 8, (x / 3.0).floor() as i32, (y / 3.0).floor() as i32).is_multiple_of(130);
+    if flower && path < 0.5 {
+        return [232.0, 226.0, 150.0];
+    }
+    mix(grass, gravel, path)
+}
+
+fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+    let v = y / scale;
+    let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 3);
+    if v > 0.84 {
+        let joint = (x / 30.0).rem_euclid(1.0) < 0.04;
+        return shade([140.0, 138.0, 132.0], (0.7 + 0.6 * grain) * if joint { 0.7 } else { 1.0 });
+    }
+    let row = (y / 9.0).floor();
+    let along = x / 21.0 + 0.5 * row.rem_euclid(2.0);
+    let (fu, fv) = (along - along.floor(), y / 9.0 - row);
+    let weather = octaves(seed ^ 2, x / 55.0, y / 45.0, 4);
+    if fu < 0.07 || fv < 0.15 {
+        return shade([160.0, 132.0, 112.0], 0.6 + 0.4 * grain + 0.3 * weather);
+    }
+    let own = unit(seed ^ 3, along.floor() as i32, row as i32);
+    let brick = mix([140.0, 74.0, 54.0], [172.0, 100.0, 72.0], own);
+    // A poster here and there gives the wall places of its own.
+    let (pi, pu, pv) = ((x / 140.0).floor(), (x / 140.0).rem_euclid(1.0), v);
+    if unit(seed ^ 4, pi as i32, 0) < 0.6 && (0.3..0.62).contains(&pu) && (0.2..0.6).contains(&pv) {
+        let paper = pick(&PLASTER, seed ^ 5, pi as i32, 3);
+        let text = (y / 6.0).rem_euclid(1.0) < 0.5
+            && unit(seed ^ 6, (x / 4.0).floor() as i32, (y / 6.0).floor() as i32) < 0.6;
+        return shade(paper, if text && pv > 0.3 { 0.6 } else { 0.9 + 0.25 * grain });
+    }
+    shade(brick, 0.6 + 0.4 * grain + 0.4 * weather)
+}
+
+fn room(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+    let v = y / scale;
+    let grain = octaves(seed ^ 1, x / 4.0, y / 4.0, 2);
+    if v > 0.82 {
+        // Desk with wood grain and papers.
+        let wood = octaves(seed ^ 2, x / 70.0, y / 5.0, 4);
+        let sheet = (x / 64.0).floor();
+        let (su, sv) = ((x / 64.0) - sheet, v);
+        if unit(seed ^ 3, sheet as i32, 0) < 0.5 && (0.2..0.7).contains(&su) && (0.87..0.95).contains(&sv) {
+            return shade([226.0, 224.0, 216.0], if (y / 4.0).rem_euclid(1.0) < 0.35 { 0.75 } else { 1.0 });
+        }
+        return shade([150.0, 104.0, 62.0], 0.65 + 0.7 * wood);
+    }
+    let bay = (x / 150.0).floor();
+    let bu = x / 150.0 - bay;
+    let paper = octaves(seed ^ 4, x / 90.0, y / 70.0, 3);
+    let stripe = if (x / 11.0).rem_euclid(1.0) < 0.5 { 0.94 } else { 1.02 };
+    let wall = shade([196.0, 186.0, 166.0], (0.75 + 0.4 * paper) * stripe * (0.94 + 0.12 * grain));
+    if !hash(seed ^ 5, bay as i32, 0).is_multiple_of(3)
+        && (0.1..0.62).contains(&bu)
+        && (0.08..0.74).contains(&v)
+    {
+        // A shelf: boards and book spines.
+        let shelf = ((v - 0.08) / 0.165).floor();
+        let sv = (v - 0.08) / 0.165 - shelf;
+        if sv > 0.88 || !(0.115..0.605).contains(&bu) {
+            return shade([104.0, 70.0, 44.0], 0.7 + 0.6 * octaves(seed ^ 6, x / 30.0, y / 3.0, 3));
+        }
+        let book = (x / 7.0).floor();
+        let own = unit(seed ^ 7, book as i32, shelf as i32);
+        if sv < 0.1 + 0.35 * own {
+            return shade([54.0, 42.0, 34.0], 0.7 + 0.5 * grain);
+        }
+        let bx = x / 7.0 - book;
+        let spine = pick(&SPINES, seed ^ 8, book as i32, shelf as i32);
+        let label = (0.55..0.68).contains(&sv) && (0.2..0.8).contains(&bx) && own > 0.4;
+        let round = 1.05 - 1.3 * (bx - 0.5) * (bx - 0.5);
+        return shade(if label { [224.0, 212.0, 170.0] } else { spine }, round * (0.8 + 0.3 * grain));
+    }
+    if hash(seed ^ 9, bay as i32, 0).is_multiple_of(2)
+        && (0.7..0.93).contains(&bu)
+        && (0.16..0.5).contains(&v)
+    {
+        let edge = !(0.72..0.91).contains(&bu) || !(0.19..0.47).contains(&v);
+        let land = octaves(seed ^ 10, x / 12.0, y / 7.0, 4);
+        let picture = mix([70.0, 100.0, 130.0], [200.0, 180.0, 110.0], smoothstep(0.3, 0.7, land + v - 0.33));
+        return if edge { [78.0, 54.0, 34.0] } else { picture };
+    }
+    wall
+}
+
+const SPINES: [Colour; 7] = [
+    [150.0, 40.0, 40.0],
+    [40.0, 70.0, 120.0],
+    [60.0, 100.0, 70.0],
+    [200.0, 170.0, 90.0],
+    [90.0, 60.0, 100.0],
+    [190.0, 190.0, 186.0],
+    [60.0, 60.0, 66.0],
+];
+
+fn water(seed: u32, x: f64, y: f64) -> Colour {
+    let bend = 14.0 * octaves(seed ^ 1, x / 60.0, y / 24.0, 3);
+    let swell = octaves(seed ^ 2, (x + bend) / 70.0, (y + bend) / 14.0, 4);
+    let ripple = octaves(seed ^ 3, (x + bend) / 13.0, (y + bend) / 4.0, 3);
+    let base =
+        mix([30.0, 66.0, 88.0], [104.0, 150.0, 164.0], smoothstep(0.2, 0.8, lerp(swell, ripple, 0.35)));
+    let crest = smoothstep(0.6, 0.72, swell) * smoothstep(0.4, 0.65, ripple);
+    mix(base, [228.0, 236.0, 236.0], 0.85 * crest)
+}
+
+fn plaza(seed: u32, x: f64, y: f64) -> Colour {
+    let row = (y / 17.0).floor();
+    let along = x / 27.0 + unit(seed ^ 1, row as i32, 0);
+    let (fu, fv) = (along - along.floor(), y / 17.0 - row);
+    let grain = octaves(seed ^ 2, x / 4.0, y / 4.0, 3);
+    let worn = octaves(seed ^ 3, x / 60.0, y / 60.0, 4);
+    if fu < 0.05 || fv < 0.08 {
+        return shade([112.0, 106.0, 98.0], 0.7 + 0.5 * grain);
+    }
+    let own = unit(seed ^ 4, along.floor() as i32, row as i32);
+    let stone = mix([146.0, 138.0, 128.0], [176.0, 164.0, 146.0], own);
+    let leaf = octaves(seed ^ 5, x / 5.0, y / 5.0, 2) + 0.25 * (worn - 0.5);
+    let stone = shade(stone, 0.62 + 0.35 * grain + 0.35 * worn);
+    mix(stone, [150.0, 96.0, 40.0], 0.8 * smoothstep(0.72, 0.78, leaf))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Ground; 6] =
+        [Ground::Street, Ground::Meadow, Ground::Bricks, Ground::Room, Ground::Water, Ground::Plaza];
+
+    #[test]
+    fn whole_pixel_views_are_crops() {
+        for ground in ALL {
+            let p = Picture::paint(ground, 5, -7, -3, 40, 30, 24.0);
+            let mut out = vec![0; 3 * 12 * 8];
+            p.view(-2.0, 4.0, 12, &mut out);
+            for (j, row) in out.chunks_exact(36).enumerate() {
+                let start = 3 * ((j + 7) * 40 + 5);
+                assert_eq!(row, &p.rgb[start..start + 36]);
+            }
+        }
+    }
+
+    #[test]
+    fn half_way_is_the_mean() {
+        let p = Picture { left: 0, top: 0, width: 3, height: 2, rgb: (0..18).map(|v| v * 10).collect() };
+        let mut out = vec![0; 3];
+        p.view(0.5, 0.0, 1, &mut out);
+        assert_eq!(out, [15, 25, 35]);
+    }
+
+    #[test]
+    fn every_ground_has_texture() {
+        for ground in ALL {
+            let p = Picture::paint(ground, 9, 0, 0, 160, 120, 120.0);
+            let n = p.rgb.len() as f64;
+            let mean = p.rgb.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+            let var = p.rgb.iter().map(|&v| (f64::from(v) - mean) * (f64::from(v) - mean)).sum::<f64>() / n;
+            assert!(var.sqrt() > 12.0 && (40.0..215.0).contains(&mean), "{ground:?}: {mean} {var}");
+        }
+    }
+}

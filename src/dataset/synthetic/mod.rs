@@ -1,0 +1,97 @@
+//! Synthetic suites: rendered sequences with exact ground truth, so that everything runs without data.
+//!
+//! * `synthetic-otb`: 20 sequences with upright boxes and OTB's attributes (occlusion, clutter of
+//!   look-alikes, changes of light and scale, fast motion, blur, rotation, low resolution).
+//! * `synthetic-vot`: 9 sequences with turned boxes and VOT's attributes a frame.
+//!
+//! A sequence is a plan (who moves where, before which background) played by `scene`: a background
+//! picture scrolled by the camera, sprites warped bilinearly over it, motion blur as the mean of
+//! instants within the exposure, light and shadow, sensor noise from a hash of place and frame. Frames
+//! depend on names alone and can be rendered in any order; only IEEE-exact operations are used, so that
+//! they are the same bytes everywhere. Ground truth is the whole target's box also where it is hidden,
+//! as OTB annotates it, on a grid of 1/64 pixel. Where a target is turned, the upright box is that of
+//! the turned box's inscribed ellipse.
+//!
+//! To add a sequence, add its plan to the suite's file and raise [`VERSION`].
+
+mod actor;
+mod ground;
+mod motion;
+mod noise;
+mod otb;
+mod scene;
+mod sprite;
+mod vot;
+
+#[cfg(test)]
+mod tests;
+
+use super::Sequence;
+pub use scene::FRAME_ATTRIBUTES;
+
+/// Raised whenever a frame or a region of any sequence changes.
+pub const VERSION: u32 = 1;
+
+/// How a suite is laid out on disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// `<Seq>/img/0001.png` and `groundtruth_rect.txt`, counted from 1.
+    Otb,
+    /// `<seq>/00000001.png` and `groundtruth.txt` with corners, counted from 0.
+    Vot,
+}
+
+/// A suite by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Suite {
+    /// Its name in experiment files.
+    pub name: &'static str,
+    /// One line about it.
+    pub summary: &'static str,
+    /// Layout that `trackfail render` writes.
+    pub layout: Layout,
+    plans: &'static [scene::Plan],
+}
+
+impl Suite {
+    /// Number of sequences.
+    pub fn len(&self) -> usize {
+        self.plans.len()
+    }
+
+    /// Whether it has no sequence.
+    pub fn is_empty(&self) -> bool {
+        self.plans.is_empty()
+    }
+
+    /// Names of the sequences, sorted.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + use<> {
+        self.plans.iter().map(|p| p.name)
+    }
+
+    /// The sequences with their ground truth; nothing is painted until a frame is rendered.
+    pub fn sequences(&self) -> Vec<Sequence> {
+        self.plans.iter().map(|p| scene::sequence(self.name, VERSION, p)).collect()
+    }
+}
+
+/// Every synthetic suite.
+pub static SUITES: &[Suite] = &[
+    Suite {
+        name: "synthetic-otb",
+        summary: "20 rendered sequences with upright boxes and OTB's attributes",
+        layout: Layout::Otb,
+        plans: otb::PLANS,
+    },
+    Suite {
+        name: "synthetic-vot",
+        summary: "9 rendered sequences with turned boxes and VOT's attributes a frame",
+        layout: Layout::Vot,
+        plans: vot::PLANS,
+    },
+];
+
+/// The sequences of a suite, or `None` if there is no such suite.
+pub fn suite(name: &str) -> Option<Vec<Sequence>> {
+    SUITES.iter().find(|s| s.name == name).map(Suite::sequences)
+}

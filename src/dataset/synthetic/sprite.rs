@@ -1,0 +1,252 @@
+//! Sprites: small pictures with transparency, drawn moved, scaled and turned.
+
+use super::motion::sin_cos;
+use super::noise::Colour;
+
+/// A sprite at full, half, quarter ... resolution.
+pub struct Sprite {
+    levels: Vec<Level>,
+}
+
+/// Premultiplied red, green, blue and opacity in 0..=255, with a transparent border of one pixel.
+struct Level {
+    width: usize,
+    height: usize,
+    rgba: Vec<[f32; 4]>,
+}
+
+/// Where a sprite is drawn: its centre in frame pixels, its size there and its turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Centre column.
+    pub x: f64,
+    /// Centre row.
+    pub y: f64,
+    /// Width before turning.
+    pub w: f64,
+    /// Height before turning.
+    pub h: f64,
+    /// Clockwise turn (on the screen) in degrees.
+    pub turn: f64,
+}
+
+impl Pose {
+    /// The corners of the turned box, clockwise from the sprite's left top.
+    pub fn corners(&self) -> [(f64, f64); 4] {
+        let (s, c) = sin_cos(self.turn / 360.0);
+        [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(a, b)| {
+            let (u, v) = (a * self.w, b * self.h);
+            (self.x + c * u - s * v, self.y + s * u + c * v)
+        })
+    }
+
+    /// Half width and half height of the upright bounds of the box's inscribed ellipse; those of the
+    /// box itself where it is not turned.
+    pub fn half_bounds(&self) -> (f64, f64) {
+        if self.turn == 0.0 {
+            return (self.w / 2.0, self.h / 2.0);
+        }
+        let (s, c) = sin_cos(self.turn / 360.0);
+        let length = |a: f64, b: f64| (a * a + b * b).sqrt() / 2.0;
+        (length(self.w * c, self.h * s), length(self.w * s, self.h * c))
+    }
+
+    /// The place of a frame point in the box: `(0, 0)` its left top, `(1, 1)` its right bottom.
+    pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
+        let (s, c) = sin_cos(self.turn / 360.0);
+        let (dx, dy) = (x - self.x, y - self.y);
+        ((c * dx + s * dy) / self.w + 0.5, (c * dy - s * dx) / self.h + 0.5)
+    }
+}
+
+impl Sprite {
+    /// Paints a sprite of `width` x `height` pixels; `paint` gives the colour at `(u, v)` in the box,
+    /// `None` for transparent. Four samples a pixel smooth the edges.
+    pub fn paint(width: usize, height: usize, paint: impl Fn(f64, f64) -> Option<Colour>) -> Self {
+        let mut pixels = Vec::with_capacity(width * height);
+        for j in 0..height {
+            for i in 0..width {
+                let mut sum = [0.0_f64; 4];
+                for k in 0..4 {
+                    let u = (i as f64 + (f64::from(k % 2) + 0.5) / 2.0) / width as f64;
+                    let v = (j as f64 + (f64::from(k / 2) + 0.5) / 2.0) / height as f64;
+                    if let Some(c) = paint(u, v) {
+                        for (s, c) in sum.iter_mut().zip([c[0], c[1], c[2], 255.0]) {
+                            *s += c.clamp(0.0, 255.0);
+                        }
+                    }
+                }
+                pixels.push(sum.map(|s| (s / 4.0) as f32));
+            }
+        }
+        let mut levels = vec![];
+        let (mut w, mut h) = (width, height);
+        loop {
+            levels.push(Level::bordered(w, h, &pixels));
+            if w < 8 || h < 8 {
+                return Self { levels };
+            }
+            pixels = halved(w, h, &pixels);
+            (w, h) = (w / 2, h / 2);
+        }
+    }
+
+    /// Draws over `rgb`, `width` pixels a row; what lies outside is left out. `mirrored` swaps left and
+    /// right before turning.
+    pub fn draw(&self, pose: &Pose, mirrored: bool, rgb: &mut [u8], width: usize) {
+        let height = rgb.len() / (3 * width);
+        // The coarsest level that is still at least as fine as the screen.
+        let mut level = &self.levels[0];
+        for l in &self.levels[1..] {
+            if (l.width - 2) as f64 >= pose.w * 0.9 {
+                level = l;
+            }
+        }
+        let corners = pose.corners();
+        let low = |f: fn(&(f64, f64)) -> f64| corners.iter().map(f).fold(f64::INFINITY, f64::min);
+        let high = |f: fn(&(f64, f64)) -> f64| corners.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
+        let from = |v: f64, end: usize| (v - 1.0).floor().clamp(0.0, end as f64) as usize;
+        let (x0, x1) = (from(low(|c| c.0), width), from(high(|c| c.0) + 3.0, width));
+        let (y0, y1) = (from(low(|c| c.1), height), from(high(|c| c.1) + 3.0, height));
+        let (tw, th) = ((level.width - 2) as f64, (level.height - 2) as f64);
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let (u, v) = pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
+                let u = if mirrored { 1.0 - u } else { u };
+                let Some([r, g, b, a]) = level.sample((u * tw + 0.5) as f32, (v * th + 0.5) as f32) else {
+                    continue;
+                };
+                let i = 3 * (y * width + x);
+                let keep = 1.0 - a / 255.0;
+                for (o, s) in rgb[i..i + 3].iter_mut().zip([r, g, b]) {
+                    *o = (f32::from(*o) * keep + s + 0.5) as u8;
+                }
+            }
+        }
+    }
+
+    /// Mean opacity, 0 to 1.
+    #[cfg(test)]
+    pub fn opacity(&self) -> f64 {
+        let l = &self.levels[0];
+        let sum: f64 = l.rgba.iter().map(|p| f64::from(p[3])).sum();
+        sum / 255.0 / ((l.width - 2) * (l.height - 2)) as f64
+    }
+}
+
+/// As [`Pose::place`], with the axes taken from the corners instead of a sine a pixel.
+fn pose_place_fast(pose: &Pose, x: f64, y: f64, c: &[(f64, f64); 4]) -> (f64, f64) {
+    let (ax, ay) = (c[1].0 - c[0].0, c[1].1 - c[0].1);
+    let (bx, by) = (c[3].0 - c[0].0, c[3].1 - c[0].1);
+    let (dx, dy) = (x - c[0].0, y - c[0].1);
+    ((ax * dx + ay * dy) / (pose.w * pose.w), (bx * dx + by * dy) / (pose.h * pose.h))
+}
+
+fn halved(w: usize, h: usize, pixels: &[[f32; 4]]) -> Vec<[f32; 4]> {
+    let mut out = Vec::with_capacity((w / 2) * (h / 2));
+    // Odd sizes lose nothing: the samples are spread over the whole picture.
+    for j in 0..h / 2 {
+        for i in 0..w / 2 {
+            let (x, y) = (i * w / (w / 2), j * h / (h / 2));
+            let four = [y * w + x, y * w + x + 1, (y + 1) * w + x, (y + 1) * w + x + 1];
+            let mut sum = [0.0; 4];
+            for k in four {
+                for (s, p) in sum.iter_mut().zip(pixels[k]) {
+                    *s += p / 4.0;
+                }
+            }
+            out.push(sum);
+        }
+    }
+    out
+}
+
+impl Level {
+    fn bordered(w: usize, h: usize, pixels: &[[f32; 4]]) -> Self {
+        let mut rgba = vec![[0.0; 4]; (w + 2) * (h + 2)];
+        for j in 0..h {
+            rgba[(j + 1) * (w + 2) + 1..][..w].copy_from_slice(&pixels[j * w..][..w]);
+        }
+        Self { width: w + 2, height: h + 2, rgba }
+    }
+
+    /// Bilinear sample, `None` where it is transparent; `(1, 1)` is the centre of the first pixel
+    /// inside the border.
+    fn sample(&self, x: f32, y: f32) -> Option<[f32; 4]> {
+        if !(x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f32 && y < (self.height - 1) as f32) {
+            return None;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (fx, fy) = (x - i as f32, y - j as f32);
+        let k = j * self.width + i;
+        let (a, b) = (&self.rgba[k], &self.rgba[k + 1]);
+        let (c, d) = (&self.rgba[k + self.width], &self.rgba[k + self.width + 1]);
+        let mut out = [0.0; 4];
+        for n in 0..4 {
+            let top = a[n] + (b[n] - a[n]) * fx;
+            let bottom = c[n] + (d[n] - c[n]) * fx;
+            out[n] = top + (bottom - top) * fy;
+        }
+        (out[3] > 0.5).then_some(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn half_red() -> Sprite {
+        Sprite::paint(20, 10, |u, _| (u < 0.5).then_some([200.0, 0.0, 0.0]))
+    }
+
+    #[test]
+    fn is_drawn_where_its_box_is() {
+        let mut rgb = vec![10; 3 * 40 * 40];
+        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 0.0 }, false, &mut rgb, 40);
+        let at = |x: usize, y: usize| &rgb[3 * (40 * y + x)..][..3];
+        assert_eq!(at(11, 16), [200, 0, 0]);
+        assert_eq!(at(18, 23), [200, 0, 0]);
+        for (x, y) in [(9, 20), (21, 20), (12, 13), (12, 26)] {
+            assert_eq!(at(x, y), [10, 10, 10], "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn a_quarter_turn_moves_left_to_top() {
+        let mut rgb = vec![10; 3 * 40 * 40];
+        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 90.0 }, false, &mut rgb, 40);
+        let at = |x: usize, y: usize| rgb[3 * (40 * y + x)];
+        assert_eq!((at(20, 12), at(20, 28), at(12, 20)), (200, 10, 10));
+        let c = Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 90.0 }.corners();
+        assert!((c[0].0 - 25.0).abs() < 1e-6 && (c[0].1 - 10.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn place_and_corners_agree() {
+        let p = Pose { x: 33.0, y: 12.0, w: 20.0, h: 14.0, turn: 33.0 };
+        for ((x, y), (u, v)) in p.corners().into_iter().zip([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+        {
+            let (a, b) = p.place(x, y);
+            assert!((a - u).abs() < 1e-8 && (b - v).abs() < 1e-8);
+            let (a, b) = pose_place_fast(&p, x, y, &p.corners());
+            assert!((a - u).abs() < 1e-8 && (b - v).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn a_mirror_swaps_the_sides() {
+        let mut rgb = vec![10; 3 * 40 * 40];
+        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 0.0 }, true, &mut rgb, 40);
+        let at = |x: usize, y: usize| rgb[3 * (40 * y + x)];
+        assert_eq!((at(12, 20), at(28, 20)), (10, 200));
+    }
+
+    #[test]
+    fn far_outside_draws_nothing() {
+        let mut rgb = vec![10; 3 * 40 * 40];
+        for x in [-1e7, -60.0, 80.0, 1e7] {
+            half_red().draw(&Pose { x, y: 20.0, w: 20.0, h: 10.0, turn: 45.0 }, false, &mut rgb, 40);
+        }
+        assert!(rgb.iter().all(|&v| v == 10));
+    }
+}

@@ -1,0 +1,123 @@
+//! Trackers: from the frames of a sequence to a region a frame.
+//!
+//! A plugin is one file with parameters, a [`Setup`] and an `ENTRY` in [`TRACKERS`]. A setup is shared
+//! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
+
+pub mod ncc;
+pub mod replay;
+pub mod results;
+pub mod scripted;
+pub mod still;
+
+#[cfg(test)]
+mod conformance;
+
+use crate::dataset::Sequence;
+use crate::image::Frame;
+use crate::plugin::Entry;
+use crate::region::Region;
+
+/// What happened in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The tracker was (re)initialised with the ground truth.
+    Initialised,
+    /// An ordinary frame.
+    Tracked,
+    /// A reset protocol declared failure in this frame; the region repeats the last one.
+    Failed,
+    /// A reset protocol skipped this frame; the region repeats the last one.
+    Skipped,
+}
+
+/// First and second moments of a multi-hypothesis tracker's posterior.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moments {
+    /// Mean state, `d` values.
+    pub mean: Vec<f64>,
+    /// Covariance, `d x d`, row by row.
+    pub covariance: Vec<f64>,
+    /// Effective number of samples.
+    pub effective_samples: f64,
+    /// Likelihood of the estimate.
+    pub likelihood: f64,
+}
+
+/// A tracker's answer for one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Where it says the target is.
+    pub region: Region,
+    /// What happened.
+    pub status: Status,
+    /// Posterior moments, from trackers that have them.
+    pub posterior: Option<Moments>,
+}
+
+impl State {
+    /// An ordinary answer without posterior.
+    pub fn tracked(region: Region) -> Self {
+        Self { region, status: Status::Tracked, posterior: None }
+    }
+
+    /// The answer to an initialisation.
+    pub fn initialised(region: Region) -> Self {
+        Self { region, status: Status::Initialised, posterior: None }
+    }
+}
+
+/// Why a tracker gave no track.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum TrackerError {
+    /// Its result files are not there.
+    #[error("{0}")]
+    Missing(String),
+    /// Its result files, or it itself, are at fault.
+    #[error("{0}")]
+    Broken(String),
+}
+
+/// What a tracker may know before it starts.
+pub struct Start<'a> {
+    /// The sequence; online trackers may use its size and length, only replays and oracles its truth.
+    pub sequence: &'a Sequence,
+    /// Repetition, from 0.
+    pub run: u32,
+    /// Seed made from the names of experiment, sequence, tracker and run.
+    pub seed: u64,
+    /// Folder that relative result paths start from, if the user gave one.
+    pub data_root: Option<&'a std::path::Path>,
+}
+
+/// A checked configuration of a tracker.
+pub trait Setup: Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// A fresh tracker for one sequence and run.
+    ///
+    /// # Errors
+    /// When it cannot start, e.g. a result file is absent or broken.
+    fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError>;
+}
+
+/// A tracker at work. `init` comes first; then one `update` a frame, in order.
+pub trait Tracker: Send {
+    /// Starts (again) at `frame` with the target at `region`.
+    ///
+    /// # Errors
+    /// When the tracker cannot start there.
+    fn init(&mut self, frame: &Frame, region: &Region) -> Result<State, TrackerError>;
+
+    /// Finds the target in the next frame.
+    ///
+    /// # Errors
+    /// When the tracker breaks; a lost target is no error.
+    fn update(&mut self, frame: &Frame) -> Result<State, TrackerError>;
+
+    /// Forgets everything, as if newly opened.
+    fn reset(&mut self);
+}
+
+/// Every tracker, by kind.
+pub static TRACKERS: &[Entry<dyn Setup>] = &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY];

@@ -1,0 +1,104 @@
+//! Result files of trackers: who writes them how, and which frame each line belongs to.
+//!
+//! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with a box that is no
+//! box, is an error that names the file and the line or entry.
+
+pub mod otb_json;
+pub mod otb_text;
+pub mod vot;
+
+pub use otb_text::{Base, read_boxes};
+
+use crate::dataset::Numbering;
+use crate::region::Region;
+
+/// A tracker's regions from some frame on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boxes {
+    /// The dataset's number of the first frame.
+    pub first: u32,
+    /// One region a frame, 0-based; an `Err` says why the numbers are none.
+    pub regions: Vec<Result<Region, String>>,
+}
+
+/// The dataset's number of a result's first frame, from the numbers the result states.
+///
+/// OTB results count either in the dataset's own numbers or from 1 at the first official frame (Struck's
+/// count David 1..471, MEEM's count it 300..770). The last official frame tells which; results of a part of
+/// the official range are taken where only one of the two readings lies inside it.
+///
+/// # Errors
+/// A message when neither reading fits or both do.
+pub fn align((start, end): (u32, u32), numbering: Numbering) -> Result<u32, String> {
+    let (first, last) = numbering.official;
+    let span = official_span(numbering);
+    let own = start >= first && end <= last;
+    let from_one = start >= 1 && u64::from(end) <= span;
+    match (own, from_one) {
+        (true, _) if first == 1 => Ok(start),
+        (true, false) => Ok(start),
+        (false, true) => Ok(first + (start - 1)),
+        (true, true) if end == last => Ok(start),
+        (true, true) if u64::from(end) == span => Ok(first + (start - 1)),
+        (true, true) => Err(format!(
+            "frames {start} to {end} may be the dataset's own numbers or counted from 1; \
+             give results of the whole official range {first} to {last}"
+        )),
+        (false, false) => Err(format!(
+            "frames {start} to {end} lie neither in the official range {first} to {last} nor, counted \
+             from 1, in 1 to {span}"
+        )),
+    }
+}
+
+/// Number of frames of the official range.
+pub(super) fn official_span(numbering: Numbering) -> u64 {
+    let (first, last) = numbering.official;
+    (u64::from(last) + 1).saturating_sub(first.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn numbering(first: u32, last: u32) -> Numbering {
+        Numbering { first, official: (first, last) }
+    }
+
+    #[test]
+    fn david_and_tiger1_are_counted_both_ways() {
+        let david = numbering(300, 770);
+        assert_eq!(align((300, 770), david), Ok(300));
+        assert_eq!(align((1, 471), david), Ok(300));
+        assert_eq!(align((24, 471), david), Ok(323));
+        assert_eq!(align((300, 500), david), Ok(300));
+        assert_eq!(align((1, 201), david), Ok(300));
+        assert!(align((1, 770), david).is_err());
+        assert!(align((310, 400), david).is_err());
+        let tiger = numbering(6, 354);
+        assert_eq!(align((6, 354), tiger), Ok(6));
+        assert_eq!(align((1, 349), tiger), Ok(6));
+        assert_eq!(align((18, 349), tiger), Ok(23));
+        assert!(align((6, 300), tiger).is_err());
+        assert_eq!(align((1, 252), numbering(1, 252)), Ok(1));
+        assert!(align((0, 252), numbering(1, 252)).is_err());
+        assert_eq!(align((1, 10), numbering(0, 9)), Ok(0));
+        assert_eq!(align((0, 9), numbering(0, 9)), Ok(0));
+        assert!(align((1, 1), numbering(9, 5)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn an_aligned_result_lies_in_the_official_range(
+            first in 0..400_u32, span in 1..500_u32, start in 0..900_u32, count in 1..900_u32,
+        ) {
+            let n = numbering(first, first + span - 1);
+            // Half of the cases end where real results end.
+            let start = if start % 2 == 0 { (first + span).saturating_sub(count) } else { start };
+            if let Ok(at) = align((start, start + count - 1), n) {
+                prop_assert!(at >= n.official.0 && at + count - 1 <= n.official.1);
+            }
+        }
+    }
+}
