@@ -8,6 +8,7 @@
 //! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
 //! | [`dataset`] | folders, `datasets.lock`, the synthetic renderer | sequences: frames and ground truth |
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
+//! | [`signal`] | frames and regions | one number a frame |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -19,6 +20,7 @@ pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;
+pub mod signal;
 pub mod tracker;
 
 #[cfg(test)]

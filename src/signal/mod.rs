@@ -1,0 +1,52 @@
+//! Signals: one real number a frame, computed from the frame and the tracker's answer.
+//!
+//! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
+//! online: the value of frame `t` uses frames up to `t` only.
+
+#[cfg(test)]
+mod conformance;
+pub mod distribution_field;
+mod histogram;
+#[cfg(test)]
+mod oracles;
+pub mod region_covariance;
+pub mod rgb_histogram;
+pub mod rgb_lbp_histogram;
+
+use crate::image::Frame;
+use crate::plugin::Entry;
+use crate::tracker::State;
+
+/// Which values speak for a failure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// Low values are suspicious (similarities, quality scores).
+    LowIsBad,
+    /// High values are suspicious (distances, uncertainties).
+    HighIsBad,
+}
+
+/// A checked configuration of a signal.
+pub trait Signal: Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// Which values speak for a failure.
+    fn direction(&self) -> Direction;
+
+    /// Smallest and largest value it can take.
+    fn bounds(&self) -> (f64, f64);
+
+    /// A fresh computation for one track.
+    fn start(&self) -> Box<dyn Session>;
+}
+
+/// A signal being computed; `push` is called once a frame, in order, from the first frame on.
+pub trait Session: Send {
+    /// The signal's value at this frame, always finite.
+    fn push(&mut self, frame: &Frame, state: &State) -> f64;
+}
+
+/// Every signal, by kind.
+pub static SIGNALS: &[Entry<dyn Signal>] =
+    &[distribution_field::ENTRY, region_covariance::ENTRY, rgb_histogram::ENTRY, rgb_lbp_histogram::ENTRY];
