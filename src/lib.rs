@@ -1,7 +1,7 @@
 //! trackfail: a benchmark of detectors that tell when a visual object tracker has lost its target.
 //!
 //! The modules in the order in which data flow through them; each uses only those above it, plugins
-//! (trackers, signals, detectors) are one file and two lines in their module's list.
+//! ([`tracker`], [`signal`], [`detector`]) are one file and two lines in their module's list.
 //!
 //! | module | from | to |
 //! |---|---|---|
@@ -9,6 +9,7 @@
 //! | [`dataset`] | folders, `datasets.lock`, the synthetic renderer | sequences: frames and ground truth |
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
 //! | [`signal`] | frames and regions | one number a frame |
+//! | [`detector`] | a signal | a label a frame |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -16,6 +17,7 @@
 #![warn(missing_docs)]
 
 pub mod dataset;
+pub mod detector;
 pub mod image;
 pub mod num;
 pub mod plugin;

@@ -1,0 +1,75 @@
+//! Detectors: from a signal to a label a frame.
+//!
+//! A plugin is one file with parameters, a [`Detector`] and an `ENTRY` in [`DETECTORS`].
+
+pub mod always;
+pub mod arma_forecast;
+pub mod forecasting;
+pub mod labels;
+pub mod level;
+pub mod naive_forecast;
+pub mod never;
+pub mod oracle;
+pub mod periodic;
+pub mod random;
+
+#[cfg(test)]
+mod conformance;
+
+pub use labels::{changes, run_starts};
+
+use crate::plugin::Entry;
+
+/// What a detector is given.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<'a> {
+    /// One finite value a frame, from the track's first frame.
+    pub signal: &'a [f64],
+    /// Tracking error O_t a frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
+    /// anchor may look at it.
+    pub error: &'a [f64],
+    /// Seed made from names; only the `random` anchor uses it.
+    pub seed: u64,
+}
+
+/// What a detector says, each field as long as the signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The number that is compared with the threshold: the signal itself, or |z_t| of a forecast.
+    pub score: Vec<f64>,
+    /// `true` where the track is called inconsistent (the tracker has failed).
+    pub alarm: Vec<bool>,
+    /// The forecast of the signal, from detectors that make one; NaN where there is none yet.
+    pub forecast: Option<Vec<f64>>,
+}
+
+/// A checked configuration of a detector.
+pub trait Detector: Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// Whether it reads the signal at all; anchors do not.
+    fn needs_signal(&self) -> bool {
+        true
+    }
+
+    /// The threshold on the score that is drawn in figures, where there is one.
+    fn threshold(&self) -> Option<f64> {
+        None
+    }
+
+    /// Labels every frame.
+    fn detect(&self, input: &Input<'_>) -> Verdict;
+}
+
+/// Every detector, by kind.
+pub static DETECTORS: &[Entry<dyn Detector>] = &[
+    arma_forecast::ENTRY,
+    naive_forecast::ENTRY,
+    level::ENTRY,
+    never::ENTRY,
+    always::ENTRY,
+    periodic::ENTRY,
+    random::ENTRY,
+    oracle::ENTRY,
+];
