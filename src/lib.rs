@@ -10,6 +10,7 @@
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
+//! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -22,6 +23,7 @@ pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;
+pub mod score;
 pub mod signal;
 pub mod tracker;
 

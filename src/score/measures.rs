@@ -1,0 +1,236 @@
+//! From counts to measures.
+//!
+//! ```text
+//! precision P = TP / (TP + FP)      recall R = TP / (TP + FN)      FPR = FP / (FP + TN)
+//! F = 2 TP / (2 TP + FP + FN)       the harmonic mean of P and R
+//! ```
+//!
+//! All lie in `[0, 1]`; high is good except for FPR. A ratio whose denominator is 0 has no value
+//! (`None`), which is never written as 0. Pooled measures come from summed counts.
+
+use serde::{Deserialize, Serialize};
+
+/// True and false positives and negatives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Detections that match an event.
+    pub tp: u64,
+    /// Detections that match none.
+    pub fp: u64,
+    /// Events that no detection matches.
+    pub fn_: u64,
+    /// Frames that are rightly silent.
+    pub tn: u64,
+}
+
+impl std::iter::Sum for Counts {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |a, b| Self {
+            tp: a.tp + b.tp,
+            fp: a.fp + b.fp,
+            fn_: a.fn_ + b.fn_,
+            tn: a.tn + b.tn,
+        })
+    }
+}
+
+fn ratio(numerator: u64, denominator: u64) -> Option<f64> {
+    (denominator > 0).then(|| numerator as f64 / denominator as f64)
+}
+
+impl Counts {
+    /// Share of detections that match an event.
+    pub fn precision(&self) -> Option<f64> {
+        ratio(self.tp, self.tp + self.fp)
+    }
+
+    /// Share of events that are matched.
+    pub fn recall(&self) -> Option<f64> {
+        ratio(self.tp, self.tp + self.fn_)
+    }
+
+    /// Harmonic mean of precision and recall; 0 for a silent detector where there are events.
+    pub fn f_score(&self) -> Option<f64> {
+        ratio(2 * self.tp, 2 * self.tp + self.fp + self.fn_)
+    }
+
+    /// False positives per frame that ought to be silent.
+    pub fn fpr(&self) -> Option<f64> {
+        ratio(self.fp, self.fp + self.tn)
+    }
+}
+
+/// A number that tables can show and training can maximise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Metric {
+    /// TP / (TP + FP).
+    Precision,
+    /// TP / (TP + FN).
+    Recall,
+    /// Harmonic mean of the two.
+    FScore,
+    /// FP / (FP + TN).
+    Fpr,
+    /// Mean of the normalised scores.
+    ScoreMean,
+    /// Standard deviation of the normalised scores.
+    ScoreStd,
+    /// Both, as `mean ± deviation`.
+    ScoreMeanStd,
+    /// True positives.
+    Tp,
+    /// False positives.
+    Fp,
+    /// False negatives.
+    Fn,
+    /// True negatives.
+    Tn,
+    /// Ground-truth events.
+    Events,
+    /// Detections.
+    Detections,
+}
+
+/// Whether large or small values of a metric are good.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Goodness {
+    /// Larger is better.
+    Up,
+    /// Smaller is better.
+    Down,
+    /// Neither: a description.
+    Neither,
+}
+
+impl Metric {
+    const ALL: [(Self, &'static str); 13] = [
+        (Self::Precision, "precision"),
+        (Self::Recall, "recall"),
+        (Self::FScore, "f_score"),
+        (Self::Fpr, "fpr"),
+        (Self::ScoreMean, "score_mean"),
+        (Self::ScoreStd, "score_std"),
+        (Self::ScoreMeanStd, "score_mean_std"),
+        (Self::Tp, "tp"),
+        (Self::Fp, "fp"),
+        (Self::Fn, "fn"),
+        (Self::Tn, "tn"),
+        (Self::Events, "events"),
+        (Self::Detections, "detections"),
+    ];
+
+    /// The metric of a name as experiment files use it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, n)| *n == name).map(|(m, _)| *m)
+    }
+
+    /// Every name.
+    pub fn names() -> impl Iterator<Item = &'static str> + Clone {
+        Self::ALL.iter().map(|(_, n)| *n)
+    }
+
+    /// Its name in experiment files and results.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(m, _)| *m == self).map_or("", |(_, n)| n)
+    }
+
+    /// Direction of goodness.
+    pub fn goodness(self) -> Goodness {
+        match self {
+            Self::Precision | Self::Recall | Self::FScore | Self::Tp => Goodness::Up,
+            Self::Fpr | Self::Fp | Self::Fn => Goodness::Down,
+            _ => Goodness::Neither,
+        }
+    }
+
+    /// Whether it is a count, shown without decimals.
+    pub fn is_count(self) -> bool {
+        matches!(self, Self::Tp | Self::Fp | Self::Fn | Self::Tn | Self::Events | Self::Detections)
+    }
+}
+
+/// Everything pooled over a suite for one method and tracker.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pooled {
+    /// Summed counts.
+    pub counts: Counts,
+    /// Mean and deviation of the normalised scores.
+    pub score: Option<(f64, f64)>,
+}
+
+impl Pooled {
+    /// The value of a metric; [`Metric::ScoreMeanStd`] gives the mean.
+    pub fn value(&self, metric: Metric) -> Option<f64> {
+        let c = &self.counts;
+        match metric {
+            Metric::Precision => c.precision(),
+            Metric::Recall => c.recall(),
+            Metric::FScore => c.f_score(),
+            Metric::Fpr => c.fpr(),
+            Metric::ScoreMean | Metric::ScoreMeanStd => self.score.map(|s| s.0),
+            Metric::ScoreStd => self.score.map(|s| s.1),
+            Metric::Tp => Some(c.tp as f64),
+            Metric::Fp => Some(c.fp as f64),
+            Metric::Fn => Some(c.fn_ as f64),
+            Metric::Tn => Some(c.tn as f64),
+            Metric::Events => Some((c.tp + c.fn_) as f64),
+            Metric::Detections => Some((c.tp + c.fp) as f64),
+        }
+    }
+}
+
+/// Mean and standard deviation of scores that are min-max normalised a sequence (Khalid et al. 2016,
+/// Eq. 12): `z' = (z - min Z) / (max Z - min Z)`, where Z is the scores of one sequence.
+///
+/// The normalised values of all sequences are pooled; the deviation is the population's. Sequences of
+/// constant score have no normalised values and are left out. `None` when nothing is left.
+pub fn normalised_mean_std<'a>(sequences: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, f64)> {
+    let mut normalised = Vec::new();
+    for scores in sequences {
+        let (low, high) =
+            scores.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &z| (l.min(z), h.max(z)));
+        if high > low {
+            normalised.extend(scores.iter().map(|z| (z - low) / (high - low)));
+        }
+    }
+    let n = normalised.len() as f64;
+    let mean = normalised.iter().sum::<f64>() / n;
+    let variance = normalised.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / n;
+    (!normalised.is_empty()).then(|| (mean, variance.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Khalid et al. 2016, Table 1, DTEF: the counts implied by its ratios.
+    #[test]
+    fn reproduces_the_papers_ratios_from_its_counts() {
+        let c = Counts { tp: 30, fp: 242, fn_: 12, tn: 6475 - 242 };
+        let three = |v: Option<f64>| format!("{:.3}", v.unwrap());
+        assert_eq!(three(c.precision()), "0.110");
+        assert_eq!(three(c.recall()), "0.714");
+        assert_eq!(three(c.f_score()), "0.191");
+        assert_eq!(three(c.fpr()), "0.037");
+    }
+
+    #[test]
+    fn a_ratio_without_denominator_has_no_value() {
+        let silent = Counts { tp: 0, fp: 0, fn_: 3, tn: 10 };
+        assert_eq!(silent.precision(), None);
+        assert_eq!(silent.recall(), Some(0.0));
+        assert_eq!(silent.f_score(), Some(0.0));
+        assert_eq!(Counts::default().f_score(), None);
+        assert_eq!(Counts::default().fpr(), None);
+    }
+
+    // Worked by hand: [0, 1, 2] -> 0, .5, 1 and [4, 4] has no range; mean .5, variance 1/6.
+    #[test]
+    fn normalises_each_sequence_by_itself() {
+        let (mean, std) = normalised_mean_std([&[0.0, 1.0, 2.0][..], &[4.0, 4.0][..]]).unwrap();
+        assert_eq!(mean, 0.5);
+        assert!((std - (1.0_f64 / 6.0).sqrt()).abs() < 1e-15);
+        assert_eq!(normalised_mean_std([&[1.0, 1.0][..]]), None);
+    }
+}

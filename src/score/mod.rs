@@ -1,0 +1,43 @@
+//! Scores: labels and ground truth in, counts and measures out. Pure functions.
+//!
+//! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, [`measures`]
+//! turns counts into numbers, and each protocol is one file with the exact rules of one paper under a
+//! versioned name.
+
+pub mod khalid2016;
+pub mod matching;
+pub mod measures;
+pub mod overlap;
+
+use measures::Counts;
+
+/// The score of one method on one track.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TrackScore {
+    /// True and false positives and negatives.
+    pub counts: Counts,
+    /// Frames (0-based) in which the tracker failed.
+    pub events: Vec<usize>,
+    /// Frames (0-based) in which the detector says so.
+    pub detections: Vec<usize>,
+    /// Matched pairs, as indices into `events` and `detections`.
+    pub matches: Vec<(usize, usize)>,
+}
+
+/// Rules that turn errors and alarms into counts, under a versioned name.
+pub struct Protocol {
+    /// Name and version: `khalid2016/1`.
+    pub name: &'static str,
+    /// One line for `trackfail list`.
+    pub summary: &'static str,
+    /// Scores one track: tracking errors (NaN where unknown) and alarms, one a frame.
+    pub score: fn(error: &[f64], alarm: &[bool]) -> TrackScore,
+}
+
+/// Every protocol, by name.
+pub static PROTOCOLS: &[Protocol] = &[khalid2016::PROTOCOL];
+
+/// The protocol of a name.
+pub fn protocol(name: &str) -> Option<&'static Protocol> {
+    PROTOCOLS.iter().find(|p| p.name == name)
+}
