@@ -11,6 +11,7 @@
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
+//! | [`spec`] | `experiments/*.toml` | checked experiments |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -25,6 +26,7 @@ pub mod plugin;
 pub mod region;
 pub mod score;
 pub mod signal;
+pub mod spec;
 pub mod tracker;
 
 #[cfg(test)]

@@ -1,0 +1,76 @@
+//! What comes with the program: experiments and the methods of the papers.
+
+use super::SpecError;
+use super::error::Source;
+use super::method::{self, Method};
+use super::read::array_of_tables;
+use std::sync::LazyLock;
+use toml::Spanned;
+use toml::de::DeTable;
+
+/// Name and text of every experiment that comes with the program.
+pub static EXPERIMENTS: &[(&str, &str)] = &[
+    ("quickstart", include_str!("../../experiments/quickstart.toml")),
+    ("khalid2016/table1", include_str!("../../experiments/khalid2016/table1.toml")),
+    ("khalid2016/table2", include_str!("../../experiments/khalid2016/table2.toml")),
+    ("khalid2016/training", include_str!("../../experiments/khalid2016/training.toml")),
+    ("khalid2016/figures", include_str!("../../experiments/khalid2016/figures.toml")),
+];
+
+/// The experiment that `trackfail run` runs when none is named.
+pub const QUICKSTART: &str = "quickstart";
+
+/// The papers' methods with their published thresholds, as an experiment file would write them.
+const METHODS: &str = include_str!("methods.toml");
+
+static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
+    let source = Source { file: "methods.toml", text: METHODS };
+    let document = DeTable::parse(METHODS).map_err(|e| source.toml(&e, 0..0));
+    let tables = document.and_then(|d| array_of_tables(source, &d, "method")).unwrap_or_default();
+    let name = |t: &Spanned<DeTable<'_>>| {
+        t.get_ref().get("name").and_then(|n| n.get_ref().as_str()).unwrap_or_default().to_string()
+    };
+    tables.into_iter().map(|t| (name(&t), t)).collect()
+});
+
+/// Name and table of every published method.
+pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] {
+    &METHOD_TABLES
+}
+
+/// Names of the published methods.
+pub fn method_names() -> Vec<&'static str> {
+    METHOD_TABLES.iter().map(|(name, _)| name.as_str()).collect()
+}
+
+/// A published method by name, with its published threshold.
+///
+/// # Errors
+/// When the catalogue itself is wrong, which the tests exclude.
+pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
+    let source = Source { file: "methods.toml", text: METHODS };
+    let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
+    Some(method::read(source, name, table))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_published_method_builds() {
+        assert_eq!(method_names(), ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist"]);
+        for name in method_names() {
+            let method = published_method(name).unwrap().unwrap();
+            assert_eq!(method.variants.len(), 1, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_experiment_is_valid_and_named_as_its_file() {
+        for (name, text) in EXPERIMENTS {
+            let experiment = super::super::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(experiment.name, *name);
+        }
+    }
+}

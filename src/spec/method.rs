@@ -1,0 +1,345 @@
+//! Methods: a signal and a detector under a name, with the grid of their parameters and with
+//! parameters that are trained instead of given.
+
+use super::error::{Source, SpecError};
+use super::wire;
+use crate::detector::{DETECTORS, Detector};
+use crate::plugin::{self, Entry, ParamError, RawParams, unknown};
+use crate::score::measures::{Goodness, Metric};
+use crate::signal::{SIGNALS, Signal};
+use serde::Deserialize;
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A method of an experiment.
+pub struct Method {
+    /// Name in tables.
+    pub name: String,
+    /// One entry a combination of the grid, in the order of the grid's values; a single one without.
+    pub variants: Vec<Variant>,
+}
+
+/// A method with one combination of its grid.
+pub struct Variant {
+    /// Grid axis -> value, sorted by axis; empty without a grid.
+    pub point: Vec<(String, f64)>,
+    /// The signal; `None` for detectors that need none.
+    pub signal: Option<SignalChoice>,
+    /// The detector, given or to be trained.
+    pub detector: DetectorChoice,
+}
+
+impl Variant {
+    /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.
+    pub fn params(&self) -> String {
+        let parts: Vec<_> = self.point.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
+        parts.join(";")
+    }
+}
+
+/// A checked signal with what identifies it.
+#[derive(Clone)]
+pub struct SignalChoice {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked signal.
+    pub signal: Arc<dyn Signal>,
+}
+
+/// A checked detector with what identifies it.
+#[derive(Clone)]
+pub struct FixedDetector {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked detector.
+    pub detector: Arc<dyn Detector>,
+}
+
+/// A detector that is ready, or one of many to be chosen by training.
+pub enum DetectorChoice {
+    /// All parameters are given.
+    Given(FixedDetector),
+    /// One parameter is chosen on a suite.
+    Trained(Training),
+}
+
+/// How a parameter is chosen.
+pub struct Training {
+    /// The parameter's name.
+    pub key: String,
+    /// Role of the suite.
+    pub role: String,
+    /// What is made as large as possible.
+    pub maximise: Metric,
+    /// Value -> detector, ascending.
+    pub candidates: Vec<(f64, FixedDetector)>,
+}
+
+/// At most this many combinations a method.
+const MOST_VARIANTS: usize = 10_000;
+/// At most this many values tried for one trained parameter.
+const MOST_CANDIDATES: usize = 1_000;
+
+/// The `[[method]]` tables, checked.
+pub fn read(source: Source<'_>, name: &str, table: &Spanned<DeTable<'_>>) -> Result<Method, SpecError> {
+    let span = table.span();
+    let part = |key: &str| -> Result<Option<Spanned<DeTable<'_>>>, SpecError> {
+        match table.get_ref().get(key) {
+            None => Ok(None),
+            Some(value) => match value.get_ref() {
+                DeValue::Table(t) => Ok(Some(Spanned::new(value.span(), t.clone()))),
+                other => Err(source
+                    .error(value.span(), format!("`{key}` must be a table, not a {}", other.type_str()))),
+            },
+        }
+    };
+    let (signal, detector, grid) = (part("signal")?, part("detector")?, part("grid")?);
+    let Some(detector) = detector else {
+        return Err(source
+            .error(span, format!("method `{name}` has no detector, and no published method has that name")));
+    };
+    let signal = signal.map(|t| RawPlugin::read(source, t, "signal", SIGNALS)).transpose()?;
+    let detector = RawPlugin::read(source, detector, "detector", DETECTORS)?;
+    let axes = match &grid {
+        None => Vec::new(),
+        Some(grid) => read_axes(source, grid, &detector, signal.as_ref())?,
+    };
+    let mut variants = Vec::new();
+    for point in combinations(&axes) {
+        variants.push(build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?);
+    }
+    Ok(Method { name: name.to_string(), variants })
+}
+
+/// One grid axis: which plugin and key it sets, and its values.
+struct Axis<'i> {
+    name: String,
+    of_signal: bool,
+    key: String,
+    values: Vec<(f64, Spanned<DeValue<'i>>)>,
+}
+
+fn combinations<'a, 'i>(axes: &'a [Axis<'i>]) -> Vec<Vec<(&'a Axis<'i>, usize)>> {
+    axes.iter().fold(vec![Vec::new()], |points, axis| {
+        points
+            .iter()
+            .flat_map(|point| (0..axis.values.len()).map(|i| [point.clone(), vec![(axis, i)]].concat()))
+            .collect()
+    })
+}
+
+fn read_axes<'i>(
+    source: Source<'_>,
+    grid: &Spanned<DeTable<'i>>,
+    detector: &RawPlugin<'i, dyn Detector>,
+    signal: Option<&RawPlugin<'i, dyn Signal>>,
+) -> Result<Vec<Axis<'i>>, SpecError> {
+    let mut axes = Vec::new();
+    let mut size = 1usize;
+    let trained = detector.training(source)?.map(|(key, _)| key);
+    for (key, values) in grid.get_ref() {
+        let (name, span) = (key.get_ref().to_string(), key.span());
+        if trained.as_ref() == Some(&name) {
+            let message = format!("`{name}` is trained; it cannot be an axis of the grid too");
+            return Err(source.error(span, message));
+        }
+        let of_detector = detector.keys();
+        let of_signal = signal.map(RawPlugin::keys).unwrap_or_default();
+        let is_signal = match (of_detector.contains(&name), of_signal.contains(&name)) {
+            (true, false) => false,
+            (false, true) => true,
+            (true, true) => {
+                return Err(source.error(span, format!("both the signal and the detector have a `{name}`")));
+            }
+            (false, false) => {
+                let known: Vec<&str> = of_detector.iter().chain(&of_signal).map(String::as_str).collect();
+                return Err(source.error(span, unknown("parameter", &name, known)));
+            }
+        };
+        let DeValue::Array(list) = values.get_ref() else {
+            return Err(source.error(values.span(), format!("grid `{name}` must be a list of numbers")));
+        };
+        let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
+        for item in list.iter() {
+            let number =
+                f64::deserialize(RawParams::from(item.clone())).map_err(|e| source.toml(&e, item.span()))?;
+            if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
+                return Err(source.error(
+                    item.span(),
+                    format!("grid `{name}`: {number} is not finite or stands there twice"),
+                ));
+            }
+            numbers.push((number, item.clone()));
+        }
+        size = size.saturating_mul(numbers.len());
+        if numbers.is_empty() || size > MOST_VARIANTS {
+            return Err(source.error(
+                values.span(),
+                format!("the grid needs 1 to {MOST_VARIANTS} combinations, this makes {size}"),
+            ));
+        }
+        axes.push(Axis { name: name.clone(), of_signal: is_signal, key: name, values: numbers });
+    }
+    axes.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(axes)
+}
+
+fn build_variant<'i>(
+    source: Source<'_>,
+    name: &str,
+    span: std::ops::Range<usize>,
+    detector: &RawPlugin<'i, dyn Detector>,
+    signal: Option<&RawPlugin<'i, dyn Signal>>,
+    point: &[(&Axis<'i>, usize)],
+) -> Result<Variant, SpecError> {
+    let set = |of_signal: bool| -> Vec<(&str, Spanned<DeValue<'i>>)> {
+        let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
+        mine.map(|(axis, i)| (axis.key.as_str(), axis.values[*i].1.clone())).collect()
+    };
+    let signal = signal
+        .map(|raw| {
+            let built = raw.build(source, set(true))?;
+            Ok(SignalChoice { kind: raw.entry.kind, version: raw.entry.version, signal: Arc::from(built) })
+        })
+        .transpose()?;
+    let detector = match detector.training(source)? {
+        Some((key, train)) => train_choice(source, detector, &key, &train, set(false))?,
+        None => DetectorChoice::Given(FixedDetector {
+            kind: detector.entry.kind,
+            version: detector.entry.version,
+            detector: Arc::from(detector.build(source, set(false))?),
+        }),
+    };
+    let needs_signal = match &detector {
+        DetectorChoice::Given(d) => d.detector.needs_signal(),
+        DetectorChoice::Trained(_) => true,
+    };
+    if needs_signal && signal.is_none() {
+        return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
+    }
+    let point = point.iter().map(|(axis, i)| (axis.name.clone(), axis.values[*i].0)).collect();
+    Ok(Variant { point, signal, detector })
+}
+
+fn train_choice(
+    source: Source<'_>,
+    raw: &RawPlugin<'_, dyn Detector>,
+    key: &str,
+    train: &Spanned<wire::Train>,
+    set: Vec<(&str, Spanned<DeValue<'_>>)>,
+) -> Result<DetectorChoice, SpecError> {
+    let wire = train.get_ref();
+    let metric = Metric::from_name(wire.maximise.get_ref()).ok_or_else(|| {
+        source.unknown(wire.maximise.span(), "metric", wire.maximise.get_ref(), Metric::names())
+    })?;
+    if metric.goodness() != Goodness::Up {
+        let good =
+            Metric::names().filter(|n| Metric::from_name(n).is_some_and(|m| m.goodness() == Goodness::Up));
+        let good = good.collect::<Vec<_>>().join(", ");
+        let message = format!("`maximise` takes measures of which more is better: {good}");
+        return Err(source.error(wire.maximise.span(), message));
+    }
+    let grid = wire.grid.get_ref();
+    let count = ((grid.to - grid.from) / grid.step + 1e-9).floor();
+    let usable = [grid.from, grid.to, grid.step].iter().all(|v| v.is_finite()) && grid.step > 0.0;
+    if !usable || !(0.0..MOST_CANDIDATES as f64).contains(&count) {
+        let message = format!("the grid needs from <= to, step > 0 and at most {MOST_CANDIDATES} values");
+        return Err(source.error(wire.grid.span(), message));
+    }
+    // Twelve digits, so that .003 + .001 is the .004 a person would write.
+    let values: Vec<String> =
+        (0..=count as usize).map(|i| format!("{:.12e}", grid.from + i as f64 * grid.step)).collect();
+    let mut candidates = Vec::new();
+    for text in &values {
+        let value: f64 = text.parse().map_err(|_| source.error(wire.grid.span(), "not a number"))?;
+        let parsed = DeValue::parse(text).map_err(|e| source.toml(&e, wire.grid.span()))?;
+        let mut set = set.clone();
+        set.push((key, Spanned::new(wire.grid.span(), parsed.into_inner())));
+        let detector = Arc::from(raw.build(source, set)?);
+        candidates
+            .push((value, FixedDetector { kind: raw.entry.kind, version: raw.entry.version, detector }));
+    }
+    Ok(DetectorChoice::Trained(Training {
+        key: key.to_string(),
+        role: wire.train.get_ref().clone(),
+        maximise: metric,
+        candidates,
+    }))
+}
+
+/// A plugin's table with its kind looked up and its parameters still raw.
+pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
+    entry: &'static Entry<T>,
+    table: Spanned<DeTable<'i>>,
+}
+
+impl<'i, T: ?Sized> RawPlugin<'i, T> {
+    fn read(
+        source: Source<'_>,
+        mut table: Spanned<DeTable<'i>>,
+        what: &str,
+        list: &'static [Entry<T>],
+    ) -> Result<Self, SpecError> {
+        let Some(kind) = table.get_mut().remove("kind") else {
+            return Err(source.error(table.span(), format!("the {what} has no `kind`")));
+        };
+        let kinds = list.iter().map(|e| e.kind);
+        let Some(word) = kind.get_ref().as_str() else {
+            return Err(source.error(kind.span(), format!("the {what}'s `kind` must be text")));
+        };
+        let Some(entry) = plugin::find(list, word) else {
+            return Err(source.unknown(kind.span(), what, word, kinds));
+        };
+        Ok(Self { entry, table })
+    }
+
+    /// Names of the parameters, from the plugin's schema.
+    fn keys(&self) -> Vec<String> {
+        let schema = (self.entry.schema)();
+        let properties = schema.get("properties").and_then(serde_json::Value::as_object);
+        properties.map(|p| p.keys().cloned().collect()).unwrap_or_default()
+    }
+
+    fn build(&self, source: Source<'_>, set: Vec<(&str, Spanned<DeValue<'_>>)>) -> Result<Box<T>, SpecError> {
+        let mut table: Spanned<DeTable<'_>> = self.table.clone();
+        for (key, value) in set {
+            table.get_mut().remove(key);
+            // The key gets the value's place, so that a refused grid value is blamed on the grid.
+            table.get_mut().insert(Spanned::new(value.span(), key.to_string().into()), value);
+        }
+        build_entry(self.entry, &table).map_err(|e| source.params(&e, &table))
+    }
+}
+
+impl RawPlugin<'_, dyn Detector> {
+    /// The parameter that is to be trained, if one is.
+    fn training(&self, source: Source<'_>) -> Result<Option<(String, Spanned<wire::Train>)>, SpecError> {
+        let mut found = None;
+        for (key, value) in self.table.get_ref() {
+            let is_training = matches!(value.get_ref(), DeValue::Table(t) if t.contains_key("train") || t.contains_key("maximise"));
+            if !is_training {
+                continue;
+            }
+            if found.is_some() {
+                return Err(source.error(key.span(), "only one parameter of a method can be trained"));
+            }
+            let train = wire::Train::deserialize(RawParams::from(value.clone()))
+                .map_err(|e| source.toml(&e, value.span()))?;
+            found = Some((key.get_ref().to_string(), Spanned::new(value.span(), train)));
+        }
+        Ok(found)
+    }
+}
+
+/// Builds a plugin from a table of the file.
+pub(super) fn build_entry<T: ?Sized>(
+    entry: &Entry<T>,
+    table: &Spanned<DeTable<'_>>,
+) -> Result<Box<T>, ParamError> {
+    (entry.build)(RawParams::from(Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()))))
+}

@@ -1,0 +1,77 @@
+//! Experiments: one TOML file -> a checked [`Experiment`] -> cells.
+//!
+//! [`wire`] is the file's shape, [`read`] turns it into checked plugins, [`error`] tells where it is
+//! wrong, [`claim`] is the small language of conclusions, [`builtin`] holds the experiments and the
+//! methods that come with the program. A file can name only what the lists of trackers, signals,
+//! detectors and protocols know; it cannot run code or leave the data root.
+
+pub mod builtin;
+pub mod claim;
+pub mod error;
+pub mod method;
+pub mod read;
+pub mod schema;
+pub mod table;
+pub mod wire;
+
+pub use error::SpecError;
+pub use read::parse;
+
+use crate::score::Protocol;
+use crate::tracker::Setup;
+use claim::Claim;
+use method::Method;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use table::{Figure, Published, Table};
+
+/// Role of the suite that results are about.
+pub const TEST: &str = "test";
+
+/// A checked experiment.
+pub struct Experiment {
+    /// Path-like name, the folder of its results: `khalid2016/table1`.
+    pub name: String,
+    /// Title for people.
+    pub title: String,
+    /// Key of the paper it replicates, if any.
+    pub paper: Option<String>,
+    /// The paper's object: `Table 1`.
+    pub object: Option<String>,
+    /// What a reader must know beside the numbers.
+    pub note: Option<String>,
+    /// How labels are scored.
+    pub protocol: &'static Protocol,
+    /// Base of all seeds.
+    pub seed: u64,
+    /// Role -> suite name; [`TEST`] is always there.
+    pub suites: BTreeMap<String, String>,
+    /// Trackers in file order.
+    pub trackers: Vec<Tracker>,
+    /// Methods in file order.
+    pub methods: Vec<Method>,
+    /// Tables in file order.
+    pub tables: Vec<Table>,
+    /// Figures in file order.
+    pub figures: Vec<Figure>,
+    /// Numbers that the paper prints.
+    pub published: Vec<Published>,
+    /// Conclusions as predicates.
+    pub claims: Vec<Claim>,
+    /// The file's text, kept beside the results.
+    pub source: String,
+}
+
+/// A tracker of an experiment.
+pub struct Tracker {
+    /// Name in tables, unique in the experiment.
+    pub label: String,
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// Repetitions.
+    pub runs: u32,
+    /// The checked tracker.
+    pub setup: Arc<dyn Setup>,
+}

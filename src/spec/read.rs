@@ -1,0 +1,296 @@
+//! From the text of an experiment file to a checked [`Experiment`]. The first thing that is wrong ends
+//! the reading, with its line.
+
+use super::error::{Source, SpecError};
+use super::table::{self, Words};
+use super::{Experiment, TEST, Tracker, claim, method, wire};
+use crate::plugin::{self, RawParams};
+use crate::score;
+use crate::tracker::TRACKERS;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Version of the format.
+const SCHEMA: u32 = 1;
+/// Longest experiment file that is read, in bytes.
+const LONGEST: usize = 4 << 20;
+
+/// Reads and checks an experiment; `file` names it in messages.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
+    let source = Source { file, text };
+    if text.len() > LONGEST {
+        return Err(source.error(0..0, format!("an experiment file has at most {LONGEST} bytes")));
+    }
+    let mut document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
+    let tracker_params = split_tracker_params(source, &mut document)?;
+    complete_methods(source, &mut document)?;
+    let methods_raw = array_of_tables(source, &document, "method")?;
+    let whole = Spanned::new(document.span(), DeValue::Table(document.get_ref().clone()));
+    let wire = wire::Experiment::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
+
+    if *wire.schema.get_ref() != SCHEMA {
+        let message = format!("schema {} is not known; this program reads {SCHEMA}", wire.schema.get_ref());
+        return Err(source.error(wire.schema.span(), message));
+    }
+    check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
+    let protocol = score::protocol(wire.protocol.get_ref()).ok_or_else(|| {
+        let known = score::PROTOCOLS.iter().map(|p| p.name);
+        source.unknown(wire.protocol.span(), "protocol", wire.protocol.get_ref(), known)
+    })?;
+    let suites = read_suites(source, &wire)?;
+    let trackers = read_trackers(source, &wire, tracker_params)?;
+    let mut methods: Vec<method::Method> = Vec::new();
+    for (m, raw) in wire.method.get_ref().iter().zip(&methods_raw) {
+        let name = m.name.get_ref();
+        check_label(source, &m.name)?;
+        if methods.iter().any(|known| known.name == *name) {
+            return Err(source.error(m.name.span(), format!("method `{name}` stands there twice")));
+        }
+        methods.push(method::read(source, name, raw)?);
+    }
+    if methods.is_empty() {
+        return Err(source.error(wire.method.span(), "there is no [[method]]"));
+    }
+    check_roles(source, &wire, &methods, &suites)?;
+
+    let mut axes: Vec<String> = methods
+        .iter()
+        .flat_map(|m| &m.variants)
+        .flat_map(|v| v.point.iter().map(|(axis, _)| axis.clone()))
+        .collect();
+    axes.sort();
+    axes.dedup();
+    let name = |m: &method::Method| m.name.clone();
+    let words = Words {
+        methods: methods.iter().map(|m| m.name.clone()).collect(),
+        trackers: trackers.iter().map(|t| t.label.clone()).collect(),
+        axes,
+        sequences: crate::dataset::lock::suite(&suites[TEST])
+            .map_or_else(|_| Vec::new(), |s| s.sequence_names()),
+        drawn: methods.iter().filter(|m| m.variants.iter().all(|v| v.point.is_empty())).map(name).collect(),
+        with_signal: methods
+            .iter()
+            .filter(|m| m.variants.iter().any(|v| v.signal.is_some()))
+            .map(name)
+            .collect(),
+    };
+    let mut tables = Vec::new();
+    for t in &wire.table {
+        check_twice(source, "table", &t.name, tables.iter().map(|t: &table::Table| t.name.as_str()))?;
+        tables.push(table::read_table(source, t, &words)?);
+    }
+    let mut figures = Vec::new();
+    for f in &wire.figure {
+        check_twice(source, "figure", &f.name, figures.iter().map(|f: &table::Figure| f.name.as_str()))?;
+        figures.push(table::read_figure(source, f, &words)?);
+    }
+    let mut published: Vec<table::Published> = Vec::new();
+    for p in &wire.published {
+        let row = table::read_published(source, p, &tables)?;
+        if published.iter().any(|k| (&k.table, &k.tracker, &k.row) == (&row.table, &row.tracker, &row.row)) {
+            let message = format!("`{}` of {} stands there twice", row.row, row.tracker);
+            return Err(source.error(p.row.span(), message));
+        }
+        published.push(row);
+    }
+    let claims = wire.claim.iter().map(|c| claim::read(source, c, &words)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Experiment {
+        name: wire.name.into_inner(),
+        title: wire.title,
+        paper: wire.paper,
+        object: wire.object,
+        note: wire.note,
+        protocol,
+        seed: wire.seed,
+        suites,
+        trackers,
+        methods,
+        tables,
+        figures,
+        published,
+        claims,
+        source: text.to_string(),
+    })
+}
+
+fn check_twice<'k>(
+    source: Source<'_>,
+    what: &str,
+    name: &Spanned<String>,
+    mut known: impl Iterator<Item = &'k str>,
+) -> Result<(), SpecError> {
+    if known.any(|k| k == name.get_ref()) {
+        return Err(source.error(name.span(), format!("{what} `{}` stands there twice", name.get_ref())));
+    }
+    Ok(())
+}
+
+/// Names of methods and trackers appear in tables, claims and file columns.
+fn check_label(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
+    check_label_text(name.get_ref()).map_err(|message| source.error(name.span(), message))
+}
+
+fn check_label_text(name: &str) -> Result<(), String> {
+    let forbidden = |c: char| c.is_control() || "[]=,;+\"".contains(c);
+    if name.trim() != name || name.is_empty() || name.chars().count() > 64 || name.contains(forbidden) {
+        return Err(format!(
+            "the name {name:?} must have 1 to 64 characters, none of [ ] = , ; + \" and no outer spaces"
+        ));
+    }
+    Ok(())
+}
+
+/// Whether a text can be the name of an experiment, and with it the path of its folders.
+///
+/// # Errors
+/// What a name must be.
+pub fn check_experiment_name(name: &str) -> Result<(), String> {
+    if name.len() > 128 || !name.split('/').all(table::is_word) {
+        return Err("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`".to_string());
+    }
+    Ok(())
+}
+
+/// Takes the plugin's own keys out of every `[[tracker]]`.
+fn split_tracker_params<'i>(
+    source: Source<'_>,
+    document: &mut Spanned<DeTable<'i>>,
+) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
+    let Some(trackers) = document.get_mut().get_mut("tracker") else { return Ok(Vec::new()) };
+    let span = trackers.span();
+    let DeValue::Array(list) = trackers.get_mut() else {
+        return Err(source.error(span, "trackers are written as [[tracker]]"));
+    };
+    let mut all = Vec::new();
+    for item in list.iter_mut() {
+        let span = item.span();
+        let DeValue::Table(table) = item.get_mut() else {
+            return Err(source.error(span, "trackers are written as [[tracker]]"));
+        };
+        let (known, params) = std::mem::take(table)
+            .into_iter()
+            .partition(|(key, _)| ["name", "label", "runs"].contains(&key.get_ref().as_ref()));
+        *table = known;
+        all.push(Spanned::new(span, params));
+    }
+    Ok(all)
+}
+
+/// Fills `signal` and `detector` of methods that give only a published name.
+fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>) -> Result<(), SpecError> {
+    let Some(methods) = document.get_mut().get_mut("method") else { return Ok(()) };
+    let span = methods.span();
+    let DeValue::Array(list) = methods.get_mut() else {
+        return Err(source.error(span, "methods are written as [[method]]"));
+    };
+    for item in list.iter_mut() {
+        let span = item.span();
+        let DeValue::Table(table) = item.get_mut() else { continue };
+        let Some(name) = table.get("name").and_then(|n| n.get_ref().as_str()).map(str::to_string) else {
+            continue;
+        };
+        if table.contains_key("signal") || table.contains_key("detector") {
+            continue;
+        }
+        let catalogue = super::builtin::method_tables();
+        let Some(known) = catalogue.iter().find(|t| t.0 == name) else {
+            let names = catalogue.iter().map(|t| t.0.as_str());
+            return Err(source.unknown(span, "published method", &name, names.clone()));
+        };
+        for (key, value) in known.1.get_ref() {
+            if key.get_ref() != "name" {
+                table.insert(Spanned::new(span.clone(), key.get_ref().clone()), value.clone());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The tables of an array of tables, each with its place.
+pub(super) fn array_of_tables<'i>(
+    source: Source<'_>,
+    document: &Spanned<DeTable<'i>>,
+    key: &str,
+) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
+    let Some(value) = document.get_ref().get(key) else { return Ok(Vec::new()) };
+    let wrong = |span| source.error(span, format!("write [[{key}]]"));
+    let DeValue::Array(list) = value.get_ref() else { return Err(wrong(value.span())) };
+    list.iter()
+        .map(|item| match item.get_ref() {
+            DeValue::Table(t) => Ok(Spanned::new(item.span(), t.clone())),
+            _ => Err(wrong(item.span())),
+        })
+        .collect()
+}
+
+fn read_suites(source: Source<'_>, wire: &wire::Experiment) -> Result<BTreeMap<String, String>, SpecError> {
+    let known = crate::dataset::lock::names();
+    let mut suites = BTreeMap::new();
+    for (role, suite) in wire.suites.get_ref() {
+        if !known.contains(&suite.get_ref().as_str()) {
+            return Err(source.unknown(suite.span(), "suite", suite.get_ref(), known.iter().copied()));
+        }
+        suites.insert(role.clone(), suite.get_ref().clone());
+    }
+    if !suites.contains_key(TEST) {
+        return Err(source.error(wire.suites.span(), "[suites] has no `test`"));
+    }
+    Ok(suites)
+}
+
+fn read_trackers(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    params: Vec<Spanned<DeTable<'_>>>,
+) -> Result<Vec<Tracker>, SpecError> {
+    let mut trackers: Vec<Tracker> = Vec::new();
+    for (t, params) in wire.tracker.get_ref().iter().zip(params) {
+        let kinds = TRACKERS.iter().map(|e| e.kind);
+        let entry = plugin::find(TRACKERS, t.name.get_ref())
+            .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
+        let setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
+        let runs = t.runs.as_ref().map_or(1, |r| *r.get_ref());
+        if !(1..=1000).contains(&runs) {
+            let span = t.runs.as_ref().map_or(t.name.span(), Spanned::span);
+            return Err(source.error(span, format!("`runs` must be 1 to 1000, not {runs}")));
+        }
+        let span = t.label.as_ref().map_or(t.name.span(), Spanned::span);
+        let label = t.label.as_ref().map_or_else(|| entry.kind.to_string(), |l| l.get_ref().clone());
+        check_label_text(&label).map_err(|message| source.error(span.clone(), message))?;
+        if trackers.iter().any(|known| known.label == label) {
+            let message = format!("two trackers are called `{label}`; give one a `label`");
+            return Err(source.error(span, message));
+        }
+        let (kind, version) = (entry.kind, entry.version);
+        trackers.push(Tracker { label, kind, version, runs, setup: Arc::from(setup) });
+    }
+    if trackers.is_empty() {
+        return Err(source.error(wire.tracker.span(), "there is no [[tracker]]"));
+    }
+    Ok(trackers)
+}
+
+fn check_roles(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    methods: &[method::Method],
+    suites: &BTreeMap<String, String>,
+) -> Result<(), SpecError> {
+    for (m, wire) in methods.iter().zip(wire.method.get_ref()) {
+        for variant in &m.variants {
+            if let method::DetectorChoice::Trained(t) = &variant.detector
+                && !suites.contains_key(&t.role)
+            {
+                let known = suites.keys().map(String::as_str);
+                return Err(source.unknown(wire.name.span(), "suite role", &t.role, known));
+            }
+        }
+    }
+    Ok(())
+}

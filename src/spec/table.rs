@@ -1,0 +1,333 @@
+//! Tables, figures and published numbers as an experiment asks for them.
+
+use super::error::{Source, SpecError};
+use super::wire;
+use crate::score::measures::Metric;
+use toml::Spanned;
+
+/// What varies along one side of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Side {
+    /// Metrics, in this order.
+    Metrics(Vec<Metric>),
+    /// Methods, in the experiment's order.
+    Method,
+    /// Trackers, in the experiment's order.
+    Tracker,
+    /// The values of a grid axis.
+    Axis(String),
+}
+
+/// A table; whatever varies and is on neither side makes groups.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// File name.
+    pub name: String,
+    /// Text above the table.
+    pub caption: Option<String>,
+    /// What the rows are.
+    pub rows: Side,
+    /// What the columns are.
+    pub columns: Side,
+    /// The metric of all cells when neither side holds metrics.
+    pub metric: Option<Metric>,
+    /// The methods shown, in the experiment's order.
+    pub methods: Vec<String>,
+}
+
+/// A row of numbers as a paper prints it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Published {
+    /// Name of the table.
+    pub table: String,
+    /// The tracker the paper used.
+    pub tracker: String,
+    /// Row, as in the table.
+    pub row: String,
+    /// Column and text, at the precision printed.
+    pub values: Vec<(String, String)>,
+}
+
+/// What one panel of a strip figure shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Panel {
+    /// O_t.
+    Error,
+    /// A method's signal.
+    Signal(String),
+    /// A method's signal with its forecast.
+    Forecast(String),
+    /// One or more methods' scores with their thresholds.
+    Score(Vec<String>),
+}
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// File name.
+    pub name: String,
+    /// Text below the figure.
+    pub caption: Option<String>,
+    /// What it shows.
+    pub kind: FigureKind,
+}
+
+/// Kinds of figures.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FigureKind {
+    /// Series over frames, optionally below video frames.
+    Strips {
+        /// Label of the tracker; the first one when `None`.
+        tracker: Option<String>,
+        /// Sequences side by side; the one with most events when empty.
+        sequences: Vec<String>,
+        /// Rows of panels.
+        panels: Vec<Vec<Panel>>,
+        /// Number of video frames.
+        stills: usize,
+    },
+    /// A metric over a grid axis, a line for each combination of the others.
+    Sweep {
+        /// What the y axis shows.
+        metric: Metric,
+        /// The axis along x.
+        x: String,
+        /// The methods shown, in the experiment's order.
+        methods: Vec<String>,
+    },
+}
+
+/// Words an experiment defines, for checking references.
+pub struct Words {
+    /// Method names.
+    pub methods: Vec<String>,
+    /// Tracker labels.
+    pub trackers: Vec<String>,
+    /// Grid axes of all methods.
+    pub axes: Vec<String>,
+    /// Sequences of the test suite.
+    pub sequences: Vec<String>,
+    /// Methods without a grid: those whose series are kept for figures.
+    pub drawn: Vec<String>,
+    /// Methods that read a signal.
+    pub with_signal: Vec<String>,
+}
+
+/// Most video frames above a strip figure.
+const MOST_STILLS: usize = 12;
+
+fn metric(source: Source<'_>, word: &Spanned<String>) -> Result<Metric, SpecError> {
+    Metric::from_name(word.get_ref())
+        .ok_or_else(|| source.unknown(word.span(), "metric", word.get_ref(), Metric::names()))
+}
+
+fn axis(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Result<String, SpecError> {
+    if words.axes.contains(word.get_ref()) {
+        return Ok(word.get_ref().clone());
+    }
+    Err(source.unknown(word.span(), "grid axis", word.get_ref(), words.axes.iter().map(String::as_str)))
+}
+
+/// The methods of the experiment that are in `list`, or all without a list.
+fn read_methods(
+    source: Source<'_>,
+    list: Option<&[Spanned<String>]>,
+    words: &Words,
+) -> Result<Vec<String>, SpecError> {
+    let Some(list) = list else { return Ok(words.methods.clone()) };
+    if let Some(wrong) = list.iter().find(|m| !words.methods.contains(m.get_ref())) {
+        let known = words.methods.iter().map(String::as_str);
+        return Err(source.unknown(wrong.span(), "method", wrong.get_ref(), known));
+    }
+    let shown = |name: &&String| list.iter().any(|m| m.get_ref() == *name);
+    Ok(words.methods.iter().filter(shown).cloned().collect())
+}
+
+/// Checks a `[[table]]`.
+pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
+    check_file_name(source, &wire.name)?;
+    let rows = match wire.rows.get_ref().as_slice() {
+        [] => return Err(source.error(wire.rows.span(), "`rows` is empty")),
+        [one] if words.axes.contains(one) => Side::Axis(one.clone()),
+        list => {
+            let mut metrics = Vec::new();
+            for word in list {
+                let axes = words.axes.iter().map(String::as_str);
+                let known: Vec<&str> = Metric::names().map(|n| -> &str { n }).chain(axes).collect();
+                let metric = Metric::from_name(word)
+                    .ok_or_else(|| source.unknown(wire.rows.span(), "metric or grid axis", word, known))?;
+                metrics.push(metric);
+            }
+            Side::Metrics(metrics)
+        }
+    };
+    let columns = match wire.columns.get_ref().as_str() {
+        "method" => Side::Method,
+        "tracker" => Side::Tracker,
+        word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
+        word => {
+            let known = ["method", "tracker"].into_iter().chain(words.axes.iter().map(String::as_str));
+            return Err(source.unknown(wire.columns.span(), "column", word, known));
+        }
+    };
+    let shown = wire.metric.as_ref().map(|m| metric(source, m)).transpose()?;
+    let shown = match (&rows, shown) {
+        (Side::Metrics(_), None) => None,
+        (Side::Metrics(_), Some(_)) => {
+            let span = wire.metric.as_ref().map_or(wire.rows.span(), Spanned::span);
+            return Err(source.error(span, "`metric` is for tables whose rows are a grid axis"));
+        }
+        (_, shown) => Some(shown.unwrap_or(Metric::FScore)),
+    };
+    if rows == columns {
+        return Err(source.error(wire.columns.span(), "rows and columns are the same"));
+    }
+    let name = wire.name.get_ref().clone();
+    let methods = read_methods(source, wire.methods.as_deref(), words)?;
+    Ok(Table { name, caption: wire.caption.clone(), rows, columns, metric: shown, methods })
+}
+
+/// Checks a `[[figure]]`.
+pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Result<Figure, SpecError> {
+    check_file_name(source, &wire.name)?;
+    // A key that the kind does not look at would be a wish that nobody hears.
+    let foreign = |key: &str, span: Option<std::ops::Range<usize>>| match span {
+        Some(span) => Err(source.error(span, format!("a `{}` figure has no `{key}`", wire.kind.get_ref()))),
+        None => Ok(()),
+    };
+    let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
+    let kind = match wire.kind.get_ref().as_str() {
+        "strips" => {
+            foreign("metric", wire.metric.as_ref().map(Spanned::span))?;
+            foreign("x", wire.x.as_ref().map(Spanned::span))?;
+            foreign("methods", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())))?;
+            if let Some(t) = &wire.tracker
+                && !words.trackers.contains(t.get_ref())
+            {
+                let known = words.trackers.iter().map(String::as_str);
+                return Err(source.unknown(t.span(), "tracker", t.get_ref(), known));
+            }
+            for s in &wire.sequences {
+                if !words.sequences.contains(s.get_ref()) {
+                    let known = words.sequences.iter().map(String::as_str);
+                    return Err(source.unknown(s.span(), "sequence", s.get_ref(), known));
+                }
+            }
+            let stills = wire.stills.as_ref().map_or(0, |s| *s.get_ref());
+            if stills > MOST_STILLS {
+                let span = wire.stills.as_ref().map_or(wire.name.span(), Spanned::span);
+                return Err(source.error(span, format!("`stills` must be 0 to {MOST_STILLS}, not {stills}")));
+            }
+            if wire.panels.is_empty() || wire.panels.iter().any(Vec::is_empty) {
+                return Err(source.error(
+                    wire.name.span(),
+                    "a `strips` figure needs `panels`, and none of its rows is empty",
+                ));
+            }
+            let mut panels = Vec::new();
+            for row in &wire.panels {
+                panels.push(row.iter().map(|p| read_panel(source, p, words)).collect::<Result<Vec<_>, _>>()?);
+            }
+            FigureKind::Strips {
+                tracker: wire.tracker.as_ref().map(|t| t.get_ref().clone()),
+                sequences: wire.sequences.iter().map(|s| s.get_ref().clone()).collect(),
+                panels,
+                stills,
+            }
+        }
+        "sweep" => {
+            foreign("tracker", wire.tracker.as_ref().map(Spanned::span))?;
+            foreign("sequences", first(&wire.sequences))?;
+            foreign("panels", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())))?;
+            foreign("stills", wire.stills.as_ref().map(Spanned::span))?;
+            let (Some(m), Some(x)) = (&wire.metric, &wire.x) else {
+                return Err(source.error(wire.name.span(), "a `sweep` figure needs `metric` and `x`"));
+            };
+            let methods = read_methods(source, wire.methods.as_deref(), words)?;
+            FigureKind::Sweep { metric: metric(source, m)?, x: axis(source, x, words)?, methods }
+        }
+        word => return Err(source.unknown(wire.kind.span(), "figure kind", word, ["strips", "sweep"])),
+    };
+    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind })
+}
+
+fn read_panel(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Result<Panel, SpecError> {
+    let text = word.get_ref().as_str();
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let method = |name: &str| {
+        if !words.methods.iter().any(|m| m == name) {
+            return Err(source.unknown(
+                word.span(),
+                "method",
+                name,
+                words.methods.iter().map(String::as_str),
+            ));
+        }
+        if !words.drawn.iter().any(|m| m == name) {
+            let message = format!("`{name}` has a grid; only methods without one can be drawn over frames");
+            return Err(source.error(word.span(), message));
+        }
+        Ok(name.to_string())
+    };
+    let signal = |name: &str| {
+        let name = method(name)?;
+        if words.with_signal.contains(&name) {
+            return Ok(name);
+        }
+        Err(source.error(word.span(), format!("`{name}` reads no signal that could be drawn")))
+    };
+    match kind {
+        "error" if rest.is_empty() => Ok(Panel::Error),
+        "signal" => Ok(Panel::Signal(signal(rest)?)),
+        "forecast" => Ok(Panel::Forecast(signal(rest)?)),
+        "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        _ => Err(source.unknown(word.span(), "panel", kind, ["error", "signal", "forecast", "score"])),
+    }
+}
+
+/// Checks a `[[published]]` against the table it belongs to.
+pub fn read_published(
+    source: Source<'_>,
+    wire: &wire::Published,
+    tables: &[Table],
+) -> Result<Published, SpecError> {
+    let name = wire.table.get_ref();
+    let Some(table) = tables.iter().find(|t| t.name == *name) else {
+        let known: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
+        return Err(source.unknown(wire.table.span(), "table", name, known));
+    };
+    if let Side::Metrics(metrics) = &table.rows
+        && !metrics.iter().any(|m| m.name() == wire.row.get_ref())
+    {
+        let known: Vec<&str> = metrics.iter().map(|m| m.name()).collect();
+        return Err(source.unknown(wire.row.span(), "row", wire.row.get_ref(), known));
+    }
+    let mut values = Vec::new();
+    for (column, text) in &wire.values {
+        if table.columns == Side::Method && !table.methods.contains(column) {
+            let known = table.methods.iter().map(String::as_str);
+            return Err(source.unknown(text.span(), "column", column, known));
+        }
+        let numbers: Vec<&str> = text.get_ref().split('±').collect();
+        let is_number = |n: &&str| n.trim().parse::<f64>().is_ok_and(f64::is_finite);
+        if numbers.len() > 2 || !numbers.iter().all(is_number) {
+            return Err(source.error(text.span(), format!("`{}` is not a printed number", text.get_ref())));
+        }
+        values.push((column.clone(), text.get_ref().clone()));
+    }
+    let row = wire.row.get_ref().clone();
+    Ok(Published { table: name.clone(), tracker: wire.tracker.clone(), row, values })
+}
+
+fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
+    if is_word(name.get_ref()) {
+        return Ok(());
+    }
+    Err(source.error(name.span(), format!("`{}` must be made of a-z, 0-9, `-` and `_`", name.get_ref())))
+}
+
+/// Whether a name is safe as a file name everywhere: `a-z`, `0-9`, `-`, `_`, at most 64 characters.
+pub fn is_word(name: &str) -> bool {
+    (1..=64).contains(&name.len())
+        && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_')
+}

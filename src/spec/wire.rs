@@ -1,0 +1,203 @@
+//! The shape of an experiment file, as serde reads it and as its JSON Schema describes it.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+/// An experiment file.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Version of this format: 1.
+    #[schemars(with = "u32")]
+    pub schema: Spanned<u32>,
+    /// Path-like name, e.g. `khalid2016/table1`: the folder of its results.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// Title for people.
+    pub title: String,
+    /// Key of the paper it replicates.
+    pub paper: Option<String>,
+    /// The paper's object, e.g. `Table 1`.
+    pub object: Option<String>,
+    /// What a reader must know beside the numbers.
+    pub note: Option<String>,
+    /// How labels are scored, e.g. `khalid2016/1`.
+    #[schemars(with = "String")]
+    pub protocol: Spanned<String>,
+    /// Base of all seeds.
+    #[serde(default)]
+    pub seed: u64,
+    /// Role -> suite; `test` is required.
+    #[schemars(with = "BTreeMap<String, String>")]
+    pub suites: Spanned<BTreeMap<String, Spanned<String>>>,
+    /// Trackers.
+    #[schemars(with = "Vec<Tracker>")]
+    pub tracker: Spanned<Vec<Tracker>>,
+    /// Methods.
+    #[schemars(with = "Vec<Method>")]
+    pub method: Spanned<Vec<Method>>,
+    /// Tables.
+    #[serde(default)]
+    pub table: Vec<Table>,
+    /// Figures.
+    #[serde(default)]
+    pub figure: Vec<Figure>,
+    /// Numbers that the paper prints.
+    #[serde(default)]
+    pub published: Vec<Published>,
+    /// Conclusions as predicates over our numbers.
+    #[serde(default)]
+    pub claim: Vec<Claim>,
+}
+
+/// One `[[tracker]]`; keys other than these are the tracker's parameters, checked by its plugin.
+#[derive(Deserialize, JsonSchema)]
+pub struct Tracker {
+    /// Kind of tracker.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// Name in tables; the kind where it is left out.
+    #[schemars(with = "Option<String>")]
+    pub label: Option<Spanned<String>>,
+    /// Repetitions, at least 1.
+    #[schemars(with = "Option<u32>")]
+    pub runs: Option<Spanned<u32>>,
+}
+
+/// One `[[method]]`: a signal and a detector under a name.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Method {
+    /// Name in tables. A method of the papers needs nothing else.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// `{ kind = "...", parameters }`; left out for anchors.
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub signal: Option<toml::Table>,
+    /// `{ kind = "...", parameters }`; one parameter may be `{ train = ROLE, maximise = METRIC, grid = ... }`.
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub detector: Option<toml::Table>,
+    /// Parameter -> list of values; every combination is a method of its own.
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub grid: Option<toml::Table>,
+}
+
+/// A parameter that is chosen on a suite: `{ train = "train", maximise = "f_score", grid = {...} }`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Train {
+    /// Role of the suite it is chosen on.
+    #[schemars(with = "String")]
+    pub train: Spanned<String>,
+    /// The pooled measure that is made as large as possible; ties go to the first value.
+    #[schemars(with = "String")]
+    pub maximise: Spanned<String>,
+    /// The values tried.
+    #[schemars(with = "Grid")]
+    pub grid: Spanned<Grid>,
+}
+
+/// Equally spaced values, ends included.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// First value.
+    pub from: f64,
+    /// Last value.
+    pub to: f64,
+    /// Distance, above 0.
+    pub step: f64,
+}
+
+/// One `[[table]]`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// File name of the table.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// Text above the table.
+    pub caption: Option<String>,
+    /// Metrics, or one grid axis.
+    #[schemars(with = "Vec<String>")]
+    pub rows: Spanned<Vec<String>>,
+    /// `method`, `tracker`, `metric` or a grid axis.
+    #[schemars(with = "String")]
+    pub columns: Spanned<String>,
+    /// The metric shown when neither rows nor columns are metrics.
+    #[schemars(with = "Option<String>")]
+    pub metric: Option<Spanned<String>>,
+    /// The methods shown; all where it is left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub methods: Option<Vec<Spanned<String>>>,
+}
+
+/// One `[[figure]]`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Figure {
+    /// File name of the figure.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// `strips` (series over frames) or `sweep` (a metric over a grid axis).
+    #[schemars(with = "String")]
+    pub kind: Spanned<String>,
+    /// Text below the figure.
+    pub caption: Option<String>,
+    /// strips: label of the tracker; the first one where it is left out.
+    #[schemars(with = "Option<String>")]
+    pub tracker: Option<Spanned<String>>,
+    /// strips: sequences, side by side; where it is left out, the one with most events.
+    #[serde(default)]
+    #[schemars(with = "Vec<String>")]
+    pub sequences: Vec<Spanned<String>>,
+    /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M` or `score:M+M2`.
+    #[serde(default)]
+    #[schemars(with = "Vec<Vec<String>>")]
+    pub panels: Vec<Vec<Spanned<String>>>,
+    /// strips: how many video frames to show above the panels, at most 12.
+    #[schemars(with = "Option<usize>")]
+    pub stills: Option<Spanned<usize>>,
+    /// sweep: metric on the y axis.
+    #[schemars(with = "Option<String>")]
+    pub metric: Option<Spanned<String>>,
+    /// sweep: grid axis along x.
+    #[schemars(with = "Option<String>")]
+    pub x: Option<Spanned<String>>,
+    /// sweep: the methods shown; all that have the axis where it is left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub methods: Option<Vec<Spanned<String>>>,
+}
+
+/// One `[[published]]`: printed values of one row of one table.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Name of the table.
+    #[schemars(with = "String")]
+    pub table: Spanned<String>,
+    /// The tracker the paper used.
+    pub tracker: String,
+    /// Row.
+    #[schemars(with = "String")]
+    pub row: Spanned<String>,
+    /// Column -> text as printed.
+    #[schemars(with = "BTreeMap<String, String>")]
+    pub values: BTreeMap<String, Spanned<String>>,
+}
+
+/// One `[[claim]]`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// The conclusion in words.
+    pub text: String,
+    /// The predicate, e.g. `recall[DTEF] >= recall[RAW]`.
+    #[schemars(with = "String")]
+    pub holds: Spanned<String>,
+    /// Whether a run must meet it (exit code 5 otherwise).
+    #[serde(default)]
+    pub required: bool,
+}
