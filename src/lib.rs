@@ -12,6 +12,7 @@
 //! | [`detector`] | a signal | a label a frame |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
+//! | [`engine`] | an experiment and its suites | judged cells; the only writer of files |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -20,6 +21,7 @@
 
 pub mod dataset;
 pub mod detector;
+pub mod engine;
 pub mod image;
 pub mod num;
 pub mod plugin;
