@@ -13,6 +13,7 @@
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | [`engine`] | an experiment and its suites | judged cells; the only writer of files |
+//! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -29,6 +30,7 @@ pub mod region;
 pub mod score;
 pub mod signal;
 pub mod spec;
+pub mod table;
 pub mod tracker;
 
 #[cfg(test)]

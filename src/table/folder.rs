@@ -1,0 +1,109 @@
+//! Writing a results folder: `results/<experiment>/`.
+
+use super::frame::{self, FrameError};
+use super::layout::{self, Layout};
+use super::manifest::{self, Manifest};
+use super::measures::{self, Measure};
+use super::{records, render};
+use crate::engine::run::Outcome;
+use crate::engine::store::{self, StoreError};
+use crate::spec::Experiment;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A results folder that could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// A file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A table in it.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// JSON in it.
+    #[error("{}: {error}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: serde_json::Error,
+    },
+}
+
+/// Pretty JSON with a final newline.
+///
+/// # Errors
+/// When the value cannot be JSON.
+pub fn to_json<T: serde::Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, FolderError> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|error| FolderError::Json { path: path.to_path_buf(), error })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// Writes everything a run found out. The manifest comes last: a folder without one is not whole.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(
+    folder: &Path,
+    experiment: &Experiment,
+    outcome: &Outcome,
+    wall_seconds: f64,
+) -> Result<(), FolderError> {
+    // The old manifest goes before the rest of the old run does.
+    let manifest_path = folder.join("manifest.json");
+    if manifest_path.exists() {
+        std::fs::remove_file(&manifest_path).map_err(|e| StoreError::new(&manifest_path, e))?;
+    }
+    for part in ["tables", "models", "stills"] {
+        store::clear(&folder.join(part))?;
+    }
+    let pooled = measures::pool(outcome);
+    let mut files = BTreeMap::new();
+    let mut keep = |name: &str, bytes: &[u8]| -> Result<(), FolderError> {
+        files.insert(name.to_string(), manifest::sha256(bytes));
+        Ok(store::write(&folder.join(name), bytes)?)
+    };
+    keep("experiment.toml", experiment.source.as_bytes())?;
+    keep("scores.csv", &frame::to_csv(&mut records::scores(experiment, outcome)?)?)?;
+    keep("measures.csv", &frame::to_csv(&mut records::measures(&outcome.suite, &pooled)?)?)?;
+    keep("frames.parquet", &frame::to_parquet(&mut records::frames(outcome)?)?)?;
+    keep("signals.parquet", &frame::to_parquet(&mut records::signals(outcome)?)?)?;
+    keep("truth.parquet", &frame::to_parquet(&mut records::truth(outcome)?)?)?;
+    for (k, model) in outcome.models.iter().enumerate() {
+        let path =
+            folder.join(format!("models/{:03}-{}-{}.json", k + 1, slug(&model.method), slug(&model.tracker)));
+        store::write(&path, &to_json(&path, model)?)?;
+    }
+    let manifest = Manifest { files, ..Manifest::new(experiment, outcome, wall_seconds) };
+    for layout in layouts(experiment, &pooled, &manifest) {
+        write_table(folder, &layout)?;
+    }
+    store::write(&manifest_path, &to_json(&manifest_path, &manifest)?)?;
+    Ok(())
+}
+
+/// A name as part of a file name; the number before it keeps different names apart.
+fn slug(name: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    name.chars().take(40).map(safe).collect()
+}
+
+/// The experiment's tables.
+pub fn layouts(experiment: &Experiment, pooled: &[Measure], manifest: &Manifest) -> Vec<Layout> {
+    let note = layout::data_note(manifest.suite.present.len(), manifest.suite.wanted);
+    experiment.tables.iter().map(|t| layout::layout(experiment, t, pooled, &note)).collect()
+}
+
+/// Writes one table as CSV, Markdown and LaTeX.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_table(folder: &Path, layout: &Layout) -> Result<(), FolderError> {
+    let path = |ending: &str| folder.join("tables").join(format!("{}.{ending}", layout.name));
+    store::write(&path("csv"), &render::csv(layout)?)?;
+    store::write(&path("md"), render::markdown(layout).as_bytes())?;
+    store::write(&path("tex"), render::latex(layout).as_bytes())?;
+    Ok(())
+}

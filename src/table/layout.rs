@@ -1,0 +1,365 @@
+//! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
+//!
+//! Whatever varies and is on neither side of a table (trackers, methods, grid axes) makes groups.
+//! Published numbers of a tracker that was run stand beside that tracker's; those of a paper's only
+//! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
+//! of their own without numbers of ours.
+
+use super::measures::Measure;
+use super::number::{Style, printed_value};
+use crate::score::measures::{Goodness, Metric};
+use crate::spec::Experiment;
+use crate::spec::method::DetectorChoice;
+use crate::spec::table::{Published, Side, Table};
+use serde::Serialize;
+
+/// A table with all texts made.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Layout {
+    /// File name.
+    pub name: String,
+    /// Text above the table, with the data it rests on.
+    pub caption: String,
+    /// That data alone: `12 of 21 targets`.
+    pub data: String,
+    /// What the first column holds.
+    pub corner: String,
+    /// Column headings.
+    pub columns: Vec<String>,
+    /// Groups in order.
+    pub groups: Vec<Group>,
+}
+
+/// Rows that share a tracker and grid point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// Heading; empty for a table's only group.
+    pub label: String,
+    /// The tracker whose published numbers stand beside ours.
+    pub published_tracker: Option<String>,
+    /// Whether there are numbers of ours at all.
+    pub has_ours: bool,
+    /// Rows in order.
+    pub rows: Vec<Row>,
+}
+
+/// One row.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Metric or grid value.
+    pub label: String,
+    /// Direction of goodness of the row's metric.
+    pub goodness: Goodness,
+    /// One a column.
+    pub cells: Vec<Cell>,
+}
+
+/// One cell.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Cell {
+    /// Our number as it is.
+    pub value: Option<f64>,
+    /// Our number as the paper would print it.
+    pub ours: Option<String>,
+    /// The published text.
+    pub published: Option<String>,
+    /// Ours minus published, both as printed.
+    pub difference: Option<String>,
+    /// Best of ours in its row; anchors do not compete.
+    pub best: bool,
+    /// Cells that failed behind this number.
+    pub failed: usize,
+}
+
+/// A place in the space of all pooled numbers.
+#[derive(Clone, Default)]
+struct Place {
+    tracker: Option<String>,
+    method: Option<String>,
+    metric: Option<Metric>,
+    axes: Vec<(String, f64)>,
+}
+
+/// The steps along one side: label and what it fixes.
+fn steps(side: &Side, table: &Table, experiment: &Experiment, measures: &[Measure]) -> Vec<(String, Place)> {
+    match side {
+        Side::Metrics(metrics) => metrics
+            .iter()
+            .map(|m| (m.name().to_string(), Place { metric: Some(*m), ..Place::default() }))
+            .collect(),
+        Side::Method => table
+            .methods
+            .iter()
+            .map(|m| (m.clone(), Place { method: Some(m.clone()), ..Place::default() }))
+            .collect(),
+        Side::Tracker => experiment
+            .trackers
+            .iter()
+            .map(|t| (t.label.clone(), Place { tracker: Some(t.label.clone()), ..Place::default() }))
+            .collect(),
+        Side::Axis(axis) => axis_values(axis, measures)
+            .into_iter()
+            .map(|v| (v.to_string(), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
+            .collect(),
+    }
+}
+
+fn axis_values(axis: &str, measures: &[Measure]) -> Vec<f64> {
+    let mut values: Vec<f64> =
+        measures.iter().flat_map(Measure::point).filter(|(a, _)| a == axis).map(|(_, v)| v).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+fn merge(places: &[&Place]) -> Place {
+    places.iter().fold(Place::default(), |mut all, p| {
+        all.tracker = p.tracker.clone().or(all.tracker);
+        all.method = p.method.clone().or(all.method);
+        all.metric = p.metric.or(all.metric);
+        all.axes.extend(p.axes.iter().cloned());
+        all
+    })
+}
+
+/// The measure at a place; axes that a method does not have do not matter to it.
+fn find<'a>(
+    measures: &'a [Measure],
+    tracker: &str,
+    method: &str,
+    axes: &[(String, f64)],
+) -> Option<&'a Measure> {
+    measures.iter().find(|m| {
+        m.tracker == tracker
+            && m.method == method
+            && m.point().iter().all(|(axis, v)| axes.iter().any(|(a, w)| a == axis && w == v))
+    })
+}
+
+/// The pooled number a claim speaks of.
+pub fn lookup(
+    measures: &[Measure],
+    tracker: &str,
+    method: &str,
+    axes: &[(String, f64)],
+    metric: Metric,
+) -> Option<f64> {
+    find(measures, tracker, method, axes)?.value(metric)
+}
+
+/// Whether a method is an anchor: a detector that looks at no signal.
+pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
+    experiment
+        .methods
+        .iter()
+        .filter(|m| m.name == method)
+        .flat_map(|m| &m.variants)
+        .all(|v| matches!(&v.detector, DetectorChoice::Given(d) if !d.detector.needs_signal()))
+}
+
+/// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
+pub fn data_note(present: usize, wanted: usize) -> String {
+    if present == wanted { format!("{wanted} targets") } else { format!("{present} of {wanted} targets") }
+}
+
+/// Makes one table.
+pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> Layout {
+    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
+    let rows = steps(&table.rows, table, experiment, measures);
+    let columns = steps(&table.columns, table, experiment, measures);
+    let context =
+        Context { experiment, metric: table.metric, published: &published, rows: &rows, columns: &columns };
+    let mut groups = Vec::new();
+    let mut shown_trackers: Vec<&str> = Vec::new();
+    for (label, place) in group_places(experiment, table, measures) {
+        let tracker = place.tracker.clone();
+        let source = published_for(&published, tracker.as_deref(), experiment);
+        if let Some(source) = source {
+            shown_trackers.push(source);
+        }
+        let heading = match (&tracker, events(measures, tracker.as_deref())) {
+            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} events)"),
+            (Some(_), Some(events)) => format!("{label} ({events} events)"),
+            _ => label,
+        };
+        groups.push(make_group(&context, measures, heading, source, &place));
+    }
+    let mut others: Vec<&str> = Vec::new();
+    for p in &published {
+        if !shown_trackers.contains(&p.tracker.as_str()) && !others.contains(&p.tracker.as_str()) {
+            others.push(&p.tracker);
+        }
+    }
+    for tracker in others {
+        let label = format!("{tracker} (published; not run here)");
+        let place = Place { tracker: Some(tracker.to_string()), ..Place::default() };
+        let group = make_group(&context, &[], label, Some(tracker), &place);
+        groups.push(Group { has_ours: false, ..group });
+    }
+    let failed: usize = measures.iter().map(|m| m.failed).sum();
+    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
+    if !caption.ends_with('.') {
+        caption.push('.');
+    }
+    caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
+    caption.push('.');
+    if failed > 0 {
+        caption.push_str(&format!(" † {failed} cells failed; their numbers are left out."));
+    }
+    let corner = match &table.rows {
+        Side::Axis(axis) => axis.clone(),
+        _ => "metric".to_string(),
+    };
+    Layout {
+        name: table.name.clone(),
+        caption,
+        data: data_note.to_string(),
+        corner,
+        columns: columns.into_iter().map(|c| c.0).collect(),
+        groups,
+    }
+}
+
+/// Events of a tracker (the only one when `None`); every method sees the same ones.
+fn events(measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
+    let m = measures.iter().find(|m| tracker.is_none_or(|t| m.tracker == t) && m.done > 0)?;
+    Some(m.pooled.counts.tp + m.pooled.counts.fn_)
+}
+
+/// What varies and is on neither side, every combination with a label.
+fn group_places(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<(String, Place)> {
+    let on_side = |side: &Side| table.rows == *side || table.columns == *side;
+    let mut sides: Vec<Vec<(String, Place)>> = Vec::new();
+    if !on_side(&Side::Tracker) {
+        sides.push(steps(&Side::Tracker, table, experiment, measures));
+    }
+    if !on_side(&Side::Method) {
+        sides.push(steps(&Side::Method, table, experiment, measures));
+    }
+    let shown = measures.iter().filter(|m| table.methods.contains(&m.method));
+    let mut axes: Vec<String> = shown.flat_map(Measure::point).map(|(a, _)| a).collect();
+    axes.sort();
+    axes.dedup();
+    for axis in axes {
+        let side = Side::Axis(axis.clone());
+        if !on_side(&side) {
+            let mut list = steps(&side, table, experiment, measures);
+            for step in &mut list {
+                step.0 = format!("{axis} = {}", step.0);
+            }
+            sides.push(list);
+        }
+    }
+    let mut places = vec![(String::new(), Place::default())];
+    for side in sides {
+        let single = side.len() == 1;
+        places = places
+            .iter()
+            .flat_map(|(label, place)| {
+                side.iter().map(move |(step, fixed)| {
+                    let label = match (single, label.is_empty()) {
+                        (true, _) => label.clone(),
+                        (false, true) => step.clone(),
+                        (false, false) => format!("{label}, {step}"),
+                    };
+                    (label, merge(&[place, fixed]))
+                })
+            })
+            .collect();
+    }
+    places
+}
+
+fn published_for<'a>(
+    published: &[&'a Published],
+    tracker: Option<&str>,
+    experiment: &Experiment,
+) -> Option<&'a str> {
+    let own = published.iter().find(|p| Some(p.tracker.as_str()) == tracker);
+    if let Some(own) = own {
+        return Some(&own.tracker);
+    }
+    let first = published.first()?;
+    let only = published.iter().all(|p| p.tracker == first.tracker);
+    let is_run = experiment.trackers.iter().any(|t| t.label == first.tracker);
+    (only && !is_run).then_some(first.tracker.as_str())
+}
+
+/// What all groups of a table share.
+struct Context<'a> {
+    experiment: &'a Experiment,
+    metric: Option<Metric>,
+    published: &'a [&'a Published],
+    rows: &'a [(String, Place)],
+    columns: &'a [(String, Place)],
+}
+
+fn make_group(
+    context: &Context<'_>,
+    measures: &[Measure],
+    label: String,
+    source: Option<&str>,
+    place: &Place,
+) -> Group {
+    let Context { experiment, metric: of_table, published, rows, columns } = *context;
+    let rows = rows.iter().map(|(row_label, row)| {
+        let printed = |column: &str| {
+            published
+                .iter()
+                .filter(|p| Some(p.tracker.as_str()) == source && p.row == *row_label)
+                .flat_map(|p| &p.values)
+                .find(|(c, _)| c == column)
+                .map(|(_, text)| text.clone())
+        };
+        let metric = row.metric.or(of_table).unwrap_or(Metric::FScore);
+        let style = columns.iter().find_map(|(c, _)| printed(c)).map_or_else(
+            || if metric.is_count() { Style::COUNT } else { Style::DEFAULT },
+            |text| Style::of(&text),
+        );
+        let mut cells: Vec<Cell> = columns
+            .iter()
+            .map(|(column_label, column)| {
+                let at = merge(&[place, row, column]);
+                let tracker = at.tracker.as_deref().or(experiment.trackers.first().map(|t| t.label.as_str()));
+                let method = at.method.as_deref().or(experiment.methods.first().map(|m| m.name.as_str()));
+                let measure = tracker.zip(method).and_then(|(t, m)| find(measures, t, m, &at.axes));
+                make_cell(measure, metric, style, printed(column_label))
+            })
+            .collect();
+        mark_best(&mut cells, metric.goodness(), |k| {
+            let name = columns[k].1.method.as_deref();
+            name.is_some_and(|m| is_anchor(experiment, m))
+        });
+        Row { label: row_label.clone(), goodness: metric.goodness(), cells }
+    });
+    Group { label, published_tracker: source.map(str::to_string), has_ours: true, rows: rows.collect() }
+}
+
+fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published: Option<String>) -> Cell {
+    let value = measure.and_then(|m| m.value(metric));
+    let ours = value.map(|v| match (metric, measure.and_then(|m| m.pooled.score)) {
+        (Metric::ScoreMeanStd, Some((_, std))) => format!("{}±{}", style.format(v), style.format(std)),
+        _ => style.format(v),
+    });
+    let printed = published.as_deref().and_then(printed_value);
+    let difference = value.zip(printed).map(|(v, p)| style.format_signed(style.round(v) - p));
+    Cell { value, ours, published, difference, best: false, failed: measure.map_or(0, |m| m.failed) }
+}
+
+fn mark_best(cells: &mut [Cell], goodness: Goodness, is_anchor: impl Fn(usize) -> bool) {
+    let sign = match goodness {
+        Goodness::Up => 1.0,
+        Goodness::Down => -1.0,
+        Goodness::Neither => return,
+    };
+    let competing = |k: usize, c: &Cell| c.value.filter(|_| !is_anchor(k)).map(|v| sign * v);
+    let best = cells.iter().enumerate().filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
+    let count = cells.iter().enumerate().filter(|(k, c)| competing(*k, c).is_some()).count();
+    if count < 2 {
+        return;
+    }
+    for (k, cell) in cells.iter_mut().enumerate() {
+        let value = competing(k, cell);
+        cell.best = value.is_some() && value == best;
+    }
+}

@@ -1,0 +1,221 @@
+//! `manifest.json`: what a results folder rests on. Host and times are here and nowhere else.
+
+use crate::engine::pass::CellError;
+use crate::engine::run::Outcome;
+use crate::spec::Experiment;
+use crate::spec::method::DetectorChoice;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Version of the results folder's format.
+/// - 1: first version.
+pub const FORMAT: u32 = 1;
+
+/// Everything a reader of results must know beside the numbers.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Manifest {
+    /// [`FORMAT`] of the writer.
+    pub format: u32,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// SHA-256 of the experiment file's text.
+    pub spec_digest: String,
+    /// Version of the program.
+    pub version: String,
+    /// Git revision it was built from, if it was built in a repository.
+    pub revision: Option<String>,
+    /// Protocol.
+    pub protocol: String,
+    /// Seed.
+    pub seed: u64,
+    /// The suite that the results are about.
+    pub suite: SuiteRecord,
+    /// Name and digest of every sequence used, by suite; training suites included.
+    pub digests: BTreeMap<String, Vec<(String, String)>>,
+    /// Trackers with all parameters.
+    pub trackers: Vec<TrackerRecord>,
+    /// Methods with all parameters.
+    pub methods: Vec<MethodRecord>,
+    /// Number of cells with a result.
+    pub cells_done: usize,
+    /// Cells without a result, with the reason.
+    pub cells_failed: Vec<FailedCell>,
+    /// Rules that stood in for missing values, with how often.
+    pub rules: BTreeMap<String, u64>,
+    /// Sequences whose digest is not the pinned one, as `suite/name`.
+    pub differing: Vec<String>,
+    /// SHA-256 of the tables beside this file, by name: what a reader must find there.
+    pub files: BTreeMap<String, String>,
+    /// Machine.
+    pub host: Host,
+    /// Seconds from start to end.
+    pub wall_seconds: f64,
+}
+
+/// The suite and how much of it was there.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SuiteRecord {
+    /// Name.
+    pub name: String,
+    /// Targets of the whole suite.
+    pub wanted: usize,
+    /// Name and number of frames of the sequences that were there.
+    pub present: Vec<(String, usize)>,
+    /// Names of those that were not.
+    pub missing: Vec<String>,
+}
+
+/// A tracker with its parameters.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct TrackerRecord {
+    /// Name in tables.
+    pub label: String,
+    /// Plugin kind.
+    pub kind: String,
+    /// Plugin version.
+    pub version: u32,
+    /// Repetitions.
+    pub runs: u32,
+    /// Parameters, defaults filled in.
+    pub params: Value,
+}
+
+/// A method's variant with its parameters.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct MethodRecord {
+    /// Name in tables.
+    pub name: String,
+    /// Grid point, empty without a grid.
+    pub params: String,
+    /// Kind, version and parameters of the signal.
+    pub signal: Option<(String, u32, Value)>,
+    /// Kind, version and parameters of the detector; of the first candidate when one is trained.
+    pub detector: (String, u32, Value),
+    /// The trained parameter and the suite it was trained on.
+    pub trained: Option<(String, String)>,
+    /// Threshold on the score by tracker, where the detector has one.
+    pub thresholds: BTreeMap<String, f64>,
+}
+
+/// A cell without a result.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FailedCell {
+    /// Sequence.
+    pub sequence: String,
+    /// Tracker.
+    pub tracker: String,
+    /// Repetition.
+    pub run: u32,
+    /// Method with its grid point.
+    pub method: String,
+    /// Whether data was missing, rather than broken.
+    pub missing: bool,
+    /// Why.
+    pub reason: String,
+}
+
+/// The machine a run was made on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Host {
+    /// Operating system.
+    pub os: String,
+    /// Processor architecture.
+    pub architecture: String,
+    /// Processors.
+    pub processors: usize,
+}
+
+/// SHA-256 in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+impl Manifest {
+    /// The manifest of an outcome.
+    pub fn new(experiment: &Experiment, outcome: &Outcome, wall_seconds: f64) -> Self {
+        let failed = outcome.cells.iter().filter_map(|cell| {
+            let e = cell.result.as_ref().err()?;
+            Some(FailedCell {
+                sequence: outcome.sequences[cell.sequence].name.clone(),
+                tracker: cell.tracker.clone(),
+                run: cell.run,
+                method: super::records::method_label(&cell.method, &cell.params),
+                missing: matches!(e, CellError::Missing(_)),
+                reason: e.to_string(),
+            })
+        });
+        Self {
+            format: FORMAT,
+            experiment: experiment.name.clone(),
+            spec_digest: sha256(experiment.source.as_bytes()),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            revision: option_env!("TRACKFAIL_REVISION").map(str::to_string),
+            protocol: experiment.protocol.name.to_string(),
+            seed: experiment.seed,
+            suite: SuiteRecord {
+                name: outcome.suite.clone(),
+                wanted: outcome.wanted,
+                present: outcome.sequences.iter().map(|s| (s.name.clone(), s.len())).collect(),
+                missing: outcome.missing.iter().map(|m| m.name.clone()).collect(),
+            },
+            digests: outcome.digests.clone(),
+            trackers: experiment
+                .trackers
+                .iter()
+                .map(|t| TrackerRecord {
+                    label: t.label.clone(),
+                    kind: t.kind.to_string(),
+                    version: t.version,
+                    runs: t.runs,
+                    params: t.setup.params(),
+                })
+                .collect(),
+            methods: method_records(experiment, outcome),
+            cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
+            cells_failed: failed.collect(),
+            rules: outcome.rules.clone(),
+            differing: outcome.differing.clone(),
+            files: BTreeMap::new(),
+            host: Host {
+                os: std::env::consts::OS.to_string(),
+                architecture: std::env::consts::ARCH.to_string(),
+                processors: std::thread::available_parallelism().map_or(1, usize::from),
+            },
+            wall_seconds,
+        }
+    }
+
+    /// The record of a method without a grid.
+    pub fn method(&self, name: &str) -> Option<&MethodRecord> {
+        self.methods.iter().find(|m| m.name == name && m.params.is_empty())
+    }
+}
+
+fn method_records(experiment: &Experiment, outcome: &Outcome) -> Vec<MethodRecord> {
+    let mut records = Vec::new();
+    for method in &experiment.methods {
+        for variant in &method.variants {
+            let params = variant.params();
+            let (fixed, trained) = match &variant.detector {
+                DetectorChoice::Given(fixed) => (Some(fixed), None),
+                DetectorChoice::Trained(t) => {
+                    let suite = experiment.suites.get(&t.role).cloned().unwrap_or_default();
+                    (t.candidates.first().map(|(_, d)| d), Some((t.key.clone(), suite)))
+                }
+            };
+            let Some(fixed) = fixed else { continue };
+            let mine = outcome.cells.iter().filter(|c| c.method == method.name && c.params == params);
+            records.push(MethodRecord {
+                name: method.name.clone(),
+                params: params.clone(),
+                signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
+                detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
+                trained,
+                thresholds: mine.filter_map(|c| Some((c.tracker.clone(), c.threshold?))).collect(),
+            });
+        }
+    }
+    records
+}

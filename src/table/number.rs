@@ -1,0 +1,73 @@
+//! Numbers as a paper prints them: the same decimals, with or without the leading zero.
+
+/// How a number is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Digits after the point.
+    pub decimals: usize,
+    /// Whether `0.5` is written `.5`.
+    pub bare: bool,
+}
+
+impl Style {
+    /// Three decimals, as most tables have.
+    pub const DEFAULT: Self = Self { decimals: 3, bare: false };
+    /// Whole numbers.
+    pub const COUNT: Self = Self { decimals: 0, bare: false };
+
+    /// The style of a printed number such as `.110`, `0.40` or `.17±.18`.
+    pub fn of(printed: &str) -> Self {
+        let first = printed.split('±').next().unwrap_or_default().trim();
+        let digits = first.trim_start_matches(['-', '+']);
+        let decimals = digits.split_once('.').map_or(0, |(_, d)| d.len());
+        Self { decimals, bare: digits.starts_with('.') }
+    }
+
+    /// `v` in this style; a rounded zero has no sign.
+    pub fn format(self, v: f64) -> String {
+        let mut text = format!("{v:.*}", self.decimals);
+        if text.trim_start_matches('-').bytes().all(|b| b == b'0' || b == b'.') {
+            text = text.trim_start_matches('-').to_string();
+        }
+        if self.bare {
+            text = text.replacen("0.", ".", usize::from(v.abs() < 1.0 && text.contains("0.")));
+        }
+        text
+    }
+
+    /// `v` with its sign, for differences.
+    pub fn format_signed(self, v: f64) -> String {
+        let text = self.format(v);
+        let is_zero = text.bytes().all(|b| b == b'0' || b == b'.');
+        if text.starts_with('-') || is_zero { text } else { format!("+{text}") }
+    }
+
+    /// `v` as far as this style shows it.
+    pub fn round(self, v: f64) -> f64 {
+        format!("{v:.*}", self.decimals).parse().unwrap_or(v)
+    }
+}
+
+/// The first number of a printed cell.
+pub fn printed_value(printed: &str) -> Option<f64> {
+    printed.split('±').next()?.trim().parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn follows_the_papers_style() {
+        assert_eq!(Style::of(".110").format(0.1103), ".110");
+        assert_eq!(Style::of(".110").format(1.0), "1.000");
+        assert_eq!(Style::of(".110").format(0.9996), "1.000");
+        assert_eq!(Style::of("0.40").format(10.0), "10.00");
+        assert_eq!(Style::of(".17±.18").decimals, 2);
+        assert_eq!(Style::of("43").format(42.0), "42");
+        assert_eq!(Style::of(".110").format_signed(-0.02), "-.020");
+        assert_eq!(Style::of(".110").format_signed(0.02), "+.020");
+        assert_eq!(Style::of(".110").format_signed(-0.0001), ".000");
+        assert_eq!(printed_value(".17±.18"), Some(0.17));
+    }
+}

@@ -1,0 +1,349 @@
+//! The files of a results folder, as frames: `scores.csv`, `measures.csv`, `frames.parquet`,
+//! `signals.parquet` and `truth.parquet`. Rows are sorted by their names, never by when they were done.
+
+use super::frame::{self, FrameError};
+use super::measures::{Measure, grouped, pool_cells};
+use crate::detector::changes;
+use crate::engine::pass::CellError;
+use crate::engine::run::{Cell, Outcome};
+use crate::score::measures::{Metric, Pooled};
+use crate::spec::Experiment;
+use polars::prelude::{Column, DataFrame};
+
+/// A method's name in `frames.parquet`: with its grid point, where it has one.
+pub fn method_label(method: &str, params: &str) -> String {
+    if params.is_empty() { method.to_string() } else { format!("{method}[{params}]") }
+}
+
+fn sorted_cells(outcome: &Outcome) -> Vec<&Cell> {
+    let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
+    let key = |c: &Cell| {
+        let name = outcome.sequences[c.sequence].name.clone();
+        (name, c.tracker.clone(), c.run, c.method.clone(), c.params.clone())
+    };
+    cells.sort_by_key(|c| key(c));
+    cells
+}
+
+/// One row of `scores.csv`.
+struct ScoreRow {
+    sequence: String,
+    tracker: String,
+    run: i64,
+    method: String,
+    params: String,
+    pooled: Option<Pooled>,
+    status: String,
+}
+
+/// `scores.csv`: one row a cell, and pooled rows with `sequence = *`.
+///
+/// # Errors
+/// When polars refuses.
+pub fn scores(experiment: &Experiment, outcome: &Outcome) -> Result<DataFrame, FrameError> {
+    let mut rows: Vec<ScoreRow> = Vec::new();
+    let cells = sorted_cells(outcome);
+    for cell in &cells {
+        rows.push(ScoreRow {
+            sequence: outcome.sequences[cell.sequence].name.clone(),
+            tracker: cell.tracker.clone(),
+            run: i64::from(cell.run),
+            method: cell.method.clone(),
+            params: cell.params.clone(),
+            pooled: cell.result.as_ref().ok().map(|j| Pooled { counts: j.score.counts, score: None }),
+            status: match &cell.result {
+                Ok(_) => "ok".to_string(),
+                Err(CellError::Missing(m)) => format!("missing: {m}"),
+                Err(CellError::Failed(m)) => format!("failed: {m}"),
+            },
+        });
+    }
+    let key = |c: &Cell| (c.tracker.clone(), c.run, c.method.clone(), c.params.clone());
+    for group in grouped(cells, key) {
+        let Some(cell) = group.first() else { continue };
+        let done = group.iter().filter(|c| c.result.is_ok()).count();
+        let complete = done == group.len() && outcome.missing.is_empty();
+        rows.push(ScoreRow {
+            sequence: "*".to_string(),
+            tracker: cell.tracker.clone(),
+            run: i64::from(cell.run),
+            method: cell.method.clone(),
+            params: cell.params.clone(),
+            pooled: (done > 0).then(|| pool_cells(&group)),
+            status: if complete {
+                "ok".to_string()
+            } else {
+                format!("partial: {done} of {}", outcome.wanted)
+            },
+        });
+    }
+    for missing in &outcome.missing {
+        for tracker in &experiment.trackers {
+            for run in 0..tracker.runs {
+                for (method, variant) in
+                    experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
+                {
+                    rows.push(ScoreRow {
+                        sequence: missing.name.clone(),
+                        tracker: tracker.label.clone(),
+                        run: i64::from(run),
+                        method: method.name.clone(),
+                        params: variant.params(),
+                        pooled: None,
+                        status: format!("missing: {}", missing.folder),
+                    });
+                }
+            }
+        }
+    }
+    rows.sort_by(|a, b| {
+        let key =
+            |r: &ScoreRow| (r.sequence.clone(), r.tracker.clone(), r.run, r.method.clone(), r.params.clone());
+        key(a).cmp(&key(b))
+    });
+    let text = |f: fn(&ScoreRow) -> &str| rows.iter().map(f).collect::<Vec<_>>();
+    let count = |metric: Metric| {
+        rows.iter()
+            .map(|r| r.pooled.as_ref().and_then(|p| p.value(metric)).map(|v| v as i64))
+            .collect::<Vec<_>>()
+    };
+    let ratio = |metric: Metric| {
+        rows.iter().map(|r| r.pooled.as_ref().and_then(|p| p.value(metric))).collect::<Vec<_>>()
+    };
+    let mut columns = vec![
+        Column::new("suite".into(), vec![outcome.suite.as_str(); rows.len()]),
+        Column::new("sequence".into(), text(|r| &r.sequence)),
+        Column::new("tracker".into(), text(|r| &r.tracker)),
+        Column::new("run".into(), rows.iter().map(|r| r.run).collect::<Vec<_>>()),
+        Column::new("method".into(), text(|r| &r.method)),
+        Column::new("params".into(), rows.iter().map(|r| some_text(&r.params)).collect::<Vec<_>>()),
+    ];
+    for metric in [Metric::Tp, Metric::Fp, Metric::Fn, Metric::Tn, Metric::Events, Metric::Detections] {
+        columns.push(Column::new(metric.name().into(), count(metric)));
+    }
+    for metric in [Metric::Precision, Metric::Recall, Metric::FScore, Metric::Fpr] {
+        columns.push(Column::new(metric.name().into(), ratio(metric)));
+    }
+    columns.push(Column::new("status".into(), text(|r| &r.status)));
+    frame::frame(columns)
+}
+
+/// An empty text is a missing value, so that the CSV field is empty and not `""`.
+fn some_text(text: &str) -> Option<&str> {
+    (!text.is_empty()).then_some(text)
+}
+
+/// Columns of `measures.csv`, besides one for each metric.
+const MEASURE_METRICS: [Metric; 12] = [
+    Metric::Tp,
+    Metric::Fp,
+    Metric::Fn,
+    Metric::Tn,
+    Metric::Events,
+    Metric::Detections,
+    Metric::Precision,
+    Metric::Recall,
+    Metric::FScore,
+    Metric::Fpr,
+    Metric::ScoreMean,
+    Metric::ScoreStd,
+];
+
+/// `measures.csv`: everything pooled over sequences and runs, one row a tracker and variant.
+///
+/// # Errors
+/// When polars refuses.
+pub fn measures(suite: &str, measures: &[Measure]) -> Result<DataFrame, FrameError> {
+    let mut columns = vec![
+        Column::new("suite".into(), vec![suite; measures.len()]),
+        Column::new("tracker".into(), measures.iter().map(|m| m.tracker.as_str()).collect::<Vec<_>>()),
+        Column::new("method".into(), measures.iter().map(|m| m.method.as_str()).collect::<Vec<_>>()),
+        Column::new("params".into(), measures.iter().map(|m| some_text(&m.params)).collect::<Vec<_>>()),
+        Column::new("done".into(), measures.iter().map(|m| m.done as i64).collect::<Vec<_>>()),
+        Column::new("failed".into(), measures.iter().map(|m| m.failed as i64).collect::<Vec<_>>()),
+    ];
+    for metric in MEASURE_METRICS {
+        let name = metric.name().into();
+        let values = measures.iter().map(|m| m.value(metric));
+        columns.push(if metric.is_count() {
+            Column::new(name, values.map(|v| v.map(|v| v as i64)).collect::<Vec<_>>())
+        } else {
+            Column::new(name, values.collect::<Vec<_>>())
+        });
+    }
+    frame::frame(columns)
+}
+
+/// Reads `measures.csv` back.
+///
+/// # Errors
+/// When a column is missing or a number is none.
+pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
+    let table = frame::from_csv(bytes)?;
+    let text = |name: &str| frame::texts(&table, name);
+    let (trackers, methods, params) = (text("tracker")?, text("method")?, text("params")?);
+    let mut numbers = Vec::new();
+    for name in ["done", "failed"].into_iter().chain(MEASURE_METRICS.iter().map(|m| m.name())) {
+        numbers.push(text(name)?);
+    }
+    let mut measures = Vec::new();
+    for i in 0..trackers.len() {
+        // Without a value the field is empty; anything else that is no number is damage.
+        let count = |k: usize| match numbers[k][i].as_str() {
+            "" => Ok(0),
+            text => text.parse::<u64>().map_err(|_| FrameError::number(text)),
+        };
+        let real = |k: usize| match numbers[k][i].as_str() {
+            "" => Ok(None),
+            text => text.parse::<f64>().map(Some).map_err(|_| FrameError::number(text)),
+        };
+        let counts =
+            crate::score::measures::Counts { tp: count(2)?, fp: count(3)?, fn_: count(4)?, tn: count(5)? };
+        measures.push(Measure {
+            tracker: trackers[i].clone(),
+            method: methods[i].clone(),
+            params: params[i].clone(),
+            pooled: Pooled { counts, score: real(12)?.zip(real(13)?) },
+            done: count(0)? as usize,
+            failed: count(1)? as usize,
+        });
+    }
+    Ok(measures)
+}
+
+/// `frames.parquet`: one row for every frame of every cell that has a result.
+///
+/// # Errors
+/// When polars refuses.
+pub fn frames(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+    let mut keys = Keys::default();
+    let (mut x, mut y, mut w, mut h) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut error, mut method, mut score) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut label, mut change) = (Vec::new(), Vec::new());
+    for cell in sorted_cells(outcome) {
+        let Ok(judged) = &cell.result else { continue };
+        let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
+            continue;
+        };
+        let name = method_label(&cell.method, &cell.params);
+        keys.push(outcome, cell, track.rects.len());
+        x.extend(track.rects.iter().map(|r| r.x));
+        y.extend(track.rects.iter().map(|r| r.y));
+        w.extend(track.rects.iter().map(|r| r.w));
+        h.extend(track.rects.iter().map(|r| r.h));
+        error.extend(track.error.iter().map(|e| (!e.is_nan()).then_some(*e)));
+        method.extend(std::iter::repeat_n(name, track.rects.len()));
+        score.extend_from_slice(&judged.verdict.score);
+        label.extend(judged.verdict.alarm.iter().map(|a| i32::from(*a)));
+        change.extend(changes(&judged.verdict.alarm));
+    }
+    let mut columns = keys.columns(&outcome.suite);
+    columns.extend([
+        Column::new("x".into(), x),
+        Column::new("y".into(), y),
+        Column::new("w".into(), w),
+        Column::new("h".into(), h),
+        Column::new("error".into(), error),
+        Column::new("method".into(), method),
+        Column::new("score".into(), score),
+        Column::new("label".into(), label),
+        Column::new("change".into(), change),
+    ]);
+    frame::frame(columns)
+}
+
+/// `signals.parquet`: each method's signal and forecast, for methods without a grid.
+///
+/// # Errors
+/// When polars refuses.
+pub fn signals(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+    let mut keys = Keys::default();
+    let (mut method, mut signal, mut forecast) = (Vec::new(), Vec::new(), Vec::new());
+    for cell in sorted_cells(outcome) {
+        let (Ok(judged), Some(index)) = (&cell.result, cell.signal) else { continue };
+        let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
+            continue;
+        };
+        if !cell.params.is_empty() {
+            continue;
+        }
+        let values = &track.signals[index];
+        keys.push(outcome, cell, values.len());
+        method.extend(std::iter::repeat_n(cell.method.as_str(), values.len()));
+        signal.extend_from_slice(values);
+        match &judged.verdict.forecast {
+            Some(f) => forecast.extend(f.iter().map(|v| (!v.is_nan()).then_some(*v))),
+            None => forecast.extend(std::iter::repeat_n(None, values.len())),
+        }
+    }
+    let mut columns = keys.columns(&outcome.suite);
+    columns.extend([
+        Column::new("method".into(), method),
+        Column::new("signal".into(), signal),
+        Column::new("forecast".into(), forecast),
+    ]);
+    frame::frame(columns)
+}
+
+/// `truth.parquet`: the corners of the ground truth, empty where the target is not annotated.
+///
+/// # Errors
+/// When polars refuses.
+pub fn truth(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+    let mut sequences: Vec<_> = outcome.sequences.iter().collect();
+    sequences.sort_by(|a, b| a.name.cmp(&b.name));
+    let (mut name, mut number) = (Vec::new(), Vec::new());
+    let mut corners: Vec<Vec<Option<f64>>> = vec![Vec::new(); 8];
+    for sequence in sequences {
+        for (t, region) in sequence.truth.iter().enumerate() {
+            name.push(sequence.name.as_str());
+            number.push(i64::from(sequence.number(t)));
+            let points = region.as_ref().map(|r| match r.corners() {
+                four if four.len() == 4 => four,
+                _ => r.rect().corners().to_vec(),
+            });
+            for (k, column) in corners.iter_mut().enumerate() {
+                let point = points.as_ref().map(|p| p[k / 2]);
+                column.push(point.map(|p| if k % 2 == 0 { p.0 } else { p.1 }));
+            }
+        }
+    }
+    let mut columns = vec![
+        Column::new("suite".into(), vec![outcome.suite.as_str(); name.len()]),
+        Column::new("sequence".into(), name),
+        Column::new("frame".into(), number),
+    ];
+    for (label, values) in ["x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4"].into_iter().zip(corners) {
+        columns.push(Column::new(label.into(), values));
+    }
+    frame::frame(columns)
+}
+
+/// The leading columns that name a frame of a track.
+#[derive(Default)]
+struct Keys<'a> {
+    sequence: Vec<&'a str>,
+    tracker: Vec<&'a str>,
+    run: Vec<i64>,
+    frame: Vec<i64>,
+}
+
+impl<'a> Keys<'a> {
+    fn push(&mut self, outcome: &'a Outcome, cell: &'a Cell, length: usize) {
+        let sequence = &outcome.sequences[cell.sequence];
+        self.sequence.extend(std::iter::repeat_n(sequence.name.as_str(), length));
+        self.tracker.extend(std::iter::repeat_n(cell.tracker.as_str(), length));
+        self.run.extend(std::iter::repeat_n(i64::from(cell.run), length));
+        self.frame.extend((0..length).map(|t| i64::from(sequence.number(t))));
+    }
+
+    fn columns(self, suite: &str) -> Vec<Column> {
+        vec![
+            Column::new("suite".into(), vec![suite; self.frame.len()]),
+            Column::new("sequence".into(), self.sequence),
+            Column::new("tracker".into(), self.tracker),
+            Column::new("run".into(), self.run),
+            Column::new("frame".into(), self.frame),
+        ]
+    }
+}
