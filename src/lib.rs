@@ -14,6 +14,7 @@
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | [`engine`] | an experiment and its suites | judged cells; the only writer of files |
 //! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
+//! | [`figure`] | plain series | SVG and PNG |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -23,6 +24,7 @@
 pub mod dataset;
 pub mod detector;
 pub mod engine;
+pub mod figure;
 pub mod image;
 pub mod num;
 pub mod plugin;

@@ -1,0 +1,145 @@
+//! Legends: symbols with names, laid out in rows.
+
+use super::axes::{INK, SMALL};
+use super::font;
+use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::style::{Dash, Style};
+
+/// Height of one row, in points.
+pub const ROW: f64 = 16.0;
+/// Width of a symbol, in points.
+const SYMBOL: f64 = 22.0;
+/// Between symbol and name, and between entries, in points.
+const GAPS: (f64, f64) = (5.0, 14.0);
+
+/// The shape of a marker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+}
+
+impl Marker {
+    pub fn nth(i: usize) -> Self {
+        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
+    }
+
+    pub fn draw(self, scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
+        let item = match self {
+            Self::Circle => Item::Circle { centre: (x, y), radius: 3.0, rgb },
+            Self::Square => Item::Rect { area: Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }, rgb },
+            Self::Triangle => {
+                Item::Polygon { corners: vec![(x, y - 3.75), (x + 3.5, y + 2.5), (x - 3.5, y + 2.5)], rgb }
+            }
+            Self::Diamond => {
+                let corners = vec![(x, y - 4.0), (x + 4.0, y), (x, y + 4.0), (x - 4.0, y)];
+                Item::Polygon { corners, rgb }
+            }
+        };
+        scene.items.push(item);
+    }
+}
+
+/// What stands before a name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Symbol {
+    Line(Style, Option<Marker>),
+    Patch([u8; 3]),
+    Upright(Stroke),
+    Detection([u8; 3]),
+    Outline { rgb: [u8; 3], dash: Dash },
+}
+
+/// A symbol and its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    pub symbol: Symbol,
+    pub name: String,
+}
+
+/// The triangle that marks a detection, its tip down at `(x, y)`.
+pub fn detection(scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
+    scene.items.push(Item::Polygon { corners: vec![(x - 3.2, y - 5.5), (x + 3.2, y - 5.5), (x, y)], rgb });
+}
+
+/// A legend broken into rows for a given width.
+pub struct Rows {
+    rows: Vec<Vec<(Symbol, String, f64)>>,
+}
+
+impl Rows {
+    pub fn new(entries: &[Entry], room: f64) -> Self {
+        let mut rows: Vec<Vec<(Symbol, String, f64)>> = Vec::new();
+        let mut used = f64::INFINITY;
+        for entry in entries {
+            let name = font::fit(&entry.name, SMALL, room - SYMBOL - GAPS.0);
+            let width = SYMBOL + GAPS.0 + font::width(&name, SMALL);
+            if used + GAPS.1 + width > room {
+                rows.push(Vec::new());
+                used = -GAPS.1;
+            }
+            used += GAPS.1 + width;
+            if let Some(row) = rows.last_mut() {
+                row.push((entry.symbol, name, width));
+            }
+        }
+        Self { rows }
+    }
+
+    pub fn height(&self) -> f64 {
+        ROW * self.rows.len() as f64
+    }
+
+    /// Width of the widest row.
+    pub fn width(&self) -> f64 {
+        let row = |r: &Vec<(Symbol, String, f64)>| r.iter().map(|e| e.2 + GAPS.1).sum::<f64>() - GAPS.1;
+        self.rows.iter().map(row).fold(0.0, f64::max)
+    }
+
+    /// Draws the rows from `(x, y)` downwards.
+    pub fn draw(&self, scene: &mut Scene, (x, y): Point) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let (mut x, y) = (x, y + ROW * (i as f64 + 0.5));
+            for (symbol, name, width) in row {
+                symbol.draw(scene, (x, y));
+                scene.text(name, (x + SYMBOL + GAPS.0, y), SMALL, Anchor::Start, INK);
+                x += width + GAPS.1;
+            }
+        }
+    }
+}
+
+impl Symbol {
+    fn draw(&self, scene: &mut Scene, (x, y): Point) {
+        let middle = x + SYMBOL / 2.0;
+        match *self {
+            Self::Line(style, marker) => {
+                let stroke =
+                    Stroke { rgb: style.colour.rgb(), width: style.width.max(1.4), dash: style.dash };
+                scene.line(vec![(x, y), (x + SYMBOL, y)], stroke);
+                if let Some(marker) = marker {
+                    marker.draw(scene, (middle, y), style.colour.rgb());
+                }
+            }
+            Self::Patch(rgb) => {
+                scene.items.push(Item::Rect {
+                    area: Area { x: x + 3.0, y: y - 5.0, w: SYMBOL - 6.0, h: 10.0 },
+                    rgb,
+                });
+            }
+            Self::Upright(stroke) => scene.line(vec![(middle, y - 6.0), (middle, y + 6.0)], stroke),
+            Self::Detection(rgb) => detection(scene, (middle, y + 3.0), rgb),
+            Self::Outline { rgb, dash } => {
+                let (l, r, t, b) = (x + 2.0, x + SYMBOL - 2.0, y - 5.5, y + 5.5);
+                let corners = vec![(l, t), (r, t), (r, b), (l, b), (l, t)];
+                scene.line(
+                    corners.clone(),
+                    Stroke { rgb: super::strip::CASING, width: 3.2, dash: Dash::Solid },
+                );
+                scene.line(corners, Stroke { rgb, width: 1.7, dash });
+            }
+        }
+    }
+}

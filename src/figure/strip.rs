@@ -1,0 +1,277 @@
+//! Sequences frame by frame: stills with boxes over a grid of panels.
+//!
+//! With stills and one row of panels it is laid out as Fig. 3 of Khalid, Cavallaro and Rinner (BMVC
+//! 2016), with a column a sequence as their Fig. 4, with two panels a row as their Fig. 5.
+
+use super::axes::{INK, LARGE, MEDIUM, SMALL, SOFT};
+use super::legend::{Entry, Rows, Symbol};
+use super::panel::{EVENT, Laid, Panel, SHADE};
+use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
+use super::style::{Colour, Dash};
+use super::{FigureError, WIDTH, draw, font};
+use crate::image::Frame;
+use crate::region::Region;
+
+/// What a box on a still is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoxStyle {
+    /// The background region B_t, red.
+    Background,
+    /// The tracker's state, yellow.
+    State,
+    /// The ground truth, green and dashed.
+    Truth,
+}
+
+impl BoxStyle {
+    const ALL: [Self; 3] = [Self::Background, Self::State, Self::Truth];
+
+    fn look(self) -> ([u8; 3], Dash) {
+        match self {
+            Self::Background => ([0xFF, 0x4B, 0x1F], Dash::Solid),
+            Self::State => (Colour::Yellow.rgb(), Dash::Solid),
+            Self::Truth => ([0x00, 0xD0, 0x8A], Dash::Dashed),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Background => "background region",
+            Self::State => "tracker",
+            Self::Truth => "ground truth",
+        }
+    }
+}
+
+/// Dark line under the boxes, so that they show on bright pixels too.
+pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
+
+/// A frame of the video.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Still {
+    /// Its number in the dataset.
+    pub number: u32,
+    /// Its pixels.
+    pub pixels: Frame,
+    /// Boxes in the frame's pixels; what lies outside the frame is cut off.
+    pub boxes: Vec<(Region, BoxStyle)>,
+    /// Text after the number; may be empty.
+    pub caption: String,
+}
+
+/// Stills over a grid of panels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    /// Title; may be empty.
+    pub title: String,
+    /// Note under the title, such as `12 of 21 targets`; may be empty.
+    pub note: String,
+    /// Frames above the grid, five a row; may be empty.
+    pub stills: Vec<Still>,
+    /// A heading a column; may be empty.
+    pub headings: Vec<String>,
+    /// Panels, row by row; a shorter row leaves its right end empty.
+    pub rows: Vec<Vec<Panel>>,
+}
+
+/// Around the page, in points.
+pub const MARGIN: f64 = 8.0;
+const STILLS_A_ROW: usize = 5;
+const GAP: f64 = 16.0;
+
+impl Strip {
+    /// The figure as SVG.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn to_svg(&self) -> Result<String, FigureError> {
+        draw::svg(&self.scene()?)
+    }
+
+    /// The figure as a PNG file, two pixels a point.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        draw::png(&self.scene()?)
+    }
+
+    pub(super) fn scene(&self) -> Result<Scene, FigureError> {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        if columns == 0 && self.stills.is_empty() {
+            return Err(FigureError::Empty("neither stills nor panels"));
+        }
+        let width = WIDTH.max(columns as f64 * WIDTH / 4.0);
+        let mut scene = Scene::new(&self.title, width);
+        let mut y = heading(&mut scene, &self.title, &self.note);
+        y = self.draw_stills(&mut scene, y);
+        y = self.draw_grid(&mut scene, columns, y)?;
+        let key = Rows::new(&self.key(), width - 2.0 * MARGIN);
+        key.draw(&mut scene, (MARGIN, y));
+        scene.height = y + key.height() + MARGIN;
+        Ok(scene)
+    }
+
+    /// The marks that mean the same in every panel.
+    fn key(&self) -> Vec<Entry> {
+        let mut out = Vec::new();
+        let mut add = |symbol, name: &str| out.push(Entry { symbol, name: name.to_owned() });
+        for style in BoxStyle::ALL {
+            if self.stills.iter().flat_map(|s| &s.boxes).any(|b| b.1 == style) {
+                let (rgb, dash) = style.look();
+                add(Symbol::Outline { rgb, dash }, style.name());
+            }
+        }
+        let panels = || self.rows.iter().flatten();
+        if panels().any(|p| !p.spans.is_empty()) {
+            add(Symbol::Patch(SHADE), "target lost (Oₜ = 1)");
+        }
+        if panels().any(|p| !p.events.is_empty()) {
+            add(Symbol::Upright(EVENT), "failure");
+        }
+        if panels().any(|p| !p.detections.is_empty()) {
+            add(Symbol::Detection(Colour::Vermilion.rgb()), "detection");
+        }
+        out
+    }
+
+    fn draw_stills(&self, scene: &mut Scene, mut y: f64) -> f64 {
+        let a_row = self.stills.len().clamp(3, STILLS_A_ROW);
+        let gap = 6.0;
+        let w = (scene.width - 2.0 * MARGIN - gap * (a_row - 1) as f64) / a_row as f64;
+        for row in self.stills.chunks(a_row) {
+            // Frames taller than wide are kept to the height of a square.
+            let sized: Vec<(f64, f64)> = row
+                .iter()
+                .map(|s| {
+                    let aspect = s.pixels.height() as f64 / s.pixels.width() as f64;
+                    if aspect > 1.0 { (w / aspect, w) } else { (w, w * aspect) }
+                })
+                .collect();
+            let tallest = sized.iter().map(|s| s.1).fold(0.0, f64::max);
+            for (i, (still, (sw, sh))) in row.iter().zip(sized).enumerate() {
+                let x = MARGIN + i as f64 * (w + gap) + (w - sw) / 2.0;
+                let area = Area { x, y: y + tallest - sh, w: sw, h: sh };
+                draw_still(scene, still, area);
+                let text = if still.caption.trim().is_empty() {
+                    format!("frame {}", still.number)
+                } else {
+                    format!("frame {}: {}", still.number, still.caption)
+                };
+                let text = font::fit(&text, SMALL, w);
+                scene.text(&text, (x + sw / 2.0, y + tallest + 9.0), SMALL, Anchor::Middle, INK);
+            }
+            y += tallest + 22.0;
+        }
+        y
+    }
+
+    fn draw_grid(&self, scene: &mut Scene, columns: usize, mut y: f64) -> Result<f64, FigureError> {
+        if columns == 0 {
+            return Ok(y);
+        }
+        let gap = if columns > 3 { 10.0 } else { GAP };
+        let column = (scene.width - 2.0 * MARGIN - gap * (columns - 1) as f64) / columns as f64;
+        let height = match columns {
+            1 => 130.0,
+            2 => 140.0,
+            3 => 150.0,
+            _ => 110.0,
+        };
+        let mut grid: Vec<Vec<Laid<'_>>> = Vec::new();
+        for row in &self.rows {
+            grid.push(row.iter().map(|p| Laid::new(p, column)).collect::<Result<_, _>>()?);
+        }
+        if columns > 2 {
+            for row in &mut grid {
+                for c in (1..row.len())
+                    .rev()
+                    .filter(|c| row[*c].entries() == row[c - 1].entries())
+                    .collect::<Vec<_>>()
+                {
+                    row[c].without_legend();
+                }
+            }
+        }
+        // The plots of a column share their left edge: room for the widest labels, and for the axis
+        // name unless the neighbour on the left has the same.
+        let names = |r: usize, c: usize| c == 0 || self.rows[r][c].label != self.rows[r][c - 1].label;
+        let left: Vec<f64> = (0..columns)
+            .map(|c| {
+                let here = || (0..self.rows.len()).filter(move |r| c < self.rows[*r].len());
+                let name = if here().any(|r| names(r, c)) { 18.0 } else { 0.0 };
+                name + 7.0 + here().map(|r| grid[r][c].labels(height)).fold(0.0, f64::max)
+            })
+            .collect();
+        // All plots are equally wide, whatever stands on their left.
+        let inner = scene.width - 2.0 * MARGIN - gap * (columns - 1) as f64 - left.iter().sum::<f64>();
+        let plot = inner / columns as f64 - 6.0;
+        let mut lefts = vec![MARGIN];
+        for l in &left {
+            lefts.push(lefts[lefts.len() - 1] + l + plot + 6.0 + gap);
+        }
+        if self.headings.iter().any(|h| !h.trim().is_empty()) {
+            for (c, text) in self.headings.iter().enumerate().take(columns) {
+                let text = font::fit(text, MEDIUM, plot);
+                let middle = lefts[c] + left[c] + plot / 2.0;
+                scene.text(&text, (middle, y + 8.0), MEDIUM, Anchor::Middle, INK);
+            }
+            y += 20.0;
+        }
+        for (r, row) in grid.iter().enumerate() {
+            let head = row.iter().map(Laid::head).fold(0.0, f64::max);
+            y += head + 4.0;
+            let mut foot: f64 = 8.0;
+            for (c, laid) in row.iter().enumerate() {
+                let x = lefts[c];
+                let area = Area { x: x + left[c], y, w: plot, h: height };
+                // Frame numbers stand under the last of a stack of panels over the same frames.
+                let below = self.rows.get(r + 1).and_then(|row| row.get(c));
+                let last = below.is_none_or(|p| p.frames != self.rows[r][c].frames);
+                laid.draw(scene, &area, x, head, last);
+                if names(r, c) {
+                    let label = font::fit(&self.rows[r][c].label, MEDIUM, height + 20.0);
+                    scene.text_upwards(&label, (x + 7.0, y + height / 2.0), MEDIUM, INK);
+                }
+                if last {
+                    let at = (area.x + area.w / 2.0, area.bottom() + 26.0);
+                    scene.text("frame", at, SMALL, Anchor::Middle, INK);
+                    foot = 36.0;
+                }
+            }
+            y += height + foot;
+        }
+        Ok(y + 2.0)
+    }
+}
+
+/// Draws title and note, returns the first free line below.
+pub fn heading(scene: &mut Scene, title: &str, note: &str) -> f64 {
+    let room = scene.width - 2.0 * MARGIN;
+    let mut y = MARGIN;
+    for line in font::wrap(title, LARGE, room, 2) {
+        scene.text(&line, (MARGIN, y + 9.0), LARGE, Anchor::Start, INK);
+        y += 19.0;
+    }
+    for line in font::wrap(note, SMALL, room, 3) {
+        scene.text(&line, (MARGIN, y + 7.0), SMALL, Anchor::Start, SOFT);
+        y += 15.0;
+    }
+    if y > MARGIN { y + 5.0 } else { y }
+}
+
+fn draw_still(scene: &mut Scene, still: &Still, area: Area) {
+    let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
+    for (region, style) in &still.boxes {
+        let mut corners: Vec<Point> =
+            region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
+        if corners.iter().any(|c| !super::axes::usable(c.0) || !super::axes::usable(c.1)) {
+            continue;
+        }
+        corners.extend(corners.first().copied());
+        let (rgb, dash) = style.look();
+        scene.clipped(&corners, &area, Stroke { rgb: CASING, width: 3.2, dash: Dash::Solid });
+        scene.clipped(&corners, &area, Stroke { rgb, width: 1.7, dash });
+    }
+    scene.pictures.push(Picture { area, frame: still.pixels.clone() });
+}

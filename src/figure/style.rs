@@ -1,0 +1,114 @@
+//! Colours, line styles and markers.
+
+/// The palette of Okabe and Ito (2008), without its yellow for lines on white.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colour {
+    /// `#0072B2`
+    Blue,
+    /// `#D55E00`, a red that is told from green by everybody.
+    Vermilion,
+    /// `#009E73`
+    Green,
+    /// `#CC79A7`
+    Purple,
+    /// `#E69F00`
+    Orange,
+    /// `#56B4E9`
+    Sky,
+    /// `#F0E442`; only on dark ground.
+    Yellow,
+    /// `#000000`
+    Black,
+    /// `#6E6E6E`, for what stands behind.
+    Grey,
+}
+
+impl Colour {
+    /// Red, green and blue.
+    pub(super) fn rgb(self) -> [u8; 3] {
+        match self {
+            Self::Blue => [0x00, 0x72, 0xB2],
+            Self::Vermilion => [0xD5, 0x5E, 0x00],
+            Self::Green => [0x00, 0x9E, 0x73],
+            Self::Purple => [0xCC, 0x79, 0xA7],
+            Self::Orange => [0xE6, 0x9F, 0x00],
+            Self::Sky => [0x56, 0xB4, 0xE9],
+            Self::Yellow => [0xF0, 0xE4, 0x42],
+            Self::Black => [0x00, 0x00, 0x00],
+            Self::Grey => [0x6E, 0x6E, 0x6E],
+        }
+    }
+}
+
+/// How a line is broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dash {
+    /// Unbroken.
+    Solid,
+    /// Dashes of 5 points.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// A dash, a dot.
+    DashDot,
+}
+
+impl Dash {
+    /// Lengths of strokes and gaps by turns, in points; empty for an unbroken line. Round caps add the
+    /// line's width to every stroke.
+    pub(super) fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[4.0, 3.5],
+            Self::Dotted => &[0.3, 2.9],
+            Self::DashDot => &[5.0, 3.2, 0.3, 3.2],
+        }
+    }
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Style {
+    /// Colour of line and markers.
+    pub colour: Colour,
+    /// Line style.
+    pub dash: Dash,
+    /// Width in points.
+    pub width: f64,
+}
+
+impl Style {
+    /// A line of usual width.
+    pub fn new(colour: Colour, dash: Dash) -> Self {
+        Self { colour, dash, width: 1.4 }
+    }
+
+    /// The style of the `i`-th of several equal series: 28 that differ.
+    pub fn nth(i: usize) -> Self {
+        const COLOURS: [Colour; 7] = [
+            Colour::Blue,
+            Colour::Vermilion,
+            Colour::Green,
+            Colour::Purple,
+            Colour::Orange,
+            Colour::Black,
+            Colour::Sky,
+        ];
+        const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
+        // 7 and 4 have no common divisor, so the pairs repeat only after 28.
+        Self::new(COLOURS[i % COLOURS.len()], DASHES[i % DASHES.len()])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_28_styles_differ() {
+        let styles: Vec<Style> = (0..28).map(Style::nth).collect();
+        for (i, a) in styles.iter().enumerate() {
+            assert!(styles[..i].iter().all(|b| a != b), "style {i}");
+        }
+    }
+}

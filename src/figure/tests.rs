@@ -1,0 +1,397 @@
+use super::*;
+use crate::image::Frame;
+use crate::num::seed;
+use crate::region::{Rect, Region};
+use rand::RngExt;
+
+const HOSTILE: &str = "</svg><script>alert(\"x\")</script> & 'q' \u{202e}abc \u{0}\u{7}\n שלום עולם";
+
+/// Smooth noise in 0..1 that looks like a tracking error or a quality score.
+fn wander(name: &str, n: usize) -> Vec<f64> {
+    let mut rng = seed::rng(seed::seed(1, &[name]));
+    let mut v = 0.3_f64;
+    (0..n)
+        .map(|_| {
+            v = (v + 0.12 * (rng.random::<f64>() - 0.5)).clamp(0.0, 0.9);
+            v
+        })
+        .collect()
+}
+
+fn panels(name: &str, first: u32, n: usize) -> [Panel; 3] {
+    let frames = FrameAxis { first, count: n };
+    let lost = n * 3 / 5..n * 7 / 10;
+    let mut error = wander(name, n);
+    error[lost.clone()].fill(1.0);
+    let quality: Vec<f64> =
+        error.iter().zip(wander("noise", n)).map(|(e, w)| 0.06 - 0.03 * e + 0.01 * w).collect();
+    let mut forecast = vec![f64::NAN; n];
+    for t in 20..n {
+        forecast[t] = quality[t - 5..t].iter().sum::<f64>() / 5.0;
+    }
+    let residual: Vec<f64> = quality.iter().zip(&forecast).map(|(y, f)| (y - f).abs()).collect();
+    let line = |name: &str, values: Vec<f64>, style| Series { name: name.into(), values, style };
+    let blue = Style::new(Colour::Blue, Dash::Solid);
+    let red = Style { width: 1.2, ..Style::new(Colour::Vermilion, Dash::Dashed) };
+    let black = Style { width: 1.2, ..Style::new(Colour::Black, Dash::Dashed) };
+
+    let mut o = Panel::new("Oₜ", frames);
+    o.range = Range::Fixed(0.0, 1.0);
+    o.spans = vec![lost.clone()];
+    o.events = vec![lost.start];
+    o.series = vec![line("Oₜ", error, blue)];
+    let mut y = Panel::new("yₜ", frames);
+    y.spans = vec![lost.clone()];
+    y.series = vec![line("yₜ", quality, blue), line("forecast", forecast, red)];
+    let mut z = Panel::new("|zₜ|", frames);
+    z.range = Range::FromZero;
+    z.spans = vec![lost];
+    z.detections = (0..n).filter(|t| residual[*t] >= 0.004).collect();
+    z.thresholds = vec![Threshold { name: "τ₁ = 0.004".into(), value: 0.004, style: black }];
+    z.series = vec![line("|zₜ|", residual, blue)];
+    [o, y, z]
+}
+
+fn still(number: u32, caption: &str) -> Still {
+    let pixels = Frame::from_fn(160, 120, |x, y| [(x + number as usize) as u8, (2 * y) as u8, (x ^ y) as u8]);
+    let turned = Region::Polygon(vec![(70.0, 40.0), (100.0, 50.0), (90.0, 90.0), (60.0, 80.0)]);
+    let boxes = vec![
+        (Region::Rect(Rect::new(20.0, 10.0, 200.0, 90.0)), BoxStyle::Background),
+        (Region::Rect(Rect::new(50.0, 30.0, 40.0, 50.0)), BoxStyle::State),
+        (turned, BoxStyle::Truth),
+    ];
+    Still { number, pixels, boxes, caption: caption.into() }
+}
+
+/// As Fig. 3 of the paper.
+fn three() -> Strip {
+    let mut row = panels("basketball", 1, 725);
+    for (panel, letter) in row.iter_mut().zip(["(a)", "(b)", "(c)"]) {
+        panel.caption = letter.into();
+    }
+    Strip {
+        title: "basketball, DSST".into(),
+        note: "Fig. 3: 1 of 1 sequences".into(),
+        stills: [100, 250, 452, 460, 700].into_iter().map(|n| still(n, "")).collect(),
+        headings: vec![],
+        rows: vec![row.into()],
+    }
+}
+
+/// As Fig. 4.
+fn four() -> Strip {
+    let names = ["CarDark", "CarScale", "Crossing", "Doll"];
+    let columns: Vec<[Panel; 3]> =
+        names.iter().zip([393, 252, 120, 500]).map(|(name, n)| panels(name, 1, n)).collect();
+    let rows = (0..3).map(|r| columns.iter().map(|c| c[r].clone()).collect()).collect();
+    let headings = names.iter().map(|s| (*s).into()).collect();
+    Strip {
+        title: "Track quality scores".into(),
+        note: "3 of 4 targets; missing: CarDark".into(),
+        stills: vec![],
+        headings,
+        rows,
+    }
+}
+
+/// As Fig. 5.
+fn five() -> Strip {
+    let [o, y, z] = panels("CarDark", 1, 393);
+    let mut both = y.clone();
+    both.label = "similarity".into();
+    both.series[0].name = "RgbHist".into();
+    both.series[1].name = "RLHist".into();
+    let mut covariance = z.clone();
+    covariance.label = "CovF".into();
+    Strip {
+        title: "CarDark".into(),
+        note: String::new(),
+        stills: [1, 200, 275].into_iter().map(|n| still(n, "target lost")).collect(),
+        headings: vec![],
+        rows: vec![vec![o, z], vec![covariance, both]],
+    }
+}
+
+fn sweep() -> Curves {
+    let series = [5, 10, 25, 50].into_iter().enumerate().map(|(i, l)| Curve {
+        name: format!("l = {l}"),
+        points: (3..=9)
+            .map(|k| (f64::from(k) * 0.001, 0.3 - 0.004 * (f64::from(k) - 4.0 - i as f64).powi(2)))
+            .collect(),
+        style: Style::nth(i),
+    });
+    Curves {
+        title: "F-score on D1 against the threshold".into(),
+        note: "Δt₂ = 20; 20 sequences, 42 failures".into(),
+        x_label: "τ₁".into(),
+        y_label: "F-score".into(),
+        x_log: false,
+        x_range: Range::Auto,
+        y_range: Range::Auto,
+        square: false,
+        series: series.collect(),
+        marks: vec![("published τ₁ = 0.004".into(), 0.004)],
+    }
+}
+
+fn receiver() -> Curves {
+    let curve = |name: &str, power: f64, i| Curve {
+        name: name.into(),
+        points: (0..=200).map(|k| f64::from(k) / 200.0).map(|x| (x, x.powf(power))).collect(),
+        style: Style::nth(i),
+    };
+    let series =
+        vec![curve("DTEF", 0.2, 0), curve("NAIVE", 0.3, 1), curve("RAW", 0.5, 2), curve("random", 1.0, 3)];
+    Curves {
+        title: "Receiver operating curves".into(),
+        x_label: "false positive rate".into(),
+        y_label: "recall".into(),
+        x_range: Range::Fixed(0.0, 1.0),
+        y_range: Range::Fixed(0.0, 1.0),
+        square: true,
+        series,
+        marks: vec![],
+        ..sweep()
+    }
+}
+
+type Drawn = (&'static str, Result<String, FigureError>, Result<Vec<u8>, FigureError>);
+
+fn all() -> Vec<Drawn> {
+    let logarithmic = Curves {
+        x_log: true,
+        series: vec![Curve {
+            name: "RAW".into(),
+            points: (-4..=2).map(|k| (10.0_f64.powi(k), f64::from(k * k))).collect(),
+            style: Style::nth(0),
+        }],
+        ..sweep()
+    };
+    vec![
+        ("three", three().to_svg(), three().to_png()),
+        ("four", four().to_svg(), four().to_png()),
+        ("five", five().to_svg(), five().to_png()),
+        ("sweep", sweep().to_svg(), sweep().to_png()),
+        ("receiver", receiver().to_svg(), receiver().to_png()),
+        ("logarithmic", logarithmic.to_svg(), logarithmic.to_png()),
+    ]
+}
+
+/// Counts elements and texts of a well-formed document; panics where it is not well-formed.
+fn parse(xml: &str) -> (usize, Vec<String>) {
+    let (mut open, mut elements, mut texts) = (Vec::new(), 0, Vec::new());
+    let mut rest = xml;
+    assert!(!xml.chars().any(|c| c != '\n' && c.is_control()), "control character");
+    while let Some((text, after)) = rest.split_once('<') {
+        assert!(!text.contains('>'), "{text}");
+        for reference in text.split('&').skip(1) {
+            let name = reference.split(';').next().unwrap_or("");
+            assert!(["lt", "gt", "amp", "quot", "apos"].contains(&name), "&{reference}");
+        }
+        if !text.trim().is_empty() {
+            assert!(!open.is_empty(), "text outside the root");
+            texts.push(text.trim().to_owned());
+        }
+        let (tag, after) = after.split_once('>').expect("an end to each tag");
+        assert!(!tag.contains('<'), "{tag}");
+        rest = after;
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+            continue;
+        }
+        elements += 1;
+        let body = tag.strip_suffix('/').unwrap_or(tag);
+        let (name, attributes) = body.split_once(' ').unwrap_or((body, ""));
+        assert!(name.chars().all(|c| c.is_ascii_alphabetic()), "{name}");
+        let mut attributes = attributes.trim_start();
+        while !attributes.is_empty() {
+            let (key, value) = attributes.split_once("=\"").expect("a quoted value");
+            assert!(key.chars().all(|c| c.is_ascii_alphanumeric() || c == '-'), "{key}");
+            attributes = value.split_once('"').expect("a closing quote").1.trim_start();
+        }
+        if body == tag {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty() && rest.trim().is_empty());
+    (elements, texts)
+}
+
+/// Places and extents of all texts must lie on the page.
+fn assert_on_page(scene: &scene::Scene) {
+    for item in &scene.items {
+        let scene::Item::Text { text, at, size, anchor, upwards, .. } = item else { continue };
+        let w = font::width(text, *size);
+        let (a, b) = match anchor {
+            scene::Anchor::Start => (0.0, w),
+            scene::Anchor::Middle => (-w / 2.0, w / 2.0),
+            scene::Anchor::End => (-w, 0.0),
+        };
+        let (from, to, end) =
+            if *upwards { (at.1 - b, at.1 - a, scene.height) } else { (at.0 + a, at.0 + b, scene.width) };
+        assert!(from >= -1e-6 && to <= end + 1e-6, "`{text}` reaches from {from} to {to} of {end}");
+    }
+}
+
+#[test]
+fn svg_is_well_formed_offline_and_without_ids() {
+    for (name, svg, _) in all() {
+        let svg = svg.expect("a figure");
+        let (elements, texts) = parse(&svg);
+        assert!(elements > 20 && texts.len() > 5, "{name}");
+        assert_eq!(svg.matches("http").count(), 1, "{name}: only the namespace");
+        assert!(!svg.contains(" id="), "{name}");
+    }
+}
+
+#[test]
+fn stills_are_embedded_under_their_boxes() {
+    let svg = three().to_svg().expect("a figure");
+    assert_eq!(svg.matches("<image ").count(), 5);
+    let (images, boxes) = (svg.rfind("<image "), svg.find("<polyline "));
+    assert!(images < boxes);
+    // The bytes between are the still itself.
+    let data = svg.split("base64,").nth(1).and_then(|s| s.split('"').next()).expect("data");
+    let png = base64::Engine::decode(&base64::prelude::BASE64_STANDARD, data).expect("base64");
+    let image = ::image::load_from_memory(&png).expect("a PNG").to_rgb8();
+    assert_eq!(image.as_raw(), three().stills[0].pixels.bytes());
+}
+
+#[test]
+fn the_png_has_two_pixels_a_point() {
+    let figure = three();
+    let scene = figure.scene().expect("a layout");
+    let image = ::image::load_from_memory(&figure.to_png().expect("a figure")).expect("a PNG").to_rgb8();
+    assert_eq!(f64::from(image.width()), 2.0 * scene.width);
+    assert_eq!(f64::from(image.height()), 2.0 * scene.height.ceil());
+    // The middle of the first still shows its pixel there.
+    let area = scene.pictures[0].area;
+    let at = |x: f64, y: f64| image.get_pixel((2.0 * x) as u32, (2.0 * y) as u32).0;
+    let shown = at(area.x + area.w * 0.75, area.y + area.h * 0.9);
+    let meant = figure.stills[0].pixels.pixel(120, 108);
+    for (a, b) in shown.iter().zip(meant) {
+        assert!(a.abs_diff(b) <= 8, "{shown:?} {meant:?}");
+    }
+    assert_eq!(at(1.0, 1.0), [255; 3]);
+}
+
+#[test]
+fn hostile_and_long_names_stay_text_and_on_the_page() {
+    let long = "sequence-".repeat(34);
+    for name in [HOSTILE, &long, "", "𝔘𝔫𝔦漢字🙂"] {
+        let mut strip = three();
+        strip.title = name.into();
+        strip.note = name.repeat(4);
+        strip.headings = vec![name.into(); 3];
+        for still in &mut strip.stills {
+            still.caption = name.into();
+        }
+        for panel in &mut strip.rows[0] {
+            panel.caption = name.into();
+            panel.label = name.into();
+            panel.series.iter_mut().for_each(|s| s.name = name.into());
+            panel.thresholds.iter_mut().for_each(|t| t.name = name.into());
+        }
+        assert_on_page(&strip.scene().expect("a layout"));
+        let svg = strip.to_svg().expect("a figure");
+        parse(&svg);
+        assert!(!svg.contains("<script"));
+
+        let mut curves = sweep();
+        curves.title = name.into();
+        curves.x_label = name.into();
+        curves.y_label = name.into();
+        curves.series.iter_mut().for_each(|s| s.name = name.into());
+        curves.marks[0].0 = name.into();
+        assert_on_page(&curves.scene().expect("a layout"));
+        parse(&curves.to_svg().expect("a figure"));
+    }
+    for figure in [three(), four(), five()] {
+        assert_on_page(&figure.scene().expect("a layout"));
+    }
+}
+
+#[test]
+fn numbers_that_are_none_leave_gaps() {
+    let mut strip = four();
+    for panel in strip.rows.iter_mut().flatten() {
+        panel.range = Range::Auto;
+        for series in &mut panel.series {
+            series.values[..8].copy_from_slice(&[
+                f64::NAN,
+                f64::INFINITY,
+                1e308,
+                -1e308,
+                1e99,
+                0.0,
+                -0.0,
+                1e-320,
+            ]);
+        }
+        panel.thresholds.push(Threshold { name: "none".into(), value: f64::NAN, style: Style::nth(0) });
+        panel.events.push(usize::MAX);
+        panel.detections.push(1_000_000);
+        panel.spans.push(1_000_000..usize::MAX);
+    }
+    parse(&strip.to_svg().expect("a figure"));
+    assert!(strip.to_png().is_ok());
+
+    let mut empty = three();
+    empty.rows[0][0].series[0].values.fill(f64::NAN);
+    let (_, texts) = parse(&empty.to_svg().expect("a figure"));
+    assert!(texts.iter().any(|t| t == "no values"));
+
+    let one = FrameAxis { first: 7, count: 1 };
+    let mut single = Panel::new("y", one);
+    single.series.push(Series { name: String::new(), values: vec![0.5], style: Style::nth(0) });
+    single.spans.push(0..1);
+    let strip = Strip { stills: vec![], headings: vec![], rows: vec![vec![single]], ..three() };
+    assert!(parse(&strip.to_svg().expect("a figure")).1.iter().any(|t| t == "7"));
+}
+
+#[test]
+fn boxes_far_outside_do_not_leave_their_still() {
+    let mut strip = three();
+    for still in &mut strip.stills {
+        still.boxes.push((Region::Rect(Rect::new(-1e7, -40.0, 1e9, 60.0)), BoxStyle::State));
+    }
+    let scene = strip.scene().expect("a layout");
+    let first = scene.pictures[0].area;
+    let top = scene.items.iter().filter_map(|item| match item {
+        scene::Item::Line { points, .. } if points.iter().all(|p| p.1 <= first.bottom() + 1e-6) => {
+            Some(points)
+        }
+        _ => None,
+    });
+    let mut lines = 0;
+    for (x, y) in top.flatten() {
+        lines += 1;
+        let inside = |a: &scene::Area| {
+            (a.x - 1e-6..=a.right() + 1e-6).contains(x) && (a.y - 1e-6..=a.bottom() + 1e-6).contains(y)
+        };
+        assert!(scene.pictures.iter().any(|p| inside(&p.area)), "{x} {y}");
+    }
+    assert!(lines > 20);
+}
+
+#[test]
+fn nothing_to_draw_is_an_error() {
+    let empty = Strip { stills: vec![], rows: vec![vec![]], ..three() };
+    assert!(matches!(empty.to_svg(), Err(FigureError::Empty(_))));
+    let no_points = Curves { series: vec![], ..sweep() };
+    assert!(matches!(no_points.to_png(), Err(FigureError::Empty(_))));
+    let mut no_frames = three();
+    no_frames.rows[0][0].frames.count = 0;
+    assert!(matches!(no_frames.to_svg(), Err(FigureError::Empty(_))));
+    let row = three().rows.remove(0);
+    let tall = Strip { rows: vec![row; 60], ..three() };
+    assert!(matches!(tall.to_svg(), Err(FigureError::TooLarge { .. })));
+}
+
+#[test]
+fn the_same_data_gives_the_same_bytes() {
+    for (a, b) in all().into_iter().zip(all()) {
+        assert!(a.1.is_ok() && a.2.is_ok(), "{}: {:?}", a.0, a.1.err());
+        assert_eq!(a, b);
+    }
+}
