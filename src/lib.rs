@@ -15,6 +15,7 @@
 //! | [`engine`] | an experiment and its suites | judged cells; the only writer of files |
 //! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
 //! | [`figure`] | plain series | SVG and PNG |
+//! | [`report`] | a results folder alone | one offline HTML page |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
@@ -29,6 +30,7 @@ pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;
+pub mod report;
 pub mod score;
 pub mod signal;
 pub mod spec;

@@ -1,0 +1,260 @@
+//! The figures an experiment asks for, from its results.
+
+use super::results::{Results, ResultsError, TrackSeries};
+use super::stills;
+use crate::figure::{
+    BoxStyle, Colour, Curve, Curves, Dash, FigureError, FrameAxis, Panel, Range, Series, Still, Strip, Style,
+    Threshold, spans_where,
+};
+use crate::region::Region;
+use crate::score::TrackScore;
+use crate::score::measures::Metric;
+use crate::signal::distribution_field::{self, Displacement};
+use crate::spec::table::{self, Figure, FigureKind};
+use crate::table::layout;
+use std::collections::BTreeMap;
+
+/// A figure drawn.
+pub struct Drawn {
+    /// Name, also of its files.
+    pub name: String,
+    /// Caption, with the data it rests on.
+    pub caption: String,
+    /// SVG text.
+    pub svg: String,
+    /// PNG bytes.
+    pub png: Vec<u8>,
+}
+
+/// Why a figure is not there.
+#[derive(Debug, thiserror::Error)]
+pub enum DrawError {
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// The drawing failed.
+    #[error("figure {name}: {error}")]
+    Figure {
+        /// Name of the figure.
+        name: String,
+        /// What went wrong.
+        error: FigureError,
+    },
+}
+
+/// Draws one figure; `None`, with a reason, where its data is not there.
+///
+/// # Errors
+/// When results cannot be read or the drawing fails.
+pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>, DrawError> {
+    let suite = &results.manifest.suite;
+    let note = layout::data_note(suite.present.len(), suite.wanted);
+    let note = format!("suite {}: {note}", suite.name);
+    let fail = |error| DrawError::Figure { name: figure.name.clone(), error };
+    let (svg, png, extra) = match &figure.kind {
+        FigureKind::Strips { tracker, sequences, panels, stills } => {
+            let tracker = stills::tracker(results, tracker.as_deref());
+            let tracks = results.tracks(tracker)?;
+            let shown = stills::chosen(results, sequences, &tracks);
+            if shown.is_empty() {
+                return Ok(Err(format!("none of its sequences is there with tracker {tracker}")));
+            }
+            let absent: Vec<&str> = sequences
+                .iter()
+                .filter(|name| !shown.iter().any(|t| t.sequence == **name))
+                .map(String::as_str)
+                .collect();
+            let mut strip = strip(results, &note, tracker, &shown, panels);
+            if *stills > 0 {
+                strip.stills = load_stills(results, figure, &tracks)?;
+            }
+            let extra = match absent.as_slice() {
+                [] => String::new(),
+                names => format!(" Not here: {}.", names.join(", ")),
+            };
+            (strip.to_svg().map_err(fail)?, strip.to_png().map_err(fail)?, extra)
+        }
+        FigureKind::Sweep { metric, x, methods } => {
+            let curves = sweep(results, &note, *metric, x, methods);
+            if curves.series.iter().flat_map(|c| &c.points).all(|p| p.1.is_nan()) {
+                return Ok(Err(format!("{} has no value for any {x}", metric.name())));
+            }
+            (curves.to_svg().map_err(fail)?, curves.to_png().map_err(fail)?, String::new())
+        }
+    };
+    let caption = format!("{} ({note}.{extra})", figure.caption.as_deref().unwrap_or(&figure.name));
+    Ok(Ok(Drawn { name: figure.name.clone(), caption, svg, png }))
+}
+
+fn strip(
+    results: &Results,
+    note: &str,
+    tracker: &str,
+    shown: &[&TrackSeries],
+    panels: &[Vec<table::Panel>],
+) -> Strip {
+    let single = shown.len() == 1;
+    let mut strip = Strip {
+        title: String::new(),
+        note: format!("{tracker}, {note}"),
+        stills: Vec::new(),
+        headings: Vec::new(),
+        rows: Vec::new(),
+    };
+    if single {
+        strip.title = shown[0].sequence.clone();
+        let mut letter = 'a';
+        for row in panels {
+            let mut drawn: Vec<Panel> = row.iter().map(|p| panel(results, tracker, shown[0], p)).collect();
+            for p in &mut drawn {
+                p.caption = format!("({letter})");
+                letter = char::from_u32(letter as u32 + 1).unwrap_or('z');
+            }
+            strip.rows.push(drawn);
+        }
+    } else {
+        // A column a sequence, all panels below each other.
+        strip.headings = shown.iter().map(|t| t.sequence.clone()).collect();
+        for kind in panels.iter().flatten() {
+            strip.rows.push(shown.iter().map(|t| panel(results, tracker, t, kind)).collect());
+        }
+    }
+    strip
+}
+
+fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Panel) -> Panel {
+    let first = track.numbers.first().copied().unwrap_or(1);
+    let frames = FrameAxis { first: u32::try_from(first).unwrap_or(0), count: track.error.len() };
+    let judged = |method: &str| -> TrackScore {
+        let silent = vec![false; track.error.len()];
+        let alarm = track.method(method).map_or(&silent, |m| &m.alarm);
+        (results.experiment.protocol.score)(&track.error, alarm)
+    };
+    let lost: Vec<bool> = track.error.iter().map(|e| *e >= 1.0).collect();
+    let blank = |label: &str| Panel { spans: spans_where(&lost), ..Panel::new(label, frames) };
+    match kind {
+        table::Panel::Error => Panel {
+            range: Range::Fixed(0.0, 1.0),
+            series: vec![Series {
+                name: "Oₜ".into(),
+                values: track.error.clone(),
+                style: Style::new(Colour::Black, Dash::Solid),
+            }],
+            events: stills::events(results, track),
+            ..blank("Oₜ")
+        },
+        table::Panel::Signal(method) | table::Panel::Forecast(method) => {
+            let Some(m) = track.method(method) else { return blank(method) };
+            let mut series = vec![Series {
+                name: "yₜ".into(),
+                values: m.signal.clone(),
+                style: Style::new(Colour::Blue, Dash::Solid),
+            }];
+            if matches!(kind, table::Panel::Forecast(_)) {
+                series.push(Series {
+                    name: "forecast".into(),
+                    values: m.forecast.clone(),
+                    style: Style::new(Colour::Vermilion, Dash::Dashed),
+                });
+            }
+            Panel { series, events: judged(method).events, ..blank(&format!("yₜ ({method})")) }
+        }
+        table::Panel::Score(methods) => {
+            // A forecast's score is the size of its error z; other scores go by their method's name.
+            let label = |name: &String| {
+                let has_forecast =
+                    track.method(name).is_some_and(|m| m.forecast.iter().any(|f| f.is_finite()));
+                if has_forecast { format!("|zₜ| ({name})") } else { name.clone() }
+            };
+            let labels: Vec<String> = methods.iter().map(label).collect();
+            let mut drawn = blank(&labels.join(", "));
+            for (i, method) in methods.iter().enumerate() {
+                let Some(m) = track.method(method) else { continue };
+                let style = Style::nth(i);
+                drawn.series.push(Series { name: method.clone(), values: m.score.clone(), style });
+                let threshold = results.manifest.method(method).and_then(|r| r.thresholds.get(tracker));
+                let known = |t: &f64| drawn.thresholds.iter().any(|d: &Threshold| d.value == *t);
+                if let Some(value) = threshold.filter(|t| !known(t)) {
+                    drawn.thresholds.push(Threshold {
+                        name: format!("threshold {value}"),
+                        value: *value,
+                        style: Style::new(Colour::Grey, Dash::Dashed),
+                    });
+                }
+                let score = judged(method);
+                drawn.events = score.events;
+                if methods.len() == 1 {
+                    drawn.detections = score.detections;
+                }
+            }
+            drawn
+        }
+    }
+}
+
+fn load_stills(
+    results: &Results,
+    figure: &Figure,
+    tracks: &[TrackSeries],
+) -> Result<Vec<Still>, ResultsError> {
+    let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };
+    let Some(track) = tracks.iter().find(|t| t.sequence == request.sequence) else { return Ok(Vec::new()) };
+    let truth: BTreeMap<(String, i64), Region> = results.truth()?;
+    let mut all = Vec::new();
+    for t in request.frames {
+        // Results of a run that could not decode the frame again have no still; the rest is shown.
+        let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
+        let number = track.numbers[t];
+        let (past, current) = (&track.rects[..t], &track.rects[t]);
+        let history = distribution_field::Params::default().history;
+        let background = distribution_field::background_region(past, current, history, Displacement::Past);
+        let mut boxes = vec![
+            (Region::Rect(background), BoxStyle::Background),
+            (Region::Rect(track.rects[t]), BoxStyle::State),
+        ];
+        if let Some(region) = truth.get(&(track.sequence.clone(), number)) {
+            boxes.push((region.clone(), BoxStyle::Truth));
+        }
+        let caption = if track.error[t] >= 1.0 { "lost".to_string() } else { String::new() };
+        all.push(Still { number: u32::try_from(number).unwrap_or(0), pixels, boxes, caption });
+    }
+    Ok(all)
+}
+
+fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[String]) -> Curves {
+    // One curve for each tracker, method and combination of the other axes.
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    let several = results.experiment.trackers.len() > 1;
+    for m in results.measures.iter().filter(|m| methods.contains(&m.method)) {
+        let point = m.point();
+        let Some((_, at)) = point.iter().find(|(axis, _)| axis == x) else { continue };
+        let others = point.iter().filter(|(axis, _)| axis != x).map(|(axis, v)| format!("{axis} {v}"));
+        let mut name: Vec<String> = vec![m.method.clone()];
+        if several {
+            name.push(m.tracker.clone());
+        }
+        name.extend(others);
+        let name = name.join(", ");
+        let value = m.value(metric).unwrap_or(f64::NAN);
+        match curves.iter_mut().find(|(n, _)| *n == name) {
+            Some((_, points)) => points.push((*at, value)),
+            None => curves.push((name, vec![(*at, value)])),
+        }
+    }
+    let series = curves.into_iter().enumerate().map(|(i, (name, mut points))| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Curve { name, points, style: Style::nth(i) }
+    });
+    Curves {
+        title: String::new(),
+        note: note.to_string(),
+        x_label: x.to_string(),
+        y_label: metric.name().to_string(),
+        x_log: false,
+        x_range: Range::Auto,
+        y_range: Range::FromZero,
+        square: false,
+        series: series.collect(),
+        marks: Vec::new(),
+    }
+}

@@ -1,0 +1,225 @@
+//! Fills the page from a results folder and writes the report.
+
+use super::claims::{self, Finding, Tested};
+use super::figures::{self, DrawError};
+use super::results::{Results, ResultsError};
+use super::{ClaimView, FailedCell, FigureView, Page, ReportError, Verdict, markdown, render};
+use crate::engine::store::{self, StoreError};
+use crate::spec::claim;
+use crate::spec::table::Figure;
+use crate::table::folder::{self, FolderError};
+use crate::table::layout;
+use std::path::{Path, PathBuf};
+
+/// A report that could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A table cannot be written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// The page cannot be rendered.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// A report that was written.
+pub struct Rendered {
+    /// Its page.
+    pub index: PathBuf,
+    /// What our numbers say of the claims.
+    pub findings: Vec<Finding>,
+}
+
+/// A verdict in words.
+pub fn verdict_words(verdict: &claim::Verdict) -> &'static str {
+    view(verdict).words()
+}
+
+fn view(verdict: &claim::Verdict) -> Verdict {
+    match verdict {
+        claim::Verdict::Holds => Verdict::Holds,
+        claim::Verdict::Fails => Verdict::DoesNotHold,
+        claim::Verdict::Untestable(_) => Verdict::CannotBeTested,
+    }
+}
+
+/// Writes tables, figures, `index.html` and `report.md` from results alone.
+///
+/// # Errors
+/// See [`WriteError`].
+pub fn write(results: &Results, folder: &Path) -> Result<Rendered, WriteError> {
+    let layouts = folder::layouts(&results.experiment, &results.measures, &results.manifest);
+    for layout in &layouts {
+        folder::write_table(&results.folder, layout)?;
+    }
+    store::clear(&folder.join("figures"))?;
+    let mut page = frame(results);
+    let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
+    for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
+        match drawn? {
+            Ok(drawn) => {
+                let file = |ending: &str| format!("figures/{}.{ending}", figure.name);
+                store::write(&folder.join(file("svg")), drawn.svg.as_bytes())?;
+                store::write(&folder.join(file("png")), &drawn.png)?;
+                page.figures.push(FigureView {
+                    name: drawn.name,
+                    caption: drawn.caption,
+                    svg: drawn.svg,
+                    file: file("svg"),
+                });
+            }
+            Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
+        }
+    }
+    let findings = claims::test(results);
+    page.claims = findings.iter().map(claim_view).collect();
+    page.tables = layouts;
+    let index = folder.join("index.html");
+    store::write(&index, render(&page)?.as_bytes())?;
+    store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
+    Ok(Rendered { index, findings })
+}
+
+fn not_drawn(figure: &Figure, reason: &str) -> String {
+    format!("Figure {} is not drawn: {reason}.", figure.name)
+}
+
+fn claim_view(finding: &Finding) -> ClaimView {
+    let count = |verdict| finding.tested.iter().filter(|t| view(&t.verdict) == verdict).count();
+    let (holds, fails) = (count(Verdict::Holds), count(Verdict::DoesNotHold));
+    let verdict = match (holds, fails) {
+        (_, 1..) => Verdict::DoesNotHold,
+        (n, 0) if n == finding.tested.len() => Verdict::Holds,
+        _ => Verdict::CannotBeTested,
+    };
+    let headline = if finding.tested.len() > 1 {
+        format!("holds for {holds} of {} trackers", finding.tested.len())
+    } else {
+        verdict.words().to_string()
+    };
+    let detail = |Tested { tracker, verdict, numbers }: &Tested| {
+        let shown = match verdict {
+            claim::Verdict::Untestable(reason) => reason.clone(),
+            _ => {
+                let numbers = numbers.iter().map(|(name, value)| match value {
+                    Some(v) => format!("{name} = {v:.4}"),
+                    None => format!("{name} has no value"),
+                });
+                numbers.collect::<Vec<_>>().join(", ")
+            }
+        };
+        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
+        format!("{who}{}: {shown}", view(verdict).words())
+    };
+    ClaimView {
+        text: finding.text.clone(),
+        verdict,
+        headline,
+        predicate: finding.predicate.clone(),
+        details: finding.tested.iter().map(detail).collect(),
+    }
+}
+
+/// The page without tables, figures and claims.
+fn frame(results: &Results) -> Page {
+    let (experiment, manifest) = (&results.experiment, &results.manifest);
+    let suite = &manifest.suite;
+    let mut data_note = format!(
+        "suite {}, {} ({} frames)",
+        suite.name,
+        layout::data_note(suite.present.len(), suite.wanted),
+        suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
+    );
+    if !suite.missing.is_empty() {
+        data_note.push_str(&format!("; missing: {}", suite.missing.join(", ")));
+    }
+    let mut warnings = Vec::new();
+    if !suite.missing.is_empty() {
+        warnings.push(format!(
+            "Only {} of the suite are here; every number below rests on these.",
+            layout::data_note(suite.present.len(), suite.wanted)
+        ));
+    }
+    if !manifest.differing.is_empty() {
+        let names = manifest.differing.join(", ");
+        warnings.push(format!("Not the data that datasets.lock pins: {names}."));
+    }
+    for method in &manifest.methods {
+        if let Some((parameter, trained_on)) = &method.trained
+            && *trained_on == suite.name
+        {
+            let name = crate::table::records::method_label(&method.name, &method.params);
+            warnings.push(format!("{name}: `{parameter}` was tuned on the test suite itself."));
+        }
+    }
+    for (rule, count) in &manifest.rules {
+        warnings.push(format!("{rule}: {count} times."));
+    }
+    let failed = manifest.cells_failed.iter().map(|c| FailedCell {
+        cell: format!("{}, {}, run {}, {}", c.sequence, c.tracker, c.run, c.method),
+        reason: c.reason.clone(),
+    });
+    Page {
+        title: experiment.title.clone(),
+        experiment: experiment.name.clone(),
+        paper: experiment.paper.clone().unwrap_or_default(),
+        object: experiment.object.clone().unwrap_or_default(),
+        data_note,
+        warnings,
+        summary: experiment.note.iter().cloned().collect(),
+        failed: failed.collect(),
+        provenance: provenance(results),
+        ..Page::default()
+    }
+}
+
+fn provenance(results: &Results) -> Vec<(String, String)> {
+    let manifest = &results.manifest;
+    let mut all = vec![
+        ("experiment file, SHA-256".to_string(), manifest.spec_digest.clone()),
+        ("protocol".to_string(), manifest.protocol.clone()),
+        ("seed".to_string(), manifest.seed.to_string()),
+        ("trackfail".to_string(), manifest.version.clone()),
+    ];
+    for t in &manifest.trackers {
+        let value = format!("{} version {}, {}, runs {}", t.kind, t.version, t.params, t.runs);
+        all.push((format!("tracker {}", t.label), value));
+    }
+    // Every combination of a grid would fill pages; its first stands for the parameters they share.
+    let mut named: Vec<&str> = Vec::new();
+    for m in &manifest.methods {
+        if named.contains(&m.name.as_str()) {
+            continue;
+        }
+        named.push(&m.name);
+        let part = |(kind, version, params): &(String, u32, serde_json::Value)| {
+            format!("{kind} version {version} {params}")
+        };
+        let mut value = m.signal.as_ref().map_or(String::new(), |s| format!("signal {}; ", part(s)));
+        value.push_str(&format!("detector {}", part(&m.detector)));
+        if !m.params.is_empty() {
+            value.push_str(&format!(" (first of the grid: {})", m.params));
+        }
+        if let Some((key, suite)) = &m.trained {
+            let values: Vec<String> =
+                m.thresholds.iter().map(|(tracker, v)| format!("{v} for {tracker}")).collect();
+            value.push_str(&format!("; `{key}` trained on {suite}: {}", values.join(", ")));
+        }
+        all.push((format!("method {}", m.name), value));
+    }
+    for (suite, sequences) in &manifest.digests {
+        for (name, digest) in sequences {
+            all.push((format!("{suite}/{name}"), digest.clone()));
+        }
+    }
+    all
+}

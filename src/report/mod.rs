@@ -1,0 +1,181 @@
+//! Reports: everything an experiment has to say, as one offline HTML page and as Markdown.
+//!
+//! A [`Page`] is filled by whoever knows the results; [`render`] makes `index.html` of it, a single file
+//! that loads nothing and runs nothing, and [`markdown`] makes `report.md`. All texts may come from
+//! outside (names of sequences, messages of errors): both outputs show them as text.
+//!
+//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw its
+//! figures, [`write`](fn@write) fills the page and writes the report.
+
+pub mod claims;
+pub mod figures;
+mod fill;
+mod html;
+mod markdown;
+pub mod results;
+pub mod stills;
+
+pub use fill::{Rendered, WriteError, verdict_words, write};
+pub use html::render;
+pub use markdown::markdown;
+
+use crate::table::layout::Layout;
+use serde::Serialize;
+
+/// What a report shows, in the order of the page.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Page {
+    /// Title of the page.
+    pub title: String,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// The paper that is replicated; may be empty.
+    pub paper: String,
+    /// What of the paper: `Table 1`; may be empty.
+    pub object: String,
+    /// Which data there was: `12 of 21 targets present; missing: ...`; may be empty.
+    pub data_note: String,
+    /// What a reader must know before reading on.
+    pub warnings: Vec<String>,
+    /// The result in a few sentences, a paragraph each.
+    pub summary: Vec<String>,
+    /// What the paper says, and whether it holds here.
+    pub claims: Vec<ClaimView>,
+    /// Tables.
+    pub tables: Vec<Layout>,
+    /// Figures.
+    pub figures: Vec<FigureView>,
+    /// Units of work without a result.
+    pub failed: Vec<FailedCell>,
+    /// Where the numbers come from: names and values.
+    pub provenance: Vec<(String, String)>,
+}
+
+/// A statement and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ClaimView {
+    /// The statement.
+    pub text: String,
+    /// What became of it: the worst of what it is for each tracker.
+    pub verdict: Verdict,
+    /// The verdict in words: `holds for 2 of 4 trackers`.
+    pub headline: String,
+    /// The predicate over our numbers; may be empty.
+    pub predicate: String,
+    /// One line for each tracker: the verdict and the numbers behind it.
+    pub details: Vec<String>,
+}
+
+/// What became of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// It holds in our numbers.
+    Holds,
+    /// It does not.
+    DoesNotHold,
+    /// Data or numbers are missing.
+    CannotBeTested,
+}
+
+impl Verdict {
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::DoesNotHold => "does not hold",
+            Self::CannotBeTested => "cannot be tested",
+        }
+    }
+}
+
+/// A figure.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FigureView {
+    /// Name: `Figure 3`.
+    pub name: String,
+    /// Caption.
+    pub caption: String,
+    /// The picture as made by [`crate::figure`]; it becomes part of the page.
+    pub svg: String,
+    /// Its file beside the report, for Markdown: `figures/fig3.svg`.
+    pub file: String,
+}
+
+/// A unit of work without a result.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FailedCell {
+    /// Which.
+    pub cell: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A row has more or fewer cells than its table has columns.
+    #[error("row `{row}` of table `{table}` has {got} cells for {expected} columns")]
+    Row {
+        /// Name of the table.
+        table: String,
+        /// Label of the row.
+        row: String,
+        /// Number of its cells.
+        got: usize,
+        /// Number of columns.
+        expected: usize,
+    },
+    /// Not an SVG that may stand in a page: script, foreign content, ids or links to elsewhere.
+    #[error("figure `{0}` is not an SVG made by this program")]
+    NotAFigure(String),
+    /// The template does not fit the data.
+    #[error("the page could not be rendered: {0}")]
+    Template(String),
+}
+
+impl Page {
+    /// Whether all parts fit together.
+    ///
+    /// # Errors
+    /// See [`ReportError`].
+    pub fn check(&self) -> Result<(), ReportError> {
+        for table in &self.tables {
+            let expected = table.columns.len();
+            let rows = table.groups.iter().flat_map(|g| &g.rows);
+            if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
+                let (table, row, got) = (table.name.clone(), row.label.clone(), row.cells.len());
+                return Err(ReportError::Row { table, row, got, expected });
+            }
+        }
+        for figure in &self.figures {
+            let svg = figure.svg.trim();
+            // Texts of our figures have their quotes and angle brackets escaped, so these words can
+            // only be markup.
+            let foreign =
+                ["<script", "<foreignObject", "<style", "<!", "<?", "<a ", " id=\"", " on", "href=\"http"];
+            let markup = foreign.iter().any(|word| match *word {
+                " on" => has_handler(svg),
+                word => svg.contains(word),
+            });
+            if !svg.starts_with("<svg ") || !svg.ends_with("</svg>") || markup {
+                return Err(ReportError::NotAFigure(figure.name.clone()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a tag has an attribute that is a program: `onload=`.
+fn has_handler(svg: &str) -> bool {
+    svg.split('<').filter_map(|tag| tag.split('>').next()).any(|tag| {
+        tag.split_whitespace().any(|word| {
+            word.len() > 2
+                && word.get(..2).is_some_and(|w| w.eq_ignore_ascii_case("on"))
+                && word.contains('=')
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests;

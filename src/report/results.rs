@@ -1,0 +1,222 @@
+//! Reading a results folder back.
+
+use crate::engine::store;
+use crate::region::{Rect, Region};
+use crate::spec::{self, Experiment, SpecError};
+use crate::table::folder::FolderError;
+use crate::table::frame;
+use crate::table::manifest::{FORMAT, Manifest, sha256};
+use crate::table::measures::Measure;
+use crate::table::records;
+use polars::prelude::DataFrame;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A results folder that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// A file is absent, unreadable or no table.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The experiment file kept beside the results is wrong.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// The folder holds no finished run.
+    #[error("{}: no manifest.json; run the experiment first", .0.display())]
+    Unfinished(PathBuf),
+    /// Written by a later program.
+    #[error("{}: results format {found}; this program reads up to {FORMAT}", path.display())]
+    Format {
+        /// The folder.
+        path: PathBuf,
+        /// Its format.
+        found: u32,
+    },
+}
+
+impl From<store::StoreError> for ResultsError {
+    fn from(e: store::StoreError) -> Self {
+        Self::Folder(e.into())
+    }
+}
+
+impl From<frame::FrameError> for ResultsError {
+    fn from(e: frame::FrameError) -> Self {
+        Self::Folder(e.into())
+    }
+}
+
+/// A results folder: everything but the frames.
+pub struct Results {
+    /// Where it is.
+    pub folder: PathBuf,
+    /// The experiment as it was run.
+    pub experiment: Experiment,
+    /// What the results rest on.
+    pub manifest: Manifest,
+    /// Pooled numbers.
+    pub measures: Vec<Measure>,
+}
+
+impl Results {
+    /// Reads a folder.
+    ///
+    /// # Errors
+    /// See [`ResultsError`].
+    pub fn read(folder: &Path) -> Result<Self, ResultsError> {
+        let path = folder.join("manifest.json");
+        if !path.exists() {
+            return Err(ResultsError::Unfinished(folder.to_path_buf()));
+        }
+        let manifest: Manifest = serde_json::from_slice(&store::read(&path)?)
+            .map_err(|error| FolderError::Json { path, error })?;
+        if manifest.format > FORMAT {
+            return Err(ResultsError::Format { path: folder.to_path_buf(), found: manifest.format });
+        }
+        let spec = folder.join("experiment.toml");
+        let text = String::from_utf8(read_whole(folder, &manifest, "experiment.toml")?)
+            .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
+        let experiment = spec::parse(&spec.display().to_string(), &text)?;
+        let measures = read_whole(folder, &manifest, "measures.csv")?;
+        let measures = records::read_measures(measures)
+            .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;
+        Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures })
+    }
+
+    /// Reads the tracks of one tracker's first run.
+    ///
+    /// # Errors
+    /// When a table is absent or lacks a column.
+    pub fn tracks(&self, tracker: &str) -> Result<Vec<TrackSeries>, ResultsError> {
+        let mut tracks = self.read_frames(tracker)?;
+        self.add_signals(tracker, &mut tracks)?;
+        Ok(tracks)
+    }
+
+    fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
+        let bytes = read_whole(&self.folder, &self.manifest, name)?;
+        Ok(frame::from_parquet(bytes, columns)
+            .map_err(|e| store::StoreError::new(&self.folder.join(name), e))?)
+    }
+
+    fn read_frames(&self, wanted: &str) -> Result<Vec<TrackSeries>, ResultsError> {
+        let columns =
+            ["sequence", "tracker", "run", "frame", "x", "y", "w", "h", "error", "method", "score", "label"];
+        let table = self.parquet("frames.parquet", &columns)?;
+        let (sequence, tracker) = (frame::texts(&table, "sequence")?, frame::texts(&table, "tracker")?);
+        let (method, run) = (frame::texts(&table, "method")?, frame::integers(&table, "run")?);
+        let number = frame::integers(&table, "frame")?;
+        let [x, y, w, h] = ["x", "y", "w", "h"].map(|c| frame::floats(&table, c));
+        let (x, y, w, h) = (x?, y?, w?, h?);
+        let (error, score) = (frame::floats(&table, "error")?, frame::floats(&table, "score")?);
+        let label = frame::small_integers(&table, "label")?;
+        let mut tracks: Vec<TrackSeries> = Vec::new();
+        for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
+            if tracks.last().is_none_or(|t| t.sequence != sequence[i]) {
+                tracks.push(TrackSeries { sequence: sequence[i].clone(), ..TrackSeries::default() });
+            }
+            let Some(track) = tracks.last_mut() else { continue };
+            let is_new = track.methods.last().is_none_or(|m| m.name != method[i]);
+            if is_new {
+                track.methods.push(MethodSeries { name: method[i].clone(), ..MethodSeries::default() });
+            }
+            if track.methods.len() == 1 {
+                track.numbers.push(number[i]);
+                track.rects.push(Rect::new(x[i], y[i], w[i], h[i]));
+                track.error.push(error[i]);
+            }
+            if let Some(m) = track.methods.last_mut() {
+                m.score.push(score[i]);
+                m.alarm.push(label[i] != 0);
+            }
+        }
+        Ok(tracks)
+    }
+
+    fn add_signals(&self, wanted: &str, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
+        let columns = ["sequence", "tracker", "run", "method", "signal", "forecast"];
+        let table = self.parquet("signals.parquet", &columns)?;
+        let (sequence, tracker) = (frame::texts(&table, "sequence")?, frame::texts(&table, "tracker")?);
+        let (method, run) = (frame::texts(&table, "method")?, frame::integers(&table, "run")?);
+        let (signal, forecast) = (frame::floats(&table, "signal")?, frame::floats(&table, "forecast")?);
+        for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
+            let track = tracks.iter_mut().find(|t| t.sequence == sequence[i]);
+            if let Some(m) = track.and_then(|t| t.methods.iter_mut().find(|m| m.name == method[i])) {
+                m.signal.push(signal[i]);
+                m.forecast.push(forecast[i]);
+            }
+        }
+        Ok(())
+    }
+
+    /// The ground truth by sequence and frame number.
+    ///
+    /// # Errors
+    /// When the table is absent or lacks a column.
+    pub fn truth(&self) -> Result<BTreeMap<(String, i64), Region>, ResultsError> {
+        let names = ["x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4"];
+        let columns: Vec<&str> = ["sequence", "frame"].into_iter().chain(names).collect();
+        let table = self.parquet("truth.parquet", &columns)?;
+        let (sequence, number) = (frame::texts(&table, "sequence")?, frame::integers(&table, "frame")?);
+        let mut corners = Vec::new();
+        for name in names {
+            corners.push(frame::floats(&table, name)?);
+        }
+        let mut truth = BTreeMap::new();
+        for i in 0..sequence.len() {
+            let numbers: Vec<f64> = corners.iter().map(|c| c[i]).collect();
+            if let Ok(region) = Region::from_numbers(&numbers) {
+                truth.insert((sequence[i].clone(), number[i]), region);
+            }
+        }
+        Ok(truth)
+    }
+}
+
+/// A file of the folder, which must be the one that the run wrote.
+fn read_whole(folder: &Path, manifest: &Manifest, name: &str) -> Result<Vec<u8>, ResultsError> {
+    let path = folder.join(name);
+    let bytes = store::read(&path)?;
+    if manifest.files.get(name) != Some(&sha256(&bytes)) {
+        let message = "not the file that the run wrote (its SHA-256 is not the manifest's); run it again";
+        return Err(store::StoreError::new(&path, message).into());
+    }
+    Ok(bytes)
+}
+
+/// One track with what every method made of it.
+#[derive(Debug, Clone, Default)]
+pub struct TrackSeries {
+    /// Sequence.
+    pub sequence: String,
+    /// Frame numbers.
+    pub numbers: Vec<i64>,
+    /// The tracker's rectangles.
+    pub rects: Vec<Rect>,
+    /// O_t, NaN where unknown.
+    pub error: Vec<f64>,
+    /// Methods, sorted by name.
+    pub methods: Vec<MethodSeries>,
+}
+
+impl TrackSeries {
+    /// The series of a method.
+    pub fn method(&self, name: &str) -> Option<&MethodSeries> {
+        self.methods.iter().find(|m| m.name == name)
+    }
+}
+
+/// What one method made of a track.
+#[derive(Debug, Clone, Default)]
+pub struct MethodSeries {
+    /// Name with its grid point.
+    pub name: String,
+    /// Score compared with the threshold.
+    pub score: Vec<f64>,
+    /// Alarm.
+    pub alarm: Vec<bool>,
+    /// Signal; empty for methods with a grid or without a signal.
+    pub signal: Vec<f64>,
+    /// Forecast, NaN where there is none.
+    pub forecast: Vec<f64>,
+}

@@ -1,0 +1,127 @@
+//! Video frames for figures: which ones a figure shows, and the pictures kept beside the results.
+
+use super::results::{Results, ResultsError, TrackSeries};
+use crate::engine::store;
+use crate::image::{self, Frame};
+use crate::spec::table::{Figure, FigureKind};
+use std::path::PathBuf;
+
+/// Frames of one sequence that a figure shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// Name of the figure.
+    pub figure: String,
+    /// Sequence.
+    pub sequence: String,
+    /// Frames, 0-based, ascending.
+    pub frames: Vec<usize>,
+}
+
+/// Frames on either side of a tracking error that are worth showing.
+const AROUND: usize = 30;
+
+/// The tracker that a strip figure is about.
+pub fn tracker<'a>(results: &'a Results, wanted: Option<&'a str>) -> &'a str {
+    wanted.or(results.experiment.trackers.first().map(|t| t.label.as_str())).unwrap_or_default()
+}
+
+/// The tracks a strip figure shows: those asked for that are there, or the one with most events (the
+/// first by name among equals).
+pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &'a [TrackSeries]) -> Vec<&'a TrackSeries> {
+    if !wanted.is_empty() {
+        return wanted.iter().filter_map(|name| tracks.iter().find(|t| t.sequence == *name)).collect();
+    }
+    let events = |t: &&TrackSeries| events(results, t).len();
+    let most = tracks.iter().map(|t| events(&t)).max().unwrap_or(0);
+    tracks.iter().find(|t| events(t) == most).into_iter().collect()
+}
+
+/// Frames in which the tracker failed, by the experiment's protocol.
+pub fn events(results: &Results, track: &TrackSeries) -> Vec<usize> {
+    (results.experiment.protocol.score)(&track.error, &vec![false; track.error.len()]).events
+}
+
+/// `count` frames: around the first tracking error, or spread over a sequence without one.
+fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
+    let last = length.saturating_sub(1);
+    let (from, to) = match first_event {
+        Some(e) => (e.saturating_sub(AROUND), (e + AROUND).min(last)),
+        None => (0, last),
+    };
+    let step = |i: usize| from + (to - from) * i / (count - 1).max(1);
+    let mut frames: Vec<usize> = (0..count).map(step).collect();
+    if let Some(e) = first_event
+        && let Some(nearest) = frames.iter_mut().rev().min_by_key(|f| f.abs_diff(e))
+    {
+        *nearest = e;
+    }
+    frames.dedup();
+    frames
+}
+
+/// What one figure needs.
+pub fn request(results: &Results, figure: &Figure, tracks: &[TrackSeries]) -> Option<Request> {
+    let FigureKind::Strips { sequences, stills, .. } = &figure.kind else { return None };
+    let shown = chosen(results, sequences, tracks);
+    let track = shown.first().filter(|_| *stills > 0)?;
+    let frames = pick(track.error.len(), events(results, track).first().copied(), *stills);
+    Some(Request { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
+}
+
+/// What all figures of an experiment need.
+///
+/// # Errors
+/// When the results cannot be read.
+pub fn requests(results: &Results) -> Result<Vec<Request>, ResultsError> {
+    let mut all = Vec::new();
+    for figure in &results.experiment.figures {
+        if let FigureKind::Strips { tracker: wanted, stills: 1.., .. } = &figure.kind {
+            let tracks = results.tracks(tracker(results, wanted.as_deref()))?;
+            all.extend(request(results, figure, &tracks));
+        }
+    }
+    Ok(all)
+}
+
+/// Where a still is kept.
+pub fn path(results: &Results, figure: &str, frame: usize) -> PathBuf {
+    results.folder.join("stills").join(figure).join(format!("{frame:06}.png"))
+}
+
+/// Keeps a still beside the results.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn keep(
+    results: &Results,
+    request: &Request,
+    frame: usize,
+    pixels: &Frame,
+) -> Result<(), store::StoreError> {
+    let path = path(results, &request.figure, frame);
+    let png = image::encode_png(pixels).map_err(|e| store::StoreError::new(&path, e))?;
+    store::write(&path, &png)
+}
+
+/// Reads a still back.
+///
+/// # Errors
+/// When it is absent or no picture.
+pub fn load(results: &Results, figure: &str, frame: usize) -> Result<Frame, store::StoreError> {
+    let path = path(results, figure, frame);
+    image::decode(&store::read(&path)?).map_err(|e| store::StoreError::new(&path, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_surround_the_first_error() {
+        assert_eq!(pick(200, Some(100), 5), [70, 85, 100, 115, 130]);
+        assert_eq!(pick(200, Some(10), 3), [0, 10, 40]);
+        assert_eq!(pick(101, None, 3), [0, 50, 100]);
+        assert_eq!(pick(1, None, 4), [0]);
+        assert_eq!(pick(50, None, 1), [0]);
+    }
+}

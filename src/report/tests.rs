@@ -1,0 +1,213 @@
+use super::*;
+use crate::figure::{Curve, Curves, Range, Style};
+use crate::score::measures::Goodness;
+use crate::table::layout::{Cell, Group, Row};
+use proptest::prelude::*;
+
+const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror='alert(1)'> & {{ 7*7 }} | `a` *b* \u{202e}abc\u{0}";
+
+fn figure(name: &str) -> FigureView {
+    let points = (1..=9).map(|k| (f64::from(k), f64::from(k * k))).collect();
+    let curves = Curves {
+        title: name.into(),
+        note: String::new(),
+        x_label: "threshold".into(),
+        y_label: "F-score".into(),
+        x_log: false,
+        x_range: Range::Auto,
+        y_range: Range::Auto,
+        square: false,
+        series: vec![Curve { name: name.into(), points, style: Style::nth(0) }],
+        marks: vec![],
+    };
+    FigureView {
+        name: name.into(),
+        caption: "F-score against the threshold.".into(),
+        svg: curves.to_svg().expect("a figure"),
+        file: "figures/sweep.svg".into(),
+    }
+}
+
+fn cell(ours: &str, published: &str, difference: &str, best: bool) -> Cell {
+    let some = |s: &str| (!s.is_empty()).then(|| s.to_owned());
+    Cell {
+        value: ours.parse().ok(),
+        ours: some(ours),
+        published: some(published),
+        difference: some(difference),
+        best,
+        failed: 0,
+    }
+}
+
+fn claim(text: &str, verdict: Verdict, detail: &str) -> ClaimView {
+    let (headline, predicate) = (verdict.words().to_string(), "a > b".to_string());
+    ClaimView { text: text.into(), verdict, headline, predicate, details: vec![detail.into()] }
+}
+
+/// A page whose outside texts are all `name`.
+fn page(name: &str) -> Page {
+    let row = |label: &str, values: [(&str, &str, &str, bool); 3]| Row {
+        label: label.into(),
+        goodness: Goodness::Up,
+        cells: values.iter().map(|v| cell(v.0, v.1, v.2, v.3)).collect(),
+    };
+    Page {
+        title: "Tracking error detection on OTB".into(),
+        experiment: "khalid2016/table1".into(),
+        paper: "Khalid, Cavallaro and Rinner, BMVC 2016".into(),
+        object: "Table 1".into(),
+        data_note: format!("12 of 21 targets present; missing: {name}"),
+        warnings: vec![format!("thresholds were tuned on {name}")],
+        summary: vec!["DTEF finds 30 of 42 failures.".into()],
+        claims: vec![
+            claim("DTEF has the highest recall", Verdict::Holds, ".714 >= .667"),
+            claim(name, Verdict::DoesNotHold, name),
+            claim("on D1", Verdict::CannotBeTested, "D1 is not public"),
+        ],
+        tables: vec![Layout {
+            name: "Table 1".into(),
+            caption: "12 of 21 targets, 42 failures.".into(),
+            data: "12 of 21 targets".into(),
+            corner: "measure".into(),
+            columns: vec!["DTEF".into(), "NAIVE".into(), name.into()],
+            groups: vec![Group {
+                label: name.into(),
+                published_tracker: Some(name.into()),
+                has_ours: true,
+                rows: vec![
+                    row(
+                        "P",
+                        [
+                            (".120", ".110", "+.010", true),
+                            (".113", ".111", "+.002", false),
+                            ("", ".087", "", false),
+                        ],
+                    ),
+                    row(
+                        name,
+                        [(".714", ".714", ".000", true), (".650", "", "", false), (name, "", "", false)],
+                    ),
+                ],
+            }],
+        }],
+        figures: vec![figure("Sweep"), figure(name)],
+        failed: vec![FailedCell { cell: format!("{name} x ncc"), reason: name.into() }],
+        provenance: vec![("trackfail".into(), "0.1.0".into()), (name.into(), "ab12".into())],
+    }
+}
+
+#[test]
+fn the_same_page_gives_the_same_bytes() {
+    let p = page(HOSTILE);
+    assert_eq!(render(&p).expect("a page"), render(&p).expect("a page"));
+    assert_eq!(markdown(&p).expect("a page"), markdown(&p).expect("a page"));
+}
+
+#[test]
+fn hostile_names_are_text() {
+    let html = render(&page(HOSTILE)).expect("a page");
+    assert!(!html.contains("<script") && !html.contains("<img") && !html.contains("49 |"));
+    assert!(html.contains("&lt;script&gt;alert(&quot;x&quot;)"));
+    assert!(!html.contains('\u{202e}') && !html.contains('\u{0}'));
+    // Everything else is markup of the template, whatever the names are.
+    let tags = |name: &str| {
+        let page = Page { figures: vec![], ..page(name) };
+        render(&page).expect("a page").matches('<').count()
+    };
+    assert_eq!(tags(HOSTILE), tags("Girl"));
+}
+
+#[test]
+fn the_page_asks_for_nothing() {
+    let html = render(&page("Girl")).expect("a page");
+    assert_eq!(html.matches("http://").count(), 2, "the namespaces of two figures");
+    assert_eq!(html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count(), 2);
+    for word in ["https://", "<script", "<link", "@import", "url(", "src="] {
+        assert!(!html.contains(word), "{word}");
+    }
+    assert!(html.contains("default-src 'none'"));
+}
+
+#[test]
+fn ids_and_their_references_match() {
+    let html = render(&page("Girl")).expect("a page");
+    let values = |attribute: &str| -> Vec<String> {
+        let parts = html.split(attribute).skip(1);
+        parts.filter_map(|p| p.split('"').next()).map(str::to_owned).collect()
+    };
+    let mut ids = values(" id=\"");
+    let all = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), all, "ids are unique");
+    for reference in values("href=\"#").into_iter().chain(values("aria-labelledby=\"")) {
+        assert!(ids.contains(&reference), "{reference}");
+    }
+}
+
+#[test]
+fn values_differences_and_missing_values_are_shown() {
+    let html = render(&page("RAW")).expect("a page");
+    assert!(html.contains("<strong><bdi>.120</bdi></strong>"));
+    assert!(html.contains("published <bdi>.110</bdi>") && html.contains("difference <bdi>+.010</bdi>"));
+    assert_eq!(html.matches("title=\"no value\"").count(), 1);
+    for words in ["Holds:", "Does not hold:", "Cannot be tested:"] {
+        assert!(html.contains(words), "{words}");
+    }
+    assert!(html.contains("<th scope=\"rowgroup\" class=\"group\" colspan=\"4\">"));
+}
+
+#[test]
+fn an_empty_page_is_a_page() {
+    let html = render(&Page::default()).expect("a page");
+    assert!(html.contains("<main") && !html.contains("<section"));
+    assert_eq!(markdown(&Page::default()).expect("a page"), "#\n");
+}
+
+#[test]
+fn markdown_by_hand() {
+    let md = markdown(&page("a|b")).expect("a page");
+    assert!(md.contains("| measure | DTEF | NAIVE | a&#124;b |\n|:--|--:|--:|--:|\n"));
+    assert!(md.contains("| P ↑ | **.120** | .113 |  |\n| P published (a&#124;b) | .110 | .111 | .087 |\n"));
+    assert!(md.contains("![Sweep](<figures/sweep.svg>)"));
+    assert!(md.contains("| on D1 | **cannot be tested** | a &gt; b<br>D1 is not public |"));
+}
+
+#[test]
+fn parts_that_do_not_fit_are_errors() {
+    let mut p = page("RAW");
+    p.tables[0].groups[0].rows[0].cells.pop();
+    assert!(matches!(render(&p), Err(ReportError::Row { got: 2, expected: 3, .. })));
+    for svg in [
+        "",
+        "<svg ><script>1</script></svg>",
+        "<svg onload=\"x()\"></svg>",
+        "<svg ><image href=\"https://example.org/\"/></svg>",
+        "<svg ><g id=\"a\"/></svg>",
+        "<p></p>",
+    ] {
+        let mut p = page("RAW");
+        p.figures[0].svg = svg.into();
+        assert!(matches!(render(&p), Err(ReportError::NotAFigure(_))), "{svg}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_name_leaves_the_structure(name in "\\PC{0,40}|[<>&\"'|`*_\\[\\]{}%#\\\\\\n\\x00-\\x1f]{0,40}") {
+        prop_assume!(!name.is_empty());
+        let mut plain = page("Girl");
+        plain.figures.clear();
+        let mut p = page(&name);
+        p.figures.clear();
+        let (html, expected) = (render(&p).expect("a page"), render(&plain).expect("a page"));
+        prop_assert_eq!(html.matches('<').count(), expected.matches('<').count());
+        prop_assert_eq!(html.matches('"').count(), expected.matches('"').count());
+        let (md, expected) = (markdown(&p).expect("a page"), markdown(&plain).expect("a page"));
+        prop_assert_eq!(md.matches('|').count(), expected.matches('|').count());
+        prop_assert_eq!(md.lines().count(), expected.lines().count());
+        prop_assert_eq!(md.matches('<').count(), expected.matches('<').count());
+    }
+}
