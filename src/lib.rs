@@ -16,12 +16,14 @@
 //! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
 //! | [`figure`] | plain series | SVG and PNG |
 //! | [`report`] | a results folder alone | one offline HTML page |
+//! | [`cli`] | arguments | calls of the above, exit codes |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
 
 #![warn(missing_docs)]
 
+pub mod cli;
 pub mod dataset;
 pub mod detector;
 pub mod engine;

@@ -1,0 +1,349 @@
+//! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned.
+
+use super::Failure;
+use super::output::{self, Format};
+use crate::dataset::lock::{self, Finding, Suite};
+use crate::dataset::{DatasetError, Sequence};
+use clap::Subcommand;
+use serde::Serialize;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `trackfail data`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Folder that holds the sequences (`otb/David`, `vot2014/ball` ...); TRACKFAIL_DATA otherwise
+    #[arg(long, global = true, value_name = "DIR")]
+    data_root: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Suites and their sequences: what is here and what is missing
+    List {
+        /// Suites; all by default
+        suites: Vec<String>,
+        /// How to print
+        #[arg(long, value_enum, default_value_t = Format::Table)]
+        format: Format,
+    },
+    /// Hashes local sequences and compares them with datasets.lock
+    Verify {
+        /// Suites; all that are read from disk by default
+        suites: Vec<String>,
+        /// Missing sequences are no failure
+        #[arg(long)]
+        allow_missing: bool,
+    },
+    /// Prints the lines of datasets.lock for local sequences, with digests
+    Lock {
+        /// Suites; all that are read from disk by default
+        suites: Vec<String>,
+    },
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// [`Failure::Usage`] for unknown suites; [`Failure::Data`] for data that are not as pinned or, in `verify`
+/// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let root = super::data_root(args.data_root.as_deref())?;
+    let root = root.as_deref();
+    let mut out = std::io::stdout().lock();
+    match &args.verb {
+        Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
+        Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
+        Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
+    }
+}
+
+fn chosen(names: &[String]) -> Result<Vec<Suite>, Failure> {
+    let all = || lock::names().into_iter().map(String::from).collect();
+    let names: Vec<String> = if names.is_empty() { all() } else { names.to_vec() };
+    names.iter().map(|n| lock::suite(n).map_err(|e| Failure::Usage(e.to_string()))).collect()
+}
+
+/// Ends quietly when the reader of a pipe has gone.
+fn written(result: std::io::Result<()>) -> Result<(), Failure> {
+    match result {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::Io(format!("stdout: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// One line of `data list`.
+#[derive(Debug, Serialize)]
+struct Row {
+    suite: &'static str,
+    sequence: String,
+    status: &'static str,
+    frames: usize,
+    annotated: Option<usize>,
+    digest: &'static str,
+    folder: String,
+    attributes: String,
+    note: String,
+}
+
+const COLUMNS: [&str; 9] =
+    ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note"];
+
+impl Row {
+    fn cells(&self) -> [String; 9] {
+        [
+            self.suite.into(),
+            self.sequence.clone(),
+            self.status.into(),
+            self.frames.to_string(),
+            self.annotated.map_or_else(String::new, |n| n.to_string()),
+            self.digest.into(),
+            self.folder.clone(),
+            self.attributes.clone(),
+            self.note.clone(),
+        ]
+    }
+}
+
+fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
+    let loaded = suite.load(root);
+    let annotated = |s: &Sequence| s.truth.iter().flatten().count();
+    if suite.entries().is_empty() {
+        let row = |s: &Sequence| Row {
+            suite: suite.name(),
+            sequence: s.name.clone(),
+            status: "rendered",
+            frames: s.len(),
+            annotated: Some(annotated(s)),
+            digest: "known",
+            folder: String::new(),
+            attributes: s.attributes.join(" "),
+            note: String::new(),
+        };
+        return loaded.sequences.iter().map(row).collect();
+    }
+    let row = |entry: &lock::Entry| {
+        let here = loaded.sequences.iter().find(|s| s.name == entry.name);
+        let missing = loaded.missing.iter().find(|m| m.name == entry.name);
+        let broken = loaded.broken.iter().find(|b| b.name == entry.name);
+        let (status, note) = match (missing, broken) {
+            (Some(m), _) => ("missing", m.how_to_get.clone()),
+            (_, Some(b)) => ("broken", b.error.to_string()),
+            _ => ("present", String::new()),
+        };
+        Row {
+            suite: suite.name(),
+            sequence: entry.name.clone(),
+            status,
+            frames: entry.frames,
+            annotated: here.map(annotated),
+            digest: if entry.digest.is_some() { "pinned" } else { "unknown" },
+            folder: entry.folder.clone(),
+            attributes: here.map_or_else(String::new, |s| s.attributes.join(" ")),
+            note,
+        }
+    };
+    suite.entries().iter().map(row).collect()
+}
+
+fn list(out: &mut impl Write, suites: &[Suite], root: Option<&Path>, format: Format) -> Result<(), Failure> {
+    let rows: Vec<(&Suite, Vec<Row>)> = suites.iter().map(|s| (s, rows(s, root))).collect();
+    let flat = || rows.iter().flat_map(|(_, rows)| rows);
+    let text = match format {
+        Format::Csv => {
+            let cells: Vec<Vec<String>> = flat().map(|r| r.cells().to_vec()).collect();
+            output::text(format, &COLUMNS, &cells)?
+        }
+        Format::Json => {
+            let all: Vec<&Row> = flat().collect();
+            serde_json::to_string_pretty(&all).map_err(|e| Failure::Io(e.to_string()))? + "\n"
+        }
+        Format::Table => rows.iter().map(|(suite, rows)| table(suite, rows)).collect::<Vec<_>>().join("\n"),
+    };
+    written(out.write_all(text.as_bytes()))
+}
+
+fn table(suite: &Suite, rows: &[Row]) -> String {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::NOTHING);
+    table.set_header(["sequence", "status", "frames", "annotated", "digest", "folder"]);
+    for row in rows {
+        let [_, sequence, status, frames, annotated, digest, folder, ..] = row.cells();
+        table.add_row([sequence, status, frames, annotated, digest, folder]);
+    }
+    for column in [2, 3] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(comfy_table::CellAlignment::Right);
+        }
+    }
+    let here = rows.iter().filter(|r| r.status == "present" || r.status == "rendered").count();
+    let mut text =
+        format!("{}: {}\n{here} of {} sequences are here\n", suite.name(), suite.title(), rows.len());
+    if let Some((source, licence)) = suite.source() {
+        text += &format!("source: {source}\nlicence: {licence}\n");
+    }
+    text += &format!("{}\n", table.trim_fmt());
+    let mut notes: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|r| !r.note.is_empty() && r.status == "broken") {
+        notes.push(&row.note);
+    }
+    if let Some(row) = rows.iter().find(|r| r.status == "missing") {
+        notes.push(&row.note);
+    }
+    notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+    text
+}
+
+fn verify(
+    out: &mut impl Write,
+    suites: &[Suite],
+    root: Option<&Path>,
+    allow_missing: bool,
+) -> Result<(), Failure> {
+    let (mut differing, mut missing) = (Vec::new(), Vec::new());
+    for suite in suites {
+        for checked in suite.verify(root) {
+            let name = format!("{}/{}", suite.name(), checked.name);
+            let word = match checked.finding {
+                Finding::Same => "ok".to_owned(),
+                Finding::NoDigestPinned => "unpinned: there, but no digest to compare with".to_owned(),
+                Finding::Missing(m) => {
+                    missing.push(name.clone());
+                    format!("missing: {}", m.how_to_get)
+                }
+                Finding::Differs(fact) => {
+                    differing.push(name.clone());
+                    format!("differs: {fact}")
+                }
+            };
+            written(writeln!(out, "{name}  {word}"))?;
+        }
+    }
+    if !differing.is_empty() {
+        let message = format!("not as pinned: {}; fetch them again", differing.join(", "));
+        return Err(Failure::Data(message));
+    }
+    if !missing.is_empty() && !allow_missing {
+        let count = missing.len();
+        return Err(Failure::Data(format!("{count} sequences are missing; --allow-missing goes on without")));
+    }
+    Ok(())
+}
+
+fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {
+    if root.is_none() {
+        return Err(Failure::Usage(
+            "`data lock` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
+        ));
+    }
+    for suite in suites {
+        let lines = suite.pin(root).map_err(|e: DatasetError| Failure::Data(e.to_string()))?;
+        if !lines.is_empty() {
+            written(writeln!(out, "# {}", suite.name()))?;
+        }
+        for line in lines {
+            written(writeln!(out, "    {line}"))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn parse(words: &[&str]) -> Args {
+        Cli::try_parse_from([&["data"], words].concat()).unwrap().args
+    }
+
+    fn vot() -> Vec<Suite> {
+        vec![lock::suite("vot2014").unwrap()]
+    }
+
+    /// A root with one sequence that is too short and 24 missing ones.
+    fn root() -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        let ball = root.path().join("vot2014/ball");
+        std::fs::create_dir_all(&ball).unwrap();
+        std::fs::write(ball.join("00000001.jpg"), b"").unwrap();
+        std::fs::write(ball.join("groundtruth.txt"), "1,2,3,4").unwrap();
+        root
+    }
+
+    #[test]
+    fn arguments() {
+        let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x"]);
+        assert!(matches!(&args.verb, Verb::Verify { suites, allow_missing: true } if suites == &["vot2014"]));
+        assert_eq!(args.data_root, Some("/x".into()));
+        assert!(matches!(parse(&["list", "--format", "csv"]).verb, Verb::List { format: Format::Csv, .. }));
+        assert!(Cli::try_parse_from(["data", "list", "--format", "xml"]).is_err());
+    }
+
+    #[test]
+    fn wrong_words_have_their_exit_codes() {
+        let root = root();
+        let at = root.path().to_str().unwrap();
+        assert_eq!(run(&parse(&["list", "vot2104", "--data-root", at])).unwrap_err().code(), 2);
+        assert_eq!(run(&parse(&["list", "--data-root", "/no/such/folder"])).unwrap_err().code(), 3);
+    }
+
+    #[test]
+    fn lists_in_three_formats() {
+        let root = root();
+        let text = |format| {
+            let mut out = Vec::new();
+            list(&mut out, &vot(), Some(root.path()), format).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        let csv = text(Format::Csv);
+        assert!(csv.starts_with("suite,sequence,status,frames,annotated,digest,folder,attributes,note\n"));
+        assert_eq!(csv.lines().count(), 26);
+        assert!(csv.lines().nth(1).unwrap().starts_with("vot2014,ball,broken,602,,unknown,vot2014/ball,"));
+        let json: Vec<serde_json::Value> = serde_json::from_str(&text(Format::Json)).unwrap();
+        assert_eq!((json.len(), &json[1]["status"]), (25, &"missing".into()));
+        assert_eq!(json[0].as_object().unwrap().len(), COLUMNS.len());
+        let table = text(Format::Table);
+        assert!(
+            table.contains("0 of 25 sequences are here") && table.contains("votchallenge.net"),
+            "{table}"
+        );
+    }
+
+    #[test]
+    fn verify_tells_missing_from_differing() {
+        let (full, empty) = (root(), tempfile::tempdir().unwrap());
+        let check = |root: &Path, allow| {
+            let mut out = Vec::new();
+            let result = verify(&mut out, &vot(), Some(root), allow);
+            (String::from_utf8(out).unwrap(), result.map_err(|e| (e.code(), e.to_string())))
+        };
+        let (text, result) = check(full.path(), true);
+        assert!(text.starts_with("vot2014/ball  differs: "), "{text}");
+        assert!(matches!(result, Err((3, message)) if message.contains("vot2014/ball")));
+        let (text, result) = check(empty.path(), false);
+        assert_eq!(text.lines().filter(|l| l.contains("  missing: ")).count(), 25);
+        assert!(matches!(result, Err((3, message)) if message.contains("25 sequences")));
+        assert_eq!(check(empty.path(), true).1, Ok(()));
+    }
+
+    #[test]
+    fn real_data_verify_and_pin() {
+        let Some(root) = crate::testing::real_data("real_data_verify_and_pin") else { return };
+        let mut out = Vec::new();
+        verify(&mut out, &chosen(&[]).unwrap(), Some(&root), true).unwrap();
+        let mut lines = Vec::new();
+        pin(&mut lines, &vot(), Some(&root)).unwrap();
+        let lines = String::from_utf8(lines).unwrap();
+        assert!(lines.starts_with("# vot2014\n"));
+        assert!(lines.lines().skip(1).all(|l| lock::LOCK.contains(l)));
+    }
+}

@@ -1,0 +1,96 @@
+//! `trackfail list {experiments,suites,trackers,signals,detectors,protocols}`
+
+use super::output::{self, Format};
+use super::{Failure, report, run};
+use crate::dataset::lock;
+use crate::detector::DETECTORS;
+use crate::plugin::Entry;
+use crate::score::PROTOCOLS;
+use crate::signal::SIGNALS;
+use crate::spec::builtin;
+use crate::tracker::TRACKERS;
+use std::path::PathBuf;
+
+/// Arguments of `list`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// What to list
+    what: What,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Folder that results are looked for in (experiments)
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    results: PathBuf,
+}
+
+/// What can be listed.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum What {
+    Experiments,
+    Suites,
+    Trackers,
+    Signals,
+    Detectors,
+    Protocols,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plugin = ["kind", "version", "summary", "parameters"];
+    let print = |headings: &[&str], rows: Vec<Vec<String>>| output::print(args.format, headings, &rows);
+    match args.what {
+        What::Experiments => {
+            print(&["experiment", "title", "object", "suite", "cells", "results"], experiments(args)?)
+        }
+        What::Suites => {
+            let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
+            let row =
+                |s: lock::Suite| vec![s.name().into(), s.load(None).wanted.to_string(), s.title().into()];
+            print(&["suite", "targets", "title"], suites.map(row).collect())
+        }
+        What::Trackers => print(&plugin, plugins(TRACKERS)),
+        What::Signals => print(&plugin, plugins(SIGNALS)),
+        What::Detectors => print(&plugin, plugins(DETECTORS)),
+        What::Protocols => {
+            let rows = PROTOCOLS.iter().map(|p| vec![p.name.to_string(), p.summary.to_string()]);
+            print(&["protocol", "summary"], rows.collect())
+        }
+    }
+}
+
+fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
+    let finished = report::finished(&args.results);
+    let mut rows = Vec::new();
+    for (name, _) in builtin::EXPERIMENTS {
+        let e = run::read_spec(name)?;
+        let suite = &e.suites[crate::spec::TEST];
+        let targets = lock::suite(suite).map_or(0, |s| s.load(None).wanted);
+        let runs: usize = e.trackers.iter().map(|t| t.runs as usize).sum();
+        let variants: usize = e.methods.iter().map(|m| m.variants.len()).sum();
+        let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
+        rows.push(vec![
+            e.name,
+            e.title,
+            e.object.unwrap_or_default(),
+            suite.clone(),
+            (targets * runs * variants).to_string(),
+            state.to_string(),
+        ]);
+    }
+    Ok(rows)
+}
+
+fn plugins<T: ?Sized>(list: &'static [Entry<T>]) -> Vec<Vec<String>> {
+    list.iter()
+        .map(|e| {
+            let schema = (e.schema)();
+            let keys = schema.get("properties").and_then(serde_json::Value::as_object);
+            let keys: Vec<&str> = keys.map(|k| k.keys().map(String::as_str).collect()).unwrap_or_default();
+            vec![e.kind.to_string(), e.version.to_string(), e.summary.to_string(), keys.join(", ")]
+        })
+        .collect()
+}

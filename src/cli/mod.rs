@@ -1,0 +1,107 @@
+//! The command line: one file per verb, arguments and calls only.
+//!
+//! Exit codes: 0 done; 1 a bug or an I/O error; 2 usage or experiment file; 3 data absent or not what
+//! was pinned; 4 some cells failed; 5 an expectation is not met.
+
+pub mod data;
+pub mod detect;
+pub mod list;
+pub mod output;
+pub mod render;
+pub mod report;
+pub mod run;
+
+use clap::{Parser, Subcommand};
+use std::path::{Path, PathBuf};
+
+/// Tells when a visual tracker has lost its target: a benchmark of failure detectors.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    about,
+    after_help = "Exit codes: 0 done, 1 a bug or an I/O error, 2 usage or experiment \
+file, 3 data absent or not what was pinned, 4 some cells failed, 5 an expectation is not met."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run experiments, print their tables, write results and report (without SPEC: the quickstart)
+    Run(run::Args),
+    /// Render tables, figures and HTML from results alone
+    Report(report::Args),
+    /// Show what there is: experiments, suites, trackers, signals, detectors, protocols
+    List(list::Args),
+    /// Look after datasets: what is here, and is it what was pinned
+    Data(data::Args),
+    /// Tell, frame by frame, whether your own tracker has failed
+    Detect(detect::Args),
+    /// Write a synthetic suite to disk in OTB or VOT layout
+    Render(render::Args),
+}
+
+impl Cli {
+    /// Runs the verb.
+    ///
+    /// # Errors
+    /// What the verb ends with.
+    pub fn run(&self) -> Result<(), Failure> {
+        match &self.verb {
+            Verb::Run(args) => run::run(args),
+            Verb::Report(args) => report::run(args),
+            Verb::List(args) => list::run(args),
+            Verb::Data(args) => data::run(args),
+            Verb::Detect(args) => detect::run(args),
+            Verb::Render(args) => render::run(args),
+        }
+    }
+}
+
+/// The data root: what was given, else TRACKFAIL_DATA unless it is empty.
+///
+/// # Errors
+/// [`Failure::Data`] when it is no folder.
+fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
+    let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
+    let root = given.map(Path::to_path_buf).or(named);
+    if let Some(root) = root.as_ref().filter(|r| !r.is_dir()) {
+        return Err(Failure::Data(format!("{}: the data root is no folder", root.display())));
+    }
+    Ok(root)
+}
+
+/// Why a verb ends without success; the exit code is the kind's.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A bug or an I/O error.
+    #[error("{0}")]
+    Io(String),
+    /// Wrong arguments or a wrong experiment file.
+    #[error("{0}")]
+    Usage(String),
+    /// Data that is absent or not what was pinned.
+    #[error("{0}")]
+    Data(String),
+    /// Some cells failed; the rest is done.
+    #[error("{0}")]
+    Cells(String),
+    /// A result is not the expected one.
+    #[error("{0}")]
+    Expectation(String),
+}
+
+impl Failure {
+    /// The process's exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Io(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Data(_) => 3,
+            Self::Cells(_) => 4,
+            Self::Expectation(_) => 5,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Lists on stdout, as a table for people or as CSV or JSON for programs.
+
+use super::Failure;
+use crate::table::frame;
+use comfy_table::{Table, presets};
+use polars::prelude::Column;
+use std::io::Write;
+
+/// How a list is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Format {
+    /// Aligned columns.
+    #[default]
+    Table,
+    /// Comma-separated values with a header.
+    Csv,
+    /// An array of objects.
+    Json,
+}
+
+/// Prints rows under headings; a reader that stops listening is no error.
+///
+/// # Errors
+/// When stdout cannot be written to.
+pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<(), Failure> {
+    write(&text(format, headings, rows)?)
+}
+
+/// Rows under headings, as text.
+///
+/// # Errors
+/// When the rows do not fit the headings.
+pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<String, Failure> {
+    Ok(match format {
+        Format::Table => {
+            let mut table = Table::new();
+            table.load_preset(presets::NOTHING).set_header(headings.iter().copied());
+            for row in rows {
+                table.add_row(row);
+            }
+            let shown = table.to_string();
+            let trimmed: Vec<&str> = shown.lines().map(str::trim_end).collect();
+            trimmed.join("\n") + "\n"
+        }
+        Format::Csv => {
+            let field = |text: &String| (!text.is_empty()).then(|| text.clone());
+            let column = |k: usize| rows.iter().map(|r| field(&r[k])).collect::<Vec<_>>();
+            let columns = headings.iter().enumerate().map(|(k, h)| Column::new((*h).into(), column(k)));
+            let bytes = frame::frame(columns.collect()).and_then(|mut f| frame::to_csv(&mut f));
+            String::from_utf8_lossy(&bytes.map_err(|e| Failure::Io(e.to_string()))?).into_owned()
+        }
+        Format::Json => {
+            let objects: Vec<serde_json::Map<String, serde_json::Value>> = rows
+                .iter()
+                .map(|row| headings.iter().zip(row).map(|(h, v)| (h.to_string(), json(h, v))).collect())
+                .collect();
+            serde_json::to_string_pretty(&objects).map_err(|e| Failure::Io(e.to_string()))? + "\n"
+        }
+    })
+}
+
+/// Columns whose values are names, even where a name looks like a number.
+const NAMES: [&str; 8] = ["experiment", "suite", "sequence", "tracker", "method", "params", "kind", "title"];
+
+/// A field as JSON: a missing value is null, a number is a number, names are text.
+fn json(heading: &str, field: &str) -> serde_json::Value {
+    if field.is_empty() {
+        return serde_json::Value::Null;
+    }
+    if NAMES.contains(&heading) {
+        return field.into();
+    }
+    match (field.parse::<i64>(), field.parse::<f64>()) {
+        (Ok(n), _) => n.into(),
+        (_, Ok(v)) if v.is_finite() => v.into(),
+        _ => field.into(),
+    }
+}
+
+/// Writes text to stdout; a closed pipe ends quietly.
+///
+/// # Errors
+/// When stdout cannot be written to.
+pub fn write(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        done => done.map_err(|e| Failure::Io(format!("stdout: {e}"))),
+    }
+}

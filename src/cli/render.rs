@@ -1,0 +1,263 @@
+//! `trackfail render SUITE DIR`: writes a synthetic suite to disk, in OTB or VOT layout by suite.
+//!
+//! OTB: `<Seq>/img/0001.png ...`, `<Seq>/groundtruth_rect.txt` (`x,y,w,h`, counted from 1) and
+//! `<Seq>/attributes.txt` (one line, separated by commas). VOT: `list.txt`, `<seq>/00000001.png ...`,
+//! `<seq>/groundtruth.txt` (8 numbers, counted from 0) and a `<seq>/<attribute>.label` (0 or 1 a line)
+//! for each attribute. Numbers are written so that reading them gives the same bits; PNG is lossless.
+
+use super::Failure;
+use crate::dataset::Sequence;
+use crate::dataset::synthetic::{Layout, SUITES, Suite};
+use crate::image;
+use crate::plugin::unknown;
+use crate::region::Region;
+use rayon::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `trackfail render`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Synthetic suite: synthetic-otb or synthetic-vot
+    pub suite: String,
+    /// Folder to write; must not exist or be empty
+    pub dir: PathBuf,
+    /// Only these sequences
+    #[arg(long = "sequence", value_name = "NAME")]
+    pub sequences: Vec<String>,
+}
+
+/// Writes the suite.
+///
+/// Everything is first written to a temporary folder beside `dir` and then renamed, so that `dir` is
+/// never half done.
+///
+/// # Errors
+/// `Usage` for an unknown suite or sequence and a folder that is not empty, `Io` for what the file
+/// system refuses.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let suite = find_suite(&args.suite)?;
+    let sequences = chosen(suite, &args.sequences)?;
+    let dir = std::path::absolute(&args.dir).map_err(|e| io(&args.dir, &e))?;
+    match fs::read_dir(&dir) {
+        Ok(mut entries) => {
+            if entries.next().is_some() {
+                return Err(Failure::Usage(format!(
+                    "{} is not empty; name a new folder, or empty it first",
+                    dir.display()
+                )));
+            }
+        }
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
+        Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
+            return Err(Failure::Usage(format!("{} is not a folder", dir.display())));
+        }
+        Err(e) => return Err(io(&dir, &e)),
+    }
+    let Some(parent) = dir.parent() else {
+        return Err(Failure::Usage(format!("{} cannot be written as a whole", dir.display())));
+    };
+    fs::create_dir_all(parent).map_err(|e| io(parent, &e))?;
+    let temporary = tempfile::Builder::new()
+        .prefix(".trackfail-render-")
+        .tempdir_in(parent)
+        .map_err(|e| io(parent, &e))?;
+    // A folder of its own inside: temporary folders are closed to other users.
+    let root = temporary.path().join("suite");
+    fs::create_dir(&root).map_err(|e| io(&root, &e))?;
+    sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), suite.layout, q))?;
+    if suite.layout == Layout::Vot {
+        let names: Vec<&str> = sequences.iter().map(|q| q.name.as_str()).collect();
+        write_lines(&root.join("list.txt"), names)?;
+    }
+    if dir.exists() {
+        fs::remove_dir(&dir).map_err(|e| io(&dir, &e))?;
+    }
+    fs::rename(&root, &dir).map_err(|e| io(&dir, &e))?;
+    let frames: usize = sequences.iter().map(Sequence::len).sum();
+    let (count, folder) = (sequences.len(), args.dir.display());
+    super::output::write(&format!("{}: {count} sequences, {frames} frames in {folder}\n", suite.name))
+}
+
+fn find_suite(name: &str) -> Result<&'static Suite, Failure> {
+    SUITES
+        .iter()
+        .find(|s| s.name == name)
+        .ok_or_else(|| Failure::Usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))
+}
+
+fn chosen(suite: &Suite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
+    let known: Vec<&str> = suite.names().collect();
+    if let Some(name) = wanted.iter().find(|n| !known.contains(&n.as_str())) {
+        let what = format!("sequence of {}", suite.name);
+        return Err(Failure::Usage(unknown(&what, name, known)));
+    }
+    let mut sequences = suite.sequences();
+    sequences.retain(|q| wanted.is_empty() || wanted.contains(&q.name));
+    Ok(sequences)
+}
+
+fn write_sequence(folder: &Path, layout: Layout, q: &Sequence) -> Result<(), Failure> {
+    let images = match layout {
+        Layout::Otb => folder.join("img"),
+        Layout::Vot => folder.to_path_buf(),
+    };
+    fs::create_dir_all(&images).map_err(|e| io(&images, &e))?;
+    (0..q.len()).into_par_iter().try_for_each(|t| {
+        let number = q.number(t);
+        let path = images.join(match layout {
+            Layout::Otb => format!("{number:04}.png"),
+            Layout::Vot => format!("{number:08}.png"),
+        });
+        let frame = q.frame(t).map_err(|e| Failure::Io(e.to_string()))?;
+        let png = image::encode_png(&frame).map_err(|e| Failure::Io(e.to_string()))?;
+        fs::write(&path, png).map_err(|e| io(&path, &e))
+    })?;
+    match layout {
+        Layout::Otb => {
+            let rows = q.truth.iter().map(|r| otb_line(r.as_ref()));
+            write_lines(&folder.join("groundtruth_rect.txt"), rows)?;
+            write_lines(&folder.join("attributes.txt"), [q.attributes.join(",")])
+        }
+        Layout::Vot => {
+            write_lines(&folder.join("groundtruth.txt"), q.truth.iter().map(|r| vot_line(r.as_ref())))?;
+            for (name, flags) in &q.frame_attributes {
+                let rows = flags.iter().map(|&f| u8::from(f).to_string());
+                write_lines(&folder.join(format!("{name}.label")), rows)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// `x,y,w,h`, counted from 1. OTB marks a frame without target by zeros.
+fn otb_line(region: Option<&Region>) -> String {
+    region.map_or_else(
+        || "0,0,0,0".to_string(),
+        |r| {
+            let r = r.rect();
+            join(&[r.x + 1.0, r.y + 1.0, r.w, r.h])
+        },
+    )
+}
+
+/// The corners one after the other, counted from 0. VOT marks a frame without target by NaN.
+fn vot_line(region: Option<&Region>) -> String {
+    let corners = region.map_or_else(|| vec![(f64::NAN, f64::NAN); 4], Region::corners);
+    join(&corners.iter().flat_map(|c| [c.0, c.1]).collect::<Vec<_>>())
+}
+
+/// Shortest decimal numbers that are read back as the same bits.
+fn join(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+fn write_lines<S: AsRef<str>>(path: &Path, lines: impl IntoIterator<Item = S>) -> Result<(), Failure> {
+    let mut text = String::new();
+    for line in lines {
+        text.push_str(line.as_ref());
+        text.push('\n');
+    }
+    fs::write(path, text).map_err(|e| io(path, &e))
+}
+
+fn io(path: &Path, e: &std::io::Error) -> Failure {
+    Failure::Io(format!("{}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{content_digest, otb, synthetic, vot};
+
+    fn args(suite: &str, dir: &Path, sequence: &str) -> Args {
+        Args { suite: suite.into(), dir: dir.into(), sequences: vec![sequence.into()] }
+    }
+
+    fn numbers(path: &Path) -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(path).unwrap();
+        text.lines().map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect()
+    }
+
+    fn same_pixels(path: &Path, q: &Sequence, t: usize) {
+        let decoded = image::decode(&fs::read(path).unwrap()).unwrap();
+        assert!(decoded == q.frame(t).unwrap(), "{}", path.display());
+    }
+
+    /// What is read back is the sequence: frames, truth, numbers and attributes.
+    #[test]
+    fn both_layouts_are_read_back_to_the_same_digest() {
+        let root = tempfile::tempdir().unwrap();
+        for (suite, layout) in [("synthetic-otb", Layout::Otb), ("synthetic-vot", Layout::Vot)] {
+            let q = synthetic::suite(suite).unwrap().swap_remove(0);
+            let dir = root.path().join(suite);
+            run(&args(suite, &dir, &q.name)).unwrap();
+            let folder = dir.join(&q.name);
+            let read = match layout {
+                Layout::Otb => otb::load(&folder, &otb::Options::default()).unwrap(),
+                Layout::Vot => vot::load(&folder, None).unwrap(),
+            };
+            assert_eq!(content_digest(&read).unwrap(), content_digest(&q).unwrap(), "{suite}");
+        }
+    }
+
+    fn of(suite: &str, name: &str) -> Sequence {
+        synthetic::suite(suite).unwrap().into_iter().find(|q| q.name == name).unwrap()
+    }
+
+    #[test]
+    fn otb_layout_holds_the_sequence() {
+        let root = tempfile::tempdir().unwrap();
+        let dir = root.path().join("new/otb");
+        run(&args("synthetic-otb", &dir, "Girl")).unwrap();
+        let q = of("synthetic-otb", "Girl");
+        let rows = numbers(&dir.join("Girl/groundtruth_rect.txt"));
+        assert_eq!(rows.len(), q.len());
+        for (row, region) in rows.iter().zip(&q.truth) {
+            let back = Region::from_numbers(&[row[0] - 1.0, row[1] - 1.0, row[2], row[3]]).unwrap();
+            assert_eq!(Some(&back), region.as_ref());
+        }
+        assert_eq!(fs::read_dir(dir.join("Girl/img")).unwrap().count(), q.len());
+        same_pixels(&dir.join("Girl/img/0001.png"), &q, 0);
+        same_pixels(&dir.join("Girl/img/0143.png"), &q, 142);
+        let attributes = fs::read_to_string(dir.join("Girl/attributes.txt")).unwrap();
+        assert_eq!(attributes.trim_end().split(',').collect::<Vec<_>>(), q.attributes);
+        // Nothing but the suite is left beside it.
+        assert_eq!(fs::read_dir(dir.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn vot_layout_holds_the_sequence() {
+        let root = tempfile::tempdir().unwrap();
+        run(&args("synthetic-vot", root.path(), "poster")).unwrap();
+        let q = of("synthetic-vot", "poster");
+        let folder = root.path().join("poster");
+        assert_eq!(fs::read_to_string(root.path().join("list.txt")).unwrap(), "poster\n");
+        for (row, region) in numbers(&folder.join("groundtruth.txt")).iter().zip(&q.truth) {
+            assert_eq!(Region::from_numbers(row).ok(), *region);
+        }
+        for (name, flags) in &q.frame_attributes {
+            let text = fs::read_to_string(folder.join(format!("{name}.label"))).unwrap();
+            assert_eq!(text.lines().map(|l| l == "1").collect::<Vec<_>>(), *flags, "{name}");
+        }
+        same_pixels(&folder.join("00000001.png"), &q, 0);
+        same_pixels(&folder.join(format!("{:08}.png", q.len())), &q, q.len() - 1);
+    }
+
+    #[test]
+    fn refuses_what_it_cannot_do() {
+        let root = tempfile::tempdir().unwrap();
+        let usage = |a: Args| match run(&a) {
+            Err(Failure::Usage(message)) => message,
+            other => panic!("{other:?}"),
+        };
+        let new = root.path().join("new");
+        assert!(usage(args("synthetic-ot", &new, "Girl")).contains("`synthetic-otb`"));
+        assert!(usage(args("synthetic-otb", &new, "Girll")).contains("`Girl`"));
+        assert!(!new.exists());
+        fs::write(root.path().join("mine.txt"), "mine").unwrap();
+        assert!(usage(args("synthetic-otb", root.path(), "Girl")).contains("not empty"));
+        assert!(usage(args("synthetic-otb", &root.path().join("mine.txt"), "Girl")).contains("not a folder"));
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
+    }
+}
