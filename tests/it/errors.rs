@@ -1,0 +1,249 @@
+//! What goes wrong is told with file and line, and by the exit code.
+
+use crate::tools::{output, trackfail};
+
+const SPEC: &str = r#"schema = 1
+name = "mine/try"
+title = "A try"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "still"
+
+[[method]]
+name = "RAW"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+"#;
+
+/// Exit code and message of a run with one text of the file replaced by another.
+fn with(from: &str, to: &str) -> (i32, String) {
+    assert!(SPEC.contains(from), "{from}");
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("try.toml");
+    std::fs::write(&path, SPEC.replacen(from, to, 1)).unwrap();
+    let output = trackfail().arg("run").arg(&path).arg("--dry-run").output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).replace(&path.display().to_string(), "try.toml");
+    (output.status.code().unwrap(), text)
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, line: usize, words: &str) {
+    let (code, text) = with(from, to);
+    assert_eq!(code, 2, "{text}");
+    assert!(text.starts_with(&format!("error: try.toml:{line}: ")), "{text}");
+    assert!(text.contains(words), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+}
+
+#[test]
+fn a_wrong_experiment_names_line_and_nearest_word() {
+    assert_eq!(with("still", "still").0, 0);
+    refused("title", "tittle", 3, "did you mean `title`?");
+    refused("khalid2016/1", "khalid2016/7", 4, "did you mean `khalid2016/1`?");
+    refused("synthetic-vot", "synthetic-vott", 7, "did you mean `synthetic-vot`?");
+    refused("\"still\"", "\"stil\"", 10, "did you mean `still`?");
+    refused("\"rgb-histogram\"", "\"rgb-histogramm\"", 14, "did you mean `rgb-histogram`?");
+    refused("below", "bellow", 15, "did you mean `below`?");
+    refused("0.9", "\"much\"", 15, "expected");
+    refused("\"rgb-histogram\"", "\"distribution-field\", layers = 0", 14, "`layers` must be");
+    refused("[\"recall\"]", "[\"recal\"]", 19, "did you mean `recall`?");
+    refused("columns = \"method\"", "columns = \"methods\"", 20, "did you mean `method`?");
+    refused("schema = 1", "schema = 2", 1, "schema 2 is not known");
+    refused("mine/try", "../try", 2, "must be words");
+    refused(
+        "[[tracker]]",
+        "[[tracker]]\nname = \"still\"\n[[tracker]]",
+        12,
+        "two trackers are called `still`",
+    );
+    refused("schema = 1", "schema = ", 1, "");
+}
+
+#[test]
+fn a_method_twice_is_refused() {
+    let twice = "[[method]]\nname = \"RAW\"\n[[method]]";
+    refused("[[method]]", twice, 15, "method `RAW` stands there twice");
+}
+
+#[test]
+fn a_parameter_is_trained_or_in_the_grid_not_both() {
+    let train = |maximise: &str| {
+        format!(
+            "{{ train = \"test\", maximise = \"{maximise}\", grid = {{ from = 0.1, to = 0.5, step = 0.1 }} }}"
+        )
+    };
+    let grid = format!("{} }}\n[method.grid]\nbelow = [0.1, 0.2]", train("f_score"));
+    refused("0.9 }", &grid, 17, "`below` is trained");
+    // Training has no value of these, or would look for the worst one.
+    for word in ["score_mean", "fpr", "events"] {
+        refused("0.9", &train(word), 15, "precision, recall, f_score, tp");
+    }
+}
+
+#[test]
+fn a_figure_is_refused_before_the_run_and_not_after_it() {
+    let figure =
+        |more: &str| format!("columns = \"method\"\n[[figure]]\nname = \"f\"\nkind = \"strips\"\n{more}");
+    let refused = |more: &str, line: usize, words: &str| {
+        refused("columns = \"method\"", &figure(more), line, words);
+    };
+    refused("panels = [[\"error\"]]\nsequences = [\"bal\"]", 25, "did you mean `ball`?");
+    refused("panels = [[\"error\"]]\nmetric = \"recall\"", 25, "a `strips` figure has no `metric`");
+    refused("panels = [[\"error\"]]\nstills = 13", 25, "`stills` must be 0 to 12");
+    refused("panels = [[\"error\"], []]", 22, "none of its rows is empty");
+    let never =
+        "panels = [[\"signal:never\"]]\n[[method]]\nname = \"never\"\ndetector = { kind = \"never\" }";
+    refused(never, 24, "`never` reads no signal");
+    let grid = "panels = [[\"score:G\"]]\n[[method]]\nname = \"G\"\nsignal = { kind = \"rgb-histogram\" }\n\
+                detector = { kind = \"level\", below = 0.9 }\ngrid = { below = [0.1, 0.2] }";
+    refused(grid, 24, "`G` has a grid");
+}
+
+#[test]
+fn published_numbers_belong_to_a_column_once() {
+    let row = |values: &str| {
+        format!("[[published]]\ntable = \"t\"\ntracker = \"SP\"\nrow = \"recall\"\nvalues = {{ {values} }}\n")
+    };
+    let refused = |rows: &str, line: usize, words: &str| {
+        refused("columns = \"method\"", &format!("columns = \"method\"\n{rows}"), line, words);
+    };
+    refused(&row("RWA = \".1\""), 25, "did you mean `RAW`?");
+    refused(&row("RAW = \"nan\""), 25, "`nan` is not a printed number");
+    refused(&(row("RAW = \".1\"") + &row("RAW = \".2\"")), 29, "stands there twice");
+}
+
+#[test]
+fn a_wrong_label_is_blamed_on_its_own_line() {
+    refused("\"still\"", &format!("\"still\"\nlabel = \"{}\"", "x".repeat(65)), 11, "1 to 64 characters");
+}
+
+#[test]
+fn a_replay_cannot_leave_the_data_root() {
+    for path in ["../../etc", "/etc"] {
+        let (code, text) = with("\"still\"", &format!("\"replay\"\nresults = \"{path}\""));
+        assert_eq!(code, 2, "{text}");
+        assert!(text.contains("try.toml:11: "), "{text}");
+    }
+}
+
+#[test]
+fn exit_codes_are_the_documented_ones() {
+    assert_eq!(output(&["run", "no-such-experiment"]).0, 2);
+    assert_eq!(output(&["frobnicate"]).0, 2);
+    assert_eq!(output(&["render", "synthetic-ott", "/nonexistent"]).0, 2);
+    let (code, _, text) = output(&["run", "khalid2016/table2"]);
+    assert_eq!(code, 3, "{text}");
+    assert!(
+        text.contains("25 of 25 sequences of suite vot2014") && text.contains("votchallenge.net"),
+        "{text}"
+    );
+    let (code, _, text) = output(&["run", "khalid2016/table2", "--data-root", "/nonexistent"]);
+    assert_eq!(code, 3, "{text}");
+}
+
+#[test]
+fn a_required_claim_that_does_not_hold_is_exit_code_5() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("try.toml");
+    let claim = "\n[[claim]]\ntext = \"impossible\"\nholds = \"recall[RAW] > 1\"\nrequired = true\n";
+    std::fs::write(&path, format!("{SPEC}{claim}")).unwrap();
+    let output = trackfail()
+        .arg("run")
+        .arg(&path)
+        .arg("--results")
+        .arg(dir.path().join("results"))
+        .arg("--reports")
+        .arg(dir.path().join("reports"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(5), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(dir.path().join("reports/mine/try/index.html").is_file());
+}
+
+/// Runs a spec into `root` and gives the exit code and stderr.
+fn run_in(root: &std::path::Path, spec: &str) -> (i32, String) {
+    let path = root.join("try.toml");
+    std::fs::write(&path, spec).unwrap();
+    let mut command = trackfail();
+    command.arg("run").arg(&path).arg("--results").arg(root.join("results"));
+    let output = command.arg("--reports").arg(root.join("reports")).output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn report_in(root: &std::path::Path, name: &str) -> (i32, String) {
+    let mut command = trackfail();
+    command.args(["report", name, "--results"]).arg(root.join("results"));
+    let output = command.arg("--reports").arg(root.join("reports")).output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn damaged_results_are_an_error_and_never_a_number() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
+    assert_eq!(report_in(dir.path(), "mine/try"), (0, String::new()));
+    let path = dir.path().join("results/mine/try/measures.csv");
+    let good = std::fs::read_to_string(&path).unwrap();
+    let done = good.lines().nth(1).unwrap().split(',').nth(4).unwrap().to_string();
+    for bad in [good.replace(&format!(",{done},"), ",x,"), good[..good.len() - 9].to_string()] {
+        std::fs::write(&path, &bad).unwrap();
+        let (code, text) = report_in(dir.path(), "mine/try");
+        assert_eq!(code, 1, "{bad}{text}");
+        assert!(text.contains("measures.csv"), "{text}");
+    }
+}
+
+#[test]
+fn report_knows_only_finished_experiments() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
+    let (code, text) = report_in(dir.path(), "mine/tri");
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("did you mean `mine/try`?"), "{text}");
+    for outside in ["../results/mine/try", "/etc"] {
+        assert_eq!(report_in(dir.path(), outside).0, 2);
+    }
+}
+
+#[test]
+fn a_figure_without_a_value_is_left_out_and_the_report_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    // No tracker that never loses its target has a recall.
+    let spec = SPEC
+        .replace("\"still\"", "\"scripted\"")
+        .replace("below = 0.9 }", "below = 0.9 }\ngrid = { below = [0.8, 0.9] }");
+    let sweep = "[[figure]]\nname = \"f\"\nkind = \"sweep\"\nmetric = \"recall\"\nx = \"below\"\n";
+    assert_eq!(run_in(dir.path(), &(spec + sweep)), (0, String::new()));
+    let page = std::fs::read_to_string(dir.path().join("reports/mine/try/index.html")).unwrap();
+    assert!(page.contains("Figure f is not drawn: recall has no value"), "{page}");
+}
+
+#[test]
+fn an_empty_data_root_in_the_environment_is_none() {
+    for arguments in [["run", "--dry-run"], ["data", "list"]] {
+        let output = trackfail().env("TRACKFAIL_DATA", "").args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_trackfail"))
+        .args(["render", "synthetic-otb", "--sequence", "Girl"])
+        .arg(dir.path().join("suite"))
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}

@@ -1,0 +1,63 @@
+//! The papers' experiments on real sequences, where there are any.
+
+use crate::tools::{assert_same_files, real_data, rows, trackfail};
+
+fn run(name: &str, jobs: &str) -> Option<tempfile::TempDir> {
+    let root = real_data(name)?;
+    let dir = tempfile::tempdir().unwrap();
+    trackfail()
+        .args(["run", name, "--allow-missing", "--jobs", jobs, "--data-root"])
+        .arg(root)
+        .arg("--results")
+        .arg(dir.path().join("results"))
+        .arg("--reports")
+        .arg(dir.path().join("reports"))
+        .assert()
+        .success();
+    Some(dir)
+}
+
+#[test]
+fn table2_counts_the_failures_of_the_result_files() {
+    let Some(dir) = run("khalid2016/table2", "2") else { return };
+    let scores = std::fs::read_to_string(dir.path().join("results/khalid2016/table2/scores.csv")).unwrap();
+    let all = rows(&scores);
+    // Lines `2` in the files of the eight sequences: grep -c '^2$' <tracker>/*/<sequence>/<sequence>_001.txt
+    // kalman's files have 64; it was evaluated with upright boxes, and loses the turned ones five times
+    // more often (diving 111 and 188, drunk 368, 541 and 562; counted with a polygon clipper in Python).
+    for (tracker, failures) in [("GOTURN", "2"), ("PFTracker", "23"), ("CFTTracker", "9"), ("kalman", "69")] {
+        let pooled = all
+            .iter()
+            .find(|r| r["sequence"] == "*" && r["tracker"] == tracker && r["method"] == "DTEF")
+            .unwrap();
+        assert_eq!(pooled["events"], failures, "{tracker}");
+        assert_eq!(pooled["status"], "partial: 8 of 25");
+    }
+    let missing = all.iter().filter(|r| r["status"].starts_with("missing")).count();
+    assert_eq!(missing, 17 * 4 * 11);
+    let table =
+        std::fs::read_to_string(dir.path().join("results/khalid2016/table2/tables/table2.md")).unwrap();
+    assert!(table.contains("8 of 25 targets"));
+    assert!(table.contains("DSST (published; not run here)"));
+}
+
+#[test]
+fn table1_says_how_many_targets_it_rests_on() {
+    let Some(dir) = run("khalid2016/table1", "2") else { return };
+    let html = std::fs::read_to_string(dir.path().join("reports/khalid2016/table1/index.html")).unwrap();
+    assert!(html.contains("12 of 21 targets") && html.contains("published"));
+}
+
+#[test]
+fn the_papers_figures_are_drawn_and_the_same_with_one_and_two_threads() {
+    let (Some(dir), Some(again)) = (run("khalid2016/figures", "2"), run("khalid2016/figures", "1")) else {
+        return;
+    };
+    assert_same_files(dir.path(), again.path());
+    for figure in ["fig3", "fig4", "fig5"] {
+        for ending in ["svg", "png"] {
+            let path = dir.path().join(format!("reports/khalid2016/figures/figures/{figure}.{ending}"));
+            assert!(path.is_file(), "{}", path.display());
+        }
+    }
+}
