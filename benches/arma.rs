@@ -1,0 +1,35 @@
+//! ARMA(1, 1) fits and forecasts, and the detector over a long track. The peer is
+//! `benches/peers/arma_statsmodels.py`, on the same window.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+use trackfail::detector::{Detector, Input, arma_forecast};
+use trackfail::num::arma::{Start, fit};
+
+const WINDOW: [f64; 20] = [
+    0.52, 0.47, 0.55, 0.61, 0.58, 0.66, 0.60, 0.49, 0.44, 0.40, 0.43, 0.38, 0.45, 0.51, 0.47, 0.54, 0.57,
+    0.50, 0.46, 0.49,
+];
+
+fn arma(c: &mut Criterion) {
+    let mut group = c.benchmark_group("arma");
+    for (name, start) in [("fit-backcast", Start::Backcast), ("fit-drop-first", Start::DropFirst)] {
+        group.bench_with_input(BenchmarkId::new(name, WINDOW.len()), &WINDOW, |b, window| {
+            b.iter(|| fit(black_box(window), [1, 1], start).map(|model| model.forecast(5)));
+        });
+    }
+    let signal: Vec<f64> = (0..500_u32).map(|t| 0.04 + f64::from(t * 7919 % 101) / 5e4).collect();
+    if let Ok(detector) = arma_forecast::ArmaForecast::new(arma_forecast::Params::default()) {
+        group.bench_with_input(BenchmarkId::new("detector", signal.len()), &signal, |b, signal| {
+            b.iter(|| detector.detect(&Input { signal: black_box(signal), error: &[], seed: 0 }));
+        });
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(50);
+    targets = arma
+}
+criterion_main!(benches);

@@ -1,0 +1,61 @@
+//! Frames a second: rendering a synthetic sequence, and tracking it by cross-correlation.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+use trackfail::dataset::{Frames, Sequence, synthetic};
+use trackfail::image::Frame;
+use trackfail::tracker::{Start, ncc};
+
+fn sequence(name: &str) -> Sequence {
+    let mut all = synthetic::suite("synthetic-otb").expect("a built-in suite");
+    let k = all.iter().position(|q| q.name == name).expect("a built-in sequence");
+    all.swap_remove(k)
+}
+
+fn frames(q: &Sequence, n: usize) -> Vec<Frame> {
+    match &q.frames {
+        Frames::Rendered(r, _) => (0..n).map(|t| r.render(t)).collect(),
+        Frames::Files(_) => unreachable!("synthetic sequences have no files"),
+    }
+}
+
+fn render(c: &mut Criterion) {
+    c.bench_function("list both suites", |b| {
+        b.iter(|| synthetic::SUITES.iter().map(|s| s.sequences().len()).sum::<usize>());
+    });
+    let mut group = c.benchmark_group("render");
+    group.sample_size(10).throughput(Throughput::Elements(50));
+    // 320x240 without and with motion blur.
+    for name in ["Crowd", "Pan"] {
+        let q = sequence(name);
+        frames(&q, 1);
+        group.bench_function(name, |b| b.iter(|| black_box(frames(&q, 50))));
+    }
+    group.finish();
+}
+
+fn track(c: &mut Criterion) {
+    let mut group = c.benchmark_group("ncc");
+    group.sample_size(10).throughput(Throughput::Elements(49));
+    let setup = ncc::ENTRY.build_from_text("{}").expect("default parameters");
+    // Targets of 25x74, 80x38 and 88x110 pixels.
+    for name in ["Crowd", "Parking", "Magazine"] {
+        let q = sequence(name);
+        let pixels = frames(&q, 50);
+        let first = q.truth[0].clone().expect("synthetic truth is complete");
+        let start = Start { sequence: &q, run: 0, seed: 0, data_root: None };
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let mut t = setup.open(&start).expect("ncc opens everywhere");
+                t.init(&pixels[0], &first).expect("ncc starts everywhere");
+                for f in &pixels[1..] {
+                    black_box(t.update(f).expect("ncc goes on"));
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, render, track);
+criterion_main!(benches);
