@@ -51,9 +51,6 @@ pub enum WithoutArea {
 pub struct Params {
     /// Folder under `<data root>/results/`, parts separated by `/`: `otb/OPE/STRUCK`.
     pub results: String,
-    /// Name in tables; the experiment's name of the tracker otherwise.
-    #[serde(default)]
-    pub label: Option<String>,
     /// What to do about a box without area.
     #[serde(default)]
     pub without_area: WithoutArea,
@@ -77,7 +74,7 @@ impl Replay {
     /// Checks that `results` stays under the data root.
     ///
     /// # Errors
-    /// Absolute paths, `.` and `..`, empty parts and backslashes; an empty label.
+    /// Absolute paths, `.` and `..`, empty parts and backslashes.
     pub fn new(params: Params) -> Result<Self, ParamError> {
         let path = Path::new(&params.results);
         let stays = path.components().all(|c| matches!(c, Component::Normal(_)));
@@ -86,9 +83,6 @@ impl Replay {
             let rule =
                 "a relative path under `results/` of the data root without `..`, such as otb/OPE/STRUCK";
             return Err(ParamError::out_of_range("results", rule, format!("`{}`", params.results)));
-        }
-        if params.label.as_ref().is_some_and(|l| l.trim().is_empty()) {
-            return Err(ParamError::out_of_range("label", "some text", "empty"));
         }
         Ok(Self(params))
     }
