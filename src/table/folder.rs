@@ -41,7 +41,8 @@ pub fn to_json<T: serde::Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, F
     Ok(bytes)
 }
 
-/// Writes everything a run found out. The manifest comes last: a folder without one is not whole.
+/// Writes everything a run found out, but for the tables, which the report makes from it. The manifest
+/// comes last: a folder without one is not whole.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -77,9 +78,6 @@ pub fn write(
         store::write(&path, &to_json(&path, model)?)?;
     }
     let manifest = Manifest { files, ..Manifest::new(experiment, outcome, wall_seconds) };
-    for layout in layouts(experiment, &pooled, &manifest) {
-        write_table(folder, &layout)?;
-    }
     store::write(&manifest_path, &to_json(&manifest_path, &manifest)?)?;
     Ok(())
 }
