@@ -56,12 +56,18 @@ pub enum Region {
     Polygon(Vec<(f64, f64)>),
 }
 
+/// Largest coordinate, in pixels.
+const FARTHEST: f64 = 1e15;
+
 /// Why numbers are no region.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegionError {
     /// NaN or infinity among the numbers.
     #[error("a coordinate is not a finite number")]
     NotFinite,
+    /// So far away that areas would overflow or neighbouring pixels be the same number.
+    #[error("a coordinate is beyond {FARTHEST:e} pixels, where no image is")]
+    TooFar,
     /// Width or height 0 or negative, or a polygon without area.
     #[error("the region has no area")]
     Empty,
@@ -82,8 +88,14 @@ impl Region {
         if v.iter().any(|a| !a.is_finite()) {
             return Err(RegionError::NotFinite);
         }
+        if v.iter().any(|a| a.abs() > FARTHEST) {
+            return Err(RegionError::TooFar);
+        }
         match v.len() {
-            4 if v[2] > 0.0 && v[3] > 0.0 => Ok(Self::Rect(Rect::new(v[0], v[1], v[2], v[3]))),
+            // The product of two tiny sizes is 0.
+            4 if v[2] > 0.0 && v[3] > 0.0 && v[2] * v[3] > 0.0 => {
+                Ok(Self::Rect(Rect::new(v[0], v[1], v[2], v[3])))
+            }
             4 => Err(RegionError::Empty),
             n if n >= 6 && n % 2 == 0 => {
                 let corners: Vec<_> = v.chunks_exact(2).map(|c| (c[0], c[1])).collect();
@@ -226,6 +238,9 @@ mod tests {
     fn rejects_what_is_no_region() {
         assert_eq!(Region::from_numbers(&[0.0, f64::NAN, 1.0, 1.0]), Err(RegionError::NotFinite));
         assert_eq!(Region::from_numbers(&[0.0, 0.0, 0.0, 1.0]), Err(RegionError::Empty));
+        assert_eq!(Region::from_numbers(&[0.0, 0.0, 1e-200, 1e-200]), Err(RegionError::Empty));
+        assert_eq!(Region::from_numbers(&[0.0, -1e16, 1.0, 1.0]), Err(RegionError::TooFar));
+        assert_eq!(Region::from_numbers(&[0.0, 0.0, 1e308, 1e308]), Err(RegionError::TooFar));
         assert_eq!(Region::from_numbers(&[0.0; 5]), Err(RegionError::Count(5)));
         let dart = [0.0, 0.0, 2.0, 1.0, 0.0, 2.0, 0.5, 1.0];
         assert_eq!(Region::from_numbers(&dart), Err(RegionError::NotConvex));
@@ -256,6 +271,19 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn any_numbers_are_a_region_or_refused(
+            v in prop::collection::vec(prop_oneof![any::<f64>(), -9.0..9.0, Just(1e15), Just(1e-160)], 0..10),
+            other in rects(),
+        ) {
+            if let Ok(region) = Region::from_numbers(&v) {
+                prop_assert!(region.area() > 0.0 && region.area().is_finite());
+                let rect = region.rect();
+                prop_assert!([rect.x, rect.y, rect.w, rect.h].iter().all(|a| a.is_finite()));
+                prop_assert!(region.intersection(&Region::Rect(other)) >= 0.0);
+            }
+        }
+
         #[test]
         fn clipping_agrees_with_the_closed_form(a in rects(), b in rects()) {
             let exact = Region::Rect(a).intersection(&Region::Rect(b));

@@ -6,6 +6,7 @@ use crate::dataset::lock::{self, Finding, Suite};
 use crate::dataset::{DatasetError, Sequence};
 use clap::Subcommand;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -21,9 +22,9 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Suites and their sequences: what is here and what is missing
+    /// What is here and what is missing: of all suites a line each, of a SUITE each sequence
     List {
-        /// Suites; all by default
+        /// Suites to show sequence by sequence; CSV and JSON show all so by default
         suites: Vec<String>,
         /// How to print
         #[arg(long, value_enum, default_value_t = Format::Table)]
@@ -37,7 +38,7 @@ enum Verb {
         #[arg(long)]
         allow_missing: bool,
     },
-    /// Prints the lines of datasets.lock for local sequences, with digests
+    /// Prints the lines of datasets.lock and datasets.files for local sequences, with digests
     Lock {
         /// Suites; all that are read from disk by default
         suites: Vec<String>,
@@ -52,12 +53,17 @@ enum Verb {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
     let root = root.as_deref();
-    let mut out = std::io::stdout().lock();
-    match &args.verb {
+    let mut out = Vec::new();
+    let outcome = match &args.verb {
+        Verb::List { suites, format: Format::Table } if suites.is_empty() => {
+            written(out.write_all(overview(&chosen(suites)?, root).as_bytes()))
+        }
         Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
         Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
         Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
-    }
+    };
+    output::write(&String::from_utf8_lossy(&out))?;
+    outcome
 }
 
 fn chosen(names: &[String]) -> Result<Vec<Suite>, Failure> {
@@ -80,7 +86,7 @@ struct Row {
     suite: &'static str,
     sequence: String,
     status: &'static str,
-    frames: usize,
+    frames: Option<usize>,
     annotated: Option<usize>,
     digest: &'static str,
     folder: String,
@@ -91,14 +97,19 @@ struct Row {
 const COLUMNS: [&str; 9] =
     ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note"];
 
+/// Nothing where a number is not known.
+fn number(n: Option<usize>) -> String {
+    n.map_or_else(String::new, |n| n.to_string())
+}
+
 impl Row {
     fn cells(&self) -> [String; 9] {
         [
             self.suite.into(),
             self.sequence.clone(),
             self.status.into(),
-            self.frames.to_string(),
-            self.annotated.map_or_else(String::new, |n| n.to_string()),
+            number(self.frames),
+            number(self.annotated),
             self.digest.into(),
             self.folder.clone(),
             self.attributes.clone(),
@@ -115,7 +126,7 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
             suite: suite.name(),
             sequence: s.name.clone(),
             status: "rendered",
-            frames: s.len(),
+            frames: Some(s.len()),
             annotated: Some(annotated(s)),
             digest: "known",
             folder: String::new(),
@@ -137,7 +148,7 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
             suite: suite.name(),
             sequence: entry.name.clone(),
             status,
-            frames: entry.frames,
+            frames: entry.frames.or(here.map(Sequence::len)),
             annotated: here.map(annotated),
             digest: if entry.digest.is_some() { "pinned" } else { "unknown" },
             folder: entry.folder.clone(),
@@ -163,6 +174,39 @@ fn list(out: &mut impl Write, suites: &[Suite], root: Option<&Path>, format: For
         Format::Table => rows.iter().map(|(suite, rows)| table(suite, rows)).collect::<Vec<_>>().join("\n"),
     };
     written(out.write_all(text.as_bytes()))
+}
+
+/// Suites, a line each: how many sequences are here, whether the others can be fetched.
+fn overview(suites: &[Suite], root: Option<&Path>) -> String {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::NOTHING);
+    table.set_header(["suite", "here", "of", "broken", "download", "title"]);
+    for suite in suites {
+        let loaded = suite.load(root);
+        let (here, broken) = (loaded.sequences.len(), loaded.broken.len());
+        let broken = if broken == 0 { String::new() } else { broken.to_string() };
+        let (here, of) = (here.to_string(), loaded.wanted.to_string());
+        table.add_row([suite.name(), &here, &of, &broken, download(suite), suite.title()]);
+    }
+    for column in [1, 2, 3] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(comfy_table::CellAlignment::Right);
+        }
+    }
+    let note = if root.is_none() { "no data root given (--data-root or TRACKFAIL_DATA)\n" } else { "" };
+    let shown = table.trim_fmt();
+    format!("{shown}\n{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
+}
+
+/// Whether the addresses of a suite's archives are known.
+fn download(suite: &Suite) -> &'static str {
+    let entries = suite.entries();
+    match entries.iter().filter(|e| e.archives().next().is_some()).count() {
+        _ if entries.is_empty() => "rendered",
+        0 => "by hand",
+        n if n == entries.len() => "known",
+        _ => "partly",
+    }
 }
 
 fn table(suite: &Suite, rows: &[Row]) -> String {
@@ -233,19 +277,28 @@ fn verify(
 }
 
 fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {
-    if root.is_none() {
+    let Some(root) = root else {
         return Err(Failure::Usage(
             "`data lock` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
         ));
-    }
+    };
+    let fail = |e: DatasetError| Failure::Data(e.to_string());
+    let mut files = BTreeMap::new();
     for suite in suites {
-        let lines = suite.pin(root).map_err(|e: DatasetError| Failure::Data(e.to_string()))?;
+        let lines = suite.pin(Some(root)).map_err(fail)?;
         if !lines.is_empty() {
             written(writeln!(out, "# {}", suite.name()))?;
         }
         for line in lines {
             written(writeln!(out, "    {line}"))?;
         }
+        files.extend(suite.pin_files(root).map_err(fail)?);
+    }
+    if !files.is_empty() {
+        written(writeln!(out, "\n# datasets.files"))?;
+    }
+    for section in files.values() {
+        written(out.write_all(section.as_bytes()))?;
     }
     Ok(())
 }
@@ -319,6 +372,35 @@ mod tests {
     }
 
     #[test]
+    fn without_a_suite_each_has_one_line() {
+        let root = root();
+        let text = overview(&chosen(&[]).unwrap(), Some(root.path()));
+        assert_eq!(text.lines().count(), lock::names().len() + 2);
+        let line = |name: &str| {
+            let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap();
+            line.split_whitespace().map(String::from).collect::<Vec<_>>()
+        };
+        assert_eq!(line("vot2014 ")[1..5], ["0", "25", "1", "known"]);
+        assert_eq!(line("vot2013 ")[1..4], ["0", "16", "known"]);
+        assert_eq!(line("pets2009-s2l1 ")[1..5], ["0", "19", "by", "hand"]);
+        assert_eq!(line("clemson-heads ")[1..4], ["0", "4", "partly"]);
+        assert_eq!(line("synthetic-vot ")[1..4], ["9", "9", "rendered"]);
+        assert!(text.contains("data list SUITE"));
+    }
+
+    #[test]
+    fn unknown_numbers_of_frames_are_empty() {
+        let mut out = Vec::new();
+        list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Csv).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.contains("\nvot2013,cup,missing,,,unknown,vot2013/cup,"), "{text}");
+        let mut out = Vec::new();
+        list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Json).unwrap();
+        let rows: Vec<serde_json::Value> = serde_json::from_slice(&out).unwrap();
+        assert!(rows.iter().all(|r| r["frames"].is_null()));
+    }
+
+    #[test]
     fn verify_tells_missing_from_differing() {
         let (full, empty) = (root(), tempfile::tempdir().unwrap());
         let check = |root: &Path, allow| {
@@ -344,6 +426,8 @@ mod tests {
         pin(&mut lines, &vot(), Some(&root)).unwrap();
         let lines = String::from_utf8(lines).unwrap();
         assert!(lines.starts_with("# vot2014\n"));
-        assert!(lines.lines().skip(1).all(|l| lock::LOCK.contains(l)));
+        let (lock, files) = lines.split_once("\n# datasets.files\n").unwrap();
+        assert!(lock.lines().skip(1).all(|l| lock::LOCK.contains(l)));
+        assert!(include_str!("../../datasets.files").contains(files));
     }
 }

@@ -1,6 +1,7 @@
 //! Lists on stdout, as a table for people or as CSV or JSON for programs.
 
 use super::Failure;
+use crate::dataset::text::is_plain;
 use crate::table::frame;
 use comfy_table::{Table, presets};
 use polars::prelude::Column;
@@ -77,13 +78,45 @@ fn json(heading: &str, field: &str) -> serde_json::Value {
     }
 }
 
-/// Writes text to stdout; a closed pipe ends quietly.
+/// Text for a terminal: its lines as they are, but without characters that would move the cursor, change
+/// colours or turn the reading direction. Names and messages come from files that anybody may have written.
+pub fn for_terminal(text: &str) -> String {
+    text.chars().map(|c| if c == '\n' || c == '\t' || is_plain(c) { c } else { '\u{fffd}' }).collect()
+}
+
+/// Writes text to stdout, see [`for_terminal`]; the same whether or not a terminal listens, so that what is
+/// piped is what was seen. A closed pipe ends quietly.
 ///
 /// # Errors
 /// When stdout cannot be written to.
 pub fn write(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
+    match std::io::stdout().lock().write_all(for_terminal(text).as_bytes()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         done => done.map_err(|e| Failure::Io(format!("stdout: {e}"))),
+    }
+}
+
+/// A line on stderr, see [`for_terminal`].
+pub fn note(line: &str) {
+    // Nobody is left to tell when stderr is closed.
+    let _ = writeln!(std::io::stderr(), "{}", for_terminal(line));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_escape_sequence_reaches_the_terminal() {
+        let name = "a\u{1b}[2J\u{1b}]0;title\u{7}\r\u{9b}31m\u{202e}\tb\n";
+        assert_eq!(
+            for_terminal(name),
+            "a\u{fffd}[2J\u{fffd}]0;title\u{fffd}\u{fffd}\u{fffd}31m\u{fffd}\tb\n"
+        );
+        for format in [Format::Table, Format::Csv, Format::Json] {
+            let shown = for_terminal(&text(format, &["title"], &[vec![name.to_string()]]).unwrap());
+            assert!(!shown.contains(|c: char| c != '\n' && c != '\t' && !is_plain(c)), "{shown:?}");
+            assert!(shown.contains("title"));
+        }
     }
 }

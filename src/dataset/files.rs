@@ -1,9 +1,56 @@
 //! Frames from disk: which files of a folder they are, and decoding one.
+//!
+//! Links to images and to folders of them are followed; what they lead to must be a file of at most
+//! [`image::LARGEST_FILE`] bytes, so that neither a device nor a pipe is waited for.
 
-use super::{DatasetError, Frames, Sequence};
+use super::{DatasetError, Frames, Sequence, text};
 use crate::image::{self, Frame};
 use std::collections::BTreeMap;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// Image files in order, and the size of the first one once somebody has asked for it.
+#[derive(Debug, Clone, Default)]
+pub struct ImageFiles {
+    paths: Vec<PathBuf>,
+    size: OnceLock<(usize, usize)>,
+}
+
+impl From<Vec<PathBuf>> for ImageFiles {
+    fn from(paths: Vec<PathBuf>) -> Self {
+        Self { paths, size: OnceLock::new() }
+    }
+}
+
+impl Deref for ImageFiles {
+    type Target = [PathBuf];
+
+    fn deref(&self) -> &[PathBuf] {
+        &self.paths
+    }
+}
+
+impl<'a> IntoIterator for &'a ImageFiles {
+    type Item = &'a PathBuf;
+    type IntoIter = std::slice::Iter<'a, PathBuf>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.paths.iter()
+    }
+}
+
+impl ImageFiles {
+    /// Width and height of the first file, read once; `None` when there is no file.
+    fn size(&self) -> Result<Option<(usize, usize)>, DatasetError> {
+        if let Some(known) = self.size.get() {
+            return Ok(Some(*known));
+        }
+        let Some(path) = self.paths.first() else { return Ok(None) };
+        let size = image::size(&read(path)?).map_err(|e| bad_image(path, e))?;
+        Ok(Some(*self.size.get_or_init(|| size)))
+    }
+}
 
 impl Sequence {
     /// Frame `t`, 0-based, decoded or rendered anew at each call.
@@ -12,20 +59,23 @@ impl Sequence {
     /// No such frame, an unreadable or cut file, or another size than the first frame's.
     pub fn frame(&self, t: usize) -> Result<Frame, DatasetError> {
         let absent = || DatasetError::NoFrame { sequence: self.name.clone(), frames: self.len(), index: t };
-        match &self.frames {
-            Frames::Rendered(render, n) if t < *n => Ok(render.render(t)),
-            Frames::Rendered(..) => Err(absent()),
-            Frames::Files(files) => {
-                let path = files.get(t).ok_or_else(absent)?;
-                let frame = image::decode(&read(path)?).map_err(|e| bad_image(path, e))?;
-                let got = (frame.width(), frame.height());
-                let expected = if t == 0 { got } else { header(&files[0])? };
-                if got != expected {
-                    return Err(DatasetError::FrameSize { path: path.clone(), expected, got });
-                }
-                Ok(frame)
-            }
+        let files = match &self.frames {
+            Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
+            Frames::Rendered(..) => return Err(absent()),
+            Frames::Files(files) => files,
+            Frames::Video(video) => video.files()?,
+        };
+        let path = files.get(t).ok_or_else(absent)?;
+        let frame = image::decode(&read(path)?).map_err(|e| bad_image(path, e))?;
+        let got = (frame.width(), frame.height());
+        let expected = match t {
+            0 => *files.size.get_or_init(|| got),
+            _ => files.size()?.unwrap_or(got),
+        };
+        if got != expected {
+            return Err(DatasetError::FrameSize { path: path.clone(), expected, got });
         }
+        Ok(frame)
     }
 
     /// Width and height of the frames, in pixels, from the first one.
@@ -33,19 +83,21 @@ impl Sequence {
     /// # Errors
     /// As [`Sequence::frame`].
     pub fn size(&self) -> Result<(usize, usize), DatasetError> {
-        match &self.frames {
-            Frames::Files(files) if !files.is_empty() => header(&files[0]),
-            _ => self.frame(0).map(|f| (f.width(), f.height())),
-        }
+        let known = match &self.frames {
+            Frames::Files(files) => files.size()?,
+            Frames::Video(video) => video.files()?.size()?,
+            Frames::Rendered(..) => None,
+        };
+        known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
     }
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    std::fs::read(path).map_err(|e| DatasetError::io(path, e))
-}
-
-fn header(path: &Path) -> Result<(usize, usize), DatasetError> {
-    image::size(&read(path)?).map_err(|e| bad_image(path, e))
+    let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
+    if !about.is_file() {
+        return Err(DatasetError::content(path, "not a file; an image file was expected"));
+    }
+    text::read_at_most(path, image::LARGEST_FILE)
 }
 
 fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
@@ -62,9 +114,8 @@ pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, D
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
         let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let hidden = path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
-        if !hidden && (extension == "jpg" || extension == "jpeg" || extension == "png") {
+        if !hidden && is_image(&path) {
             paths.push(path);
         }
     }
@@ -106,7 +157,20 @@ pub(crate) fn take_range(
         .collect()
 }
 
-fn number(path: &Path) -> Option<u32> {
+/// The first of the named folders that is there; otherwise the folder itself.
+pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
+    let inside = names.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
+    inside.unwrap_or_else(|| folder.to_path_buf())
+}
+
+/// Whether the name is a JPEG or PNG file's.
+pub(crate) fn is_image(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    extension == "jpg" || extension == "jpeg" || extension == "png"
+}
+
+/// The number that a file's name without extension ends with.
+pub(crate) fn number(path: &Path) -> Option<u32> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.len() - stem.bytes().rev().take_while(u8::is_ascii_digit).count();
     stem[digits..].parse().ok()
@@ -147,7 +211,7 @@ mod tests {
     fn on_disk(folder: &Path) -> Sequence {
         let paths: Vec<_> = (0..3).map(|t| folder.join(format!("{:04}.png", t + 1))).collect();
         paths.iter().enumerate().for_each(|(t, p)| write_png(p, &Ramp.render(t)));
-        sequence(Frames::Files(paths))
+        sequence(Frames::Files(paths.into()))
     }
 
     #[test]
@@ -177,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let paths: Vec<_> = (1..4).map(|t| folder.path().join(format!("{t:04}.png"))).collect();
         paths.iter().zip(["a", "b", "c"]).for_each(|(p, text)| std::fs::write(p, text).unwrap());
-        assert_eq!(sequence(Frames::Files(paths)).digest().unwrap(), FILES_DIGEST);
+        assert_eq!(sequence(Frames::Files(paths.into())).digest().unwrap(), FILES_DIGEST);
     }
     const FILES_DIGEST: &str = "d41b977944f14091783ce55f5f7bfc3338620de2567e9935d4ddf6cd940683ad";
 
@@ -195,7 +259,8 @@ mod tests {
     }
 
     fn on_disk_again(folder: &Path) -> Sequence {
-        sequence(Frames::Files((1..4).map(|t| folder.join(format!("{t:04}.png"))).collect()))
+        let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
+        sequence(Frames::Files(paths.into()))
     }
 
     #[test]
@@ -213,6 +278,48 @@ mod tests {
         assert!(files.frame(2).unwrap_err().to_string().contains("cut short"));
         std::fs::remove_file(folder.path().join("0003.png")).unwrap();
         assert!(matches!(files.frame(2), Err(DatasetError::Io { .. })));
+    }
+
+    #[test]
+    fn the_first_file_is_read_once_for_its_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        assert_eq!(files.frame(1).unwrap(), Ramp.render(1));
+        // Later frames and the size no longer need it; the frame itself does.
+        std::fs::remove_file(folder.path().join("0001.png")).unwrap();
+        assert_eq!(files.frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(files.size().unwrap(), (12, 7));
+        assert!(matches!(files.frame(0), Err(DatasetError::Io { .. })));
+        // A first frame of another size than the one remembered is as wrong as a later one.
+        write_png(&folder.path().join("0001.png"), &Frame::new(7, 12, vec![0; 252]));
+        assert!(matches!(files.frame(0), Err(DatasetError::FrameSize { .. })));
+        let empty = sequence(Frames::Files(ImageFiles::default()));
+        assert!(matches!(empty.size(), Err(DatasetError::NoFrame { .. })));
+    }
+
+    #[test]
+    fn what_is_no_image_file_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        let second = folder.path().join("0002.png");
+        std::fs::remove_file(&second).unwrap();
+        std::fs::create_dir(&second).unwrap();
+        assert!(matches!(files.frame(1), Err(DatasetError::Content { .. })));
+        let third = std::fs::File::create(folder.path().join("0003.png")).unwrap();
+        third.set_len(image::LARGEST_FILE + 1).unwrap();
+        assert!(files.frame(2).unwrap_err().to_string().contains("larger than 128 MiB"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_images_are_followed() {
+        let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        on_disk(folder.path());
+        for name in ["0001.png", "0002.png", "0003.png"] {
+            std::os::unix::fs::symlink(folder.path().join(name), linked.path().join(name)).unwrap();
+        }
+        let paths: Vec<_> = numbered_images(linked.path()).unwrap().into_values().collect();
+        assert_eq!(sequence(Frames::Files(paths.into())).frame(2).unwrap(), Ramp.render(2));
     }
 
     #[test]

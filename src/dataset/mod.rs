@@ -4,6 +4,8 @@
 //! come from files or from the synthetic renderer and are decoded one at a time, so that a suite of any
 //! size needs the memory of a few frames.
 
+pub mod archive;
+pub mod cvml;
 mod digest;
 mod error;
 pub mod files;
@@ -11,14 +13,15 @@ pub mod lock;
 pub mod otb;
 pub mod synthetic;
 pub mod text;
+pub mod video;
 pub mod vot;
 
 pub use digest::{Digest, content_digest};
 pub use error::DatasetError;
+pub use files::ImageFiles;
 
 use crate::image::Frame;
 use crate::region::Region;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Frames that are computed instead of read.
@@ -31,7 +34,9 @@ pub trait Render: Send + Sync {
 #[derive(Clone)]
 pub enum Frames {
     /// Image files in order.
-    Files(Vec<PathBuf>),
+    Files(ImageFiles),
+    /// Frames of a video file, decoded into image files when they are first asked for.
+    Video(Arc<video::Video>),
     /// A renderer and the number of its frames.
     Rendered(Arc<dyn Render>, usize),
 }
@@ -40,6 +45,7 @@ impl std::fmt::Debug for Frames {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Files(files) => write!(f, "Files({} files)", files.len()),
+            Self::Video(video) => write!(f, "Video({})", video.path().display()),
             Self::Rendered(_, n) => write!(f, "Rendered({n} frames)"),
         }
     }

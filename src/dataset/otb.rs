@@ -69,7 +69,7 @@ pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> 
 
     let truth_file = truth_file(folder, options);
     let ignored = matches!(options.truth, Truth::Ignored);
-    let rows = if ignored { None } else { Some(read_truth(&truth_file)?) };
+    let rows = if ignored { None } else { Some(parse_truth(&truth_file, &text::read_capped(&truth_file)?)?) };
     let official = options.official.unwrap_or_else(|| {
         let lines = rows.as_ref().map_or(images.len(), Vec::len) as u64;
         let end = (u64::from(present.0) + lines).saturating_sub(1);
@@ -87,7 +87,7 @@ pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> 
         attributes: if ignored { Vec::new() } else { read_attributes(folder)? },
         frame_attributes: Vec::new(),
         digest: Digest::default(),
-        frames: Frames::Files(frames),
+        frames: Frames::Files(frames.into()),
     })
 }
 
@@ -105,11 +105,12 @@ fn truth_file(folder: &Path, options: &Options) -> PathBuf {
     }
 }
 
-/// The rows of a ground-truth file, 0-based, one a line.
-fn read_truth(path: &Path) -> Result<Vec<Option<Region>>, DatasetError> {
-    let text = text::read(path)?;
-    let rows = text::lines(path, &text)?;
-    rows.into_iter().map(|(n, row)| rectangle(row).map_err(|m| DatasetError::line(path, n, m))).collect()
+/// The rows of a ground-truth file, 0-based, one a line; `path` names it in messages.
+///
+/// # Errors
+/// The first line that is neither a box nor one of those without annotation.
+pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+    text::rows(path, bytes, rectangle)
 }
 
 fn rectangle(row: &str) -> Result<Option<Region>, String> {
@@ -284,7 +285,16 @@ mod tests {
         assert_eq!((woman.len(), woman.numbering.official), (150, (1, 597)));
     }
 
+    const VALID: &[u8] = b"\xEF\xBB\xBF1,1,10,20\r\n-4\t7\t1.5\t2\r\n0,0,0,0\nNaN NaN NaN NaN\n3 4, 5 6";
+
     proptest! {
+        #[test]
+        fn damaged_truth_is_read_or_refused(bytes in crate::testing::damaged(VALID)) {
+            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes) {
+                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = whole(&folder(1, 2, &bytes));

@@ -3,28 +3,50 @@
 //! Numbers are separated by commas, semicolons, tabs or spaces, mixed at will; line ends may be LF or
 //! CRLF, a byte-order mark and a missing last line end are tolerated, and so are empty lines at the end.
 //! An empty line before that is an error, because lines are counted as frames.
+//!
+//! Such files come from anywhere, so all of them are read through caps on their size and the length of
+//! their lines; what is larger is refused unread. Links are followed: whoever keeps a dataset elsewhere
+//! links to it.
 
 use super::DatasetError;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest text or JSON file that is read, in bytes.
-pub const LARGEST_TEXT: u64 = 64 << 20;
+/// Largest text or JSON file that is read, in bytes; real ones stay below one MiB.
+pub const LARGEST_TEXT: u64 = 16 << 20;
+/// Longest line that is read, in bytes: a polygon of hundreds of corners.
+pub const LONGEST_LINE: usize = 16 << 10;
+
+/// The bytes of a file of at most `limit` bytes; of a larger one, no more than that is read.
+///
+/// # Errors
+/// I/O errors and larger files.
+pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
+    // A pipe would be waited for.
+    if !std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?.is_file() {
+        return Err(DatasetError::content(path, "not a file"));
+    }
+    let file = File::open(path).map_err(|e| DatasetError::io(path, e))?;
+    let too_large = || {
+        let message = format!("larger than {} MiB, so no file of its kind", limit >> 20);
+        DatasetError::content(path, message)
+    };
+    // Pipes have no length; a file that grows while it is read is caught below.
+    if file.metadata().is_ok_and(|m| m.len() > limit) {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::new();
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
+    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+}
 
 /// The bytes of a file of at most [`LARGEST_TEXT`] bytes.
 ///
 /// # Errors
 /// I/O errors and larger files.
 pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let file = File::open(path).map_err(|e| DatasetError::io(path, e))?;
-    let mut bytes = Vec::new();
-    file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
-    if bytes.len() as u64 > LARGEST_TEXT {
-        let limit = LARGEST_TEXT >> 20;
-        return Err(DatasetError::content(path, format!("larger than {limit} MiB, so no such text file")));
-    }
-    Ok(bytes)
+    read_at_most(path, LARGEST_TEXT)
 }
 
 /// Reads a text file and takes off a byte-order mark.
@@ -32,30 +54,51 @@ pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
 /// # Errors
 /// I/O errors, files above [`LARGEST_TEXT`], and bytes that are not UTF-8, with their line.
 pub fn read(path: &Path) -> Result<String, DatasetError> {
-    let mut bytes = read_capped(path)?;
-    if bytes.starts_with(b"\xEF\xBB\xBF") {
-        bytes.drain(..3);
-    }
-    String::from_utf8(bytes).map_err(|e| {
-        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-        let line = 1 + good.iter().filter(|&&b| b == b'\n').count();
+    Ok(decode(path, &read_capped(path)?)?.to_owned())
+}
+
+/// The text that bytes are, without a byte-order mark; `path` names them in messages.
+///
+/// # Errors
+/// Bytes that are not UTF-8, with their line.
+pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|e| {
+        let line = 1 + bytes.iter().take(e.valid_up_to()).filter(|&&b| b == b'\n').count();
         DatasetError::line(path, line, "bytes that are not UTF-8 text; save the file as plain text")
     })
+}
+
+/// One value a line.
+///
+/// # Errors
+/// As [`decode`] and [`lines`], and what `read_line` says of a line.
+pub fn rows<T>(
+    path: &Path,
+    bytes: &[u8],
+    read_line: impl Fn(&str) -> Result<T, String>,
+) -> Result<Vec<T>, DatasetError> {
+    let rows = lines(path, decode(path, bytes)?)?;
+    rows.into_iter().map(|(n, row)| read_line(row).map_err(|m| DatasetError::line(path, n, m))).collect()
 }
 
 /// The lines of `text` with their numbers from 1, without empty lines at the end.
 ///
 /// # Errors
-/// A text without any line, and an empty line among the others.
+/// A text without any line, an empty line among the others, and a line above [`LONGEST_LINE`].
 pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
     let body = text.trim_end();
     if body.is_empty() {
         return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
     }
     let lines: Vec<_> = body.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
-    match lines.iter().find(|(_, l)| l.is_empty()) {
-        Some(&(line, _)) => {
+    match lines.iter().find(|(_, l)| l.is_empty() || l.len() > LONGEST_LINE) {
+        Some(&(line, "")) => {
             Err(DatasetError::line(path, line, "an empty line; lines are frames, so none may be empty"))
+        }
+        Some(&(line, long)) => {
+            let message = format!("{} bytes; a line has at most {LONGEST_LINE}", long.len());
+            Err(DatasetError::line(path, line, message))
         }
         None => Ok(lines),
     }
@@ -81,11 +124,32 @@ pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
 
 /// At most 40 characters of what was found, for messages.
 pub fn shorten(word: &str) -> String {
-    let mut short: String = word.chars().take(40).collect();
-    if short.len() < word.len() {
-        short.push_str("...");
+    shorten_to(word, 40)
+}
+
+/// At most `most` characters of a text, for messages.
+pub fn shorten_to(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
-    short
+}
+
+/// Whether a character shows itself and does nothing else: neither controls the terminal or the file nor
+/// turns the reading direction of what follows.
+pub fn is_plain(c: char) -> bool {
+    let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    !c.is_control() && !turns && !matches!(c, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}')
+}
+
+/// Text on one line; whatever is not plain becomes a blank where it separates words, else U+FFFD.
+pub fn visible(text: &str) -> String {
+    let shown = |c| match c {
+        '\n' | '\r' | '\t' => ' ',
+        c if is_plain(c) => c,
+        _ => '\u{fffd}',
+    };
+    text.chars().map(shown).collect()
 }
 
 #[cfg(test)]
@@ -132,6 +196,39 @@ mod tests {
         let f = tempfile::NamedTempFile::new().unwrap();
         f.as_file().set_len(LARGEST_TEXT + 1).unwrap();
         assert!(matches!(read(f.path()), Err(DatasetError::Content { .. })));
+        assert!(read_at_most(f.path(), LARGEST_TEXT + 1).is_ok());
+        assert!(read_at_most(f.path(), LARGEST_TEXT).unwrap_err().to_string().contains("16 MiB"));
+    }
+
+    // A device has no length that could be looked at beforehand.
+    #[cfg(unix)]
+    #[test]
+    fn endless_files_are_refused() {
+        assert!(matches!(read(Path::new("/dev/zero")), Err(DatasetError::Content { .. })));
+    }
+
+    #[test]
+    fn long_lines_are_refused() {
+        let path = Path::new("a.txt");
+        let line = "1,".repeat(LONGEST_LINE / 2 - 1) + "12";
+        assert_eq!(line.len(), LONGEST_LINE);
+        assert!(lines(path, &format!("1\n{line}\n")).is_ok());
+        let error = lines(path, &format!("1\n{line}3\n")).unwrap_err();
+        assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{error}");
+    }
+
+    #[test]
+    fn nothing_invisible_is_shown() {
+        assert_eq!(visible("a\tb\r\nc \u{e9} \u{5d0}"), "a b  c \u{e9} \u{5d0}");
+        let bad = "\0\u{1b}\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{ffff}";
+        assert_eq!(visible(bad), "\u{fffd}".repeat(8));
+    }
+
+    #[test]
+    fn messages_are_short() {
+        assert_eq!(shorten(&"\u{e9}".repeat(40)), "\u{e9}".repeat(40));
+        assert_eq!(shorten(&"\u{e9}".repeat(41)), "\u{e9}".repeat(40) + "...");
+        assert_eq!(shorten(""), "");
     }
 
     proptest! {

@@ -26,12 +26,7 @@ use std::path::Path;
 /// Missing frames, and text files that are absent, broken or of another length than the frames.
 pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
     let path = folder.join("groundtruth.txt");
-    let text = text::read(&path)?;
-    let rows = text::lines(&path, &text)?;
-    let truth = rows
-        .into_iter()
-        .map(|(n, row)| annotation(row).map_err(|m| DatasetError::line(&path, n, m)))
-        .collect::<Result<Vec<_>, _>>()?;
+    let truth = parse_truth(&path, &text::read_capped(&path)?)?;
 
     let images = numbered_images(folder)?;
     let last = truth.len() as u32;
@@ -50,8 +45,16 @@ pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError>
         truth,
         frame_attributes,
         digest: Digest::default(),
-        frames: Frames::Files(frames),
+        frames: Frames::Files(frames.into()),
     })
+}
+
+/// The rows of a ground-truth file, one a line; `path` names it in messages.
+///
+/// # Errors
+/// The first line that is neither a region nor one of those without annotation.
+pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+    text::rows(path, bytes, annotation)
 }
 
 fn annotation(row: &str) -> Result<Option<Region>, String> {
@@ -73,21 +76,16 @@ fn labels(folder: &Path, frames: usize) -> Result<Vec<(String, Vec<bool>)>, Data
         let Some(name) = path.file_stem().and_then(|s| s.to_str()) else {
             return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
         };
-        let text = text::read(&path)?;
-        let rows = text::lines(&path, &text)?;
-        if rows.len() != frames {
-            let message = format!("{} lines for {frames} frames; one line a frame is needed", rows.len());
-            return Err(DatasetError::content(&path, message));
-        }
-        let flags = rows.into_iter().map(|(n, row)| match row {
+        let flags = text::rows(&path, &text::read_capped(&path)?, |row| match row {
             "0" => Ok(false),
             "1" => Ok(true),
-            _ => {
-                let message = format!("`{}`; a label is 0 or 1", text::shorten(row));
-                Err(DatasetError::line(&path, n, message))
-            }
-        });
-        found.push((name.to_owned(), flags.collect::<Result<Vec<_>, _>>()?));
+            _ => Err(format!("`{}`; a label is 0 or 1", text::shorten(row))),
+        })?;
+        if flags.len() != frames {
+            let message = format!("{} lines for {frames} frames; one line a frame is needed", flags.len());
+            return Err(DatasetError::content(&path, message));
+        }
+        found.push((name.to_owned(), flags));
     }
     found.sort();
     Ok(found)
@@ -178,7 +176,16 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4].map(ones), [219, 0, 54, 0, 74]);
     }
 
+    const VALID: &[u8] = b"1,2,3,4\r\n0,0,0,5,6,5,6,0\n1.5,2.5,9e1,-7.25,11,12\nnan,nan,nan,nan\n";
+
     proptest! {
+        #[test]
+        fn damaged_truth_is_read_or_refused(bytes in crate::testing::damaged(VALID)) {
+            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes) {
+                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let dir = folder(1..=1, &bytes);

@@ -4,19 +4,28 @@
 //! structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk
 //! (PNG); bytes after it are tolerated. Grey, palette, CMYK, 16-bit and alpha images become 8-bit RGB;
 //! alpha is dropped, not blended.
+//!
+//! A few bytes can claim to be a picture of any size, so the size in the header is held against
+//! [`LONGEST_SIDE`] and [`MOST_PIXELS`] before memory is asked for.
 
 use super::{Frame, ImageError};
 use std::io::Cursor;
 
 /// Longest side of a frame that is read, in pixels.
 pub const LONGEST_SIDE: u32 = 16_384;
+/// Most pixels of a frame that is read: twice those of 8K video.
+pub const MOST_PIXELS: u64 = 1 << 26;
+/// Largest image file that is read, in bytes.
+pub const LARGEST_FILE: u64 = 128 << 20;
+/// What the PNG decoder may ask for: the most pixels as 16-bit RGBA, and half as much for itself.
+const MOST_MEMORY: u64 = MOST_PIXELS * 12;
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a JPEG or PNG image.
 ///
 /// # Errors
-/// Bytes that are neither, a cut or damaged image, and sides above [`LONGEST_SIDE`].
+/// Bytes that are neither, a cut or damaged image, and sizes above [`LONGEST_SIDE`] or [`MOST_PIXELS`].
 pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
     check_complete(bytes)?;
     let decoder = open(bytes)?;
@@ -36,8 +45,10 @@ pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
 
 fn open(bytes: &[u8]) -> Result<Box<dyn ::image::ImageDecoder + '_>, ImageError> {
     if bytes.starts_with(PNG_SIGNATURE) {
-        let decoder = ::image::codecs::png::PngDecoder::new(Cursor::new(bytes)).map_err(decode_error)?;
-        Ok(Box::new(decoder))
+        let mut limits = ::image::Limits::no_limits();
+        limits.max_alloc = Some(MOST_MEMORY);
+        let decoder = ::image::codecs::png::PngDecoder::with_limits(Cursor::new(bytes), limits);
+        Ok(Box::new(decoder.map_err(decode_error)?))
     } else {
         let decoder = ::image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes)).map_err(decode_error)?;
         Ok(Box::new(decoder))
@@ -53,8 +64,8 @@ fn check_size(decoder: &dyn ::image::ImageDecoder) -> Result<(u32, u32), ImageEr
     if width == 0 || height == 0 {
         return Err(ImageError::Decode("the image has no pixels".into()));
     }
-    if width.max(height) > LONGEST_SIDE {
-        return Err(ImageError::TooLarge { width, height, limit: LONGEST_SIDE });
+    if width.max(height) > LONGEST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(ImageError::TooLarge { width, height });
     }
     Ok((width, height))
 }
@@ -190,6 +201,34 @@ mod tests {
         assert!(matches!(decode(&bytes), Err(ImageError::TooLarge { width: 16_385, .. })));
     }
 
+    /// A PNG without pixels: signature, header, `IEND`.
+    fn empty_png(width: u32, height: u32) -> Vec<u8> {
+        let mut crc = flate2::Crc::new();
+        let mut chunk = |kind: &[u8], data: &[u8]| {
+            let body = [kind, data].concat();
+            crc.reset();
+            crc.update(&body);
+            [&(data.len() as u32).to_be_bytes(), &body[..], &crc.sum().to_be_bytes()].concat()
+        };
+        let header = [&width.to_be_bytes(), &height.to_be_bytes(), &[8, 2, 0, 0, 0][..]].concat();
+        [PNG_SIGNATURE, &chunk(b"IHDR", &header), &chunk(b"IDAT", &[]), &chunk(b"IEND", &[])].concat()
+    }
+
+    #[test]
+    fn a_few_bytes_that_claim_to_be_huge_are_refused_unread() {
+        let claims = |width, height| size(&empty_png(width, height));
+        assert_eq!(claims(8192, 8192).unwrap(), (8192, 8192));
+        assert_eq!(claims(16_384, 4096).unwrap(), (16_384, 4096));
+        for (width, height) in [(8193, 8192), (16_384, 16_384), (1, 16_385), (u32::MAX >> 1, u32::MAX >> 1)] {
+            let error = claims(width, height).unwrap_err();
+            assert!(decode(&empty_png(width, height)).is_err());
+            assert!(matches!(error, ImageError::TooLarge { .. } | ImageError::Decode(_)), "{error}");
+        }
+        // The same in a JPEG: a frame header (8 bits, 65535x65535, one component) and the end marker.
+        let jpeg = [0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0xFF, 0xFF, 0xFF, 0xFF, 1, 1, 0x11, 0, 0xFF, 0xD9];
+        assert!(size(&jpeg).is_err() && decode(&jpeg).is_err());
+    }
+
     #[test]
     fn damage_inside_a_png_is_an_error() {
         let mut bytes = encode(&picture(), ImageFormat::Png);
@@ -205,11 +244,15 @@ mod tests {
         ) {
             let prefix: &[u8] = [&[][..], PNG_SIGNATURE, &[0xFF, 0xD8, 0xFF]][start];
             let _ = decode(&[prefix, &bytes].concat());
-            let mut damaged = encode(&picture(), ImageFormat::Jpeg);
-            let at = at.min(damaged.len());
-            let end = damaged.len().min(at + bytes.len());
-            damaged[at..end].copy_from_slice(&bytes[..end - at]);
-            let _ = decode(&damaged);
+            for format in [ImageFormat::Jpeg, ImageFormat::Png] {
+                let mut damaged = encode(&picture(), format);
+                let at = at.min(damaged.len());
+                let end = damaged.len().min(at + bytes.len());
+                damaged[at..end].copy_from_slice(&bytes[..end - at]);
+                if let Ok(frame) = decode(&damaged) {
+                    prop_assert_eq!(size(&damaged).unwrap(), (frame.width(), frame.height()));
+                }
+            }
         }
     }
 }

@@ -21,14 +21,16 @@ pub enum ImageError {
     #[error("the image is cut short (no end marker)")]
     Truncated,
     /// Larger than any frame that is worth the memory.
-    #[error("the image is {width}x{height} pixels; at most {limit} in either direction are read")]
+    #[error(
+        "the image is {width}x{height} pixels; at most {} in either direction and {} altogether are read",
+        super::LONGEST_SIDE,
+        super::MOST_PIXELS
+    )]
     TooLarge {
         /// Width in pixels.
         width: u32,
         /// Height in pixels.
         height: u32,
-        /// Limit in pixels.
-        limit: u32,
     },
 }
 

@@ -58,6 +58,17 @@ fn same_seed_same_track_also_after_a_reset() {
 }
 
 #[test]
+fn trackers_that_use_no_seed_give_the_same_track_with_any() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let tracks = [1, 2].map(|seed| track(&mut *open(&*setup, &q, seed), &frames, &region));
+        assert_eq!(setup.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
+    }
+}
+
+#[test]
 fn answers_are_finite_and_marked() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();

@@ -16,9 +16,10 @@ use crate::dataset::Sequence;
 use crate::image::Frame;
 use crate::plugin::Entry;
 use crate::region::Region;
+use serde::{Deserialize, Serialize};
 
 /// What happened in a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// The tracker was (re)initialised with the ground truth.
     Initialised,
@@ -31,7 +32,7 @@ pub enum Status {
 }
 
 /// First and second moments of a multi-hypothesis tracker's posterior.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Mean state, `d` values.
     pub mean: Vec<f64>,
@@ -44,7 +45,7 @@ pub struct Moments {
 }
 
 /// A tracker's answer for one frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Where it says the target is.
     pub region: Region,
@@ -93,6 +94,19 @@ pub struct Start<'a> {
 pub trait Setup: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
+
+    /// Whether its tracks depend on the seed; where they do not, another seed recomputes nothing.
+    fn uses_seed(&self) -> bool {
+        true
+    }
+
+    /// The files it reads besides the frames; their digests are part of a track's address.
+    ///
+    /// # Errors
+    /// When it has none for this sequence and run.
+    fn inputs(&self, _start: &Start<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
+        Ok(Vec::new())
+    }
 
     /// A fresh tracker for one sequence and run.
     ///

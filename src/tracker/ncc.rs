@@ -84,6 +84,10 @@ impl Setup for Ncc {
         show_params(&self.0)
     }
 
+    fn uses_seed(&self) -> bool {
+        false
+    }
+
     fn open(&self, _: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
         Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
     }

@@ -231,6 +231,14 @@ impl Setup for Replay {
         show_params(&self.0)
     }
 
+    fn uses_seed(&self) -> bool {
+        false
+    }
+
+    fn inputs(&self, start: &Start<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        Ok(vec![self.find(start.sequence, start.run, start.data_root)?.path().to_path_buf()])
+    }
+
     fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
         let states = self.read(start.sequence, start.run, start.data_root)?;
         Ok(Box::new(Player { states, next: 0 }))
@@ -288,7 +296,7 @@ mod tests {
             attributes: vec![],
             frame_attributes: vec![],
             digest: "0".into(),
-            frames: Frames::Files(vec![]),
+            frames: Frames::Files(vec![].into()),
         }
     }
 

@@ -117,6 +117,10 @@ impl Setup for Scripted {
         show_params(&self.0)
     }
 
+    fn uses_seed(&self) -> bool {
+        self.0.jitter > 0.0
+    }
+
     fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
         let truth = start.sequence.truth.clone();
         Ok(Box::new(Tracking { script: self.clone(), truth, seed: start.seed, next: 0, last: None }))

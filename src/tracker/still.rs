@@ -31,6 +31,10 @@ impl Setup for Still {
         show_params(&self.0)
     }
 
+    fn uses_seed(&self) -> bool {
+        false
+    }
+
     fn open(&self, _: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
         Ok(Box::new(Tracking(None)))
     }

@@ -39,10 +39,20 @@ struct Wire {
 /// Anything but such a file; a run that is not in it; a number of rows that is not the stated range's; a
 /// range that cannot be aligned with the sequence's frame numbers (see [`align`]).
 pub fn read(path: &Path, run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
-    let bytes = text::read_capped(path)?;
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
-    let entries: Vec<Wire> = serde_json::from_slice(bytes)
-        .map_err(|e| DatasetError::line(path, e.line(), format!("no OTB result file: {e}")))?;
+    parse(path, &text::read_capped(path)?, run, numbering)
+}
+
+/// As [`read`], from the file's bytes; `path` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8], run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let entries: Vec<Wire> = serde_json::from_slice(bytes).map_err(|e| {
+        // It quotes the text that it did not expect, whole.
+        let message = text::shorten_to(&e.to_string(), 200);
+        DatasetError::line(path, e.line(), format!("no OTB result file: {message}"))
+    })?;
     let count = entries.len();
     let Some(entry) = entries.into_iter().nth(run as usize) else {
         return Err(DatasetError::content(
@@ -184,7 +194,25 @@ mod tests {
         assert!(boxes.regions[1].as_ref().unwrap_err().contains("entry 1, box 2"));
     }
 
+    const VALID: &[u8] = br#"[{"startFrame":1,"endFrame":2,"resType":"rect","res":[[1,1,4,4],[2.5,1,4,4]]},
+        {"startFrame":2,"endFrame":2,"resType":"ivtAff","tmplsize":[32,32],"res":[[27,179,1.3,0,0,0.8]]}]"#;
+
+    #[test]
+    fn what_is_no_result_file_is_quoted_in_part() {
+        let text = format!("[{{\"startFrame\": \"{}\"}}]", "x".repeat(1 << 20));
+        let message = read_text(text.as_bytes(), 0).unwrap_err().to_string();
+        assert!(message.contains("no OTB result file") && message.len() < 500, "{}", message.len());
+        assert!(read_text("[".repeat(1 << 20).as_bytes(), 0).is_err());
+    }
+
     proptest! {
+        #[test]
+        fn damaged_results_are_read_or_refused(bytes in crate::testing::damaged(VALID), run in 0..3_u32) {
+            if let Ok(boxes) = parse(Path::new("a.json"), &bytes, run, FIVE) {
+                prop_assert!(boxes.first >= 1 && (1..=5).contains(&boxes.regions.len()));
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = read_text(&bytes, 0);

@@ -31,7 +31,15 @@ impl Base {
 /// # Errors
 /// File and line of whatever is no box: other counts of columns, NaN, infinity, sizes of zero or below.
 pub fn read_boxes(path: &Path, base: Base) -> Result<Vec<Region>, DatasetError> {
-    rows(path)?
+    parse_boxes(path, &text::read_capped(path)?, base)
+}
+
+/// As [`read_boxes`], from the file's bytes; `path` names it in messages.
+///
+/// # Errors
+/// As [`read_boxes`].
+pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
+    parse_rows(path, bytes)?
         .into_iter()
         .map(|(line, values)| {
             let region =
@@ -43,9 +51,12 @@ pub fn read_boxes(path: &Path, base: Base) -> Result<Vec<Region>, DatasetError> 
 
 /// The four numbers of each line, with the line's number; any finite numbers.
 pub(crate) fn rows(path: &Path) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
-    let text = text::read(path)?;
-    let mut lines = text::lines(path, &text)?;
-    if is_header(lines[0].1) {
+    parse_rows(path, &text::read_capped(path)?)
+}
+
+fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
+    let mut lines = text::lines(path, text::decode(path, bytes)?)?;
+    if lines.first().is_some_and(|(_, line)| is_header(line)) {
         lines.remove(0);
         if lines.is_empty() {
             return Err(DatasetError::content(path, "a header and no box; one box a frame was expected"));
@@ -109,7 +120,16 @@ mod tests {
         assert!(read(b"x,y,w,h\n", Base::One).is_err());
     }
 
+    const VALID: &[u8] = b"x,y,w,h\r\n5,-2,10,2.5\r\n1e2\t1E-2\t1\t1\n7 8 9 10";
+
     proptest! {
+        #[test]
+        fn damaged_boxes_are_read_or_refused(bytes in crate::testing::damaged(VALID)) {
+            if let Ok(boxes) = parse_boxes(Path::new("a.txt"), &bytes, Base::One) {
+                prop_assert!(!boxes.is_empty() && boxes.iter().all(|r| r.area() > 0.0));
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = read(&bytes, Base::One);

@@ -16,8 +16,15 @@ use std::path::Path;
 /// Another number of lines than frames, other marks, regions that are none, a mark before the first
 /// initialisation, and an initialisation where there is no ground truth.
 pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<State>, DatasetError> {
-    let text = text::read(path)?;
-    let rows = text::lines(path, &text)?;
+    parse(path, &text::read_capped(path)?, truth)
+}
+
+/// As [`read`], from the file's bytes; `path` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<State>, DatasetError> {
+    let rows = text::lines(path, text::decode(path, bytes)?)?;
     if rows.len() != truth.len() {
         let message = format!(
             "{} lines for {} frames; none is made up or dropped, so the file or the sequence is another one",
@@ -133,7 +140,7 @@ mod tests {
         ] {
             let mut failed = 0;
             for entry in suite.entries() {
-                let truth = vec![Some(rect(0.0)); entry.frames];
+                let truth = vec![Some(rect(0.0)); entry.frames.unwrap()];
                 for run in 1..=runs {
                     let name = &entry.name;
                     let path = root.join(format!("results/vot2014/{folder}/{name}/{name}_{run:03}.txt"));
@@ -145,7 +152,16 @@ mod tests {
         }
     }
 
+    const VALID: &[u8] = b"1\r\n9,0,1,1\r\n2\n0\n1\n0,0,0,5,6,5,6,0\n";
+
     proptest! {
+        #[test]
+        fn damaged_runs_are_read_or_refused(bytes in crate::testing::damaged(VALID)) {
+            if let Ok(states) = parse(Path::new("a.txt"), &bytes, &vec![Some(rect(1.0)); 6]) {
+                prop_assert_eq!(states.len(), 6);
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = read_text(&bytes, 3);

@@ -1,0 +1,37 @@
+//! Archives: what `trackfail data fetch` downloads, as `datasets.lock` names it.
+
+use serde::Deserialize;
+
+/// How an archive is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum Packing {
+    /// A zip file.
+    #[serde(rename = "zip")]
+    Zip,
+    /// A tar file compressed by gzip.
+    #[serde(rename = "tar.gz")]
+    TarGz,
+    /// No archive: one file, kept as it is.
+    #[serde(rename = "file")]
+    File,
+}
+
+/// One download.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Archive {
+    /// Name, unique in `datasets.lock`; entries refer to it.
+    pub name: String,
+    /// Public address, http or https.
+    pub url: String,
+    /// How it is packed.
+    pub packing: Packing,
+    /// Size in bytes, where it is known.
+    pub size: Option<u64>,
+    /// SHA-256 in hexadecimal, where it is known.
+    pub sha256: Option<String>,
+    /// Folder under the data root that the archive's paths start from, parts separated by `/`.
+    pub into: String,
+    /// Only members below this folder of the archive are unpacked, and it itself is left out.
+    pub below: Option<String>,
+}

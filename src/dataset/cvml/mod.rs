@@ -1,0 +1,155 @@
+//! Sequences annotated in CVML: CAVIAR (List, Fisher, 2004) and PETS2009 (annotation by Anton Milan).
+//!
+//! ```text
+//! S2L1/PETS2009-S2L1.xml           the annotation, the folder's only .xml file, see `parse`
+//! S2L1/img1/000001.jpg ...         frames under their own numbers, .jpg or .png; in img1, img or the folder
+//!
+//! Walk1/wk1gt.xml
+//! Walk1/Walk1.mpg                  or a video, the folder's only one
+//! ```
+//!
+//! XML frame `n` is image `n + 1`, and the `n + 1`-th frame of the video. One object (`target`) of the file is a
+//! sequence; frames in which it is not annotated have no truth (`None`). Boxes are centre and size in
+//! continuous pixels; neither dataset says whether its pixels count from 0 or 1, they are taken as written.
+//!
+//! Without a target the object annotated in most frames is taken, of several the one with the smallest id.
+//! Without a range the sequence goes from the target's first to its last annotated frame.
+
+mod parse;
+
+pub use parse::{Annotation, parse};
+
+use super::files::{image_folder, is_image, numbered_images, take_range};
+use super::otb::folder_name;
+use super::video::Video;
+use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::region::Region;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Names that the folder of images may have; the sequence's own folder otherwise.
+pub const IMAGE_FOLDERS: [&str; 2] = ["img1", "img"];
+
+const ANNOTATION: &str = "annotation (.xml)";
+
+/// How a folder is to be read.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Name of the sequence; the folder's name otherwise.
+    pub name: Option<String>,
+    /// Id of the object.
+    pub target: Option<u32>,
+    /// First and last frame used, by image numbers.
+    pub range: Option<(u32, u32)>,
+    /// First and last frame of the dataset's own range; from first to last annotated frame otherwise.
+    pub official: Option<(u32, u32)>,
+    /// Folder that the frames of videos are decoded into.
+    pub decoded: PathBuf,
+}
+
+/// Loads one sequence. Reads lists of files and the XML file; no image, no video.
+///
+/// # Errors
+/// No or several XML files or videos, a broken annotation, an object that is not in it, a missing frame.
+pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> {
+    let xml = only(folder, ANNOTATION, is_xml)?;
+    let annotation = parse(&xml, &text::read(&xml)?)?;
+    let Some(target) = options.target.or_else(|| annotation.longest()) else {
+        return Err(DatasetError::content(&xml, "no object is annotated"));
+    };
+    let Some(presence) = annotation.presence(target) else {
+        let known: Vec<String> = annotation.objects().map(|id| id.to_string()).collect();
+        let message = format!("no object {target}; annotated are {}", text::shorten(&known.join(", ")));
+        return Err(DatasetError::content(&xml, message));
+    };
+    let range = options.range.unwrap_or(presence);
+    if range.0 < 1 || range.0 > range.1 || range.1 > annotation.last() {
+        let message = format!(
+            "frames {} to {} are not all in it; its last is {}, as image numbers",
+            range.0,
+            range.1,
+            annotation.last()
+        );
+        return Err(DatasetError::content(&xml, message));
+    }
+    let frames = if is_video(folder)? {
+        let video = only(folder, "video", is_video_name)?;
+        Frames::Video(Arc::new(Video::new(video, options.decoded.clone(), range)))
+    } else {
+        let images = image_folder(folder, &IMAGE_FOLDERS);
+        Frames::Files(take_range(&images, &numbered_images(&images)?, range)?.into())
+    };
+    let truth = (range.0..=range.1).map(|n| annotation.region(target, n).map(Region::Rect)).collect();
+    Ok(Sequence {
+        name: options.name.clone().unwrap_or_else(|| folder_name(folder)),
+        numbering: Numbering { first: range.0, official: options.official.unwrap_or(presence) },
+        truth,
+        attributes: Vec::new(),
+        frame_attributes: Vec::new(),
+        digest: Digest::default(),
+        frames,
+    })
+}
+
+/// Whether the frames are in a video: there is one, and no folder of images.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn is_video(folder: &Path) -> Result<bool, DatasetError> {
+    let images = image_folder(folder, &IMAGE_FOLDERS);
+    Ok(images == folder && names(folder)?.iter().any(|name| is_video_name(name)))
+}
+
+/// What of a sequence's two parts, annotation and frames, is not in its folder; they are downloaded apart.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn absent(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
+    let inside = names(folder)?;
+    if !inside.iter().any(|name| is_xml(name)) {
+        return Ok(Some(ANNOTATION));
+    }
+    let frames = |name: &String| is_video_name(name) || is_image(Path::new(name));
+    let apart = image_folder(folder, &IMAGE_FOLDERS) != folder;
+    Ok((!apart && !inside.iter().any(frames)).then_some("images or video"))
+}
+
+fn is_xml(name: &str) -> bool {
+    ending(name, &["xml"])
+}
+
+/// Whether the file's name is a video's.
+pub fn is_video_name(name: &str) -> bool {
+    ending(name, &["mpg", "mpeg", "avi", "mp4", "mov", "mkv", "webm"])
+}
+
+fn ending(name: &str, endings: &[&str]) -> bool {
+    let of_name = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
+    !name.starts_with('.') && endings.iter().any(|e| of_name == *e)
+}
+
+/// The names of a folder's files, sorted; names that are not UTF-8 are nobody's.
+fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
+        let entry = entry.map_err(|e| DatasetError::io(folder, e))?;
+        names.extend(entry.file_name().into_string());
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn only(folder: &Path, what: &str, fits: fn(&str) -> bool) -> Result<PathBuf, DatasetError> {
+    let fitting: Vec<String> = names(folder)?.into_iter().filter(|name| fits(name)).collect();
+    match fitting.as_slice() {
+        [one] => Ok(folder.join(one)),
+        [] => Err(DatasetError::content(folder, format!("no {what}; one is needed"))),
+        [first, second, ..] => {
+            let message = format!("{first} and {second}: only one {what} may be there; move the other away");
+            Err(DatasetError::content(folder, message))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

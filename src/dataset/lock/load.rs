@@ -1,0 +1,107 @@
+//! From an entry and a data root to a sequence.
+
+use super::text::Pinned;
+use super::{Entry, Format, Missing, attribute_word};
+use crate::dataset::files::{image_folder, numbered_images};
+use crate::dataset::{DatasetError, Sequence, cvml, otb, sorted, video, vot};
+use std::path::{Path, PathBuf};
+
+impl Pinned {
+    /// Outer result: readable or not; inner: there or not.
+    pub(super) fn load(
+        &self,
+        entry: &Entry,
+        data_root: Option<&Path>,
+    ) -> Result<Result<Sequence, Missing>, DatasetError> {
+        let loaded = self.load_unchecked(entry, data_root)?;
+        if let (Ok(s), Some(root), Some(frames)) = (&loaded, data_root, entry.frames)
+            && s.len() != frames
+        {
+            let message = format!("{} frames, pinned are {frames}; fetch it again", s.len());
+            return Err(DatasetError::content(&entry.path(root), message));
+        }
+        Ok(loaded)
+    }
+
+    /// As [`Pinned::load`], whatever the number of frames.
+    pub(super) fn load_unchecked(
+        &self,
+        entry: &Entry,
+        data_root: Option<&Path>,
+    ) -> Result<Result<Sequence, Missing>, DatasetError> {
+        let missing = |hint: &str| {
+            let (name, folder) = (entry.name.clone(), entry.folder.clone());
+            Ok(Err(Missing { name, folder, how_to_get: format!("{hint}{}", self.how_to_get) }))
+        };
+        let Some(root) = data_root else {
+            return missing("no data root given (--data-root or TRACKFAIL_DATA); ");
+        };
+        let folder = entry.path(root);
+        if !folder.is_dir() {
+            return missing("");
+        }
+        if self.format == Format::Cvml
+            && let Some(part) = cvml::absent(&folder)?
+        {
+            return missing(&format!("no {part} in {}; ", entry.folder));
+        }
+        if let Some((first, last)) = self.cut_off(entry, &folder)? {
+            return missing(&format!("frames {first} to {last} are not in {}; ", entry.folder));
+        }
+        let mut sequence = match self.format {
+            Format::Vot => vot::load(&folder, Some(&entry.name))?,
+            Format::Otb => {
+                let options = otb::Options {
+                    name: Some(entry.name.clone()),
+                    target: entry.target,
+                    range: entry.range,
+                    official: entry.official,
+                    truth: otb::Truth::Required,
+                };
+                otb::load(&folder, &options)?
+            }
+            Format::Cvml => {
+                let options = cvml::Options {
+                    name: Some(entry.name.clone()),
+                    target: entry.target,
+                    range: entry.range,
+                    official: entry.official,
+                    decoded: video::cache(root),
+                };
+                cvml::load(&folder, &options)?
+            }
+        };
+        let target = entry.target_type.map(|t| format!("target-{}", t.word()));
+        let words = entry.attributes.iter().map(|code| attribute_word(code).to_owned()).chain(target);
+        sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
+        Ok(Ok(sequence))
+    }
+
+    /// First and last of the frames an entry needs that are absent, where they are its last ones.
+    fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
+        let Some((first, last)) = entry.range else { return Ok(None) };
+        let images = self.format.image_folder(folder);
+        let cuttable = match self.format {
+            Format::Vot => false,
+            Format::Otb => true,
+            Format::Cvml => !cvml::is_video(folder)?,
+        };
+        if !cuttable {
+            return Ok(None);
+        }
+        let images = numbered_images(&images)?;
+        let absent = (first..=last).find(|n| !images.contains_key(n));
+        Ok(absent.filter(|&n| images.range(n..=last).next().is_none()).map(|n| (n, last)))
+    }
+}
+
+impl Format {
+    /// Where a sequence's images are.
+    pub(super) fn image_folder(self, folder: &Path) -> PathBuf {
+        match self {
+            Self::Vot => folder.to_path_buf(),
+            Self::Otb => image_folder(folder, &["img"]),
+            Self::Cvml => image_folder(folder, &cvml::IMAGE_FOLDERS),
+        }
+    }
+}
