@@ -38,6 +38,8 @@ enum Verb {
         #[arg(long)]
         allow_missing: bool,
     },
+    /// Downloads missing sequences, unpacks and checks them
+    Fetch(super::fetch::Args),
     /// Prints the lines of datasets.lock and datasets.files for local sequences, with digests
     Lock {
         /// Suites; all that are read from disk by default
@@ -60,6 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
         Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
+        Verb::Fetch(args) => super::fetch::run(args, root),
         Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
     };
     output::write(&String::from_utf8_lossy(&out))?;

@@ -5,6 +5,7 @@
 
 pub mod data;
 pub mod detect;
+pub mod fetch;
 pub mod list;
 pub mod output;
 pub mod render;

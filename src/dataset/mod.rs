@@ -8,6 +8,7 @@ pub mod archive;
 pub mod cvml;
 mod digest;
 mod error;
+pub mod fetch;
 pub mod files;
 pub mod lock;
 pub mod otb;

@@ -29,15 +29,17 @@ pub fn real_data(test: &str) -> Option<PathBuf> {
     None
 }
 
-/// Every file below a folder with its bytes; `manifest.json` has times and is left out.
+/// Every file below a folder with its bytes; `manifest.json` has times and is left out, and so is the
+/// store, which is a cache.
 pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![root.to_path_buf()];
     while let Some(folder) = open.pop() {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("an entry").path();
+            let store = path.file_name().is_some_and(|n| n == ".store");
             if path.is_dir() {
-                open.push(path);
+                open.extend((!store).then_some(path));
             } else if path.file_name().is_some_and(|n| n != "manifest.json") {
                 let bytes = std::fs::read(&path).expect("a file");
                 found.insert(path.strip_prefix(root).expect("below the root").to_path_buf(), bytes);

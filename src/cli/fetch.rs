@@ -1,0 +1,415 @@
+//! `trackfail data fetch`: downloads what is missing, with the user's consent, and checks it.
+
+use super::{Failure, output};
+use crate::dataset::fetch::{self, FetchError, Fetched, Job, Options, Plan, Wanted, Watch, Workspace};
+use crate::dataset::lock::{self, Finding, Suite};
+use crate::plugin::unknown;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::collections::BTreeSet;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+/// Arguments of `trackfail data fetch`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// What to fetch where it is missing: `vot2014`, `vot2014/ball` ...; all suites by default
+    #[arg(value_name = "SUITE[/SEQUENCE]")]
+    wanted: Vec<String>,
+    /// Agree to the licences of the suites, which are shown before their first download
+    #[arg(long)]
+    accept_licence: bool,
+    /// Take files from below this address instead of those in datasets.lock, by their names
+    #[arg(long, value_name = "URL")]
+    mirror: Option<String>,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// [`Failure::Usage`] for unknown names, no data root, and licences that are not agreed to;
+/// [`Failure::Data`] for what is not at its address, not what was pinned, refused, or to be got by hand;
+/// [`Failure::Io`] for network and disk.
+pub fn run(args: &Args, root: Option<&Path>) -> Result<(), Failure> {
+    let Some(root) = root else {
+        let what = "`data fetch` needs a data root; make a folder and give --data-root or TRACKFAIL_DATA";
+        return Err(Failure::Usage(what.into()));
+    };
+    let wanted = chosen(&args.wanted)?;
+    let plan = fetch::plan(&wanted, root);
+    output::write(&known(&plan))?;
+    let options = Options { mirror: args.mirror.clone(), ..Options::default() };
+    let failed = if plan.jobs.is_empty() {
+        Failed::default()
+    } else {
+        let space = Workspace::open(root).map_err(failure)?;
+        let interactive = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        let mut ask: Option<&mut dyn FnMut() -> bool> = None;
+        let mut asked = asked_on_terminal;
+        if interactive && !args.accept_licence {
+            ask = Some(&mut asked);
+        }
+        agree(&space, &suites_of(&plan, &wanted), args.accept_licence, ask, &mut std::io::stderr())?;
+        let mut failed = download(&space, &plan.jobs, &options)?;
+        check(&wanted, &plan.jobs, &mut failed, root)?;
+        failed
+    };
+    verdict(&plan, &failed)
+}
+
+/// Suites and sequences by name.
+fn chosen(names: &[String]) -> Result<Vec<Wanted>, Failure> {
+    let all: Vec<String> = lock::names().into_iter().map(String::from).collect();
+    let names = if names.is_empty() { &all } else { names };
+    let mut chosen: Vec<Wanted> = Vec::new();
+    for name in names {
+        let (suite, sequence) = match name.split_once('/') {
+            Some((suite, sequence)) => (suite, Some(sequence)),
+            None => (name.as_str(), None),
+        };
+        let suite = lock::suite(suite).map_err(|e| Failure::Usage(e.to_string()))?;
+        let known = suite.sequence_names();
+        if let Some(sequence) = sequence
+            && !known.iter().any(|n| n == sequence)
+        {
+            let what = format!("sequence of {}", suite.name());
+            return Err(Failure::Usage(unknown(&what, sequence, known.iter().map(String::as_str))));
+        }
+        let sequences: BTreeSet<String> = match sequence {
+            Some(sequence) => [sequence.to_owned()].into(),
+            None => known.into_iter().collect(),
+        };
+        match chosen.iter_mut().find(|w| w.suite.name() == suite.name()) {
+            Some(wanted) => wanted.sequences.extend(sequences),
+            None => chosen.push(Wanted { suite, sequences }),
+        }
+    }
+    Ok(chosen)
+}
+
+/// What needs no download, and what cannot be downloaded.
+fn known(plan: &Plan) -> String {
+    let mut text = String::new();
+    for name in &plan.here {
+        text += &format!("{name}  is here\n");
+    }
+    for (name, why) in &plan.broken {
+        text += &format!("{name}  is here and left as it is, but: {why}\n");
+    }
+    for (name, how) in &plan.by_hand {
+        text += &format!("{name}  by hand: {how}\n");
+    }
+    text
+}
+
+/// The suites that have something to download, each with its licence text.
+fn suites_of(plan: &Plan, wanted: &[Wanted]) -> Vec<(&'static str, String)> {
+    let downloads = |suite: &Suite| {
+        let prefix = format!("{}/", suite.name());
+        plan.jobs.iter().flat_map(|job| &job.sequences).any(|name| name.starts_with(&prefix))
+    };
+    let text = |suite: &Suite| {
+        let (source, licence) = suite.source()?;
+        let (name, title) = (suite.name(), suite.title());
+        Some((name, format!("{name}: {title}\nsource: {source}\nlicence: {licence}\n")))
+    };
+    wanted.iter().map(|w| &w.suite).filter(|suite| downloads(suite)).filter_map(text).collect()
+}
+
+fn asked_on_terminal() -> bool {
+    let mut answer = String::new();
+    let _ = write!(std::io::stderr(), "Do you agree to this, and fetch? [y/N] ");
+    let _ = std::io::stdin().read_line(&mut answer);
+    matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
+}
+
+/// Shows every licence that has not been agreed to yet, and asks, unless it is accepted in advance.
+fn agree(
+    space: &Workspace,
+    suites: &[(&str, String)],
+    accepted: bool,
+    mut ask: Option<&mut dyn FnMut() -> bool>,
+    err: &mut impl Write,
+) -> Result<(), Failure> {
+    for (suite, text) in suites.iter().filter(|(suite, text)| !space.agreed(suite, text)) {
+        let shown = write!(err, "{text}");
+        shown.map_err(|e| Failure::Io(format!("stderr: {e}")))?;
+        let agrees = accepted || ask.as_mut().is_some_and(|ask| ask());
+        if !agrees {
+            let what = format!(
+                "nothing is downloaded of {suite} without your agreement to the text above; if you do agree, \
+                 run the same again with --accept-licence"
+            );
+            return Err(Failure::Usage(what));
+        }
+        space.remember(suite, text).map_err(failure)?;
+    }
+    Ok(())
+}
+
+/// Names of what has not come out right.
+#[derive(Debug, Default)]
+struct Failed {
+    /// Archives that the network is to blame for.
+    network: Vec<String>,
+    /// Archives that are not there, not as pinned, or refused.
+    data: Vec<String>,
+    /// Sequences that are not what is pinned.
+    differing: Vec<String>,
+}
+
+/// Fetches one archive after the other; one that fails does not keep the next from being fetched, unless the
+/// disk is to blame.
+fn download(space: &Workspace, jobs: &[Job], options: &Options) -> Result<Failed, Failure> {
+    let mut failed = Failed::default();
+    for job in jobs {
+        let name = &job.archive.name;
+        let bar = Bar::new(name);
+        let outcome = fetch::fetch(space, job, options, &bar);
+        bar.0.finish_and_clear();
+        match outcome {
+            Ok(fetched) => output::write(&brought(job, &fetched))?,
+            Err(e @ (FetchError::Disk { .. } | FetchError::Busy { .. } | FetchError::Address { .. })) => {
+                return Err(failure(e));
+            }
+            Err(e) => {
+                let list = if e.is_data() { &mut failed.data } else { &mut failed.network };
+                list.push(name.clone());
+                bar.note(&e.to_string());
+            }
+        }
+    }
+    Ok(failed)
+}
+
+fn brought(job: &Job, fetched: &Fetched) -> String {
+    let pinned = if job.archive.sha256.is_some() { "as pinned" } else { "not pinned yet" };
+    let mut text =
+        format!("{}: {} bytes, sha256 = \"{}\", {pinned}\n", job.archive.name, fetched.size, fetched.sha256);
+    for folder in &fetched.placed.new {
+        text += &format!("  new: {folder}\n");
+    }
+    for folder in &fetched.placed.kept {
+        text += &format!("  was here, left as it is: {folder}\n");
+    }
+    text
+}
+
+/// Compares what has been fetched with what is pinned.
+fn check(wanted: &[Wanted], jobs: &[Job], failed: &mut Failed, root: &Path) -> Result<(), Failure> {
+    let gone = |name: &String| failed.network.contains(name) || failed.data.contains(name);
+    let arrived = |job: &&Job| !gone(&job.archive.name);
+    let names: BTreeSet<&String> = jobs.iter().filter(arrived).flat_map(|job| &job.sequences).collect();
+    let of = |suite: &Suite| names.iter().any(|n| n.split('/').next() == Some(suite.name()));
+    for suite in wanted.iter().map(|w| &w.suite).filter(|suite| of(suite)) {
+        let full = |name: &str| format!("{}/{name}", suite.name());
+        for checked in suite.verify_some(Some(root), |name| names.contains(&full(name))) {
+            let name = full(&checked.name);
+            let word = match checked.finding {
+                Finding::Same => "ok".to_owned(),
+                Finding::NoDigestPinned => "fetched; no digest is pinned to compare with".to_owned(),
+                Finding::Missing(_) => "is still missing".to_owned(),
+                Finding::Differs(fact) => format!("differs: {fact}"),
+            };
+            if word.starts_with("is still") || word.starts_with("differs") {
+                failed.differing.push(name.clone());
+            }
+            output::write(&format!("{name}  {word}\n"))?;
+        }
+    }
+    Ok(())
+}
+
+fn verdict(plan: &Plan, failed: &Failed) -> Result<(), Failure> {
+    let mut parts = Vec::new();
+    let mut list = |what: &str, names: &[String]| {
+        if !names.is_empty() {
+            parts.push(format!("{what}: {}", names.join(", ")));
+        }
+    };
+    let names = |pairs: &[(String, String)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    list("not fetched for want of a connection (run the same again)", &failed.network);
+    list("not fetched (see above)", &failed.data);
+    list("not as pinned", &failed.differing);
+    list("here but not readable (remove the folder to have it fetched anew)", &names(&plan.broken));
+    list("to be got by hand (see above)", &names(&plan.by_hand));
+    match (parts.is_empty(), failed.network.is_empty()) {
+        (true, _) => Ok(()),
+        (false, true) => Err(Failure::Data(parts.join("; "))),
+        (false, false) => Err(Failure::Io(parts.join("; "))),
+    }
+}
+
+fn failure(e: FetchError) -> Failure {
+    match e {
+        FetchError::Address { .. } => Failure::Usage(e.to_string()),
+        e if e.is_data() => Failure::Data(e.to_string()),
+        e => Failure::Io(e.to_string()),
+    }
+}
+
+/// A bar on stderr, where that is a terminal.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new(name: &str) -> Self {
+        let bar =
+            ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_prefix(name.to_owned());
+        let template = "{prefix} {wide_bar} {bytes}/{total_bytes}, {bytes_per_sec}, {eta} left";
+        Self(match ProgressStyle::with_template(template) {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        })
+    }
+}
+
+impl Watch for Bar {
+    fn arrived(&self, _: &str, bytes: u64, total: Option<u64>) {
+        if let Some(total) = total {
+            self.0.set_length(total);
+        }
+        self.0.set_position(bytes);
+    }
+
+    fn note(&self, text: &str) {
+        // Nobody is left to tell when stderr is closed; the exit code still counts.
+        self.0.suspend(|| {
+            let _ = writeln!(std::io::stderr(), "{text}");
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::archive::{Archive, Packing};
+    use std::io::{BufRead, BufReader};
+
+    /// Serves bytes to everyone who asks.
+    fn serve(bytes: Vec<u8>) -> String {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("http://{}/diving.tar.gz", listener.local_addr().unwrap());
+        std::thread::spawn(move || {
+            for mut stream in listener.incoming().flatten() {
+                let lines = BufReader::new(stream.try_clone().unwrap()).lines();
+                lines.map_while(Result::ok).take_while(|line| !line.is_empty()).for_each(drop);
+                let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\n\r\n", bytes.len());
+                stream.write_all(&[head.as_bytes(), &bytes].concat()).unwrap();
+            }
+        });
+        url
+    }
+
+    fn wanted() -> Vec<Wanted> {
+        chosen(&["vot2014/diving".into()]).unwrap()
+    }
+
+    fn job(url: String) -> Job {
+        let archive = Archive {
+            name: "vot2014-diving".into(),
+            url,
+            packing: Packing::TarGz,
+            size: None,
+            sha256: None,
+            into: "vot2014".into(),
+            below: None,
+        };
+        Job { archive, folders: vec!["vot2014/diving".into()], sequences: vec!["vot2014/diving".into()] }
+    }
+
+    /// Fetches `vot2014/diving` packed from a folder.
+    fn fetch_packed(folder: &Path) -> (tempfile::TempDir, Failed) {
+        let mut tar =
+            tar::Builder::new(flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast()));
+        tar.append_dir_all("diving", folder).unwrap();
+        let bytes = tar.into_inner().unwrap().finish().unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let space = Workspace::open(root.path()).unwrap();
+        let jobs = [job(serve(bytes))];
+        let mut failed = download(&space, &jobs, &Options::default()).unwrap();
+        check(&wanted(), &jobs, &mut failed, root.path()).unwrap();
+        (root, failed)
+    }
+
+    #[test]
+    fn names_are_suites_or_sequences() {
+        let names = |text: &[&str]| {
+            let chosen = chosen(&text.iter().map(|t| String::from(*t)).collect::<Vec<_>>());
+            chosen.map(|c| c.iter().map(|w| (w.suite.name(), w.sequences.len())).collect::<Vec<_>>())
+        };
+        assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]).unwrap(), [("vot2014", 2)]);
+        assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014", 25)]);
+        assert_eq!(names(&[]).unwrap().len(), lock::names().len());
+        assert!(matches!(names(&["vot2014/bal"]), Err(Failure::Usage(text)) if text.contains("ball")));
+    }
+
+    #[test]
+    fn consent_is_asked_for_once() {
+        let root = tempfile::tempdir().unwrap();
+        let space = Workspace::open(root.path()).unwrap();
+        let agreed = |text: &str, accepted, answer: Option<bool>| {
+            let (mut shown, mut asked) = (Vec::new(), 0);
+            let mut ask = || {
+                asked += 1;
+                answer == Some(true)
+            };
+            let ask: Option<&mut dyn FnMut() -> bool> = if answer.is_some() { Some(&mut ask) } else { None };
+            let result = agree(&space, &[("s", text.to_owned())], accepted, ask, &mut shown);
+            (result.map_err(|e| e.code()), asked, String::from_utf8(shown).unwrap())
+        };
+        assert_eq!(agreed("free", false, None), (Err(2), 0, "free".into()));
+        assert_eq!(agreed("free", false, Some(false)), (Err(2), 1, "free".into()));
+        assert_eq!(agreed("free", false, Some(true)), (Ok(()), 1, "free".into()));
+        assert_eq!(agreed("free", false, None), (Ok(()), 0, String::new()));
+        assert_eq!(agreed("not so free", false, None), (Err(2), 0, "not so free".into()));
+        assert_eq!(agreed("not so free", true, None), (Ok(()), 0, "not so free".into()));
+    }
+
+    #[test]
+    fn the_licence_is_that_of_suites_with_downloads() {
+        let plan = Plan { jobs: vec![job(String::new())], ..Plan::default() };
+        let texts = suites_of(&plan, &chosen(&[]).unwrap());
+        assert_eq!(texts.len(), 1);
+        assert!(texts[0].1.starts_with("vot2014: ") && texts[0].1.contains("\nlicence: "));
+    }
+
+    #[test]
+    fn what_differs_from_the_pinned_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("00000001.jpg"), "").unwrap();
+        std::fs::write(folder.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
+        let (root, failed) = fetch_packed(folder.path());
+        assert_eq!(failed.differing, ["vot2014/diving"]);
+        let plan = fetch::plan(&wanted(), root.path());
+        assert_eq!((plan.broken.len(), plan.jobs.len(), plan.here.len()), (1, 0, 0));
+        assert_eq!(verdict(&plan, &failed).unwrap_err().code(), 3);
+    }
+
+    #[test]
+    fn the_exit_code_tells_the_network_from_the_data() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let dead = job(format!("http://{}/a", listener.local_addr().unwrap()));
+        drop(listener);
+        let root = tempfile::tempdir().unwrap();
+        let space = Workspace::open(root.path()).unwrap();
+        let mut options = Options::default();
+        options.patience.pause = std::time::Duration::ZERO;
+        let failed = download(&space, &[dead, job(serve(b"no archive".to_vec()))], &options).unwrap();
+        assert_eq!((failed.network.len(), failed.data.len()), (1, 1));
+        assert_eq!(verdict(&Plan::default(), &failed).unwrap_err().code(), 1);
+        let by_hand = Plan { by_hand: vec![("a/b".into(), "x".into())], ..Plan::default() };
+        assert_eq!(verdict(&by_hand, &Failed::default()).unwrap_err().code(), 3);
+        assert!(verdict(&Plan::default(), &Failed::default()).is_ok());
+        assert_eq!(download(&space, &[job("ftp://h/a".into())], &options).unwrap_err().code(), 2);
+    }
+
+    #[test]
+    fn real_data_come_out_of_an_archive_as_pinned() {
+        let Some(data) = crate::testing::real_data("real_data_come_out_of_an_archive_as_pinned") else {
+            return;
+        };
+        let (root, failed) = fetch_packed(&data.join("vot2014/diving"));
+        let plan = fetch::plan(&wanted(), root.path());
+        assert_eq!(plan.here, ["vot2014/diving"]);
+        assert!(verdict(&plan, &failed).is_ok(), "{failed:?}");
+    }
+}

@@ -1,0 +1,181 @@
+//! The working folder `.trackfail` of a data root, and how unpacked folders get from it to where they belong.
+
+use super::FetchError;
+use super::unpack::join;
+use rayon::prelude::*;
+use std::fs::{self, File, TryLockError};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// Name of the file in a fetched folder that tells where it came from. Readers of sequences take no notice of
+/// it.
+pub const MARKER: &str = ".trackfail-complete";
+
+/// Start of the names of folders that are being unpacked.
+const UNPACK: &str = "unpack-";
+
+/// A data root that is being fetched into, by this process alone.
+#[derive(Debug)]
+pub struct Workspace {
+    root: PathBuf,
+    folder: PathBuf,
+    // Held, and given back by the system however the process ends.
+    _lock: File,
+}
+
+impl Workspace {
+    /// Takes hold of a data root, and clears away what a fetch that was killed has left half unpacked.
+    ///
+    /// # Errors
+    /// [`FetchError::Busy`] while another process fetches; [`FetchError::Disk`].
+    pub fn open(root: &Path) -> Result<Self, FetchError> {
+        let folder = root.join(".trackfail");
+        let downloads = folder.join("downloads");
+        fs::create_dir_all(&downloads).map_err(|e| FetchError::disk(&downloads, e))?;
+        let path = folder.join("lock");
+        let lock = File::create(&path).map_err(|e| FetchError::disk(&path, e))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(FetchError::Busy { path }),
+            Err(TryLockError::Error(e)) => return Err(FetchError::disk(&path, e)),
+        }
+        for entry in fs::read_dir(&folder).map_err(|e| FetchError::disk(&folder, e))? {
+            let path = entry.map_err(|e| FetchError::disk(&folder, e))?.path();
+            let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+            if name.starts_with(UNPACK.as_bytes()) {
+                fs::remove_dir_all(&path).map_err(|e| FetchError::disk(&path, e))?;
+            }
+        }
+        Ok(Self { root: root.into(), folder, _lock: lock })
+    }
+
+    /// The data root.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Folder of downloads, whole and in part.
+    pub fn downloads(&self) -> PathBuf {
+        self.folder.join("downloads")
+    }
+
+    /// Whether this very text has been agreed to for a suite.
+    pub fn agreed(&self, suite: &str, text: &str) -> bool {
+        fs::read(self.agreement(suite)).is_ok_and(|old| old == text.as_bytes())
+    }
+
+    /// Remembers that a text has been agreed to for a suite.
+    ///
+    /// # Errors
+    /// [`FetchError::Disk`].
+    pub fn remember(&self, suite: &str, text: &str) -> Result<(), FetchError> {
+        let path = self.agreement(suite);
+        fs::write(&path, text).map_err(|e| FetchError::disk(&path, e))
+    }
+
+    fn agreement(&self, suite: &str) -> PathBuf {
+        self.folder.join(format!("licence-{suite}"))
+    }
+
+    /// A new folder in the file system of the data root, removed with the value.
+    pub(super) fn temporary(&self) -> Result<TempDir, FetchError> {
+        let made = tempfile::Builder::new().prefix(UNPACK).tempdir_in(&self.folder);
+        made.map_err(|e| FetchError::disk(&self.folder, e))
+    }
+}
+
+/// What became of the folders of an archive.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Placed {
+    /// New under the data root.
+    pub new: Vec<String>,
+    /// There before, and left as they are.
+    pub kept: Vec<String>,
+}
+
+/// Moves folders that are whole to where they belong, the marker in each.
+pub(super) fn folders(
+    from: &Path,
+    root: &Path,
+    folders: &[Vec<String>],
+    marker: &str,
+) -> Result<Placed, FetchError> {
+    let mut placed = Placed::default();
+    for parts in outermost(folders) {
+        let (source, target) = (join(from, parts), join(root, parts));
+        if fs::symlink_metadata(&target).is_ok() {
+            placed.kept.push(parts.join("/"));
+            continue;
+        }
+        settle(&source)?;
+        let path = source.join(MARKER);
+        let written = File::create_new(&path).and_then(|mut file| {
+            file.write_all(marker.as_bytes())?;
+            file.sync_all()
+        });
+        written.map_err(|e| FetchError::disk(&path, e))?;
+        open_to_all(&path, false)?;
+        rename(&source, &target)?;
+        placed.new.push(parts.join("/"));
+    }
+    Ok(placed)
+}
+
+/// Moves one file to where it belongs.
+pub(super) fn file(source: &Path, root: &Path, parts: &[String]) -> Result<Placed, FetchError> {
+    let (target, name) = (join(root, parts), parts.join("/"));
+    if fs::symlink_metadata(&target).is_ok() {
+        return Ok(Placed { kept: vec![name], ..Placed::default() });
+    }
+    settle(source)?;
+    rename(source, &target)?;
+    Ok(Placed { new: vec![name], ..Placed::default() })
+}
+
+/// Folders that lie in no other one, in order.
+fn outermost(folders: &[Vec<String>]) -> Vec<&Vec<String>> {
+    let inside = |f: &Vec<String>| folders.iter().any(|other| other != f && f.starts_with(other));
+    let mut outer: Vec<&Vec<String>> = folders.iter().filter(|f| !inside(f)).collect();
+    outer.sort();
+    outer.dedup();
+    outer
+}
+
+/// Gives everything in a folder the usual modes and hands it to the disk, before its name says it is whole.
+fn settle(folder: &Path) -> Result<(), FetchError> {
+    let listed: Result<Vec<_>, _> = walkdir::WalkDir::new(folder).into_iter().collect();
+    let listed = listed.map_err(|e| FetchError::disk(folder, e.into()))?;
+    listed.par_iter().try_for_each(|entry| {
+        let (path, is_folder) = (entry.path(), entry.file_type().is_dir());
+        open_to_all(path, is_folder)?;
+        match File::open(path).and_then(|file| file.sync_all()) {
+            // Not every system can do that for folders.
+            Err(e) if !is_folder => Err(FetchError::disk(path, e)),
+            _ => Ok(()),
+        }
+    })
+}
+
+fn rename(source: &Path, target: &Path) -> Result<(), FetchError> {
+    let Some(parent) = target.parent() else { return Ok(()) };
+    fs::create_dir_all(parent).map_err(|e| FetchError::disk(parent, e))?;
+    fs::rename(source, target).map_err(|e| FetchError::disk(target, e))?;
+    // The rename is only durable once the folder is; not every file system can do that.
+    if let Ok(parent) = File::open(parent) {
+        let _ = parent.sync_all();
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+fn open_to_all(path: &Path, is_folder: bool) -> Result<(), FetchError> {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = fs::Permissions::from_mode(if is_folder { 0o755 } else { 0o644 });
+    fs::set_permissions(path, mode).map_err(|e| FetchError::disk(path, e))
+}
+
+#[cfg(not(unix))]
+fn open_to_all(_: &Path, _: bool) -> Result<(), FetchError> {
+    Ok(())
+}

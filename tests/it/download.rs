@@ -1,0 +1,371 @@
+//! Downloads that are interrupted, changed, refused or slow.
+
+use crate::fetch::{arrives, job, nothing_left, options, run, sample, sha256, whole};
+use crate::server::{Request, Server, Step, file, full, head};
+use crate::tools::files;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use trackfail::dataset::archive::Packing;
+use trackfail::dataset::fetch::{FetchError, Job, Options};
+
+fn download(root: &Path) -> (PathBuf, PathBuf) {
+    let folder = root.join(".trackfail/downloads");
+    (folder.join("try.part"), folder.join("try.json"))
+}
+
+/// A part of `bytes` from `server`, as a fetch leaves it that is killed.
+fn leave(root: &Path, server: &Server, bytes: &[u8], etag: &str) {
+    let (part, note) = download(root);
+    std::fs::create_dir_all(part.parent().unwrap()).unwrap();
+    std::fs::write(part, bytes).unwrap();
+    let etag = if etag.is_empty() { "null".to_owned() } else { format!("{etag:?}") };
+    let text = format!(
+        r#"{{"url":"{}/a.zip","etag":{etag},"modified":null,"total":null,"sha256":null}}"#,
+        server.url
+    );
+    std::fs::write(note, text).unwrap();
+}
+
+#[track_caller]
+pub fn fails(server: &Server, change: impl Fn(&mut Job, &mut Options)) -> (FetchError, tempfile::TempDir) {
+    let root = tempfile::tempdir().unwrap();
+    let (mut job, mut options) = (job(&format!("{}/a.zip", server.url), Packing::Zip), options());
+    change(&mut job, &mut options);
+    (run(root.path(), &job, &options).unwrap_err(), root)
+}
+
+#[test]
+fn a_cut_download_goes_on_where_it_was_cut() {
+    let root = tempfile::tempdir().unwrap();
+    let body = sample();
+    let server = Server::new(move |n, request| match n {
+        0 => vec![
+            head("200 OK", &[("Content-Length", "5262"), ("ETag", "\"1\"")]),
+            Step::Send(body[..999].to_vec()),
+        ],
+        1 => {
+            let range = format!("bytes 999-{}/{}", body.len() - 1, body.len());
+            vec![
+                head("206 Partial Content", &[("Content-Range", &range)]),
+                Step::Send(body[999..2000].to_vec()),
+            ]
+        }
+        _ => file(request, &body, "\"1\""),
+    });
+    assert_eq!(sample().len(), 5262);
+    arrives(root.path(), &server);
+    let asked = server.asked();
+    assert_eq!(asked.iter().map(Request::from).collect::<Vec<_>>(), [None, Some(999), Some(2000)]);
+    assert_eq!(asked[2].headers["if-range"], "\"1\"");
+}
+
+#[test]
+fn the_next_fetch_goes_on_after_a_kill() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    leave(root.path(), &server, &sample()[..1234], "\"1\"");
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().iter().map(Request::from).collect::<Vec<_>>(), [Some(1234)]);
+}
+
+#[test]
+fn a_file_that_changed_meanwhile_is_not_glued() {
+    // Asked on condition, the server sends the whole new file.
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"2\"");
+    leave(root.path(), &server, b"of the old file", "\"1\"");
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 1);
+    // A server that takes no notice of the condition gives itself away by its ETag or its range.
+    for field in [("ETag", "\"2\""), ("X", "")] {
+        let root = tempfile::tempdir().unwrap();
+        let body = sample();
+        let server = Server::new(move |n, request| match n {
+            0 => full("206 Partial Content", &[("Content-Range", "bytes 7-9/99"), field], b"new"),
+            _ => file(request, &body, "\"2\""),
+        });
+        leave(root.path(), &server, if field.0 == "X" { b"of the old file" } else { b"the old" }, "\"1\"");
+        arrives(root.path(), &server);
+        assert_eq!(server.asked().iter().map(Request::from).skip(1).collect::<Vec<_>>(), [None]);
+    }
+}
+
+#[test]
+fn a_part_without_a_mark_goes_on_only_towards_a_digest() {
+    for pinned in [false, true] {
+        let root = tempfile::tempdir().unwrap();
+        let server = Server::file(sample(), "\"1\"");
+        leave(root.path(), &server, &sample()[..1234], "");
+        let mut job = job(&format!("{}/a.zip", server.url), Packing::Zip);
+        job.archive.sha256 = pinned.then(|| sha256(&sample()));
+        run(root.path(), &job, &options()).unwrap();
+        whole(root.path());
+        assert_eq!(server.asked()[0].from(), pinned.then_some(1234));
+    }
+}
+
+#[test]
+fn servers_without_ranges_send_it_again() {
+    let root = tempfile::tempdir().unwrap();
+    let body = sample();
+    let server = Server::new(move |_, _| full("200 OK", &[("Last-Modified", "yesterday")], &body));
+    leave(root.path(), &server, &sample()[..1234], "\"1\"");
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 1);
+}
+
+#[test]
+fn a_part_that_is_the_whole_file_is_seen_to_be() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    leave(root.path(), &server, &sample(), "\"1\"");
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 1, "416 says how long the file is");
+    // Longer than the file: from its start.
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    leave(root.path(), &server, &[sample(), b"more".to_vec()].concat(), "\"1\"");
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 2);
+}
+
+#[test]
+fn a_download_that_was_whole_before_the_kill_is_not_asked_for_again() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    let url = format!("{}/a.zip", server.url);
+    // A disk that refuses is no reason to drop the download.
+    std::fs::write(root.path().join("otb"), "a file in the way").unwrap();
+    assert!(matches!(run(root.path(), &job(&url, Packing::Zip), &options()), Err(FetchError::Disk { .. })));
+    assert!(download(root.path()).0.is_file());
+    std::fs::remove_file(root.path().join("otb")).unwrap();
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 1);
+    // Unless its bytes are no longer those.
+    let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("otb"), "a file in the way").unwrap();
+    run(root.path(), &job(&url, Packing::Zip), &options()).unwrap_err();
+    std::fs::remove_file(root.path().join("otb")).unwrap();
+    std::fs::write(download(root.path()).0, "rot").unwrap();
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 3);
+}
+
+#[test]
+fn another_file_than_the_pinned_one_is_deleted() {
+    let server = Server::file(sample(), "\"1\"");
+    let pinned = "0".repeat(64);
+    let (error, root) = fails(&server, |job, _| job.archive.sha256 = Some("0".repeat(64)));
+    let text = error.to_string();
+    assert!(error.is_data() && text.contains(&pinned) && text.contains(&sha256(&sample())), "{text}");
+    nothing_left(root.path());
+}
+
+#[test]
+fn another_size_than_the_pinned_one_is_refused_before_it_is_downloaded() {
+    let server = Server::file(sample(), "\"1\"");
+    let (error, root) = fails(&server, |job, _| job.archive.size = Some(7));
+    assert!(matches!(error, FetchError::Size { expected: 7, got: 5262, .. }), "{error}");
+    nothing_left(root.path());
+    // Without a Content-Length it shows when the bytes come.
+    let body = sample();
+    let server = Server::new(move |_, _| vec![head("200 OK", &[]), Step::Send(body.clone())]);
+    let (error, root) = fails(&server, |job, _| job.archive.size = Some(7));
+    assert!(matches!(error, FetchError::Size { expected: 7, .. }), "{error}");
+    assert!(files(root.path()).values().all(|b| b.len() <= 200));
+    let (error, _) = fails(&server, |_, options| options.patience.limit = 5000);
+    assert!(matches!(error, FetchError::Limit { limit: 5000, .. }), "{error}");
+    let server = Server::file(sample(), "\"1\"");
+    let (error, _) = fails(&server, |_, options| options.patience.limit = 5000);
+    assert!(matches!(error, FetchError::Limit { limit: 5000, .. }), "{error}");
+}
+
+#[test]
+fn a_length_that_is_not_true_is_noticed() {
+    let body = sample();
+    // Too long: the rest never comes.
+    let server = Server::new(move |_, _| {
+        vec![head("200 OK", &[("Content-Length", "9999")]), Step::Send(body.clone())]
+    });
+    let (error, _) = fails(&server, |_, _| {});
+    assert!(matches!(error, FetchError::Network { attempts: 4, .. }), "{error}");
+    assert_eq!(server.asked().len(), 4);
+    // Too short: what is left out is missing in the archive.
+    let body = sample();
+    let server = Server::new(move |_, _| {
+        vec![head("200 OK", &[("Content-Length", "5000")]), Step::Send(body.clone())]
+    });
+    let (error, root) = fails(&server, |_, _| {});
+    assert!(matches!(error, FetchError::NotAnArchive { .. }), "{error}");
+    nothing_left(root.path());
+}
+
+#[test]
+fn an_answer_without_a_length_ends_with_the_connection() {
+    let root = tempfile::tempdir().unwrap();
+    let body = sample();
+    let server = Server::new(move |_, _| vec![head("200 OK", &[]), Step::Send(body.clone())]);
+    arrives(root.path(), &server);
+}
+
+#[test]
+fn chunks_are_put_together_and_a_missing_last_one_is_noticed() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::new(move |n, _| {
+        let mut steps = vec![head("200 OK", &[("Transfer-Encoding", "chunked")])];
+        for chunk in sample().chunks(1000).take(if n == 0 { 3 } else { 9 }) {
+            steps.push(Step::Send([format!("{:x}\r\n", chunk.len()).as_bytes(), chunk, b"\r\n"].concat()));
+        }
+        if n > 0 {
+            steps.push(Step::Send(b"0\r\n\r\n".to_vec()));
+        }
+        steps
+    });
+    arrives(root.path(), &server);
+    assert_eq!(server.asked().len(), 2);
+}
+
+#[test]
+fn drops_are_fine_and_a_trickle_is_not() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::new(move |_, _| {
+        let length = sample().len().to_string();
+        let mut steps = vec![head("200 OK", &[("Content-Length", &length)])];
+        for drop in sample().chunks(500) {
+            steps.extend([Step::Pause(2), Step::Send(drop.to_vec())]);
+        }
+        steps
+    });
+    arrives(root.path(), &server);
+    let server = Server::new(|_, _| {
+        let mut steps = vec![head("200 OK", &[("Content-Length", "5262")])];
+        (0..5262).for_each(|_| steps.extend([Step::Pause(5), Step::Send(vec![0])]));
+        steps
+    });
+    let (error, _) = fails(&server, |_, options| {
+        (options.patience.window, options.patience.slow) = (Duration::from_millis(50), 5000);
+        options.patience.gain = 5000;
+    });
+    assert!(error.to_string().contains("too slow"), "{error}");
+}
+
+#[test]
+fn a_stall_is_an_error_after_a_while_and_what_came_is_kept() {
+    let body = sample();
+    let server = Server::new(move |_, request| {
+        let mut bytes = sent(file(request, &body, "\"1\""));
+        bytes.truncate(bytes.len().min(1000));
+        vec![Step::Send(bytes), Step::Stall]
+    });
+    let (error, root) = fails(&server, |_, options| {
+        options.patience.stall = Duration::from_millis(200);
+        options.patience.gain = 1 << 20;
+    });
+    let FetchError::Network { attempts: 4, kept, .. } = error else { panic!("{error}") };
+    assert!(kept > 500, "{kept}");
+    assert_eq!(std::fs::metadata(download(root.path()).0).unwrap().len(), kept);
+    assert!(!error.is_data());
+    // No answer at all.
+    let server = Server::new(|_, _| vec![Step::Stall]);
+    let (error, _) = fails(&server, |_, options| options.patience.answer = Duration::from_millis(100));
+    assert!(matches!(error, FetchError::Network { attempts: 3, .. }), "{error}");
+}
+
+#[test]
+fn busy_servers_are_asked_again_and_others_are_not() {
+    for status in ["500 Oops", "503 Busy", "429 Too Many Requests", "408 Timeout"] {
+        let root = tempfile::tempdir().unwrap();
+        let body = sample();
+        let server = Server::new(move |n, request| match n {
+            0 => full(status, &[("Retry-After", "0")], b"wait"),
+            1 => full(status, &[("Retry-After", "Fri, 31 Dec 1999 23:59:59 GMT")], b"wait"),
+            _ => file(request, &body, "\"1\""),
+        });
+        arrives(root.path(), &server);
+        assert_eq!(server.asked().len(), 3, "{status}");
+    }
+    for status in
+        ["404 Not Found", "403 Forbidden", "410 Gone", "401 Who", "204 Nothing", "304 Same", "206 Part"]
+    {
+        let server = Server::new(move |_, _| full(status, &[], b""));
+        let (error, root) = fails(&server, |_, _| {});
+        assert!(error.is_data() && error.to_string().contains(&status[..3]), "{error}");
+        assert!(error.to_string().contains("--mirror"), "{error}");
+        assert_eq!(server.asked().len(), 1, "{status}");
+        nothing_left(root.path());
+    }
+    let server = Server::new(|_, _| full("500 Oops", &[], b""));
+    let (error, _) = fails(&server, |_, _| {});
+    assert!(matches!(error, FetchError::Network { attempts: 4, kept: 0, .. }), "{error}");
+    let server = Server::new(|_, _| full("429 Slowly", &[("Retry-After", "86400")], b""));
+    let (error, _) = fails(&server, |_, _| {});
+    assert!(matches!(error, FetchError::Status { status: 429, .. }), "{error}");
+    assert_eq!(server.asked().len(), 1);
+}
+
+#[test]
+fn redirects_are_followed_to_http_only_and_not_for_ever() {
+    let root = tempfile::tempdir().unwrap();
+    let body = sample();
+    let server = Server::new(move |_, request| match request.path.as_str() {
+        "/a.zip" => full("302 Found", &[("Location", "/b/c.zip")], b"there"),
+        "/b/c.zip" => full("308 Moved", &[("Location", "d.zip?x")], b""),
+        "/b/d.zip?x" => file(request, &body, "\"1\""),
+        _ => Vec::new(),
+    });
+    leave(root.path(), &server, &sample()[..100], "\"1\"");
+    arrives(root.path(), &server);
+    assert!(server.asked().iter().all(|r| r.from() == Some(100)), "the range goes along");
+    for to in ["file:///etc/passwd", "ftp://127.0.0.1/a.zip", "gopher:x", "http://", "//", ""] {
+        let server = Server::new(move |_, _| full("301 Moved", &[("Location", to)], b""));
+        let (error, root) = fails(&server, |_, _| {});
+        assert!(matches!(error, FetchError::Redirect { .. }), "{to}: {error}");
+        assert_eq!(server.asked().len(), 1);
+        nothing_left(root.path());
+    }
+    let server = Server::new(|_, _| full("307 Round", &[("Location", "/a.zip")], b""));
+    let (error, _) = fails(&server, |_, _| {});
+    assert!(error.to_string().contains("one redirect too many"), "{error}");
+    assert_eq!(server.asked().len(), 11);
+}
+
+#[test]
+fn a_page_instead_of_a_file_is_called_one() {
+    let server = Server::new(|_, _| full("200 OK", &[], b"\n<!DOCTYPE html>\n<p>Please log in"));
+    let (error, root) = fails(&server, |_, _| {});
+    assert!(error.to_string().contains("a web page"), "{error}");
+    nothing_left(root.path());
+}
+
+#[test]
+fn without_a_network_it_says_so() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}/a.zip", listener.local_addr().unwrap());
+    drop(listener);
+    let root = tempfile::tempdir().unwrap();
+    let error = run(root.path(), &job(&url, Packing::Zip), &options()).unwrap_err();
+    assert!(!error.is_data() && error.to_string().contains("Is this machine online"), "{error}");
+    for url in ["file:///etc/passwd", "ftp://h/a.zip", "a.zip", ""] {
+        let error = run(root.path(), &job(url, Packing::Zip), &options()).unwrap_err();
+        assert!(matches!(error, FetchError::Address { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_mirror_is_asked_instead() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    let options = Options { mirror: Some(format!("{}/copy/", server.url)), ..options() };
+    run(root.path(), &job("http://nowhere.invalid/seq/a.zip", Packing::Zip), &options).unwrap();
+    whole(root.path());
+    assert_eq!(server.asked()[0].path, "/copy/a.zip");
+}
+
+/// The bytes of an answer.
+fn sent(steps: Vec<Step>) -> Vec<u8> {
+    let bytes = |step| match step {
+        Step::Send(bytes) => bytes,
+        Step::Pause(_) | Step::Stall => Vec::new(),
+    };
+    steps.into_iter().flat_map(bytes).collect()
+}

@@ -1,0 +1,302 @@
+//! What a fetch leaves on disk, and what the program says; `download.rs` has the network, `hostile.rs` the archives.
+
+use crate::download::fails;
+use crate::packed::{taped, tar_gz, zip, zipped};
+use crate::server::{Server, full};
+use crate::tools::{files, output, trackfail};
+use base64::Engine as _;
+use sha2::{Digest, Sha256};
+use std::cell::RefCell;
+use std::path::Path;
+use std::time::Duration;
+use trackfail::dataset::archive::{Archive, Packing};
+use trackfail::dataset::fetch::{
+    Caps, FetchError, Fetched, Job, MARKER, Options, Patience, Watch, Workspace, fetch,
+};
+use trackfail::dataset::lock;
+
+/// Keeps what it is told.
+#[derive(Default)]
+pub struct Told(pub RefCell<Vec<String>>);
+
+impl Watch for Told {
+    fn arrived(&self, _: &str, _: u64, _: Option<u64>) {}
+    fn note(&self, text: &str) {
+        self.0.borrow_mut().push(text.to_owned());
+    }
+}
+
+/// Pauses that cost no time; nothing here waits for a timeout unless a test makes one short.
+pub fn options() -> Options {
+    let long = Duration::from_secs(60);
+    let patience = Patience {
+        connect: long,
+        answer: long,
+        stall: long,
+        window: long,
+        slow: 0,
+        attempts: 4,
+        pause: Duration::from_millis(1),
+        longest: Duration::from_millis(20),
+        gain: 1,
+        limit: 1 << 20,
+    };
+    Options { mirror: None, patience, caps: Caps::default() }
+}
+
+pub fn job(url: &str, packing: Packing) -> Job {
+    let archive = Archive {
+        name: "try".into(),
+        url: url.into(),
+        packing,
+        size: None,
+        sha256: None,
+        into: "otb".into(),
+        below: None,
+    };
+    Job { archive, folders: vec!["otb/seq".into()], sequences: Vec::new() }
+}
+
+/// Fetches into a new workspace in `root`.
+pub fn run(root: &Path, job: &Job, options: &Options) -> Result<Fetched, FetchError> {
+    fetch(&Workspace::open(root)?, job, options, &Told::default())
+}
+
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// An archive with one file that does not shrink.
+pub fn sample() -> Vec<u8> {
+    let noise: Vec<u8> = (0..5000_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    zip(&[zipped("seq/groundtruth_rect.txt", b"1,2,3,4\n"), zipped("seq/img/0001.jpg", &noise)])
+}
+
+/// Fetches `/a.zip` of a server into a root where a part may lie, and checks what is there afterwards.
+#[track_caller]
+pub fn arrives(root: &Path, server: &Server) -> Fetched {
+    let fetched = run(root, &job(&format!("{}/a.zip", server.url), Packing::Zip), &options()).unwrap();
+    assert_eq!(fetched.sha256, sha256(&sample()));
+    assert_eq!(fetched.placed.new, ["otb/seq"]);
+    whole(root);
+    fetched
+}
+
+#[track_caller]
+pub fn whole(root: &Path) {
+    let found = files(root);
+    let names: Vec<_> = found.keys().map(|p| p.to_str().unwrap()).collect();
+    let marker = format!("otb/seq/{MARKER}");
+    assert_eq!(names, [".trackfail/lock", &marker, "otb/seq/groundtruth_rect.txt", "otb/seq/img/0001.jpg"]);
+    assert_eq!(found[Path::new("otb/seq/groundtruth_rect.txt")], b"1,2,3,4\n");
+    assert_eq!(found[Path::new("otb/seq/img/0001.jpg")].len(), 5000);
+}
+
+/// Nothing under the data root but the working folder, and in it nothing of a download.
+#[track_caller]
+pub fn nothing_left(root: &Path) {
+    assert_eq!(files(root).keys().collect::<Vec<_>>(), [Path::new(".trackfail/lock")]);
+}
+
+#[test]
+fn a_good_archive_is_placed_and_tells_its_digest() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    let fetched = arrives(root.path(), &server);
+    assert_eq!(fetched.size, sample().len() as u64);
+    let marker = std::fs::read_to_string(root.path().join("otb/seq").join(MARKER)).unwrap();
+    assert!(marker.contains(&sha256(&sample())), "{marker}");
+    let request = &server.asked()[0];
+    assert_eq!((server.asked().len(), request.path.as_str()), (1, "/a.zip"));
+    assert_eq!(request.headers["accept-encoding"], "identity");
+    assert!(request.headers["user-agent"].starts_with("trackfail/"));
+}
+
+#[cfg(unix)]
+#[test]
+fn modes_are_the_usual_ones_whatever_the_archive_says() {
+    use std::os::unix::fs::PermissionsExt;
+    let root = tempfile::tempdir().unwrap();
+    let mut members = [zipped("seq/", b""), zipped("seq/a", b"x"), zipped("seq/img/b", b"y")];
+    [0o040_000, 0o104_777, 0o100_000].iter().zip(&mut members).for_each(|(mode, m)| m.mode = *mode);
+    let server = Server::file(zip(&members), "\"1\"");
+    run(root.path(), &job(&format!("{}/a.zip", server.url), Packing::Zip), &options()).unwrap();
+    for (name, mode) in [("", 0o755), ("a", 0o644), ("img", 0o755), ("img/b", 0o644), (MARKER, 0o644)] {
+        let path = root.path().join("otb/seq").join(name);
+        assert_eq!(std::fs::metadata(path).unwrap().permissions().mode() & 0o7777, mode, "{name}");
+    }
+}
+
+// import base64, io, tarfile, zipfile; long = 'seq/img/' + 'x' * 120 + '.jpg'
+// files = [('seq/groundtruth_rect.txt', b'1,2,3,4\n' * 50), (long, bytes(range(16)))]; b = io.BytesIO()
+// with tarfile.open(fileobj=b, mode='w:gz', format=tarfile.PAX_FORMAT) as t:   # GNU_FORMAT for the other
+//     for name, data in files: i = tarfile.TarInfo(name); i.size = len(data); t.addfile(i, io.BytesIO(data))
+// with zipfile.ZipFile(b, 'w', zipfile.ZIP_DEFLATED) as z: z.writestr(...)   # images 0001 and an empty 0002
+// base64.b64encode(b.getvalue())
+const PAX: &str = "H4sIAC8mAWsC/+3VzWrCQBSG4am12qa13kIuIORnMowrwaVL70CChtiCVicTyOV3cNFCoLjRUen7bL7hbM5i+Dh1eUgq89Xs1tY0drM05crGtrXijFJHK3VMp5uplr/v4zyTeqJFmAoPmtoWxq0X/1MWySiPVEDeRvr+/ziJk9miaOdlsS7NZXb80fufzstMd/rvRkqELf2/fP+VDPeF3Uxrdwg+tlXSXkn8ua8CAc98fPup+59273+uJirn/nvx0HvsPw2Gzy/B69vofUwjAAAAAAAAAAAAAOA+fQPKiBp6ACgAAA==";
+const GNU: &str = "H4sIAC8mAWsC/+3VSw6CMBSF4fp+6xZYAIFaEKYugD0YowQfERVK4vIlDjSaGCeKr/+bnKaTDm5Obxru7SjZZvFcJ5leTJJwpi190OKJZM5z3VPmblN66nI+3Q+V53jCkKIAWaqniWGIPzU0lemYbpv8jCx6/pZt2eNgG0fBMl6/6I07vT93XsnRdf+l74+UMAL6/3Jp/v8vN5F9eBNrtYsEfnr+j/a/vN3/jutLh/1fiFK5Uq3VG81Wu9Pt9Qc0AgAAAAAAAAAAAAC+0xFy9MFHACgAAA==";
+const ZIP: &str = "UEsDBBQAAAAIAJYmdV11LfqMDwAAAJABAAAYAAAAc2VxL2dyb3VuZHRydXRoX3JlY3QudHh0M9Qx0jHWMeEyHKUHBQ0AUEsDBBQAAAAIAJYmdV2I4s7OEgAAABAAAAAQAAAAc2VxL2ltZy8wMDAxLmpwZ2NgZGJmYWVj5+Dk4ubh5eMHAFBLAwQUAAAACACWJnVdAAAAAAIAAAAAAAAAEAAAAHNlcS9pbWcvMDAwMi5qcGcDAFBLAQIUAxQAAAAIAJYmdV11LfqMDwAAAJABAAAYAAAAAAAAAAAAAACAAQAAAABzZXEvZ3JvdW5kdHJ1dGhfcmVjdC50eHRQSwECFAMUAAAACACWJnVdiOLOzhIAAAAQAAAAEAAAAAAAAAAAAAAAgAFFAAAAc2VxL2ltZy8wMDAxLmpwZ1BLAQIUAxQAAAAIAJYmdV0AAAAAAgAAAAAAAAAQAAAAAAAAAAAAAACAAYUAAABzZXEvaW1nLzAwMDIuanBnUEsFBgAAAAADAAMAwgAAALUAAAAAAA==";
+
+#[test]
+fn archives_of_another_writer_come_out_as_they_went_in() {
+    let long = format!("{}.jpg", "x".repeat(120));
+    for (text, packing, images) in [
+        (PAX, Packing::TarGz, vec![(long.as_str(), 16)]),
+        (GNU, Packing::TarGz, vec![(long.as_str(), 16)]),
+        (ZIP, Packing::Zip, vec![("0001.jpg", 16), ("0002.jpg", 0)]),
+    ] {
+        let bytes = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let mut job = job(&Server::file(bytes.clone(), "\"1\"").url, packing);
+        job.archive.url += "/a";
+        job.archive.size = Some(bytes.len() as u64);
+        job.archive.sha256 = Some(sha256(&bytes).to_uppercase());
+        run(root.path(), &job, &options()).unwrap();
+        let folder = root.path().join("otb/seq");
+        assert_eq!(std::fs::read(folder.join("groundtruth_rect.txt")).unwrap(), b"1,2,3,4\n".repeat(50));
+        for (name, length) in images {
+            let wanted: Vec<u8> = (0..length).collect();
+            assert_eq!(std::fs::read(folder.join("img").join(name)).unwrap(), wanted);
+        }
+    }
+}
+
+#[test]
+fn only_folders_of_the_list_are_unpacked_and_all_of_them() {
+    let members = [
+        ("./all/README", "no"),
+        ("./all/seq/a", "yes"),
+        ("./all/sequel/a", "no"),
+        ("./all/deep/er/b", "yes"),
+        ("./other/seq/a", "no"),
+        ("./__MACOSX/all/seq/._a", "no"),
+    ];
+    let bytes = tar_gz(&members.map(|(name, text)| taped(name, text.as_bytes())));
+    let root = tempfile::tempdir().unwrap();
+    let mut job = job(&format!("{}/a", Server::file(bytes, "\"1\"").url), Packing::TarGz);
+    job.archive.below = Some("all".into());
+    job.folders = vec!["otb/seq".into(), "otb/deep/er".into()];
+    let fetched = run(root.path(), &job, &options()).unwrap();
+    assert_eq!(fetched.placed.new, ["otb/deep/er", "otb/seq"]);
+    let texts = files(root.path()).into_iter().filter(|(_, b)| b == b"yes" || b == b"no");
+    let texts: Vec<_> = texts.map(|(p, b)| (p.display().to_string(), b.len())).collect();
+    assert_eq!(texts, [("otb/deep/er/b".into(), 3), ("otb/seq/a".into(), 3)]);
+}
+
+#[test]
+fn a_file_that_is_no_archive_is_kept_as_it_is() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(b"<xml/>".to_vec(), "\"1\"");
+    let mut job = job(&format!("{}/data/truth.xml?v=1", server.url), Packing::File);
+    job.folders.clear();
+    assert_eq!(run(root.path(), &job, &options()).unwrap().placed.new, ["otb/truth.xml"]);
+    assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"<xml/>");
+    std::fs::write(root.path().join("otb/truth.xml"), "mine").unwrap();
+    assert_eq!(run(root.path(), &job, &options()).unwrap().placed.kept, ["otb/truth.xml"]);
+    assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
+    job.archive.url = format!("{}/..", server.url);
+    assert!(matches!(run(root.path(), &job, &options()), Err(FetchError::Entry { .. })));
+}
+
+#[test]
+fn what_the_user_put_there_stays_and_what_a_kill_left_goes() {
+    let root = tempfile::tempdir().unwrap();
+    let mine = root.path().join("otb/seq");
+    std::fs::create_dir_all(&mine).unwrap();
+    let half = root.path().join(".trackfail/unpack-abc/otb/seq");
+    std::fs::create_dir_all(&half).unwrap();
+    std::fs::write(half.join("0001.jpg"), "half").unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    let job = job(&format!("{}/a.zip", server.url), Packing::Zip);
+    let fetched = run(root.path(), &job, &options()).unwrap();
+    assert_eq!((fetched.placed.kept, fetched.placed.new.len()), (vec!["otb/seq".into()], 0));
+    nothing_left(root.path());
+    std::fs::remove_dir(&mine).unwrap();
+    arrives(root.path(), &server);
+}
+
+#[test]
+fn one_fetch_at_a_time() {
+    let root = tempfile::tempdir().unwrap();
+    let first = Workspace::open(root.path()).unwrap();
+    let error = Workspace::open(root.path()).unwrap_err();
+    assert!(matches!(error, FetchError::Busy { .. }) && !error.is_data());
+    drop(first);
+    Workspace::open(root.path()).unwrap();
+}
+
+#[test]
+fn an_archive_without_the_folder_names_what_it_has() {
+    let server = Server::file(zip(&[zipped("SEQ/a", b""), zipped("readme", b"")]), "\"1\"");
+    let (error, root) = fails(&server, |_, _| {});
+    let text = error.to_string();
+    assert!(text.contains("`otb/SEQ`") && text.contains("`otb/readme`"), "{text}");
+    nothing_left(root.path());
+}
+
+/// The first sequence of the list that can, or cannot, be downloaded.
+fn listed(downloads: bool) -> Option<(String, &'static lock::Entry)> {
+    let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
+    suites.flat_map(|s| s.entries().iter().map(move |e| (s.name(), e))).find_map(|(suite, entry)| {
+        let known = entry.archive.as_deref().is_some_and(|name| lock::archive(name).is_some());
+        (known == downloads).then(|| (format!("{suite}/{}", entry.name), entry))
+    })
+}
+
+#[test]
+fn the_program_says_how_to_get_what_it_cannot_download() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().to_str().unwrap();
+    let Some((name, entry)) = listed(false) else {
+        eprintln!("SKIPPED: every listed sequence has an address");
+        return;
+    };
+    let (code, out, err) = output(&["data", "fetch", &name, "--data-root", folder]);
+    assert_eq!(code, 3, "{err}");
+    assert!(out.contains(&format!("{name}  by hand: ")) && out.contains(&entry.folder), "{out}");
+    assert!(err.contains(&name), "{err}");
+}
+
+#[test]
+fn the_program_asks_for_consent_and_tells_what_is_not_there() {
+    let root = tempfile::tempdir().unwrap();
+    let Some((name, _)) = listed(true) else {
+        eprintln!("SKIPPED: no listed sequence has an address");
+        return;
+    };
+    let server = Server::new(|_, _| full("404 Not Found", &[], b""));
+    let fetch = |more: &[&str]| {
+        let mut command = trackfail();
+        command.args(["data", "fetch", &name, "--mirror", &server.url, "--data-root"]).arg(root.path());
+        let output = command.args(more).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, text) = fetch(&[]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("licence: ") && text.contains("--accept-licence"), "{text}");
+    assert!(server.asked().is_empty());
+    let (code, text) = fetch(&["--accept-licence"]);
+    assert_eq!(code, Some(3), "{text}");
+    assert!(text.contains("licence: ") && text.contains("404"), "{text}");
+    let (code, text) = fetch(&[]);
+    assert_eq!(code, Some(3), "{text}");
+    assert!(!text.contains("licence: "), "remembered: {text}");
+}
+
+#[test]
+fn the_program_wants_a_data_root_and_known_names() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().to_str().unwrap();
+    let (code, _, err) = output(&["data", "fetch", "vot2014"]);
+    assert_eq!(code, 2, "{err}");
+    assert!(err.contains("--data-root"), "{err}");
+    for (name, words) in
+        [("vot2015x", "vot201"), ("vot2014/bal", "did you mean `ball`"), ("vot2014/", "sequence")]
+    {
+        let (code, _, err) = output(&["data", "fetch", name, "--data-root", folder]);
+        assert_eq!(code, 2, "{err}");
+        assert!(err.contains(words), "{err}");
+    }
+    let (code, out, err) = output(&["data", "fetch", "synthetic-otb", "--data-root", folder]);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+}

@@ -1,0 +1,161 @@
+//! Archives byte by byte, also those that no library would write.
+
+use flate2::Compression;
+use flate2::write::{DeflateEncoder, GzEncoder};
+use std::io::Write;
+
+/// A member of a zip file, and what its headers say.
+#[derive(Clone)]
+pub struct Zipped {
+    pub name: Vec<u8>,
+    pub data: Vec<u8>,
+    pub deflated: bool,
+    /// Unix mode, its kind included.
+    pub mode: u32,
+    pub flags: u16,
+    /// Compression method, where not the one used.
+    pub method: Option<u16>,
+    /// Unpacked size, where not the true one.
+    pub size: Option<u64>,
+    pub checksum: Option<u32>,
+    /// No bytes of its own, but those of the member of this number.
+    pub same_as: Option<usize>,
+}
+
+pub fn zipped(name: impl AsRef<[u8]>, data: &[u8]) -> Zipped {
+    Zipped {
+        name: name.as_ref().to_vec(),
+        data: data.to_vec(),
+        deflated: false,
+        mode: 0o100_644,
+        flags: 0,
+        method: None,
+        size: None,
+        checksum: None,
+        same_as: None,
+    }
+}
+
+/// A zip file (PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12, 4.3.16, 4.5.3).
+pub fn zip(members: &[Zipped]) -> Vec<u8> {
+    let (mut out, mut list, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    for member in members {
+        let mut crc = flate2::Crc::new();
+        crc.update(&member.data);
+        let packed = if member.deflated { deflate(&member.data) } else { member.data.clone() };
+        let start = member.same_as.map_or(out.len(), |k| starts[k]);
+        starts.push(start);
+        let method = member.method.unwrap_or(if member.deflated { 8 } else { 0 });
+        let size = member.size.unwrap_or(member.data.len() as u64);
+        let wide = size >= u64::from(u32::MAX);
+        let mut extra = Vec::new();
+        if wide {
+            extra.extend([1, 0, 8, 0]);
+            extra.extend(size.to_le_bytes());
+        }
+        let mut shared = Vec::new();
+        shared.extend(if wide { 45_u16 } else { 20 }.to_le_bytes());
+        [member.flags, method, 0, 33].iter().for_each(|v| shared.extend(v.to_le_bytes()));
+        shared.extend(member.checksum.unwrap_or(crc.sum()).to_le_bytes());
+        shared.extend((packed.len() as u32).to_le_bytes());
+        shared.extend((if wide { u32::MAX } else { size as u32 }).to_le_bytes());
+        shared.extend((member.name.len() as u16).to_le_bytes());
+        shared.extend((extra.len() as u16).to_le_bytes());
+        if member.same_as.is_none() {
+            out.extend(b"PK\x03\x04");
+            [&shared, &member.name, &extra, &packed].iter().for_each(|bytes| out.extend(bytes.iter()));
+        }
+        list.extend(b"PK\x01\x02\x14\x03");
+        list.extend(&shared);
+        list.extend([0; 6]);
+        list.extend((member.mode << 16).to_le_bytes());
+        list.extend((start as u32).to_le_bytes());
+        list.extend(&member.name);
+        list.extend(&extra);
+    }
+    let start = out.len() as u32;
+    let count = (members.len() as u16).to_le_bytes();
+    out.extend(&list);
+    out.extend(b"PK\x05\x06\0\0\0\0");
+    [count, count].iter().for_each(|c| out.extend(c));
+    out.extend((list.len() as u32).to_le_bytes());
+    out.extend(start.to_le_bytes());
+    out.extend([0; 2]);
+    out
+}
+
+fn deflate(data: &[u8]) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(data).expect("memory");
+    encoder.finish().expect("memory")
+}
+
+/// A member of a tar file.
+#[derive(Clone)]
+pub struct Taped {
+    pub name: Vec<u8>,
+    pub kind: u8,
+    pub data: Vec<u8>,
+    /// Size, where not the true one.
+    pub size: Option<u64>,
+    pub link: &'static [u8],
+}
+
+pub fn taped(name: impl AsRef<[u8]>, data: &[u8]) -> Taped {
+    special(name, b'0', data)
+}
+
+pub fn special(name: impl AsRef<[u8]>, kind: u8, data: &[u8]) -> Taped {
+    Taped { name: name.as_ref().to_vec(), kind, data: data.to_vec(), size: None, link: b"" }
+}
+
+/// A record of an extended header (POSIX pax, "pax Extended Header").
+pub fn record(key: &str, value: &[u8]) -> Vec<u8> {
+    let rest = key.len() + value.len() + 3;
+    let length = (1..).map(|digits: usize| rest + digits).find(|n| n.to_string().len() + rest == *n);
+    let mut text = format!("{} {key}=", length.expect("a fixed point")).into_bytes();
+    text.extend(value);
+    text.push(b'\n');
+    text
+}
+
+/// A tar file under gzip (POSIX ustar).
+pub fn tar_gz(members: &[Taped]) -> Vec<u8> {
+    let mut tar = Vec::new();
+    for member in members {
+        let mut header = [0_u8; 512];
+        let name = &member.name[..member.name.len().min(100)];
+        header[..name.len()].copy_from_slice(name);
+        let size = member.size.unwrap_or(member.data.len() as u64);
+        let mut octal = |at: usize, width: usize, value: u64| {
+            header[at..at + width].copy_from_slice(format!("{value:0width$o}").as_bytes());
+        };
+        octal(100, 7, 0o777);
+        octal(108, 7, 0);
+        octal(116, 7, 0);
+        octal(136, 11, 0);
+        if size < 1 << 33 {
+            octal(124, 11, size);
+        } else {
+            header[124] = 0x80;
+            header[128..136].copy_from_slice(&size.to_be_bytes());
+        }
+        header[156] = member.kind;
+        header[157..157 + member.link.len()].copy_from_slice(member.link);
+        header[257..265].copy_from_slice(b"ustar\x0000");
+        header[148..156].fill(b' ');
+        let sum: u64 = header.iter().map(|b| u64::from(*b)).sum();
+        header[148..155].copy_from_slice(format!("{sum:06o}\0").as_bytes());
+        tar.extend(header);
+        tar.extend(&member.data);
+        tar.resize(tar.len().next_multiple_of(512), 0);
+    }
+    tar.extend([0; 1024]);
+    gz(&tar)
+}
+
+pub fn gz(data: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(data).expect("memory");
+    encoder.finish().expect("memory")
+}
