@@ -8,6 +8,7 @@ pub mod replay;
 pub mod results;
 pub mod scripted;
 pub mod still;
+pub mod trax;
 
 #[cfg(test)]
 mod conformance;
