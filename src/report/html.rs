@@ -4,6 +4,7 @@
 //! looked at. The page forbids itself, by its content security policy, to load or run anything.
 
 use super::{Page, ReportError};
+use crate::dataset::text::visible;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -21,20 +22,7 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     environment.set_syntax(syntax);
     // The name ends in .html, which turns escaping on.
     environment.add_template("page.html", include_str!("templates/page.html")).map_err(failed)?;
-    environment.add_filter("visible", visible);
+    environment.add_filter("visible", |text: String| visible(&text));
     let template = environment.get_template("page.html").map_err(failed)?;
     template.render(Serde(page)).map_err(failed)
-}
-
-/// Text without the characters HTML has no place for, nor those that turn the reading direction of
-/// what follows; each becomes the replacement character.
-fn visible(text: String) -> String {
-    text.chars()
-        .map(|c| match c {
-            '\n' | '\t' => ' ',
-            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}' => '\u{fffd}',
-            c if c.is_control() => '\u{fffd}',
-            c => c,
-        })
-        .collect()
 }

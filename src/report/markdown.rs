@@ -24,7 +24,7 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
         line(&format!("> **Warning:** {}", text(warning)));
     }
     for paragraph in &page.summary {
-        line(&text(paragraph));
+        line(&begin(&text(paragraph)));
     }
     if !page.tables.is_empty() {
         line("## Tables");
@@ -64,6 +64,16 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
     out.truncate(out.trim_end().len());
     out.push('\n');
     Ok(out)
+}
+
+/// A paragraph that is neither a list, a rule nor an underlined heading, whatever it begins with.
+fn begin(escaped: &str) -> String {
+    let digits = escaped.len() - escaped.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    match escaped.get(digits..).and_then(|rest| rest.chars().next()) {
+        Some('-' | '+' | '=') if digits == 0 => format!("\\{escaped}"),
+        Some('.' | ')') if digits > 0 => format!("{}\\{}", &escaped[..digits], &escaped[digits..]),
+        _ => escaped.to_owned(),
+    }
 }
 
 fn grid(head: &[String], rows: &[Vec<String>]) -> String {

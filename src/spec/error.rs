@@ -1,5 +1,6 @@
 //! Errors of experiment files: what is wrong, in which file and line, and the nearest right word.
 
+use crate::dataset::text::shorten_to;
 use crate::plugin::{ParamError, nearest, unknown};
 use std::ops::Range;
 use toml::Spanned;
@@ -17,6 +18,11 @@ pub struct SpecError {
     pub message: String,
 }
 
+/// Longest word of the file and longest message that are shown, in characters. Distances between words
+/// take time and memory that grow with their length, so only this much of one is looked at.
+const LONGEST_WORD: usize = 64;
+const LONGEST_MESSAGE: usize = 2000;
+
 /// A text being read, for turning byte ranges into lines.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
@@ -31,7 +37,8 @@ impl Source<'_> {
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
         let start = span.start.min(self.text.len());
         let line = 1 + self.text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count();
-        SpecError { file: self.file.to_string(), line, message: message.into() }
+        let message = shorten_to(&message.into(), LONGEST_MESSAGE);
+        SpecError { file: self.file.to_string(), line, message }
     }
 
     /// An error of the TOML reader, with the nearest valid word for unknown ones.
@@ -54,7 +61,7 @@ impl Source<'_> {
         word: &str,
         known: impl IntoIterator<Item = &'k str>,
     ) -> SpecError {
-        self.error(span, unknown(what, word, known))
+        self.error(span, unknown(what, &shorten_to(word, LONGEST_WORD), known))
     }
 }
 
@@ -64,8 +71,11 @@ fn with_hint(message: &str) -> String {
         return message.to_string();
     }
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match words.split_first().and_then(|(word, known)| nearest(word, known.iter().copied())) {
+    let Some((word, known)) = words.split_first() else { return message.to_string() };
+    let short = shorten_to(word, LONGEST_WORD);
+    let message = message.replacen(*word, &short, 1);
+    match nearest(&short, known.iter().copied()) {
         Some(near) => format!("{message}; did you mean `{near}`?"),
-        None => message.to_string(),
+        None => message,
     }
 }

@@ -2,9 +2,10 @@
 //! parameters that are trained instead of given.
 
 use super::error::{Source, SpecError};
+use super::limits::MOST_DETECTORS;
 use super::wire;
 use crate::detector::{DETECTORS, Detector};
-use crate::plugin::{self, Entry, ParamError, RawParams, unknown};
+use crate::plugin::{self, Entry, ParamError, RawParams};
 use crate::score::measures::{Goodness, Metric};
 use crate::signal::{SIGNALS, Signal};
 use serde::Deserialize;
@@ -80,13 +81,34 @@ pub struct Training {
     pub candidates: Vec<(f64, FixedDetector)>,
 }
 
+impl Method {
+    /// Number of its detectors, those counted that are tried in training.
+    pub fn detectors(&self) -> usize {
+        self.variants.iter().map(Variant::detectors).sum()
+    }
+}
+
+impl Variant {
+    fn detectors(&self) -> usize {
+        match &self.detector {
+            DetectorChoice::Given(_) => 1,
+            DetectorChoice::Trained(training) => training.candidates.len(),
+        }
+    }
+}
+
 /// At most this many combinations a method.
 const MOST_VARIANTS: usize = 10_000;
 /// At most this many values tried for one trained parameter.
 const MOST_CANDIDATES: usize = 1_000;
 
-/// The `[[method]]` tables, checked.
-pub fn read(source: Source<'_>, name: &str, table: &Spanned<DeTable<'_>>) -> Result<Method, SpecError> {
+/// A `[[method]]` table, checked, of at most `room` detectors.
+pub fn read(
+    source: Source<'_>,
+    name: &str,
+    table: &Spanned<DeTable<'_>>,
+    room: usize,
+) -> Result<Method, SpecError> {
     let span = table.span();
     let part = |key: &str| -> Result<Option<Spanned<DeTable<'_>>>, SpecError> {
         match table.get_ref().get(key) {
@@ -110,8 +132,15 @@ pub fn read(source: Source<'_>, name: &str, table: &Spanned<DeTable<'_>>) -> Res
         Some(grid) => read_axes(source, grid, &detector, signal.as_ref())?,
     };
     let mut variants = Vec::new();
+    let mut detectors = 0;
     for point in combinations(&axes) {
-        variants.push(build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?);
+        let variant = build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?;
+        detectors += variant.detectors();
+        if detectors > room {
+            let message = format!("the experiment tries more than {MOST_DETECTORS} detectors");
+            return Err(source.error(span, message));
+        }
+        variants.push(variant);
     }
     Ok(Method { name: name.to_string(), variants })
 }
@@ -158,12 +187,20 @@ fn read_axes<'i>(
             }
             (false, false) => {
                 let known: Vec<&str> = of_detector.iter().chain(&of_signal).map(String::as_str).collect();
-                return Err(source.error(span, unknown("parameter", &name, known)));
+                return Err(source.unknown(span, "parameter", &name, known));
             }
         };
         let DeValue::Array(list) = values.get_ref() else {
             return Err(source.error(values.span(), format!("grid `{name}` must be a list of numbers")));
         };
+        // Before the values are looked at, each of which is held against all others.
+        size = size.saturating_mul(list.len());
+        if list.is_empty() || size > MOST_VARIANTS {
+            return Err(source.error(
+                values.span(),
+                format!("the grid needs 1 to {MOST_VARIANTS} combinations, this makes {size}"),
+            ));
+        }
         let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
         for item in list.iter() {
             let number =
@@ -175,13 +212,6 @@ fn read_axes<'i>(
                 ));
             }
             numbers.push((number, item.clone()));
-        }
-        size = size.saturating_mul(numbers.len());
-        if numbers.is_empty() || size > MOST_VARIANTS {
-            return Err(source.error(
-                values.span(),
-                format!("the grid needs 1 to {MOST_VARIANTS} combinations, this makes {size}"),
-            ));
         }
         axes.push(Axis { name: name.clone(), of_signal: is_signal, key: name, values: numbers });
     }

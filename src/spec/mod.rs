@@ -1,13 +1,14 @@
 //! Experiments: one TOML file -> a checked [`Experiment`] -> cells.
 //!
 //! [`wire`] is the file's shape, [`read`] turns it into checked plugins, [`error`] tells where it is
-//! wrong, [`claim`] is the small language of conclusions, [`builtin`] holds the experiments and the
+//! wrong, [`limits`] how large it may be, [`claim`] is the small language of conclusions, [`builtin`] holds the experiments and the
 //! methods that come with the program. A file can name only what the lists of trackers, signals,
 //! detectors and protocols know; it cannot run code or leave the data root.
 
 pub mod builtin;
 pub mod claim;
 pub mod error;
+pub mod limits;
 pub mod method;
 pub mod read;
 pub mod schema;
@@ -15,6 +16,7 @@ pub mod table;
 pub mod wire;
 
 pub use error::SpecError;
+pub use limits::read_text;
 pub use read::parse;
 
 use crate::score::Protocol;

@@ -2,8 +2,10 @@
 //! the reading, with its line.
 
 use super::error::{Source, SpecError};
+use super::limits::{self, LONGEST, MOST_DETECTORS};
 use super::table::{self, Words};
 use super::{Experiment, TEST, Tracker, claim, method, wire};
+use crate::dataset::text;
 use crate::plugin::{self, RawParams};
 use crate::score;
 use crate::tracker::TRACKERS;
@@ -15,8 +17,6 @@ use toml::de::{DeTable, DeValue};
 
 /// Version of the format.
 const SCHEMA: u32 = 1;
-/// Longest experiment file that is read, in bytes.
-const LONGEST: usize = 4 << 20;
 
 /// Reads and checks an experiment; `file` names it in messages.
 ///
@@ -39,6 +39,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
         return Err(source.error(wire.schema.span(), message));
     }
     check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
+    limits::check_lists(source, &wire)?;
     let protocol = score::protocol(wire.protocol.get_ref()).ok_or_else(|| {
         let known = score::PROTOCOLS.iter().map(|p| p.name);
         source.unknown(wire.protocol.span(), "protocol", wire.protocol.get_ref(), known)
@@ -46,17 +47,22 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     let suites = read_suites(source, &wire)?;
     let trackers = read_trackers(source, &wire, tracker_params)?;
     let mut methods: Vec<method::Method> = Vec::new();
+    let mut room = MOST_DETECTORS;
     for (m, raw) in wire.method.get_ref().iter().zip(&methods_raw) {
         let name = m.name.get_ref();
         check_label(source, &m.name)?;
         if methods.iter().any(|known| known.name == *name) {
             return Err(source.error(m.name.span(), format!("method `{name}` stands there twice")));
         }
-        methods.push(method::read(source, name, raw)?);
+        let method = method::read(source, name, raw, room)?;
+        room -= method.detectors();
+        methods.push(method);
     }
     if methods.is_empty() {
         return Err(source.error(wire.method.span(), "there is no [[method]]"));
     }
+    let runs = trackers.iter().map(|t| u64::from(t.runs)).sum();
+    limits::check_work(source, wire.method.span(), runs, &methods)?;
     check_roles(source, &wire, &methods, &suites)?;
 
     let mut axes: Vec<String> = methods
@@ -92,6 +98,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     }
     let mut published: Vec<table::Published> = Vec::new();
     for p in &wire.published {
+        check_label(source, &p.tracker)?;
         let row = table::read_published(source, p, &tables)?;
         if published.iter().any(|k| (&k.table, &k.tracker, &k.row) == (&row.table, &row.tracker, &row.row)) {
             let message = format!("`{}` of {} stands there twice", row.row, row.tracker);
@@ -137,10 +144,15 @@ fn check_label(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecErr
 }
 
 fn check_label_text(name: &str) -> Result<(), String> {
-    let forbidden = |c: char| c.is_control() || "[]=,;+\"".contains(c);
-    if name.trim() != name || name.is_empty() || name.chars().count() > 64 || name.contains(forbidden) {
+    let forbidden = |c: char| !text::is_plain(c) || "[]=,;+\"".contains(c);
+    // Spreadsheets take a field that begins with one of = + - @ for a formula.
+    let formula = name.starts_with(['-', '@']);
+    let length = name.chars().count();
+    if name.trim() != name || !(1..=64).contains(&length) || name.contains(forbidden) || formula {
+        let name = text::shorten_to(name, 64);
         return Err(format!(
-            "the name {name:?} must have 1 to 64 characters, none of [ ] = , ; + \" and no outer spaces"
+            "the name {name:?} must have 1 to 64 characters, none of [ ] = , ; + \", no outer spaces, no \
+             control characters, and not begin with - or @"
         ));
     }
     Ok(())

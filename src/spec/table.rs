@@ -316,7 +316,7 @@ pub fn read_published(
         values.push((column.clone(), text.get_ref().clone()));
     }
     let row = wire.row.get_ref().clone();
-    Ok(Published { table: name.clone(), tracker: wire.tracker.clone(), row, values })
+    Ok(Published { table: name.clone(), tracker: wire.tracker.get_ref().clone(), row, values })
 }
 
 fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {

@@ -179,7 +179,8 @@ pub struct Published {
     #[schemars(with = "String")]
     pub table: Spanned<String>,
     /// The tracker the paper used.
-    pub tracker: String,
+    #[schemars(with = "String")]
+    pub tracker: Spanned<String>,
     /// Row.
     #[schemars(with = "String")]
     pub row: Spanned<String>,

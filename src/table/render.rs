@@ -2,11 +2,15 @@
 
 use super::frame::{self, FrameError};
 use super::layout::{Cell, Group, Layout, Row};
+use crate::dataset::text::visible;
 use crate::score::measures::Goodness;
 use polars::prelude::Column;
 
 /// `group,published_tracker,row,column,ours,published,difference,data`, one line a cell. `ours` has all its
 /// digits, `published` is the text as printed, `data` what all of them rest on: a CSV file has no caption.
+///
+/// Fields are written as they are, for programs. That a spreadsheet finds no formula in them is seen to
+/// where names come in: none begins with one of `=`, `+`, `-`, `@`, and published texts are numbers.
 ///
 /// # Errors
 /// When polars refuses.
@@ -81,7 +85,7 @@ fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, bool)>
 /// Text that Markdown shows as it is, on one line.
 pub fn markdown_escape(raw: &str) -> String {
     let mut out = String::with_capacity(raw.len());
-    for c in raw.chars() {
+    for c in visible(raw).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
@@ -93,8 +97,6 @@ pub fn markdown_escape(raw: &str) -> String {
                 out.push('\\');
                 out.push(c);
             }
-            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => out.push('\u{fffd}'),
-            c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
     }
@@ -155,10 +157,11 @@ pub fn plain(layout: &Layout) -> String {
     format!("{}\n{}\n", layout.caption, lines.join("\n"))
 }
 
-/// Text that LaTeX shows as it is.
+/// Text that LaTeX shows as it is. A `[` or `*` at the beginning of a row would be read as the argument of
+/// the line end before it, so braces keep these to themselves.
 pub fn latex_escape(text: &str) -> String {
     let mut out = String::new();
-    for c in text.chars() {
+    for c in visible(text).chars() {
         match c {
             '\\' => out.push_str("\\textbackslash{}"),
             '{' | '}' | '$' | '&' | '#' | '%' | '_' => {
@@ -173,7 +176,15 @@ pub fn latex_escape(text: &str) -> String {
             '↑' => out.push_str("$\\uparrow$"),
             '↓' => out.push_str("$\\downarrow$"),
             '†' => out.push_str("\\textdagger{}"),
-            c if c.is_control() => out.push(' '),
+            '|' => out.push_str("\\textbar{}"),
+            '"' => out.push_str("''"),
+            '[' | ']' | '*' => {
+                out.push('{');
+                out.push(c);
+                out.push('}');
+            }
+            // pdflatex knows neither this character nor what it stands for.
+            '\u{fffd}' => out.push('?'),
             c => out.push(c),
         }
     }
