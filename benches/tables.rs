@@ -1,14 +1,22 @@
-//! From signals to tables: table2 of Khalid et al. 2016 where real data is there (`TRACKFAIL_DATA`, or
-//! `../shared/data` beside the checkout), the quickstart otherwise. Tracking and signals are done once,
-//! before the clock starts.
+//! From a full store to tables: table2 of Khalid et al. 2016 where real data is there (`TRACKFAIL_DATA`, or
+//! `../shared/data` beside the checkout), the quickstart otherwise. Everything is computed once, before the
+//! clock starts. And what the engine costs by itself: laying out 100,000 cells, keeping and finding records.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use trackfail::engine::{Options, run};
+use trackfail::engine::address::{Recipe, Stage};
+use trackfail::engine::store::{self, Name, Store};
+use trackfail::engine::supervise::Stop;
+use trackfail::engine::{Options, Plan, run};
 use trackfail::report::{self, results::Results};
-use trackfail::spec::{self, builtin};
+use trackfail::spec::{self, Experiment, builtin};
 use trackfail::table::folder;
+
+fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> Plan<'a> {
+    Plan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
+        .expect("a plan")
+}
 
 fn tables(c: &mut Criterion) {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
@@ -17,20 +25,18 @@ fn tables(c: &mut Criterion) {
     let name = if root.is_some() { "khalid2016/table2" } else { "quickstart" };
     let text = builtin::EXPERIMENTS.iter().find(|e| e.0 == name).expect("a built-in experiment").1;
     let experiment = spec::parse(name, text).expect("a valid experiment");
-    let load = || run::load(&experiment, root.as_deref()).expect("suites");
-    let options = Options { data_root: root.clone(), jobs: None, progress: &|_, _| {} };
-    let tracked = run::track(&experiment, &load(), &options).expect("tracks");
+    let options = Options { data_root: root.clone(), ..Options::default() };
+    let results = tempfile::tempdir().expect("a folder");
+    let store = Store::open(results.path()).expect("a store");
+    let laid_out = plan(&experiment, root.as_deref());
+    let outcome = run::run(&laid_out, &store, &options).expect("cells");
 
     let mut group = c.benchmark_group(name.replace('/', "-"));
     group.sample_size(10);
-    group.bench_function("judge-from-signals", |b| {
-        b.iter_batched(
-            || (load(), tracked.clone()),
-            |(suites, tracked)| run::judge_all(&experiment, suites, black_box(tracked)).expect("cells"),
-            criterion::BatchSize::PerIteration,
-        );
+    group.bench_function("plan", |b| b.iter(|| plan(&experiment, root.as_deref()).labels().len()));
+    group.bench_function("run-from-store", |b| {
+        b.iter(|| run::run(black_box(&laid_out), &store, &options).expect("cells"));
     });
-    let outcome = run::judge_all(&experiment, load(), tracked).expect("cells");
     let dir = tempfile::tempdir().expect("a folder");
     group.bench_function("write-results", |b| {
         b.iter(|| folder::write(dir.path(), &experiment, black_box(&outcome), 0.0).expect("written"));
@@ -44,5 +50,71 @@ fn tables(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, tables);
+/// 20 sequences x 50 runs x 100 thresholds.
+const MANY: &str = r#"
+schema = 1
+name = "many"
+title = "Many cells"
+protocol = "khalid2016/1"
+seed = 1
+[suites]
+test = "synthetic-otb"
+[[tracker]]
+name = "scripted"
+runs = 50
+[[method]]
+name = "RAW"
+signal = { kind = "distribution-field" }
+detector = { kind = "level", below = 0.0 }
+[method.grid]
+below = THRESHOLDS
+[[table]]
+name = "many"
+rows = ["recall"]
+columns = "method"
+"#;
+
+fn engine(c: &mut Criterion) {
+    let thresholds: Vec<String> = (0..100).map(|k| format!("{}", f64::from(k) / 1000.0)).collect();
+    let text = MANY.replace("THRESHOLDS", &format!("[{}]", thresholds.join(", ")));
+    let experiment = spec::parse("many", &text).expect("a valid experiment");
+    let results = tempfile::tempdir().expect("a folder");
+    let store = Store::open(results.path()).expect("a store");
+    let mut group = c.benchmark_group("engine");
+    group.sample_size(10);
+    group.bench_function("plan-100000-cells", |b| {
+        b.iter(|| {
+            let states = plan(&experiment, None).states(&store);
+            assert_eq!(states.len(), 100_000);
+        });
+    });
+
+    // The verdicts of one sequence: 110 records of 400 frames in one pack.
+    let series: Vec<f64> = (0..400).map(f64::from).collect();
+    let mut round = 0;
+    let mut records = || {
+        round += 1;
+        let record = |k: usize| {
+            let name = Name { experiment: "many".into(), cell: format!("synthetic-otb/Girl/ncc/0/{k}") };
+            let recipe = Recipe::new(Stage::Labels).with("round", round).with("cell", k);
+            store::record(name, recipe, series.len(), &series).expect("a record")
+        };
+        (0..110).map(record).collect::<Vec<_>>()
+    };
+    group.bench_function("put-110-cells", |b| {
+        b.iter_batched(&mut records, |r| store.put(&r).expect("kept"), criterion::BatchSize::PerIteration);
+    });
+    let kept = records();
+    store.put(&kept).expect("kept");
+    let addresses: Vec<_> = kept.iter().map(|r| r.head.recipe.address()).collect();
+    group.bench_function("get-110-cells", |b| {
+        b.iter(|| {
+            let get = |a| store.get::<Vec<f64>>(a, 400).expect("there").len();
+            addresses.iter().map(get).sum::<usize>()
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, tables, engine);
 criterion_main!(benches);

@@ -6,20 +6,21 @@
 //! | module | from | to |
 //! |---|---|---|
 //! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
-//! | [`dataset`] | folders, `datasets.lock`, the synthetic renderer | sequences: frames and ground truth |
+//! | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
-//! | [`engine`] | an experiment and its suites | judged cells; the only writer of files |
+//! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |
 //! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
 //! | [`figure`] | plain series | SVG and PNG |
 //! | [`report`] | a results folder alone | one offline HTML page |
 //! | [`cli`] | arguments | calls of the above, exit codes |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
-//! on one tracker's run over one sequence; an *event* is a frame in which the tracker fails.
+//! on one tracker's run over one sequence; its *address* is the digest of all it is made from; an *event*
+//! is a frame in which the tracker fails.
 
 #![warn(missing_docs)]
 

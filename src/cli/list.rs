@@ -4,6 +4,10 @@ use super::output::{self, Format};
 use super::{Failure, report, run};
 use crate::dataset::lock;
 use crate::detector::DETECTORS;
+use crate::engine::plan::{State, variants};
+use crate::engine::store::Store;
+use crate::engine::supervise::Stop;
+use crate::engine::{self, Plan};
 use crate::plugin::Entry;
 use crate::score::PROTOCOLS;
 use crate::signal::SIGNALS;
@@ -22,6 +26,9 @@ pub struct Args {
     /// Folder that results are looked for in (experiments)
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
+    /// Folder of real sequences and result files (experiments); TRACKFAIL_DATA otherwise
+    #[arg(long, value_name = "DIR")]
+    data_root: Option<PathBuf>,
 }
 
 /// What can be listed.
@@ -44,7 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let print = |headings: &[&str], rows: Vec<Vec<String>>| output::print(args.format, headings, &rows);
     match args.what {
         What::Experiments => {
-            print(&["experiment", "title", "object", "suite", "cells", "results"], experiments(args)?)
+            let headings =
+                ["experiment", "title", "object", "suite", "cells", "cached", "stale", "missing", "results"];
+            print(&headings, experiments(args)?)
         }
         What::Suites => {
             let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
@@ -64,20 +73,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let finished = report::finished(&args.results);
+    let root = super::data_root(args.data_root.as_deref())?;
+    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
+    let store = Store::look(&args.results).map_err(|e| io(&e))?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name)?;
         let suite = &e.suites[crate::spec::TEST];
-        let targets = lock::suite(suite).map_or(0, |s| s.load(None).wanted);
-        let runs: usize = e.trackers.iter().map(|t| t.runs as usize).sum();
-        let variants: usize = e.methods.iter().map(|m| m.variants.len()).sum();
+        let suites = engine::run::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
+        let plan = Plan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
+        let cells = plan.test().wanted * plan.jobs.len() * variants(&e).count();
+        let states = plan.states(&store);
+        let count = |wanted: State| states.iter().filter(|(_, state)| *state == wanted).count();
+        let (cached, stale) = (count(State::Cached), count(State::Stale));
         let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
         rows.push(vec![
-            e.name,
-            e.title,
-            e.object.unwrap_or_default(),
+            e.name.clone(),
+            e.title.clone(),
+            e.object.clone().unwrap_or_default(),
             suite.clone(),
-            (targets * runs * variants).to_string(),
+            cells.to_string(),
+            cached.to_string(),
+            stale.to_string(),
+            // Those without data or result files here, too.
+            (cells - cached - stale).to_string(),
             state.to_string(),
         ]);
     }

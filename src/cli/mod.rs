@@ -1,16 +1,18 @@
 //! The command line: one file per verb, arguments and calls only.
 //!
 //! Exit codes: 0 done; 1 a bug or an I/O error; 2 usage or experiment file; 3 data absent or not what
-//! was pinned; 4 some cells failed; 5 an expectation is not met.
+//! was pinned; 4 some cells failed; 5 an expectation is not met; 130 interrupted, with what was done kept.
 
 pub mod data;
 pub mod detect;
 pub mod fetch;
 pub mod list;
+pub mod merge;
 pub mod output;
 pub mod render;
 pub mod report;
 pub mod run;
+pub mod why;
 
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
@@ -21,7 +23,8 @@ use std::path::{Path, PathBuf};
     version,
     about,
     after_help = "Exit codes: 0 done, 1 a bug or an I/O error, 2 usage or experiment \
-file, 3 data absent or not what was pinned, 4 some cells failed, 5 an expectation is not met."
+file, 3 data absent or not what was pinned, 4 some cells failed, 5 an expectation is not met, 130 interrupted \
+(what was done is kept)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -42,6 +45,10 @@ enum Verb {
     Detect(detect::Args),
     /// Write a synthetic suite to disk in OTB or VOT layout
     Render(render::Args),
+    /// Join the stores of runs with --shard into one
+    Merge(merge::Args),
+    /// Tell why cells would or would not be computed again
+    Why(why::Args),
 }
 
 impl Cli {
@@ -57,8 +64,20 @@ impl Cli {
             Verb::Data(args) => data::run(args),
             Verb::Detect(args) => detect::run(args),
             Verb::Render(args) => render::run(args),
+            Verb::Merge(args) => merge::run(args),
+            Verb::Why(args) => why::run(args),
         }
     }
+}
+
+/// Does something on so many threads, or on one for each core.
+///
+/// # Errors
+/// [`Failure::Io`] when they cannot be started.
+fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from)).build();
+    let threads = threads.map_err(|e| Failure::Io(format!("cannot start worker threads: {e}")))?;
+    Ok(threads.install(work))
 }
 
 /// The data root: what was given, else TRACKFAIL_DATA unless it is empty.
@@ -92,6 +111,9 @@ pub enum Failure {
     /// A result is not the expected one.
     #[error("{0}")]
     Expectation(String),
+    /// Ctrl-C, or the end of a batch job.
+    #[error("{0}")]
+    Interrupted(String),
 }
 
 impl Failure {
@@ -103,6 +125,7 @@ impl Failure {
             Self::Data(_) => 3,
             Self::Cells(_) => 4,
             Self::Expectation(_) => 5,
+            Self::Interrupted(_) => 130,
         }
     }
 }

@@ -1,8 +1,10 @@
 //! `trackfail report [EXPERIMENT...]`
 
 use super::{Failure, output};
+use crate::engine::store::alone;
+use crate::engine::store::staging::{self, Staging};
 use crate::plugin;
-use crate::report::{self, results::Results};
+use crate::report::{self, claims::Finding, results::Results};
 use crate::spec::read::check_experiment_name;
 use std::path::{Path, PathBuf};
 
@@ -40,14 +42,48 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::Usage(format!("{}: {what}", args.results.display())));
         }
     }
+    // A run must not replace the results while they are read and their tables written.
+    let _alone = alone(&args.results);
     for name in names {
         let results =
             Results::read(&args.results.join(&name)).map_err(|e| Failure::Io(format!("{name}: {e}")))?;
-        let rendered = report::write(&results, &args.reports.join(&name))
-            .map_err(|e| Failure::Io(format!("{name}: {e}")))?;
-        output::write(&format!("{}\n", rendered.index.display()))?;
+        let (index, _) = render(&results, &args.reports)?.publish(&args.reports)?;
+        output::write(&format!("{}\n", index.display()))?;
     }
     Ok(())
+}
+
+/// A report that was rendered aside.
+pub struct Rendered {
+    name: String,
+    aside: Staging,
+    findings: Vec<Finding>,
+}
+
+/// Renders a report aside, and its tables beside the results.
+///
+/// # Errors
+/// [`Failure::Io`].
+pub fn render(results: &Results, reports: &Path) -> Result<Rendered, Failure> {
+    let name = results.experiment.name.clone();
+    let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{name}: {e}"));
+    staging::sweep(reports);
+    let aside = Staging::new(reports).map_err(|e| io(&e))?;
+    let findings = report::write(results, aside.path()).map_err(|e| io(&e))?;
+    Ok(Rendered { name, aside, findings })
+}
+
+impl Rendered {
+    /// Puts the report in its place below `reports`; its page, and what our numbers say of the claims.
+    ///
+    /// # Errors
+    /// [`Failure::Io`].
+    pub fn publish(self, reports: &Path) -> Result<(PathBuf, Vec<Finding>), Failure> {
+        let target = reports.join(&self.name);
+        let placed = self.aside.publish(&target, report::INDEX, &report::OWNED);
+        placed.map_err(|e| Failure::Io(format!("{}: {e}", self.name)))?;
+        Ok((target.join(report::INDEX), self.findings))
+    }
 }
 
 /// Experiments below a folder whose run is finished, by name.
@@ -55,6 +91,8 @@ pub fn finished(results: &Path) -> Vec<String> {
     walkdir::WalkDir::new(results)
         .sort_by_file_name()
         .into_iter()
+        // The store and what is put together aside are hidden.
+        .filter_entry(|e| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b"."))
         .filter_map(Result::ok)
         .filter(|entry| entry.file_name() == "manifest.json")
         .filter_map(|entry| {

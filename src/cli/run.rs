@@ -3,7 +3,12 @@
 use super::Failure;
 use super::output::{self, Format};
 use crate::dataset::lock::Loaded;
-use crate::engine::{self, Options};
+use crate::engine::pass::CellError;
+use crate::engine::plan::{PlannedCell, Shard, State, variants};
+use crate::engine::run::{RunError, Shared};
+use crate::engine::store::{self, Store};
+use crate::engine::supervise::{Limits, Stop};
+use crate::engine::{self, Options, Outcome, Plan};
 use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::results::Results;
@@ -14,7 +19,8 @@ use crate::table::{folder, frame, render};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Arguments of `run`.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,9 +43,21 @@ pub struct Args {
     /// Go on without sequences that are not there; tables say how many were
     #[arg(long)]
     allow_missing: bool,
-    /// Print the cells that would be run, and stop
+    /// Print the cells and whether they are cached, stale or missing, and stop
     #[arg(long)]
     dry_run: bool,
+    /// Compute everything anew, and say where it is not what was kept
+    #[arg(long)]
+    force: bool,
+    /// Compute one share of so many into the store, and no tables (see `trackfail merge`)
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Seconds after which a cell has failed
+    #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = positive)]
+    timeout: f64,
+    /// Size in GiB above which the store loses what was used longest ago
+    #[arg(long, value_name = "GIB", default_value_t = 20.0, value_parser = positive)]
+    store_limit: f64,
     /// No tables and no progress
     #[arg(long, short)]
     quiet: bool,
@@ -48,6 +66,22 @@ pub struct Args {
     format: Format,
 }
 
+impl Args {
+    /// Largest size of the store, in bytes.
+    fn store_limit(&self) -> u64 {
+        (self.store_limit * (1_u64 << 30) as f64) as u64
+    }
+}
+
+/// A positive number of at most a hundred million.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|n: &f64| *n > 0.0 && *n <= 1e8);
+    number.ok_or_else(|| format!("`{text}` is no number above 0 and up to 100000000"))
+}
+
+/// At most so many failed cells are listed.
+const MOST_TOLD: usize = 50;
+
 /// Reads an experiment from a file, or a built-in one by name.
 ///
 /// # Errors
@@ -55,7 +89,7 @@ pub struct Args {
 pub fn read_spec(name: &str) -> Result<Experiment, Failure> {
     let path = Path::new(name);
     let text = if path.is_file() {
-        engine::store::read_text(path).map_err(|e| Failure::Usage(e.to_string()))?
+        spec::read_text(path).map_err(|e| Failure::Usage(e.to_string()))?
     } else if let Some((_, text)) = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name) {
         (*text).to_string()
     } else {
@@ -78,9 +112,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.specs.is_empty() { vec![builtin::QUICKSTART.to_string()] } else { args.specs.clone() };
     // All files are checked before the first is run.
     let experiments = names.iter().map(|name| read_spec(name)).collect::<Result<Vec<_>, _>>()?;
+    let limits = Limits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;
     for experiment in &experiments {
-        if let Err(failure) = run_one(args, experiment) {
+        let outcome =
+            super::with_threads(args.jobs, || run_one(args, experiment, &limits)).and_then(|done| done);
+        if let Err(failure) = outcome {
             if !matches!(failure, Failure::Data(_) | Failure::Cells(_) | Failure::Expectation(_)) {
                 return Err(failure);
             }
@@ -92,27 +129,91 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     worst.map_or(Ok(()), Err)
 }
 
-fn run_one(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
-    let start = Instant::now();
-    let suites = load(args, experiment)?;
-    if args.dry_run {
-        return dry_run(args, experiment, &suites);
-    }
-    let bar = progress_bar(args, &experiment.name);
-    let progress = |done: u64, total: u64| {
-        bar.set_length(total);
-        bar.set_position(done);
-    };
-    let options =
-        Options { data_root: args.data_root.clone(), jobs: args.jobs.map(usize::from), progress: &progress };
-    let outcome = engine::run(experiment, suites, &options)
-        .map_err(|e| Failure::Io(format!("{}: {e}", experiment.name)))?;
-    bar.finish_and_clear();
+/// A flag that Ctrl-C and the signals of batch systems set; a second one ends the program at once.
+fn stop_on_signals() -> Stop {
+    static STOP: std::sync::OnceLock<Stop> = std::sync::OnceLock::new();
+    let stop = STOP.get_or_init(|| {
+        let stop = Stop::default();
+        let flag = stop.clone();
+        let handler = move || {
+            if flag.is_set() {
+                std::process::exit(130);
+            }
+            flag.set();
+        };
+        // Without a handler the signals end the program, and the store is as whole as after any kill.
+        let _ = ctrlc::set_handler(handler);
+        stop
+    });
+    stop.clone()
+}
 
-    let folder = args.results.join(&experiment.name);
-    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
-    folder::write(&folder, experiment, &outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
-    let results = Results::read(&folder).map_err(|e| io(&e))?;
+fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), Failure> {
+    let start = Instant::now();
+    let failure = |e: RunError| match e {
+        RunError::Interrupted => Failure::Interrupted(format!("{}: {e}", experiment.name)),
+        RunError::Dataset(e) => Failure::Data(format!("{}: {e}", experiment.name)),
+        e => Failure::Io(format!("{}: {e}", experiment.name)),
+    };
+    let suites = load(args, experiment)?;
+    let plan = Plan::new(experiment, suites, args.data_root.as_deref(), &limits.stop).map_err(failure)?;
+    if args.dry_run {
+        return dry_run(args, &plan);
+    }
+    let store = Store::open(&args.results).map_err(|e| failure(e.into()))?;
+    let bar = progress_bar(args, &experiment.name);
+    let drawn = bar.clone();
+    let progress = move |done: u64, total: u64| {
+        drawn.set_length(total);
+        drawn.set_position(done);
+    };
+    let options = Options {
+        data_root: args.data_root.clone(),
+        force: args.force,
+        limits: limits.clone(),
+        progress: Arc::new(progress),
+    };
+    if let Some(shard) = args.shard {
+        let done = engine::run::run_shard(&plan, &store, &options, shard);
+        bar.finish_and_clear();
+        tell_problems(&store);
+        let done = done.map_err(failure)?;
+        store.collect(args.store_limit());
+        return tell_shard(args, experiment, shard, &done);
+    }
+    let outcome = engine::run(&plan, &store, &options);
+    bar.finish_and_clear();
+    tell_problems(&store);
+    let outcome = outcome.map_err(failure)?;
+    if limits.stop.is_set() {
+        return Err(failure(RunError::Interrupted));
+    }
+    tell(args, &format!("{}: {}", experiment.name, outcome.tally));
+    let (results, findings, index) = write(args, experiment, &store, &outcome, start)?;
+    drop(outcome);
+    tell_problems(&store);
+    store.collect(args.store_limit());
+    if !args.quiet {
+        match args.format {
+            Format::Table => print_summary(&results, &findings, &index)?,
+            format => print_measures(&results, format)?,
+        }
+    }
+    verdict(args, &results, &findings)
+}
+
+/// Writes results and report aside and puts them in their place.
+fn write(
+    args: &Args,
+    experiment: &Experiment,
+    store: &Store,
+    outcome: &Outcome<'_>,
+    start: Instant,
+) -> Result<(Results, Vec<Finding>, PathBuf), Failure> {
+    let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", experiment.name));
+    let aside = store.staging().map_err(|e| io(&e))?;
+    folder::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
+    let mut results = Results::read(aside.path()).map_err(|e| io(&e))?;
     for request in stills::requests(&results).map_err(|e| io(&e))? {
         let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };
         for &t in &request.frames {
@@ -120,14 +221,51 @@ fn run_one(args: &Args, experiment: &Experiment) -> Result<(), Failure> {
             stills::keep(&results, &request, t, &frame).map_err(|e| io(&e))?;
         }
     }
-    let rendered = report::write(&results, &args.reports.join(&experiment.name)).map_err(|e| io(&e))?;
+    // The report is rendered before anything takes its place, and takes its own last: it can be made again.
+    let rendered = super::report::render(&results, &args.reports)?;
+    let _alone = store::alone(&args.results);
+    results.folder = args.results.join(&experiment.name);
+    aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
+    let (index, findings) = rendered.publish(&args.reports)?;
+    Ok((results, findings, index))
+}
+
+/// One line on stderr.
+fn tell(args: &Args, line: &str) {
     if !args.quiet {
-        match args.format {
-            Format::Table => print_summary(&results, &rendered.findings, &rendered.index)?,
-            format => print_measures(&results, format)?,
-        }
+        output::note(line);
     }
-    verdict(args, &results, &rendered.findings)
+}
+
+fn tell_problems(store: &Store) {
+    for problem in store.problems() {
+        output::note(&format!("warning: {problem}"));
+    }
+}
+
+fn tell_shard(args: &Args, experiment: &Experiment, shard: Shard, done: &Shared) -> Result<(), Failure> {
+    let (name, Shard { number, of }) = (&experiment.name, shard);
+    tell(args, &format!("{name}: {}", done.tally));
+    tell(
+        args,
+        &format!(
+            "{name}: share {number} of {of} is done: {} cells; run without --shard for the tables",
+            done.done
+        ),
+    );
+    for (cell, reason) in done.failed.iter().take(MOST_TOLD) {
+        tell(args, &format!("failed: {cell}: {reason}"));
+    }
+    let tell = |(cell, reason): &(String, CellError)| {
+        format!("{name}: {} cells have no result, the first: {cell}: {reason}", done.failed.len())
+    };
+    if let Some(broken) = done.failed.iter().find(|(_, e)| matches!(e, CellError::Failed(_))) {
+        return Err(Failure::Cells(tell(broken)));
+    }
+    match done.failed.first().filter(|_| !args.allow_missing) {
+        Some(absent) => Err(Failure::Data(tell(absent))),
+        None => Ok(()),
+    }
 }
 
 fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>, Failure> {
@@ -164,24 +302,30 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
     Ok(suites)
 }
 
-fn dry_run(args: &Args, experiment: &Experiment, suites: &BTreeMap<String, Loaded>) -> Result<(), Failure> {
-    let mut rows = Vec::new();
-    for sequence in suites.get(spec::TEST).iter().flat_map(|s| &s.sequences) {
-        for job in engine::pass::jobs(experiment) {
-            for method in &experiment.methods {
-                for variant in &method.variants {
-                    rows.push(vec![
-                        sequence.name.clone(),
-                        job.tracker.label.clone(),
-                        job.run.to_string(),
-                        method.name.clone(),
-                        variant.params(),
-                    ]);
-                }
-            }
-        }
-    }
-    output::print(args.format, &["sequence", "tracker", "run", "method", "params"], &rows)
+fn dry_run(args: &Args, plan: &Plan<'_>) -> Result<(), Failure> {
+    let store = Store::look(&args.results).map_err(|e| Failure::Io(e.to_string()))?;
+    tell_problems(&store);
+    let states = plan.states(&store);
+    let variants: Vec<_> = variants(plan.experiment).collect();
+    let row = |(cell, (_, state)): (PlannedCell, &(String, State))| {
+        let job = plan.jobs[cell.job];
+        let (method, variant) = variants[cell.variant];
+        vec![
+            plan.test().sequences[cell.sequence].sequence.name.clone(),
+            plan.experiment.trackers[job.tracker].label.clone(),
+            job.run.to_string(),
+            method.name.clone(),
+            variant.params(),
+            state.word().to_string(),
+        ]
+    };
+    let rows: Vec<_> = plan.cells().zip(&states).map(row).collect();
+    output::print(args.format, &["sequence", "tracker", "run", "method", "params", "state"], &rows)?;
+    let count = |wanted: State| states.iter().filter(|(_, s)| *s == wanted).count();
+    let counts = [State::Cached, State::Stale, State::Missing, State::Absent]
+        .map(|s| format!("{} {}", count(s), s.word()));
+    tell(args, &format!("{}: {}", plan.experiment.name, counts.join(", ")));
+    Ok(())
 }
 
 fn progress_bar(args: &Args, name: &str) -> ProgressBar {
@@ -219,9 +363,13 @@ fn print_summary(results: &Results, findings: &[Finding], index: &Path) -> Resul
             text.push_str(&format!("{}{who}: {}\n", report::verdict_words(&tested.verdict), finding.text));
         }
     }
-    for cell in results.manifest.cells_failed.iter().take(10) {
+    let failed = &results.manifest.cells_failed;
+    for cell in failed.iter().take(MOST_TOLD) {
         let (sequence, tracker, method) = (&cell.sequence, &cell.tracker, &cell.method);
         text.push_str(&format!("failed: {sequence}, {tracker}, {method}: {}\n", cell.reason));
+    }
+    if failed.len() > MOST_TOLD {
+        text.push_str(&format!("failed: {} more, see scores.csv\n", failed.len() - MOST_TOLD));
     }
     text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
     output::write(&text)

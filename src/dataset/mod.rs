@@ -17,6 +17,7 @@ pub mod text;
 pub mod video;
 pub mod vot;
 
+pub(crate) use digest::file_digest;
 pub use digest::{Digest, content_digest};
 pub use error::DatasetError;
 pub use files::ImageFiles;

@@ -223,6 +223,16 @@ fn golden_verdicts() {
     assert_eq!(GOLDEN.len(), DETECTORS.len(), "GOLDEN has lines of detectors that are gone");
 }
 
+#[test]
+fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
+    let (signal, error) = series();
+    for (kind, text, detector) in everyone() {
+        let labels =
+            [1, 2].map(|seed| digest(&detector.detect(&Input { signal: &signal, error: &error, seed })));
+        assert_eq!(detector.uses_seed(), labels[0] != labels[1], "{kind} {text}: `uses_seed` is not true");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 

@@ -19,6 +19,7 @@ mod conformance;
 pub use labels::{changes, run_starts};
 
 use crate::plugin::Entry;
+use serde::{Deserialize, Serialize};
 
 /// What a detector is given.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +34,7 @@ pub struct Input<'a> {
 }
 
 /// What a detector says, each field as long as the signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The number that is compared with the threshold: the signal itself, or |z_t| of a forecast.
     pub score: Vec<f64>,
@@ -51,6 +52,11 @@ pub trait Detector: Send + Sync {
     /// Whether it reads the signal at all; anchors do not.
     fn needs_signal(&self) -> bool {
         true
+    }
+
+    /// Whether its labels depend on the seed; where they do not, another seed recomputes nothing.
+    fn uses_seed(&self) -> bool {
+        false
     }
 
     /// The threshold on the score that is drawn in figures, where there is one.

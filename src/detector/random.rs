@@ -59,6 +59,10 @@ impl Detector for Random {
         show_params(&self.0)
     }
 
+    fn uses_seed(&self) -> bool {
+        true
+    }
+
     fn needs_signal(&self) -> bool {
         false
     }

@@ -1,21 +1,63 @@
 //! Training, detection and scoring: from tracks with their signals to judged cells.
 
-use super::pass::{CellError, Job, Track, signal_index};
+use super::address::Address;
+use super::pass::CellError;
+use super::plan::variants;
+use super::recipes::{self, By};
+use super::run::{Context, RunError, Work};
+use super::store::{self, Name, Record};
+use super::supervise::{Limits, Watch, supervised};
+use super::tracks::{Track, Tracks};
 use crate::detector::{Detector, Input, Verdict};
-use crate::score::measures::Counts;
+use crate::score::measures::{Counts, Pooled};
 use crate::score::{Protocol, TrackScore};
-use crate::spec::Experiment;
-use crate::spec::method::{DetectorChoice, SignalChoice, Training, Variant};
-use serde::Serialize;
+use crate::spec::TEST;
+use crate::spec::method::{DetectorChoice, FixedDetector, Training};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// One method on one track, judged.
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// What the detector said.
-    pub verdict: Verdict,
+    pub verdict: Kept,
     /// What the protocol makes of it.
     pub score: TrackScore,
+}
+
+/// A verdict in memory, or where to find it.
+#[derive(Debug, Clone)]
+pub enum Kept {
+    /// In memory.
+    Here(Arc<Verdict>),
+    /// In the store.
+    Stored(Address),
+}
+
+/// A verdict as it is stored: without the score where that is the signal itself.
+#[derive(Serialize, Deserialize)]
+pub struct StoredVerdict {
+    score: Option<Vec<f64>>,
+    alarm: Vec<bool>,
+    forecast: Option<Vec<f64>>,
+}
+
+impl StoredVerdict {
+    fn new(verdict: &Verdict, signal: &[f64]) -> Self {
+        let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
+        Self { score, alarm: verdict.alarm.clone(), forecast: verdict.forecast.clone() }
+    }
+
+    /// The verdict on a signal, if it is one of its length.
+    pub fn on(self, signal: &[f64]) -> Option<Verdict> {
+        let score = self.score.unwrap_or_else(|| signal.to_vec());
+        let whole = score.len() == signal.len()
+            && self.alarm.len() == signal.len()
+            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len());
+        whole.then_some(Verdict { score, alarm: self.alarm, forecast: self.forecast })
+    }
 }
 
 /// A threshold that was trained.
@@ -45,143 +87,261 @@ pub struct Model {
     pub candidates: Vec<(f64, Option<f64>)>,
 }
 
-/// A variant of a method, ready to detect: one detector for each tracker.
-pub struct Ready<'a> {
-    /// Name of the method.
-    pub method: &'a str,
-    /// The variant.
-    pub variant: &'a Variant,
-    /// Which of the distinct signals it reads.
-    pub signal: Option<usize>,
-    /// A detector for each tracker of the experiment; `Err` where training was impossible.
-    pub detectors: Vec<Result<Arc<dyn Detector>, CellError>>,
-}
-
-/// The tracks of one suite: sequences x jobs.
-#[derive(Clone)]
-pub struct SuiteTracks {
-    /// Name of the suite.
-    pub suite: String,
-    /// Name and digest of each sequence.
-    pub sequences: Vec<(String, String)>,
-    /// Results of each sequence, one a job.
-    pub tracks: Vec<Vec<Result<Track, CellError>>>,
-}
-
-impl SuiteTracks {
-    /// A suite without tracks.
-    pub fn new(suite: &str) -> Self {
-        Self { suite: suite.to_string(), sequences: Vec::new(), tracks: Vec::new() }
-    }
-}
-
-/// Makes every variant ready, training where that is asked for; `suite` gives the tracks of a role.
-pub fn make_ready<'a, 't>(
-    experiment: &'a Experiment,
-    signals: &[SignalChoice],
-    jobs: &[Job<'_>],
-    suite: &dyn Fn(&str) -> &'t SuiteTracks,
-) -> (Vec<Ready<'a>>, Vec<Model>) {
-    let mut models = Vec::new();
-    let mut ready = Vec::new();
-    for method in &experiment.methods {
-        for variant in &method.variants {
-            let signal = variant.signal.as_ref().and_then(|s| signal_index(signals, s));
-            let mut detectors = Vec::new();
-            for (k, tracker) in experiment.trackers.iter().enumerate() {
-                detectors.push(match &variant.detector {
-                    DetectorChoice::Given(fixed) => Ok(fixed.detector.clone()),
-                    DetectorChoice::Trained(training) => {
-                        let data = suite(&training.role);
-                        let tracks: Vec<&Track> = data
-                            .tracks
-                            .iter()
-                            .flat_map(|tracks| tracks.iter().zip(jobs).filter(|(_, job)| job.index == k))
-                            .filter_map(|(track, _)| track.as_ref().ok())
-                            .collect();
-                        train(training, &tracks, signal, experiment.protocol).map(|chosen| {
-                            models.push(Model {
-                                method: method.name.clone(),
-                                params: variant.params(),
-                                tracker: tracker.label.clone(),
-                                parameter: training.key.clone(),
-                                value: chosen.value,
-                                maximise: training.maximise.name().to_string(),
-                                reached: chosen.reached,
-                                suite: data.suite.clone(),
-                                tuned_on_test: experiment.suites.get(crate::spec::TEST) == Some(&data.suite),
-                                sequences: data.sequences.clone(),
-                                candidates: chosen.candidates,
-                            });
-                            chosen.detector
-                        })
-                    }
-                });
-            }
-            ready.push(Ready { method: &method.name, variant, signal, detectors });
-        }
-    }
-    (ready, models)
-}
-
+/// Which candidate a training chose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Chosen {
-    value: f64,
+    index: u64,
     reached: Option<f64>,
-    detector: Arc<dyn Detector>,
-    candidates: Vec<(f64, Option<f64>)>,
+    /// The measure of every candidate.
+    measures: Vec<Option<f64>>,
+}
+
+/// A detector that is ready, and where its parameters come from.
+#[derive(Clone)]
+pub struct Armed {
+    /// The detector.
+    pub fixed: FixedDetector,
+    /// Address of the model, where it was trained.
+    pub model: Option<Address>,
+}
+
+/// A detector for each variant and tracker; `Err` where training was impossible.
+pub type Ready = Vec<Vec<Result<Armed, CellError>>>;
+
+/// The signal of a track that a method reads; zeros for methods without one.
+pub fn signal_of(track: &Track, signal: Option<usize>) -> std::borrow::Cow<'_, [f64]> {
+    match signal.and_then(|k| track.signals.get(k)) {
+        Some(series) => series.into(),
+        None => vec![0.0; track.error.len()].into(),
+    }
+}
+
+/// Makes every variant ready, training where that is asked for; `tracks` has those of every suite.
+///
+/// # Errors
+/// When the run is interrupted or the store cannot be written to.
+pub fn make_ready(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<(Ready, Vec<Model>), RunError> {
+    let plan = context.plan;
+    let trackers = plan.experiment.trackers.len();
+    let variants: Vec<_> = variants(plan.experiment).collect();
+    let places: Vec<(usize, usize)> =
+        (0..variants.len()).flat_map(|v| (0..trackers).map(move |t| (v, t))).collect();
+    type One = (Result<Armed, CellError>, Option<Model>);
+    let one = |(v, t): (usize, usize)| -> Result<One, RunError> {
+        let (method, variant) = variants[v];
+        let training: &Training = match &variant.detector {
+            DetectorChoice::Given(fixed) => {
+                return Ok((Ok(Armed { fixed: fixed.clone(), model: None }), None));
+            }
+            DetectorChoice::Trained(training) => training,
+        };
+        let signal = plan.signal(v);
+        let Some(suite) = plan.suite(&training.role) else {
+            return Ok((Err(CellError::Missing(format!("no suite in role `{}`", training.role))), None));
+        };
+        let jobs = (0..plan.jobs.len()).filter(|j| plan.jobs[*j].tracker == t);
+        let jobs: Vec<usize> = jobs.collect();
+        let mine: Vec<Arc<Track>> = tracks[suite]
+            .iter()
+            .flat_map(|row| jobs.iter().filter_map(|j| row[*j].as_ref().ok().cloned()))
+            .collect();
+        let address = |suite: usize, s: usize, j: usize| tracks[suite][s][j].as_ref().ok().map(|t| t.address);
+        let reads = plan.training_reads(training, signal, t, address);
+        let recipe = recipes::model(plan.experiment, training, &reads);
+        let address = recipe.address();
+        let known = if context.options.force { None } else { context.store.get::<Chosen>(&address, 1) };
+        let known = known.filter(|c| (c.index as usize) < training.candidates.len());
+        let chosen = match known {
+            Some(chosen) => {
+                context.tally.add(Work::Models, true);
+                chosen
+            }
+            None => match train(training, mine, signal, plan.experiment.protocol, &context.options.limits)? {
+                Err(e) => return Ok((Err(e), None)),
+                Ok(chosen) => {
+                    context.tally.add(Work::Models, false);
+                    let tracker = &plan.experiment.trackers[t].label;
+                    let cell = format!(
+                        "{}/{tracker}/{}[{}]",
+                        plan.suites[suite].name,
+                        method.name,
+                        variant.params()
+                    );
+                    let name = Name { experiment: plan.experiment.name.clone(), cell };
+                    context.put(vec![store::record(name, recipe, 1, &chosen)?])?;
+                    chosen
+                }
+            },
+        };
+        let (value, fixed) = &training.candidates[chosen.index as usize];
+        let model = Model {
+            method: method.name.clone(),
+            params: variant.params(),
+            tracker: plan.experiment.trackers[t].label.clone(),
+            parameter: training.key.clone(),
+            value: *value,
+            maximise: training.maximise.name().to_string(),
+            reached: chosen.reached,
+            suite: plan.suites[suite].name.clone(),
+            tuned_on_test: plan.experiment.suites.get(TEST) == Some(&plan.suites[suite].name),
+            sequences: plan.suites[suite]
+                .sequences
+                .iter()
+                .map(|s| (s.sequence.name.clone(), s.digest.clone()))
+                .collect(),
+            candidates: training.candidates.iter().map(|(v, _)| *v).zip(chosen.measures).collect(),
+        };
+        Ok((Ok(Armed { fixed: fixed.clone(), model: Some(address) }), Some(model)))
+    };
+    let done = places.into_par_iter().map(one).collect::<Result<Vec<_>, RunError>>()?;
+    let mut ready: Ready = vec![Vec::with_capacity(trackers); variants.len()];
+    let mut models = Vec::new();
+    for (k, (armed, model)) in done.into_iter().enumerate() {
+        ready[k / trackers.max(1)].push(armed);
+        models.extend(model);
+    }
+    Ok((ready, models))
 }
 
 /// The candidate with the largest pooled measure; the first among equals.
 fn train(
     training: &Training,
-    tracks: &[&Track],
+    tracks: Vec<Arc<Track>>,
     signal: Option<usize>,
-    protocol: &Protocol,
-) -> Result<Chosen, CellError> {
+    protocol: &'static Protocol,
+    limits: &Limits,
+) -> Result<Result<Chosen, CellError>, RunError> {
     if tracks.is_empty() {
         let message =
             format!("no track of the suite in role `{}` to train `{}` on", training.role, training.key);
-        return Err(CellError::Missing(message));
+        return Ok(Err(CellError::Missing(message)));
     }
+    let candidates: Vec<Arc<dyn Detector>> =
+        training.candidates.iter().map(|(_, d)| d.detector.clone()).collect();
+    let maximise = training.maximise;
+    let measure = move |detector: &dyn Detector| {
+        let counts: Counts = tracks.iter().map(|t| detect(t, signal, detector, 0, protocol).1.counts).sum();
+        Pooled { counts, score: None }.value(maximise)
+    };
+    let work = move |watch: &Watch, out: &[Option<String>]| {
+        let mut measures = Vec::with_capacity(candidates.len());
+        for candidate in &candidates {
+            watch.go_on()?;
+            if let Some(Some(reason)) = out.first() {
+                return Ok(Err(reason.clone()));
+            }
+            match watch.step(0, || measure(&**candidate)) {
+                Ok(measure) => measures.push(measure),
+                Err(reason) => return Ok(Err(reason)),
+            }
+        }
+        Ok(Ok(measures))
+    };
+    let measures = match supervised(1, limits, work)? {
+        Ok(measures) => measures,
+        Err(reason) => return Ok(Err(CellError::Failed(format!("training `{}`: {reason}", training.key)))),
+    };
     let mut best: Option<(f64, usize)> = None;
-    let mut candidates = Vec::new();
-    for (i, (value, fixed)) in training.candidates.iter().enumerate() {
-        let counts: Counts =
-            tracks.iter().map(|t| judge(t, signal, &*fixed.detector, 0, protocol).score.counts).sum();
-        let pooled = crate::score::measures::Pooled { counts, score: None };
-        let reached = pooled.value(training.maximise);
-        candidates.push((*value, reached));
-        if let Some(reached) = reached
+    for (i, reached) in measures.iter().enumerate() {
+        if let Some(reached) = *reached
             && best.is_none_or(|(most, _)| reached > most)
         {
             best = Some((reached, i));
         }
     }
-    let index = best.map_or(0, |(_, i)| i);
-    let Some((value, fixed)) = training.candidates.get(index) else {
-        return Err(CellError::Failed(format!("there is no value to try for `{}`", training.key)));
-    };
-    let (reached, detector) = (best.map(|(r, _)| r), fixed.detector.clone());
-    Ok(Chosen { value: *value, reached, detector, candidates })
+    if measures.is_empty() {
+        return Ok(Err(CellError::Failed(format!("there is no value to try for `{}`", training.key))));
+    }
+    Ok(Ok(Chosen { index: best.map_or(0, |(_, i)| i) as u64, reached: best.map(|(r, _)| r), measures }))
 }
 
 /// Detects and scores on one track. `seed` is for detectors that draw random numbers.
-pub fn judge(
+fn detect(
     track: &Track,
     signal: Option<usize>,
     detector: &dyn Detector,
     seed: u64,
     protocol: &Protocol,
-) -> Judged {
-    let silent;
-    let signal = match signal {
-        Some(i) => &track.signals[i],
-        None => {
-            silent = vec![0.0; track.error.len()];
-            &silent
-        }
-    };
-    let verdict = detector.detect(&Input { signal, error: &track.error, seed });
+) -> (Verdict, TrackScore) {
+    let signal = signal_of(track, signal);
+    let verdict = detector.detect(&Input { signal: &signal, error: &track.error, seed });
     let score = (protocol.score)(&track.error, &verdict.alarm);
-    Judged { verdict, score }
+    (verdict, score)
+}
+
+/// A cell that is to be judged.
+#[derive(Clone)]
+pub struct Case {
+    /// Name in the store.
+    pub name: Name,
+    /// The track, if there is one.
+    pub track: Arc<Track>,
+    /// Which of its signals is read.
+    pub signal: Option<usize>,
+    /// The detector.
+    pub armed: Armed,
+    /// Its seed.
+    pub seed: u64,
+}
+
+/// Judges cells, a result for each in order: with verdicts from the store where they are there.
+///
+/// # Errors
+/// When the run is interrupted or the store cannot be written to.
+pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judged, CellError>>, RunError> {
+    let plan = context.plan;
+    let protocol = plan.experiment.protocol;
+    let recipe = |case: &Case| {
+        let read = plan.read(case.track.address, case.signal);
+        let Armed { fixed, model } = &case.armed;
+        let by = model.map_or_else(|| By::given(fixed), |address| By::model(address, fixed));
+        recipes::labels(read, &by, case.seed)
+    };
+    let recipes: Vec<_> = cases.iter().map(recipe).collect();
+    let kept = |(case, recipe): (&Case, &super::address::Recipe)| {
+        let rows = case.track.error.len();
+        let stored = context.store.get::<StoredVerdict>(&recipe.address(), rows);
+        stored.filter(|_| !context.options.force).and_then(|v| v.on(&signal_of(&case.track, case.signal)))
+    };
+    let mut verdicts: Vec<Option<Result<Verdict, CellError>>> =
+        cases.iter().zip(&recipes).map(|pair| kept(pair).map(Ok)).collect();
+    verdicts.iter().for_each(|v| context.tally.add(Work::Labels, v.is_some()));
+    let wanted: Vec<usize> = (0..cases.len()).filter(|k| verdicts[*k].is_none()).collect();
+    if !wanted.is_empty() {
+        let todo: Vec<Case> = wanted.iter().map(|k| cases[*k].clone()).collect();
+        let work = move |watch: &Watch, out: &[Option<String>]| {
+            let mut done = Vec::with_capacity(todo.len());
+            for (k, (case, out)) in todo.iter().zip(out).enumerate() {
+                watch.go_on()?;
+                done.push(match out {
+                    Some(reason) => Err(reason.clone()),
+                    None => watch.step(k, || {
+                        let signal = signal_of(&case.track, case.signal);
+                        let input = Input { signal: &signal, error: &case.track.error, seed: case.seed };
+                        case.armed.fixed.detector.detect(&input)
+                    }),
+                });
+            }
+            Ok(done)
+        };
+        let made = supervised(wanted.len(), &context.options.limits, work)?;
+        let mut records: Vec<Record> = Vec::new();
+        for (k, made) in wanted.into_iter().zip(made) {
+            let case = &cases[k];
+            let made = made.map_err(|reason| CellError::Failed(format!("{}: {reason}", case.name.cell)));
+            if let Ok(verdict) = &made {
+                let signal = signal_of(&case.track, case.signal);
+                let content = StoredVerdict::new(verdict, &signal);
+                records.push(store::record(case.name.clone(), recipes[k].clone(), signal.len(), &content)?);
+            }
+            verdicts[k] = Some(made);
+        }
+        context.put(records)?;
+    }
+    let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<Verdict, CellError>>)| {
+        let verdict = verdict.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
+        let score = (protocol.score)(&case.track.error, &verdict.alarm);
+        Ok(Judged { verdict: context.hold(recipe, verdict), score })
+    };
+    Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())
 }

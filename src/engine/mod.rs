@@ -1,13 +1,22 @@
 //! Running an experiment: sequences in, judged cells out. Knows traits, no method by name, and does no
-//! I/O of its own beyond asking sequences for their frames.
+//! I/O of its own beyond asking sequences for their frames and the store for what is there.
 //!
-//! [`pass`] goes once over the frames of one sequence and feeds every tracker and signal; [`judge`]
-//! trains what is to be trained, detects and scores; [`run`](mod@run) does it for all sequences on all
-//! cores; [`store`] writes files.
+//! [`plan`] lays an experiment out and gives every result its [`address`], made from [`recipes`]; [`pass`]
+//! goes once over the frames of one sequence and feeds every tracker and signal, [`supervise`] looks after
+//! those that panic or hang; [`tracks`] and [`judge`] take from the [`store`] what is there and compute
+//! what is not; [`run`](mod@run) does it for all sequences on all cores, or for a share of them;
+//! [`why`] tells what a result would be made from now and was made from before.
 
+pub mod address;
 pub mod judge;
 pub mod pass;
+pub mod plan;
+pub mod recipes;
 pub mod run;
 pub mod store;
+pub mod supervise;
+pub mod tracks;
+pub mod why;
 
+pub use plan::Plan;
 pub use run::{Options, Outcome, run};

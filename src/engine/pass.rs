@@ -1,15 +1,14 @@
 //! One pass over one sequence: each frame is decoded once and given to every tracker and, with the
 //! tracker's answer, to every signal.
 
+use super::supervise::{Interrupted, Limits, Watch, supervised};
 use crate::dataset::Sequence;
-use crate::plugin;
-use crate::region::Rect;
-use crate::score::overlap;
-use crate::signal::{self, SIGNALS};
+use crate::region::Region;
 use crate::spec::method::SignalChoice;
-use crate::spec::{Experiment, Tracker};
-use crate::tracker::{self, Start, State, Status, TrackerError};
-use std::path::Path;
+use crate::tracker::{self, Setup, Start, State, TrackerError};
+use crate::{image::Frame, signal};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Why a cell has no result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -31,148 +30,310 @@ impl From<TrackerError> for CellError {
     }
 }
 
-/// What one tracker did on one sequence, with the signals computed from it.
-#[derive(Debug, Clone)]
-pub struct Track {
-    /// The rectangle of each frame's region.
-    pub rects: Vec<Rect>,
-    /// O_t of each frame; NaN where the target is not annotated.
-    pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals.
-    pub signals: Vec<Vec<f64>>,
-    /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
-    pub repeated: usize,
-}
-
-/// A tracker and a repetition.
-#[derive(Clone, Copy)]
-pub struct Job<'a> {
+/// What one job of a pass is to make.
+#[derive(Clone)]
+pub struct Task {
     /// The tracker.
-    pub tracker: &'a Tracker,
-    /// Its place in the experiment.
-    pub index: usize,
+    pub setup: Arc<dyn Setup>,
     /// Repetition, from 0.
     pub run: u32,
+    /// Seed of the tracker.
+    pub seed: u64,
+    /// The states, where they are known and only signals are wanted.
+    pub states: Option<Arc<Vec<State>>>,
+    /// Signals that are wanted, as indices into [`Pass::signals`].
+    pub signals: Vec<usize>,
 }
 
-/// Every tracker with every repetition, in the experiment's order.
-pub fn jobs(experiment: &Experiment) -> Vec<Job<'_>> {
-    let trackers = experiment.trackers.iter().enumerate();
-    trackers
-        .flat_map(|(index, tracker)| (0..tracker.runs).map(move |run| Job { tracker, index, run }))
-        .collect()
+/// A pass to be made.
+pub struct Pass {
+    /// The sequence.
+    pub sequence: Arc<Sequence>,
+    /// All signals that may be asked for.
+    pub signals: Arc<Vec<SignalChoice>>,
+    /// Folder of result files, if the user gave one.
+    pub data_root: Option<PathBuf>,
+    /// What to make.
+    pub tasks: Vec<Task>,
+    /// Called once a frame, for progress.
+    pub on_frame: Arc<dyn Fn() + Send + Sync>,
 }
 
-/// A track being made.
-struct Running<'a> {
-    tracker: Box<dyn tracker::Tracker>,
+/// What a task has made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Made {
+    /// One state a frame.
+    pub states: Arc<Vec<State>>,
+    /// One series for each of the task's signals, in its order.
+    pub signals: Vec<Vec<f64>>,
+}
+
+/// Makes a pass, a result for each task in order; see [`supervised`] for tasks that panic or hang.
+///
+/// # Errors
+/// [`Interrupted`].
+pub fn pass(pass: Pass, limits: &Limits) -> Result<Vec<Result<Made, CellError>>, Interrupted> {
+    // One job more: whoever decodes the frames.
+    let jobs = pass.tasks.len() + 1;
+    supervised(jobs, limits, move |watch, out| pass.go(watch, out))
+}
+
+/// A task at work.
+struct Running {
+    tracker: Option<Box<dyn tracker::Tracker>>,
     sessions: Vec<Box<dyn signal::Session>>,
-    names: &'a [SignalChoice],
     states: Vec<State>,
     signals: Vec<Vec<f64>>,
 }
 
-impl Running<'_> {
-    fn step(&mut self, sequence: &Sequence, t: usize, frame: &crate::image::Frame) -> Result<(), CellError> {
-        let state = if t == 0 {
-            let Some(Some(region)) = sequence.truth.first() else {
-                return Err(CellError::Failed(format!(
-                    "{}: the first frame has no ground truth to start from",
-                    sequence.name
-                )));
+impl Pass {
+    fn go(
+        &self,
+        watch: &Watch,
+        left_out: &[Option<String>],
+    ) -> Result<Vec<Result<Made, CellError>>, Interrupted> {
+        let name = &self.sequence.name;
+        let in_words = |reason: String| CellError::Failed(format!("{name}: {reason}"));
+        let mut running: Vec<Result<Running, CellError>> = Vec::with_capacity(self.tasks.len());
+        let decoder = self.tasks.len();
+        for (k, task) in self.tasks.iter().enumerate() {
+            let out = [left_out.get(k), left_out.get(decoder)].into_iter().flatten().flatten().next();
+            running.push(match out {
+                Some(reason) => Err(in_words(reason.clone())),
+                _ => watch.step(k, || self.open(task)).map_err(in_words).flatten(),
+            });
+        }
+        for t in 0..self.sequence.len() {
+            watch.go_on()?;
+            if running.iter().all(Result::is_err) {
+                break;
+            }
+            let frame = match watch.step(decoder, || self.sequence.frame(t)) {
+                Ok(frame) => frame.map_err(|e| CellError::Failed(e.to_string())),
+                Err(reason) => Err(in_words(reason)),
             };
-            self.tracker.init(frame, region)?
-        } else {
-            self.tracker.update(frame)?
+            for (k, (task, entry)) in self.tasks.iter().zip(&mut running).enumerate() {
+                let Ok(active) = entry else { continue };
+                let done = match &frame {
+                    Ok(frame) => {
+                        watch.step(k, || self.step(task, active, t, frame)).map_err(in_words).flatten()
+                    }
+                    Err(e) => Err(e.clone()),
+                };
+                if let Err(e) = done {
+                    *entry = Err(e);
+                }
+            }
+            (self.on_frame)();
+        }
+        let made = |(running, task): (Result<Running, CellError>, &Task)| {
+            running.map(|r| Made {
+                states: task.states.clone().unwrap_or_else(|| Arc::new(r.states)),
+                signals: r.signals,
+            })
         };
-        for ((session, series), name) in self.sessions.iter_mut().zip(&mut self.signals).zip(self.names) {
-            let value = session.push(frame, &state);
+        Ok(running.into_iter().zip(&self.tasks).map(made).collect())
+    }
+
+    fn open(&self, task: &Task) -> Result<Running, CellError> {
+        let start = Start {
+            sequence: &self.sequence,
+            run: task.run,
+            seed: task.seed,
+            data_root: self.data_root.as_deref(),
+        };
+        let wanted = || task.signals.iter().filter_map(|k| self.signals.get(*k));
+        Ok(Running {
+            tracker: if task.states.is_some() { None } else { Some(task.setup.open(&start)?) },
+            sessions: wanted().map(|s| s.signal.start()).collect(),
+            states: Vec::new(),
+            signals: vec![Vec::with_capacity(self.sequence.len()); task.signals.len()],
+        })
+    }
+
+    fn step(&self, task: &Task, running: &mut Running, t: usize, frame: &Frame) -> Result<(), CellError> {
+        let fresh;
+        let state = match (&mut running.tracker, &task.states) {
+            (Some(tracker), _) => {
+                fresh = if t == 0 {
+                    tracker.init(frame, self.first_region()?)?
+                } else {
+                    tracker.update(frame)?
+                };
+                &fresh
+            }
+            (None, states) => states.as_ref().and_then(|s| s.get(t)).ok_or_else(|| {
+                CellError::Failed(format!("{}: the kept track has no frame {t}", self.sequence.name))
+            })?,
+        };
+        for ((session, series), k) in running.sessions.iter_mut().zip(&mut running.signals).zip(&task.signals)
+        {
+            let value = session.push(frame, state);
             if !value.is_finite() {
-                let frame = sequence.number(t);
-                let message = format!("{}: signal {} is {value} in frame {frame}", sequence.name, name.kind);
-                return Err(CellError::Failed(message));
+                let kind = self.signals.get(*k).map_or("?", |s| s.kind);
+                let (name, number) = (&self.sequence.name, self.sequence.number(t));
+                return Err(CellError::Failed(format!("{name}: signal {kind} is {value} in frame {number}")));
             }
             series.push(value);
         }
-        self.states.push(state);
+        if running.tracker.is_some() {
+            let state = state.clone();
+            running.states.push(state);
+        }
         Ok(())
     }
+
+    fn first_region(&self) -> Result<&Region, CellError> {
+        let none = || {
+            let name = &self.sequence.name;
+            CellError::Failed(format!("{name}: the first frame has no ground truth to start from"))
+        };
+        self.sequence.truth.first().and_then(Option::as_ref).ok_or_else(none)
+    }
 }
 
-/// Tracks and signals of one sequence, a result for each of `jobs` in their order.
-///
-/// `on_frame` is called once a decoded frame, for progress.
-pub fn pass(
-    sequence: &Sequence,
-    jobs: &[Job<'_>],
-    signals: &[SignalChoice],
-    seed: u64,
-    data_root: Option<&Path>,
-    on_frame: &dyn Fn(),
-) -> Vec<Result<Track, CellError>> {
-    let mut running: Vec<Result<Running<'_>, CellError>> =
-        jobs.iter().map(|job| open(sequence, job, signals, seed, data_root)).collect();
-    for t in 0..sequence.len() {
-        if running.iter().all(Result::is_err) {
-            break;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{Frames, Numbering, Render};
+    use crate::region::Rect;
+    use crate::signal::SIGNALS;
+    use crate::tracker::Tracker;
+    use std::time::Duration;
+
+    /// Grey frames, as many as its number says before it panics.
+    struct Grey(usize);
+    impl Render for Grey {
+        fn render(&self, t: usize) -> Frame {
+            assert!(t < self.0, "no frame {t}");
+            Frame::from_fn(32, 24, |x, y| [(x * 7) as u8, (y * 9) as u8, t as u8])
         }
-        let frame = sequence.frame(t);
-        for track in &mut running {
-            let Ok(active) = track else { continue };
-            let done = match &frame {
-                Ok(frame) => active.step(sequence, t, frame),
-                Err(e) => Err(CellError::Failed(e.to_string())),
-            };
-            if let Err(e) = done {
-                *track = Err(e);
+    }
+
+    fn sequence(good: usize) -> Arc<Sequence> {
+        Arc::new(Sequence {
+            name: "grey".into(),
+            numbering: Numbering { first: 1, official: (1, 6) },
+            truth: vec![Some(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0))); 6],
+            attributes: vec![],
+            frame_attributes: vec![],
+            digest: Default::default(),
+            frames: Frames::Rendered(Arc::new(Grey(good)), 6),
+        })
+    }
+
+    /// Stays where it is, and in frame 3 does what it does.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Bad {
+        Never,
+        Panics,
+        Hangs,
+        Errs,
+    }
+
+    impl Setup for Bad {
+        fn params(&self) -> serde_json::Value {
+            serde_json::Value::Null
+        }
+
+        fn open(&self, _: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+            Ok(Box::new((*self, 0)))
+        }
+    }
+
+    impl Tracker for (Bad, u32) {
+        fn init(&mut self, _: &Frame, region: &Region) -> Result<State, TrackerError> {
+            Ok(State::initialised(region.clone()))
+        }
+
+        fn update(&mut self, _: &Frame) -> Result<State, TrackerError> {
+            self.1 += 1;
+            match self.0 {
+                Bad::Panics if self.1 == 3 => panic!("out of wits"),
+                Bad::Hangs if self.1 == 3 => loop {
+                    std::thread::park();
+                },
+                Bad::Errs if self.1 == 3 => Err(TrackerError::Broken("lost its file".into())),
+                _ => Ok(State::tracked(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0)))),
             }
         }
-        on_frame();
-    }
-    running
-        .into_iter()
-        .map(|track| {
-            let Running { states, signals, .. } = track?;
-            let error = overlap::errors(&states, &sequence.truth);
-            let is_repeated = |s: &&State| matches!(s.status, Status::Failed | Status::Skipped);
-            let repeated = states.iter().filter(is_repeated).count();
-            Ok(Track { rects: states.iter().map(|s| s.region.rect()).collect(), error, signals, repeated })
-        })
-        .collect()
-}
 
-fn open<'a>(
-    sequence: &Sequence,
-    job: &Job<'_>,
-    signals: &'a [SignalChoice],
-    seed: u64,
-    data_root: Option<&Path>,
-) -> Result<Running<'a>, CellError> {
-    let run = job.run.to_string();
-    let seed = crate::num::seed::seed(seed, &[&sequence.name, &job.tracker.label, &run]);
-    let tracker = job.tracker.setup.open(&Start { sequence, run: job.run, seed, data_root })?;
-    Ok(Running {
-        tracker,
-        sessions: signals.iter().map(|s| s.signal.start()).collect(),
-        names: signals,
-        states: Vec::with_capacity(sequence.len()),
-        signals: vec![Vec::with_capacity(sequence.len()); signals.len()],
-    })
-}
-
-/// The distinct signals of an experiment, in order of first use.
-pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
-    let mut distinct: Vec<SignalChoice> = Vec::new();
-    for choice in experiment.methods.iter().flat_map(|m| &m.variants).filter_map(|v| v.signal.as_ref()) {
-        if signal_index(&distinct, choice).is_none() {
-            distinct.push(choice.clone());
+        fn reset(&mut self) {
+            self.1 = 0;
         }
     }
-    distinct
-}
 
-/// Where a signal stands among the distinct ones.
-pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
-    debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
-    distinct.iter().position(|d| d.kind == choice.kind && d.signal.params() == choice.signal.params())
+    fn make(
+        setups: &[Bad],
+        states: Option<&Arc<Vec<State>>>,
+        limits: &Limits,
+    ) -> Vec<Result<Made, CellError>> {
+        make_on(sequence(6), setups, states, limits)
+    }
+
+    fn make_on(
+        sequence: Arc<Sequence>,
+        setups: &[Bad],
+        states: Option<&Arc<Vec<State>>>,
+        limits: &Limits,
+    ) -> Vec<Result<Made, CellError>> {
+        let entry = SIGNALS.iter().find(|e| e.kind == "rgb-histogram").unwrap();
+        let signal = SignalChoice {
+            kind: entry.kind,
+            version: entry.version,
+            signal: Arc::from(entry.build_from_text(entry.example).unwrap()),
+        };
+        let task = |bad: &Bad| Task {
+            setup: Arc::new(*bad),
+            run: 0,
+            seed: 1,
+            states: states.cloned(),
+            signals: vec![0],
+        };
+        let one = Pass {
+            sequence,
+            signals: Arc::new(vec![signal]),
+            data_root: None,
+            tasks: setups.iter().map(task).collect(),
+            on_frame: Arc::new(|| {}),
+        };
+        pass(one, limits).unwrap()
+    }
+
+    #[test]
+    fn bad_trackers_fail_alone() {
+        let alone = make(&[Bad::Never], None, &Limits::default()).remove(0).unwrap();
+        assert_eq!((alone.states.len(), alone.signals[0].len()), (6, 6));
+        let limits = Limits { timeout: Some(Duration::from_secs(2)), ..Limits::default() };
+        let made = make(&[Bad::Panics, Bad::Never, Bad::Hangs, Bad::Errs, Bad::Never], None, &limits);
+        let reason = |k: usize| made[k].as_ref().unwrap_err().to_string();
+        assert!(
+            reason(0).starts_with("grey: panicked at src") && reason(0).ends_with("out of wits"),
+            "{}",
+            reason(0)
+        );
+        assert_eq!(reason(2), "grey: took longer than 2 s (--timeout)");
+        assert_eq!(reason(3), "lost its file");
+        assert_eq!((made[1].as_ref(), made[4].as_ref()), (Ok(&alone), Ok(&alone)));
+    }
+
+    #[test]
+    fn frames_that_cannot_be_decoded_fail_all_trackers_of_the_sequence() {
+        let made = make_on(sequence(4), &[Bad::Never, Bad::Never], None, &Limits::default());
+        for made in made {
+            let reason = made.unwrap_err().to_string();
+            assert!(
+                reason.starts_with("grey: panicked at src") && reason.ends_with("no frame 4"),
+                "{reason}"
+            );
+        }
+    }
+
+    #[test]
+    fn signals_on_a_kept_track_are_those_on_a_live_one() {
+        let live = make(&[Bad::Never], None, &Limits::default()).remove(0).unwrap();
+        // The tracker itself, which would panic, is not asked.
+        let kept = make(&[Bad::Panics], Some(&live.states), &Limits::default()).remove(0).unwrap();
+        assert_eq!(kept, live);
+    }
 }

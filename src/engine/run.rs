@@ -1,37 +1,159 @@
-//! Running a whole experiment on all cores. The outcome does not depend on how many there are: work is
-//! handed out in any order, but every result has its place and every seed comes from names.
+//! Running a whole experiment on all cores. The outcome does not depend on how many there are, nor on what
+//! was computed before: work is handed out in any order, but every result has its place and every seed
+//! comes from names.
 
-use super::judge::{self, Judged, Model, Ready, SuiteTracks};
-use super::pass::{self, CellError, Track};
+use super::address::{Address, Recipe};
+use super::judge::{self, Case, Judged, Kept, Model, StoredVerdict, signal_of};
+use super::pass::CellError;
+use super::plan::{Plan, Shard, variants};
+use super::store::{Name, Record, Store, StoreError};
+use super::supervise::{Interrupted, Limits};
+use super::tracks::{self, Tracks};
 use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
-use crate::num::seed;
-use crate::spec::method::DetectorChoice;
-use crate::spec::{Experiment, TEST};
+use crate::detector::Verdict;
+use crate::spec::Experiment;
+use crate::spec::method::{DetectorChoice, Variant};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// How to run.
-pub struct Options<'a> {
+#[derive(Clone)]
+pub struct Options {
     /// Folder of real data, if the user gave one.
     pub data_root: Option<PathBuf>,
-    /// Worker threads; `None` for one a core.
-    pub jobs: Option<usize>,
+    /// Compute everything anew, whatever the store has.
+    pub force: bool,
+    /// Time limit a cell, and the flag that ends the run.
+    pub limits: Limits,
     /// Called as frames are done, with done and total numbers.
-    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    pub progress: Arc<dyn Fn(u64, u64) + Send + Sync>,
 }
 
-/// Why a run did not start.
+impl Default for Options {
+    fn default() -> Self {
+        Self { data_root: None, force: false, limits: Limits::default(), progress: Arc::new(|_, _| {}) }
+    }
+}
+
+/// Why a run was not finished.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A suite cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// The worker threads could not be started.
-    #[error("cannot start worker threads: {0}")]
-    Threads(String),
+    /// The store cannot be written to.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// It was asked to stop; what was finished is in the store.
+    #[error("interrupted; run the same command to go on from what is done")]
+    Interrupted,
+}
+
+impl From<Interrupted> for RunError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+/// Stages that are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// Tracks.
+    Tracks,
+    /// Signals on tracks.
+    Signals,
+    /// Trained parameters.
+    Models,
+    /// Verdicts.
+    Labels,
+}
+
+/// How many results of each stage were in the store, and how many were computed.
+#[derive(Debug, Default)]
+pub struct Tally([[AtomicUsize; 2]; 4]);
+
+impl Tally {
+    /// Counts one result.
+    pub fn add(&self, work: Work, cached: bool) {
+        self.0[work as usize][usize::from(cached)].fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Computed and cached results of a stage.
+    pub fn of(&self, work: Work) -> (usize, usize) {
+        let [computed, cached] = &self.0[work as usize];
+        (computed.load(Ordering::Relaxed), cached.load(Ordering::Relaxed))
+    }
+}
+
+impl std::fmt::Display for Tally {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let words = [
+            (Work::Tracks, "tracks"),
+            (Work::Signals, "signals"),
+            (Work::Models, "models"),
+            (Work::Labels, "labels"),
+        ];
+        let parts = words.iter().map(|(work, word)| {
+            let (computed, cached) = self.of(*work);
+            format!("{word} {computed} computed, {cached} cached")
+        });
+        f.write_str(&parts.collect::<Vec<_>>().join("; "))
+    }
+}
+
+/// Verdicts beyond this many bytes are read from the store when they are needed.
+const VERDICTS_IN_MEMORY: usize = 128 << 20;
+
+/// What the parts of a run share.
+pub struct Context<'a> {
+    /// The plan.
+    pub plan: &'a Plan<'a>,
+    /// The store.
+    pub store: &'a Store,
+    /// How to run.
+    pub options: &'a Options,
+    /// What was computed.
+    pub tally: Tally,
+    /// Called once a decoded frame.
+    pub on_frame: Arc<dyn Fn() + Send + Sync>,
+    held: AtomicUsize,
+}
+
+impl<'a> Context<'a> {
+    fn new(plan: &'a Plan<'a>, store: &'a Store, options: &'a Options, frames: u64) -> Self {
+        let (done, progress) = (AtomicU64::new(0), options.progress.clone());
+        let on_frame = move || progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
+        let tally = Tally::default();
+        Self { plan, store, options, tally, on_frame: Arc::new(on_frame), held: AtomicUsize::new(0) }
+    }
+
+    /// Keeps records; those that are computed anew although they were there are compared with what was.
+    ///
+    /// # Errors
+    /// When the store cannot be written to.
+    pub fn put(&self, records: Vec<Record>) -> Result<(), RunError> {
+        if self.options.force {
+            let other = |r: &&Record| self.store.differs(r);
+            let addresses: Vec<Address> =
+                records.iter().filter(other).map(|r| r.head.recipe.address()).collect();
+            self.store.forget(&addresses);
+        }
+        Ok(self.store.put(&records)?)
+    }
+
+    /// A verdict in memory as long as there is room, where it is in the store.
+    pub fn hold(&self, recipe: &Recipe, verdict: Verdict) -> Kept {
+        let bytes = verdict.score.len() * if verdict.forecast.is_some() { 17 } else { 9 };
+        if self.held.fetch_add(bytes, Ordering::Relaxed) + bytes <= VERDICTS_IN_MEMORY {
+            Kept::Here(Arc::new(verdict))
+        } else {
+            Kept::Stored(recipe.address())
+        }
+    }
 }
 
 /// One cell: a method's variant on a tracker's run over a sequence.
@@ -57,17 +179,17 @@ pub struct Cell {
 }
 
 /// Everything that a run found out about the test suite.
-pub struct Outcome {
+pub struct Outcome<'a> {
     /// Name of the suite.
     pub suite: String,
     /// Sequences that are there, in suite order.
-    pub sequences: Vec<Sequence>,
+    pub sequences: Vec<Arc<Sequence>>,
     /// Sequences that are not.
     pub missing: Vec<Missing>,
     /// How many the suite has.
     pub wanted: usize,
     /// Tracks, sequences x jobs.
-    pub tracks: Vec<Vec<Result<Track, CellError>>>,
+    pub tracks: Vec<Tracks>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
     /// Trained thresholds.
@@ -78,19 +200,31 @@ pub struct Outcome {
     pub rules: BTreeMap<String, u64>,
     /// Sequences whose digest is not the pinned one, as `suite/name`.
     pub differing: Vec<String>,
+    /// What was computed and what was there.
+    pub tally: Tally,
+    store: &'a Store,
 }
 
-/// The suites an experiment needs: the test suite, and those it trains on.
-pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
-    let mut roles = vec![TEST];
-    for variant in experiment.methods.iter().flat_map(|m| &m.variants) {
-        if let DetectorChoice::Trained(t) = &variant.detector
-            && !roles.contains(&t.role.as_str())
-        {
-            roles.push(&t.role);
-        }
+impl Outcome<'_> {
+    /// What the detector of a cell said.
+    ///
+    /// # Errors
+    /// When it was to be read from the store and has gone.
+    pub fn verdict(&self, cell: &Cell, judged: &Judged) -> Result<Arc<Verdict>, StoreError> {
+        let address = match &judged.verdict {
+            Kept::Here(verdict) => return Ok(verdict.clone()),
+            Kept::Stored(address) => address,
+        };
+        let track =
+            self.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)).and_then(|t| t.as_ref().ok());
+        let verdict = track.and_then(|track| {
+            let signal = signal_of(track, cell.signal);
+            self.store.get::<StoredVerdict>(address, signal.len())?.on(&signal)
+        });
+        let gone =
+            || StoreError::new(self.store.folder(), "a record has gone while it was needed; run again");
+        verdict.map(Arc::new).ok_or_else(gone)
     }
-    roles
 }
 
 /// Loads the suites of an experiment, by role.
@@ -101,123 +235,179 @@ pub fn load(
     experiment: &Experiment,
     data_root: Option<&std::path::Path>,
 ) -> Result<BTreeMap<String, Loaded>, DatasetError> {
-    needed_roles(experiment)
+    super::plan::needed_roles(experiment)
         .into_iter()
         .map(|role| Ok((role.to_string(), lock::suite(&experiment.suites[role])?.load(data_root))))
         .collect()
 }
 
-/// Tracks and signals of all suites: all that is costly about a run.
-#[derive(Clone)]
-pub struct Tracked {
-    /// Tracks by role.
-    by_role: BTreeMap<String, SuiteTracks>,
-    /// Name and digest of all sequences, by suite.
-    digests: BTreeMap<String, Vec<(String, String)>>,
-}
+/// Work on one sequence: suite, sequence, jobs.
+type Unit = (usize, usize, Vec<usize>);
 
-/// Runs an experiment over suites that were loaded by [`load`].
-///
-/// # Errors
-/// When the worker threads cannot be started or a sequence cannot be digested. What goes wrong inside
-/// a cell is recorded in the cell.
-pub fn run(
-    experiment: &Experiment,
-    suites: BTreeMap<String, Loaded>,
-    options: &Options<'_>,
-) -> Result<Outcome, RunError> {
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.unwrap_or(0)).build();
-    let threads = threads.map_err(|e| RunError::Threads(e.to_string()))?;
-    threads.install(|| {
-        let tracked = track(experiment, &suites, options)?;
-        Ok(judge_all(experiment, suites, tracked)?)
-    })
-}
-
-/// Goes over the frames of all sequences, on the threads of the current pool.
-///
-/// # Errors
-/// When a sequence cannot be digested.
-pub fn track(
-    experiment: &Experiment,
-    suites: &BTreeMap<String, Loaded>,
-    options: &Options<'_>,
-) -> Result<Tracked, DatasetError> {
-    let signals = pass::distinct_signals(experiment);
-    let jobs = pass::jobs(experiment);
-    let total: u64 = suites.values().flat_map(|s| &s.sequences).map(|s| s.len() as u64).sum();
-    let done = AtomicU64::new(0);
-    let on_frame = || (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-
-    // Longest first, so that the last sequence does not keep one core busy alone.
-    let mut work: Vec<(&str, usize, &Sequence)> = suites
-        .iter()
-        .flat_map(|(role, suite)| suite.sequences.iter().enumerate().map(move |(i, s)| (role.as_str(), i, s)))
+/// Every sequence with the jobs that belong to a share, the longest first, so that the last one does not
+/// keep one core busy alone.
+fn units(plan: &Plan<'_>, shard: Option<Shard>) -> Vec<Unit> {
+    let sequences = plan.suites.iter().enumerate();
+    let all: Vec<(usize, usize, usize)> = sequences
+        .flat_map(|(suite, s)| (0..s.sequences.len()).map(move |sequence| (suite, sequence)))
+        .flat_map(|(suite, sequence)| (0..plan.jobs.len()).map(move |job| (suite, sequence, job)))
         .collect();
-    work.sort_by_key(|(_, _, s)| std::cmp::Reverse(s.len()));
-    let done = work.into_par_iter().with_max_len(1).map(|(role, i, sequence)| {
-        let root = options.data_root.as_deref();
-        let tracks = pass::pass(sequence, &jobs, &signals, experiment.seed, root, &on_frame);
-        let digest = sequence.digest()?.to_string();
-        Ok((role, i, (sequence.name.clone(), digest), tracks))
-    });
-    let mut done: Vec<_> = done.collect::<Result<_, DatasetError>>()?;
-    done.sort_by_key(|d| (d.0, d.1));
-
-    let mut tracked = Tracked { by_role: BTreeMap::new(), digests: BTreeMap::new() };
-    for (role, _, name_and_digest, tracks) in done {
-        let suite = &experiment.suites[role];
-        let known = tracked.digests.entry(suite.clone()).or_default();
-        if !known.contains(&name_and_digest) {
-            known.push(name_and_digest.clone());
+    let frames = |(suite, sequence, _): &(usize, usize, usize)| {
+        plan.suites[*suite].sequences[*sequence].sequence.len() as u64
+    };
+    let mine = shard.map(|shard| shard.of(&all.iter().map(frames).collect::<Vec<_>>()));
+    let mut units: Vec<Unit> = Vec::new();
+    for (k, (suite, sequence, job)) in all.into_iter().enumerate() {
+        if mine.as_ref().is_some_and(|mine| !mine[k]) {
+            continue;
         }
-        let of_role = tracked.by_role.entry(role.to_string()).or_insert_with(|| SuiteTracks::new(suite));
-        of_role.sequences.push(name_and_digest);
-        of_role.tracks.push(tracks);
+        match units.last_mut() {
+            Some((last_suite, last_sequence, jobs)) if (*last_suite, *last_sequence) == (suite, sequence) => {
+                jobs.push(job);
+            }
+            _ => units.push((suite, sequence, vec![job])),
+        }
     }
-    Ok(tracked)
+    units.sort_by_key(|(suite, sequence, _)| std::cmp::Reverse(frames(&(*suite, *sequence, 0))));
+    units
 }
 
-/// Trains, detects and scores, on the threads of the current pool.
+/// Frames that have to be gone over.
+fn frames_to_do(plan: &Plan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
+    let context = Context::new(plan, store, options, 0);
+    let of_unit = |(suite, sequence, jobs): &Unit| {
+        let planned = &plan.suites[*suite].sequences[*sequence];
+        let to_do =
+            jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|r| !tracks::is_kept(&context, r)));
+        if to_do { planned.sequence.len() as u64 } else { 0 }
+    };
+    units.par_iter().map(of_unit).sum()
+}
+
+/// Runs an experiment that was laid out, on the threads of the current pool.
 ///
 /// # Errors
-/// When a suite is not in datasets.lock, which reading the experiment excludes.
-pub fn judge_all(
-    experiment: &Experiment,
-    mut suites: BTreeMap<String, Loaded>,
-    mut tracked: Tracked,
-) -> Result<Outcome, DatasetError> {
-    let signals = pass::distinct_signals(experiment);
-    let jobs = pass::jobs(experiment);
-    let test = suites.remove(TEST).unwrap_or_default();
-    let empty = SuiteTracks::new(&experiment.suites[TEST]);
-    let of_role = |role: &str| tracked.by_role.get(role).unwrap_or(&empty);
-    let (ready, models) = judge::make_ready(experiment, &signals, &jobs, &of_role);
-    let tracks = &of_role(TEST).tracks;
-    let cells = (0..test.sequences.len())
-        .into_par_iter()
-        .flat_map_iter(|s| judge_sequence(experiment, s, &test.sequences[s], &jobs, &tracks[s], &ready))
-        .collect();
-    let tracks = tracked.by_role.remove(TEST).map(|t| t.tracks).unwrap_or_default();
+/// When it is interrupted or the store cannot be written to. What goes wrong inside a cell is recorded
+/// in the cell.
+pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<Outcome<'s>, RunError> {
+    let units = units(plan, None);
+    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
+    let of_unit = |(suite, sequence, jobs): &Unit| {
+        let planned = &plan.suites[*suite].sequences[*sequence];
+        Ok((*suite, *sequence, tracks::tracks(&context, *suite, planned, jobs)?))
+    };
+    let mut done: Vec<_> = units.par_iter().with_max_len(1).map(of_unit).collect::<Result<_, RunError>>()?;
+    done.sort_by_key(|(suite, sequence, _)| (*suite, *sequence));
+    let mut tracks: Vec<Vec<Tracks>> = plan.suites.iter().map(|_| Vec::new()).collect();
+    for (suite, _, of_sequence) in done {
+        tracks[suite].push(of_sequence);
+    }
+    let (ready, models) = judge::make_ready(&context, &tracks)?;
+    let test = plan.test();
+    let judged =
+        (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
+    let cells = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
+    let tracks = tracks.swap_remove(0);
+    let mut digests = BTreeMap::new();
+    for suite in &plan.suites {
+        let names = suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone()));
+        digests.insert(suite.name.clone(), names.collect());
+    }
     Ok(Outcome {
-        suite: experiment.suites[TEST].clone(),
-        rules: count_rules(&test.sequences, &jobs, &tracks),
-        differing: differing(&tracked.digests)?,
-        sequences: test.sequences,
-        missing: test.missing,
+        suite: test.name.clone(),
+        rules: count_rules(plan, &tracks),
+        differing: differing(&digests)?,
+        sequences: test.sequences.iter().map(|s| s.sequence.clone()).collect(),
+        missing: test.missing.clone(),
         wanted: test.wanted,
         tracks,
         cells,
         models,
-        digests: tracked.digests,
+        digests,
+        tally: context.tally,
+        store,
     })
+}
+
+/// What a share of a run has done.
+pub struct Shared {
+    /// Cells with a result.
+    pub done: usize,
+    /// Cells without, by name, with the reason.
+    pub failed: Vec<(String, CellError)>,
+    /// What was computed and what was there.
+    pub tally: Tally,
+}
+
+/// Computes a share of an experiment's tracks, signals and labels into the store. Trained methods are left
+/// to the run that has all tracks.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_shard(
+    plan: &Plan<'_>,
+    store: &Store,
+    options: &Options,
+    shard: Shard,
+) -> Result<Shared, RunError> {
+    let units = units(plan, Some(shard));
+    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
+    let given = |variant: &Variant| match &variant.detector {
+        DetectorChoice::Given(fixed) => Some(judge::Armed { fixed: fixed.clone(), model: None }),
+        DetectorChoice::Trained(_) => None,
+    };
+    type Done = Vec<(String, Result<(), CellError>)>;
+    let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
+        let planned = &plan.suites[*suite].sequences[*sequence];
+        let tracks = tracks::tracks(&context, *suite, planned, jobs)?;
+        let mut cells = Vec::new();
+        let mut cases = Vec::new();
+        for (j, track) in jobs.iter().zip(&tracks) {
+            let job = plan.jobs[*j];
+            if *suite != 0 {
+                let name = plan.track_name(*suite, &planned.sequence.name, job);
+                cells.extend(track.as_ref().err().map(|e| (name, Err(e.clone()))));
+                continue;
+            }
+            for (v, (method, variant)) in variants(plan.experiment).enumerate() {
+                let Some(armed) = given(variant) else { continue };
+                let params = variant.params();
+                let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
+                match track {
+                    Err(e) => cells.push((name, Err(e.clone()))),
+                    Ok(track) => cases.push(Case {
+                        name: Name {
+                            experiment: plan.experiment.name.clone(),
+                            cell: plan.stored_name(&name),
+                        },
+                        track: track.clone(),
+                        signal: plan.signal(v),
+                        armed,
+                        seed: plan.seed(&method.name, &params, &planned.sequence.name, job),
+                    }),
+                }
+            }
+        }
+        let names: Vec<String> = cases.iter().map(|c| c.name.cell.clone()).collect();
+        let judged = judge::judge(&context, cases)?;
+        cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
+        Ok(cells)
+    };
+    let mut done: Vec<_> =
+        units.par_iter().with_max_len(1).map(of_unit).collect::<Result<Vec<_>, RunError>>()?;
+    let mut cells: Vec<_> = done.drain(..).flatten().collect();
+    cells.sort_by(|a, b| a.0.cmp(&b.0));
+    let total = cells.len();
+    let failed: Vec<_> = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?))).collect();
+    Ok(Shared { done: total - failed.len(), failed, tally: context.tally })
 }
 
 /// Sequences that are not what datasets.lock pins.
 fn differing(digests: &BTreeMap<String, Vec<(String, String)>>) -> Result<Vec<String>, DatasetError> {
     let mut all = Vec::new();
     for (suite, sequences) in digests {
-        let entries = lock::suite(suite)?.entries();
+        let suite_entries = lock::suite(suite)?;
+        let entries = suite_entries.entries();
         let pinned = |name: &str| entries.iter().find(|e| e.name == name).and_then(|e| e.digest.as_deref());
         let differs = |(name, digest): &&(String, String)| pinned(name).is_some_and(|p| p != digest);
         all.extend(sequences.iter().filter(differs).map(|(name, _)| format!("{suite}/{name}")));
@@ -225,63 +415,67 @@ fn differing(digests: &BTreeMap<String, Vec<(String, String)>>) -> Result<Vec<St
     Ok(all)
 }
 
-fn count_rules(
-    sequences: &[Sequence],
-    jobs: &[pass::Job<'_>],
-    tracks: &[Vec<Result<Track, CellError>>],
-) -> BTreeMap<String, u64> {
+fn count_rules(plan: &Plan<'_>, tracks: &[Tracks]) -> BTreeMap<String, u64> {
     let mut rules = BTreeMap::new();
     let mut count = |rule: String, times: usize| {
         if times > 0 {
             *rules.entry(rule).or_insert(0) += times as u64;
         }
     };
-    for sequence in sequences {
-        let unknown = sequence.truth.iter().filter(|r| r.is_none()).count();
+    for planned in &plan.test().sequences {
+        let unknown = planned.sequence.truth.iter().filter(|r| r.is_none()).count();
         count("frames without ground truth, which keep the state before them".into(), unknown);
     }
-    for (job, track) in tracks.iter().flat_map(|t| jobs.iter().zip(t)) {
+    for (job, track) in tracks.iter().flat_map(|t| plan.jobs.iter().zip(t)) {
         let repeated = track.as_ref().map_or(0, |t| t.repeated);
-        let label = &job.tracker.label;
+        let label = &plan.experiment.trackers[job.tracker].label;
         count(format!("{label}: frames marked failed or skipped, whose last region is repeated"), repeated);
     }
     rules
 }
 
 fn judge_sequence(
-    experiment: &Experiment,
+    context: &Context<'_>,
     index: usize,
-    sequence: &Sequence,
-    jobs: &[pass::Job<'_>],
-    tracks: &[Result<Track, CellError>],
-    ready: &[Ready<'_>],
-) -> Vec<Cell> {
-    let mut cells = Vec::new();
-    for (j, job) in jobs.iter().enumerate() {
-        for variant in ready {
-            let params = variant.variant.params();
-            let run = job.run.to_string();
-            let names = [variant.method, &params, &sequence.name, &job.tracker.label, &run];
-            let seed = seed::seed(experiment.seed, &names);
-            let result = match (&tracks[j], &variant.detectors[job.index]) {
-                (Ok(track), Ok(detector)) => {
-                    Ok(judge::judge(track, variant.signal, &**detector, seed, experiment.protocol))
-                }
+    tracks: &Tracks,
+    ready: &judge::Ready,
+) -> Result<Vec<Cell>, RunError> {
+    let plan = context.plan;
+    let sequence = &plan.test().sequences[index].sequence;
+    let mut cells: Vec<Cell> = Vec::new();
+    let mut cases: Vec<(usize, Case)> = Vec::new();
+    for (j, job) in plan.jobs.iter().enumerate() {
+        for (v, (method, variant)) in variants(plan.experiment).enumerate() {
+            let params = variant.params();
+            let armed = &ready[v][job.tracker];
+            let result = match (&tracks[j], armed) {
                 (Err(e), _) | (_, Err(e)) => Err(e.clone()),
+                (Ok(track), Ok(armed)) => {
+                    let cell = plan.stored_name(&plan.cell_name(&sequence.name, *job, &method.name, &params));
+                    let name = Name { experiment: plan.experiment.name.clone(), cell };
+                    let seed = plan.seed(&method.name, &params, &sequence.name, *job);
+                    let (track, signal) = (track.clone(), plan.signal(v));
+                    cases.push((cells.len(), Case { name, track, signal, armed: armed.clone(), seed }));
+                    // Replaced below.
+                    Err(CellError::Missing(String::new()))
+                }
             };
-            let threshold = variant.detectors[job.index].as_ref().ok().and_then(|d| d.threshold());
             cells.push(Cell {
                 sequence: index,
-                tracker: job.tracker.label.clone(),
+                tracker: plan.experiment.trackers[job.tracker].label.clone(),
                 run: job.run,
-                method: variant.method.to_string(),
+                method: method.name.clone(),
                 params,
                 job: j,
-                signal: variant.signal,
-                threshold,
+                signal: plan.signal(v),
+                threshold: armed.as_ref().ok().and_then(|a| a.fixed.detector.threshold()),
                 result,
             });
         }
     }
-    cells
+    let (places, cases): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
+    for (place, judged) in places.into_iter().zip(judge::judge(context, cases)?) {
+        cells[place].result = judged;
+    }
+    Ok(cells)
 }

@@ -9,7 +9,7 @@ use crate::spec::claim;
 use crate::spec::table::Figure;
 use crate::table::folder::{self, FolderError};
 use crate::table::layout;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -31,13 +31,10 @@ pub enum WriteError {
     Store(#[from] StoreError),
 }
 
-/// A report that was written.
-pub struct Rendered {
-    /// Its page.
-    pub index: PathBuf,
-    /// What our numbers say of the claims.
-    pub findings: Vec<Finding>,
-}
+/// The page, which says that a report folder is whole.
+pub const INDEX: &str = "index.html";
+/// The folder in a report folder in which nothing else lies.
+pub const OWNED: [&str; 1] = ["figures"];
 
 /// A verdict in words.
 pub fn verdict_words(verdict: &claim::Verdict) -> &'static str {
@@ -52,16 +49,17 @@ fn view(verdict: &claim::Verdict) -> Verdict {
     }
 }
 
-/// Writes tables, figures, `index.html` and `report.md` from results alone.
+/// Writes tables into the results folder, and figures, `index.html` and `report.md` into an empty folder,
+/// from results alone; what our numbers say of the claims.
 ///
 /// # Errors
 /// See [`WriteError`].
-pub fn write(results: &Results, folder: &Path) -> Result<Rendered, WriteError> {
+pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteError> {
     let layouts = folder::layouts(&results.experiment, &results.measures, &results.manifest);
+    stays_here(&results.folder.join("tables"))?;
     for layout in &layouts {
         folder::write_table(&results.folder, layout)?;
     }
-    store::clear(&folder.join("figures"))?;
     let mut page = frame(results);
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
@@ -83,10 +81,19 @@ pub fn write(results: &Results, folder: &Path) -> Result<Rendered, WriteError> {
     let findings = claims::test(results);
     page.claims = findings.iter().map(claim_view).collect();
     page.tables = layouts;
-    let index = folder.join("index.html");
-    store::write(&index, render(&page)?.as_bytes())?;
+    store::write(&folder.join(INDEX), render(&page)?.as_bytes())?;
     store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
-    Ok(Rendered { index, findings })
+    Ok(findings)
+}
+
+/// Results of others are read, links and all; but nothing is written where a link of theirs leads. (Files
+/// are replaced by renaming, which replaces a link itself.)
+fn stays_here(folder: &Path) -> Result<(), StoreError> {
+    if folder.is_symlink() {
+        let message = "a link, through which no table is written; put a folder in its place";
+        return Err(StoreError::new(folder, message));
+    }
+    Ok(())
 }
 
 fn not_drawn(figure: &Figure, reason: &str) -> String {

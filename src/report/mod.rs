@@ -15,7 +15,7 @@ mod markdown;
 pub mod results;
 pub mod stills;
 
-pub use fill::{Rendered, WriteError, verdict_words, write};
+pub use fill::{INDEX, OWNED, WriteError, verdict_words, write};
 pub use html::render;
 pub use markdown::markdown;
 

@@ -1,7 +1,14 @@
 //! Reading a results folder back.
+//!
+//! A folder may come from somebody else. So every file is read through a cap on its size, must be a file,
+//! and must have the digest that the manifest states; names in the manifest are compared and never opened.
+//! Links are followed for reading.
 
+use crate::dataset::{DatasetError, text};
 use crate::engine::store;
+use crate::engine::supervise::catch;
 use crate::region::{Rect, Region};
+use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};
 use crate::table::folder::FolderError;
 use crate::table::frame;
@@ -11,6 +18,11 @@ use crate::table::records;
 use polars::prelude::DataFrame;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// Largest manifest that is read, in bytes.
+const LARGEST_MANIFEST: u64 = 64 << 20;
+/// Largest table that is read, in bytes.
+const LARGEST_TABLE: u64 = 1 << 30;
 
 /// A results folder that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -68,16 +80,12 @@ impl Results {
         if !path.exists() {
             return Err(ResultsError::Unfinished(folder.to_path_buf()));
         }
-        let manifest: Manifest = serde_json::from_slice(&store::read(&path)?)
-            .map_err(|error| FolderError::Json { path, error })?;
-        if manifest.format > FORMAT {
-            return Err(ResultsError::Format { path: folder.to_path_buf(), found: manifest.format });
-        }
+        let manifest = parse_manifest(&path, &read_file(&path, LARGEST_MANIFEST)?)?;
         let spec = folder.join("experiment.toml");
-        let text = String::from_utf8(read_whole(folder, &manifest, "experiment.toml")?)
+        let text = String::from_utf8(read_whole(folder, &manifest, "experiment.toml", LONGEST as u64)?)
             .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
         let experiment = spec::parse(&spec.display().to_string(), &text)?;
-        let measures = read_whole(folder, &manifest, "measures.csv")?;
+        let measures = read_whole(folder, &manifest, "measures.csv", LARGEST_TABLE)?;
         let measures = records::read_measures(measures)
             .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;
         Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures })
@@ -94,9 +102,13 @@ impl Results {
     }
 
     fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
-        let bytes = read_whole(&self.folder, &self.manifest, name)?;
-        Ok(frame::from_parquet(bytes, columns)
-            .map_err(|e| store::StoreError::new(&self.folder.join(name), e))?)
+        let bytes = read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)?;
+        let fail = |e: &dyn std::fmt::Display| store::StoreError::new(&self.folder.join(name), e);
+        // polars panics on some damaged files, and whoever damages one can make its digest fit.
+        match catch(|| frame::from_parquet(bytes, columns)) {
+            Ok(table) => Ok(table.map_err(|e| fail(&e))?),
+            Err(_) => Err(fail(&"a damaged Parquet file; run the experiment again").into()),
+        }
     }
 
     fn read_frames(&self, wanted: &str) -> Result<Vec<TrackSeries>, ResultsError> {
@@ -173,10 +185,37 @@ impl Results {
     }
 }
 
+/// A manifest from its bytes; `path` names it in messages.
+///
+/// # Errors
+/// Anything but a manifest, and one of a later format.
+pub fn parse_manifest(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
+    let manifest: Manifest = serde_json::from_slice(bytes)
+        .map_err(|error| FolderError::Json { path: path.to_path_buf(), error })?;
+    if manifest.format > FORMAT {
+        let folder = path.parent().unwrap_or(path).to_path_buf();
+        return Err(ResultsError::Format { path: folder, found: manifest.format });
+    }
+    Ok(manifest)
+}
+
+/// The bytes of a file of at most `limit` bytes.
+pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, store::StoreError> {
+    let about = std::fs::metadata(path).map_err(|e| store::StoreError::new(path, e))?;
+    if !about.is_file() {
+        return Err(store::StoreError::new(path, "not a file"));
+    }
+    text::read_at_most(path, limit).map_err(|e| match e {
+        DatasetError::Io { source, .. } => store::StoreError::new(path, source),
+        DatasetError::Content { message, .. } => store::StoreError::new(path, message),
+        other => store::StoreError::new(path, other),
+    })
+}
+
 /// A file of the folder, which must be the one that the run wrote.
-fn read_whole(folder: &Path, manifest: &Manifest, name: &str) -> Result<Vec<u8>, ResultsError> {
+fn read_whole(folder: &Path, manifest: &Manifest, name: &str, limit: u64) -> Result<Vec<u8>, ResultsError> {
     let path = folder.join(name);
-    let bytes = store::read(&path)?;
+    let bytes = read_file(&path, limit)?;
     if manifest.files.get(name) != Some(&sha256(&bytes)) {
         let message = "not the file that the run wrote (its SHA-256 is not the manifest's); run it again";
         return Err(store::StoreError::new(&path, message).into());
@@ -219,4 +258,45 @@ pub struct MethodSeries {
     pub signal: Vec<f64>,
     /// Forecast, NaN where there is none.
     pub forecast: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::damaged;
+    use proptest::prelude::*;
+
+    const MANIFEST: &[u8] =
+        br#"{"format":1,"experiment":"a","spec_digest":"00","version":"0.1.0","revision":null,
+        "protocol":"khalid2016/1","seed":1,"suite":{"name":"s","wanted":1,"present":[["q",9]],"missing":[]},
+        "digests":{"s":[["q","00"]]},"trackers":[],"methods":[],"cells_done":1,"cells_failed":[],"rules":{},
+        "differing":[],"files":{"measures.csv":"00"},"host":{"os":"linux","architecture":"x","processors":1},
+        "wall_seconds":0.5}"#;
+    const MEASURES: &[u8] =
+        b"suite,tracker,method,params,done,failed,tp,fp,fn,tn,events,detections,precision,recall,\
+        f_score,fpr,score_mean,score_std\ns,t,\"m,\",a=1;b=2,1,0,1,2,3,4,4,3,0.3,0.2,,0.1,,\n";
+
+    #[test]
+    fn formats_of_later_programs_are_refused() {
+        let path = Path::new("a/manifest.json");
+        assert_eq!(parse_manifest(path, MANIFEST).unwrap().suite.present, [("q".to_string(), 9)]);
+        let later = String::from_utf8_lossy(MANIFEST).replace("\"format\":1", "\"format\":99");
+        let error = parse_manifest(path, later.as_bytes()).unwrap_err();
+        assert!(matches!(error, ResultsError::Format { found: 99, .. }), "{error}");
+        assert_eq!(records::read_measures(MEASURES.to_vec()).unwrap()[0].method, "m,");
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_results_are_read_or_refused(manifest in damaged(MANIFEST), measures in damaged(MEASURES)) {
+            let _ = parse_manifest(Path::new("manifest.json"), &manifest);
+            let _ = records::read_measures(measures);
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = parse_manifest(Path::new("manifest.json"), &bytes);
+            let _ = records::read_measures(bytes);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Video frames for figures: which ones a figure shows, and the pictures kept beside the results.
 
-use super::results::{Results, ResultsError, TrackSeries};
+use super::results::{Results, ResultsError, TrackSeries, read_file};
 use crate::engine::store;
 use crate::image::{self, Frame};
 use crate::spec::table::{Figure, FigureKind};
@@ -109,7 +109,7 @@ pub fn keep(
 /// When it is absent or no picture.
 pub fn load(results: &Results, figure: &str, frame: usize) -> Result<Frame, store::StoreError> {
     let path = path(results, figure, frame);
-    image::decode(&store::read(&path)?).map_err(|e| store::StoreError::new(&path, e))
+    image::decode(&read_file(&path, image::LARGEST_FILE)?).map_err(|e| store::StoreError::new(&path, e))
 }
 
 #[cfg(test)]

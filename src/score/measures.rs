@@ -185,9 +185,10 @@ impl Pooled {
 ///
 /// The normalised values of all sequences are pooled; the deviation is the population's. Sequences of
 /// constant score have no normalised values and are left out. `None` when nothing is left.
-pub fn normalised_mean_std<'a>(sequences: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, f64)> {
+pub fn normalised_mean_std(sequences: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Option<(f64, f64)> {
     let mut normalised = Vec::new();
     for scores in sequences {
+        let scores = scores.as_ref();
         let (low, high) =
             scores.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &z| (l.min(z), h.max(z)));
         if high > low {

@@ -11,6 +11,10 @@
 use crate::region::Region;
 use crate::tracker::{State, Status};
 
+/// Version of the tracking error; part of the address of whatever uses it.
+/// - 1: first version.
+pub const OVERLAP: u32 = 1;
+
 /// Errors this near to 1 are 1: what clipping leaves of polygons that only touch is rounding, and events
 /// are frames in which the error is exactly 1.
 const ROUNDING: f64 = 1e-12;

@@ -30,6 +30,11 @@ pub enum FolderError {
     },
 }
 
+/// The file that says that a results folder is whole.
+pub const MANIFEST: &str = "manifest.json";
+/// The folders in a results folder in which nothing else lies.
+pub const OWNED: [&str; 3] = ["tables", "models", "stills"];
+
 /// Pretty JSON with a final newline.
 ///
 /// # Errors
@@ -41,26 +46,19 @@ pub fn to_json<T: serde::Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, F
     Ok(bytes)
 }
 
-/// Writes everything a run found out, but for the tables, which the report makes from it. The manifest
-/// comes last: a folder without one is not whole.
+/// Writes everything a run found out into an empty folder, but for the tables, which the report makes
+/// from it.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn write(
     folder: &Path,
     experiment: &Experiment,
-    outcome: &Outcome,
+    outcome: &Outcome<'_>,
     wall_seconds: f64,
 ) -> Result<(), FolderError> {
-    // The old manifest goes before the rest of the old run does.
-    let manifest_path = folder.join("manifest.json");
-    if manifest_path.exists() {
-        std::fs::remove_file(&manifest_path).map_err(|e| StoreError::new(&manifest_path, e))?;
-    }
-    for part in ["tables", "models", "stills"] {
-        store::clear(&folder.join(part))?;
-    }
-    let pooled = measures::pool(outcome);
+    let manifest_path = folder.join(MANIFEST);
+    let pooled = measures::pool(outcome)?;
     let mut files = BTreeMap::new();
     let mut keep = |name: &str, bytes: &[u8]| -> Result<(), FolderError> {
         files.insert(name.to_string(), manifest::sha256(bytes));
@@ -69,7 +67,7 @@ pub fn write(
     keep("experiment.toml", experiment.source.as_bytes())?;
     keep("scores.csv", &frame::to_csv(&mut records::scores(experiment, outcome)?)?)?;
     keep("measures.csv", &frame::to_csv(&mut records::measures(&outcome.suite, &pooled)?)?)?;
-    keep("frames.parquet", &frame::to_parquet(&mut records::frames(outcome)?)?)?;
+    keep("frames.parquet", &records::frames(outcome)?)?;
     keep("signals.parquet", &frame::to_parquet(&mut records::signals(outcome)?)?)?;
     keep("truth.parquet", &frame::to_parquet(&mut records::truth(outcome)?)?)?;
     for (k, model) in outcome.models.iter().enumerate() {

@@ -44,6 +44,26 @@ pub fn to_parquet(frame: &mut DataFrame) -> Result<Vec<u8>, FrameError> {
     Ok(bytes)
 }
 
+/// Parquet with zstd compression from frames with the same columns, a row group each; at least one.
+///
+/// # Errors
+/// When polars refuses, or a part cannot be had.
+pub fn parts_to_parquet<E: From<FrameError>>(
+    parts: impl IntoIterator<Item = Result<DataFrame, E>>,
+) -> Result<Vec<u8>, E> {
+    let refused = |e: PolarsError| E::from(FrameError(e));
+    let mut bytes = Vec::new();
+    let mut parts = parts.into_iter();
+    let Some(first) = parts.next().transpose()? else { return Ok(bytes) };
+    let writer = ParquetWriter::new(&mut bytes).with_compression(ParquetCompression::Zstd(None));
+    let mut writer = writer.batched(first.schema()).map_err(refused)?;
+    for part in std::iter::once(Ok(first)).chain(parts) {
+        writer.write_batch(&part?).map_err(refused)?;
+    }
+    writer.finish().map_err(refused)?;
+    Ok(bytes)
+}
+
 /// The columns of a Parquet file.
 ///
 /// # Errors

@@ -134,7 +134,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 
 impl Manifest {
     /// The manifest of an outcome.
-    pub fn new(experiment: &Experiment, outcome: &Outcome, wall_seconds: f64) -> Self {
+    pub fn new(experiment: &Experiment, outcome: &Outcome<'_>, wall_seconds: f64) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
             let e = cell.result.as_ref().err()?;
             Some(FailedCell {
@@ -193,7 +193,7 @@ impl Manifest {
     }
 }
 
-fn method_records(experiment: &Experiment, outcome: &Outcome) -> Vec<MethodRecord> {
+fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodRecord> {
     let mut records = Vec::new();
     for method in &experiment.methods {
         for variant in &method.variants {

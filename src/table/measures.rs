@@ -1,6 +1,7 @@
 //! Pooled numbers of an experiment, by tracker, method and grid point.
 
 use crate::engine::run::{Cell, Outcome};
+use crate::engine::store::StoreError;
 use crate::score::measures::{Counts, Metric, Pooled, normalised_mean_std};
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -46,19 +47,24 @@ pub fn parse_point(params: &str) -> Vec<(String, f64)> {
 }
 
 /// Pools an outcome's cells, in the order in which trackers and variants first appear.
-pub fn pool(outcome: &Outcome) -> Vec<Measure> {
+///
+/// # Errors
+/// When a verdict cannot be had any more.
+pub fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
     let key = |cell: &Cell| (cell.tracker.clone(), cell.method.clone(), cell.params.clone());
     let groups = grouped(outcome.cells.iter(), key);
     groups
         .into_iter()
         .filter_map(|cells| Some((key(cells.first()?), cells)))
-        .map(|((tracker, method, params), cells)| Measure {
-            tracker,
-            method,
-            params,
-            pooled: pool_cells(&cells),
-            done: cells.iter().filter(|c| c.result.is_ok()).count(),
-            failed: cells.iter().filter(|c| c.result.is_err()).count(),
+        .map(|((tracker, method, params), cells)| {
+            Ok(Measure {
+                tracker,
+                method,
+                params,
+                pooled: pool_cells(outcome, &cells)?,
+                done: cells.iter().filter(|c| c.result.is_ok()).count(),
+                failed: cells.iter().filter(|c| c.result.is_err()).count(),
+            })
         })
         .collect()
 }
@@ -82,8 +88,15 @@ pub fn grouped<'a, K: Eq + Hash>(
 }
 
 /// Pools cells that have a result.
-pub fn pool_cells(cells: &[&Cell]) -> Pooled {
-    let judged = || cells.iter().filter_map(|c| c.result.as_ref().ok());
-    let counts: Counts = judged().map(|j| j.score.counts).sum();
-    Pooled { counts, score: normalised_mean_std(judged().map(|j| j.verdict.score.as_slice())) }
+fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreError> {
+    let judged = cells.iter().filter_map(|c| Some((c, c.result.as_ref().ok()?)));
+    let verdicts =
+        judged.map(|(cell, judged)| outcome.verdict(cell, judged)).collect::<Result<Vec<_>, StoreError>>()?;
+    let counts = pool_counts(cells);
+    Ok(Pooled { counts, score: normalised_mean_std(verdicts.iter().map(|v| &v.score)) })
+}
+
+/// The counts of cells that have a result, together.
+pub fn pool_counts(cells: &[&Cell]) -> Counts {
+    cells.iter().filter_map(|c| c.result.as_ref().ok()).map(|j| j.score.counts).sum()
 }

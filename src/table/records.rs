@@ -1,8 +1,9 @@
 //! The files of a results folder, as frames: `scores.csv`, `measures.csv`, `frames.parquet`,
 //! `signals.parquet` and `truth.parquet`. Rows are sorted by their names, never by when they were done.
 
+use super::folder::FolderError;
 use super::frame::{self, FrameError};
-use super::measures::{Measure, grouped, pool_cells};
+use super::measures::{Measure, grouped, pool_counts};
 use crate::detector::changes;
 use crate::engine::pass::CellError;
 use crate::engine::run::{Cell, Outcome};
@@ -15,7 +16,7 @@ pub fn method_label(method: &str, params: &str) -> String {
     if params.is_empty() { method.to_string() } else { format!("{method}[{params}]") }
 }
 
-fn sorted_cells(outcome: &Outcome) -> Vec<&Cell> {
+fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
     let key = |c: &Cell| {
         let name = outcome.sequences[c.sequence].name.clone();
@@ -40,7 +41,7 @@ struct ScoreRow {
 ///
 /// # Errors
 /// When polars refuses.
-pub fn scores(experiment: &Experiment, outcome: &Outcome) -> Result<DataFrame, FrameError> {
+pub fn scores(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<DataFrame, FrameError> {
     let mut rows: Vec<ScoreRow> = Vec::new();
     let cells = sorted_cells(outcome);
     for cell in &cells {
@@ -69,7 +70,7 @@ pub fn scores(experiment: &Experiment, outcome: &Outcome) -> Result<DataFrame, F
             run: i64::from(cell.run),
             method: cell.method.clone(),
             params: cell.params.clone(),
-            pooled: (done > 0).then(|| pool_cells(&group)),
+            pooled: (done > 0).then(|| Pooled { counts: pool_counts(&group), score: None }),
             status: if complete {
                 "ok".to_string()
             } else {
@@ -211,20 +212,44 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
     Ok(measures)
 }
 
-/// `frames.parquet`: one row for every frame of every cell that has a result.
+/// Rows of `frames.parquet` that are in memory at once, about.
+const ROWS_AT_ONCE: usize = 1 << 19;
+
+/// `frames.parquet`, as Parquet: one row for every frame of every cell that has a result.
 ///
 /// # Errors
-/// When polars refuses.
-pub fn frames(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+/// When polars refuses, or a verdict cannot be had any more.
+pub fn frames(outcome: &Outcome<'_>) -> Result<Vec<u8>, FolderError> {
+    let cells = sorted_cells(outcome);
+    let mut parts: Vec<&[&Cell]> = Vec::new();
+    let mut rest = cells.as_slice();
+    while !rest.is_empty() {
+        let mut rows = 0;
+        let fits = |cell: &&&Cell| {
+            rows += outcome.sequences[cell.sequence].len();
+            rows <= ROWS_AT_ONCE
+        };
+        let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        parts.push(part);
+        rest = later;
+    }
+    if parts.is_empty() {
+        parts.push(&[]);
+    }
+    frame::parts_to_parquet(parts.into_iter().map(|cells| some_frames(outcome, cells)))
+}
+
+fn some_frames(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, FolderError> {
     let mut keys = Keys::default();
     let (mut x, mut y, mut w, mut h) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut error, mut method, mut score) = (Vec::new(), Vec::new(), Vec::new());
     let (mut label, mut change) = (Vec::new(), Vec::new());
-    for cell in sorted_cells(outcome) {
+    for cell in cells {
         let Ok(judged) = &cell.result else { continue };
         let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
             continue;
         };
+        let verdict = outcome.verdict(cell, judged)?;
         let name = method_label(&cell.method, &cell.params);
         keys.push(outcome, cell, track.rects.len());
         x.extend(track.rects.iter().map(|r| r.x));
@@ -233,9 +258,9 @@ pub fn frames(outcome: &Outcome) -> Result<DataFrame, FrameError> {
         h.extend(track.rects.iter().map(|r| r.h));
         error.extend(track.error.iter().map(|e| (!e.is_nan()).then_some(*e)));
         method.extend(std::iter::repeat_n(name, track.rects.len()));
-        score.extend_from_slice(&judged.verdict.score);
-        label.extend(judged.verdict.alarm.iter().map(|a| i32::from(*a)));
-        change.extend(changes(&judged.verdict.alarm));
+        score.extend_from_slice(&verdict.score);
+        label.extend(verdict.alarm.iter().map(|a| i32::from(*a)));
+        change.extend(changes(&verdict.alarm));
     }
     let mut columns = keys.columns(&outcome.suite);
     columns.extend([
@@ -249,14 +274,14 @@ pub fn frames(outcome: &Outcome) -> Result<DataFrame, FrameError> {
         Column::new("label".into(), label),
         Column::new("change".into(), change),
     ]);
-    frame::frame(columns)
+    Ok(frame::frame(columns)?)
 }
 
 /// `signals.parquet`: each method's signal and forecast, for methods without a grid.
 ///
 /// # Errors
-/// When polars refuses.
-pub fn signals(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+/// When polars refuses, or a verdict cannot be had any more.
+pub fn signals(outcome: &Outcome<'_>) -> Result<DataFrame, FolderError> {
     let mut keys = Keys::default();
     let (mut method, mut signal, mut forecast) = (Vec::new(), Vec::new(), Vec::new());
     for cell in sorted_cells(outcome) {
@@ -271,7 +296,7 @@ pub fn signals(outcome: &Outcome) -> Result<DataFrame, FrameError> {
         keys.push(outcome, cell, values.len());
         method.extend(std::iter::repeat_n(cell.method.as_str(), values.len()));
         signal.extend_from_slice(values);
-        match &judged.verdict.forecast {
+        match &outcome.verdict(cell, judged)?.forecast {
             Some(f) => forecast.extend(f.iter().map(|v| (!v.is_nan()).then_some(*v))),
             None => forecast.extend(std::iter::repeat_n(None, values.len())),
         }
@@ -282,14 +307,14 @@ pub fn signals(outcome: &Outcome) -> Result<DataFrame, FrameError> {
         Column::new("signal".into(), signal),
         Column::new("forecast".into(), forecast),
     ]);
-    frame::frame(columns)
+    Ok(frame::frame(columns)?)
 }
 
 /// `truth.parquet`: the corners of the ground truth, empty where the target is not annotated.
 ///
 /// # Errors
 /// When polars refuses.
-pub fn truth(outcome: &Outcome) -> Result<DataFrame, FrameError> {
+pub fn truth(outcome: &Outcome<'_>) -> Result<DataFrame, FrameError> {
     let mut sequences: Vec<_> = outcome.sequences.iter().collect();
     sequences.sort_by(|a, b| a.name.cmp(&b.name));
     let (mut name, mut number) = (Vec::new(), Vec::new());
@@ -329,7 +354,7 @@ struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    fn push(&mut self, outcome: &'a Outcome, cell: &'a Cell, length: usize) {
+    fn push(&mut self, outcome: &'a Outcome<'_>, cell: &'a Cell, length: usize) {
         let sequence = &outcome.sequences[cell.sequence];
         self.sequence.extend(std::iter::repeat_n(sequence.name.as_str(), length));
         self.tracker.extend(std::iter::repeat_n(cell.tracker.as_str(), length));

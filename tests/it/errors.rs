@@ -174,7 +174,7 @@ fn run_in(root: &std::path::Path, spec: &str) -> (i32, String) {
     let path = root.join("try.toml");
     std::fs::write(&path, spec).unwrap();
     let mut command = trackfail();
-    command.arg("run").arg(&path).arg("--results").arg(root.join("results"));
+    command.arg("run").arg("--quiet").arg(&path).arg("--results").arg(root.join("results"));
     let output = command.arg("--reports").arg(root.join("reports")).output().unwrap();
     (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
 }

@@ -1,0 +1,76 @@
+//! `trackfail why EXPERIMENT [CELL]`
+
+use super::output::{self, Format};
+use super::{Failure, run};
+use crate::engine::plan::State;
+use crate::engine::store::Store;
+use crate::engine::supervise::Stop;
+use crate::engine::{Plan, why};
+use crate::plugin;
+use std::path::PathBuf;
+
+/// Arguments of `why`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Experiment file, or name of a built-in experiment
+    #[arg(value_name = "EXPERIMENT")]
+    experiment: String,
+    /// A cell, `sequence/tracker/run/method` or the beginning of it; without one, all that are not cached
+    #[arg(value_name = "CELL")]
+    cell: Option<String>,
+    /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
+    #[arg(long, value_name = "DIR")]
+    data_root: Option<PathBuf>,
+    /// Folder of the results whose store is asked
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    results: PathBuf,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let root = super::data_root(args.data_root.as_deref())?;
+    let experiment = run::read_spec(&args.experiment)?;
+    let suites =
+        crate::engine::run::load(&experiment, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
+    for (role, suite) in &suites {
+        let (name, wanted) = (&experiment.suites[role], suite.wanted);
+        let absent = suite.missing.len() + suite.broken.len();
+        if suite.sequences.is_empty() {
+            let message =
+                format!("no sequence of suite {name} can be read here; see `trackfail data list {name}`");
+            return Err(Failure::Data(message));
+        }
+        if absent > 0 {
+            output::note(&format!(
+                "{absent} of {wanted} sequences of suite {name} cannot be read here; nothing is said of them"
+            ));
+        }
+    }
+    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
+    let plan = Plan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
+    let store = Store::look(&args.results).map_err(|e| io(&e))?;
+    let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
+    let mut reasons = why::why(&plan, &store, wanted);
+    if let Some(cell) = &args.cell
+        && reasons.is_empty()
+    {
+        let known: Vec<String> = plan.labels().into_iter().map(|(name, _)| name).collect();
+        let what = match plugin::nearest(cell, known.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "see `trackfail run --dry-run` for the cells there are".to_string(),
+        };
+        return Err(Failure::Usage(format!("{}: no cell `{cell}`; {what}", experiment.name)));
+    }
+    if args.cell.is_none() {
+        reasons.retain(|r| r.state != State::Cached);
+    }
+    let rows: Vec<_> =
+        reasons.into_iter().map(|r| vec![r.cell, r.state.word().to_string(), r.because]).collect();
+    output::print(args.format, &["cell", "state", "because"], &rows)
+}

@@ -1,0 +1,214 @@
+//! Content addresses: a result is filed under the digest of everything it was made from.
+//!
+//! A [`Recipe`] lists the ingredients of one stage by name, in data-flow order; its [`Address`] is the
+//! SHA-256 of stage, names and values, each preceded by its length as a 64-bit little-endian integer. The
+//! stages hang together by addresses: the recipe of a signal holds the address of its track.
+//!
+//! | stage | ingredients |
+//! |---|---|
+//! | track | sequence, digest of frames and truth, version of the frame decoder, digest of what a video was decoded into; tracker, its version and parameters; the seed, for trackers that draw random numbers; run and digests, for trackers that read files |
+//! | signal | address of the track; signal, its version and parameters |
+//! | model | version of training; protocol; what is trained and made large; every candidate; addresses of all training signals |
+//! | labels | address of the signal (of the track, for methods without one); detector, its version and parameters, or the address of the model; the seed, for detectors that draw random numbers |
+//!
+//! Clock, host, thread count, order and file times are in none of them. Whatever changes a stage's output
+//! must change an ingredient: plugins have a version, and golden digests of their outputs see to it that it
+//! is raised; [`DECODER`](crate::image::DECODER) and [`OVERLAP`](crate::score::overlap::OVERLAP) are the versions of the shared parts.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fmt;
+
+/// SHA-256 of a recipe.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Address(pub [u8; 32]);
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}")
+    }
+}
+
+/// What a result is a result of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Stage {
+    /// A tracker's states on a sequence.
+    Track,
+    /// A signal on a track.
+    Signal,
+    /// Trained parameters.
+    Model,
+    /// A detector's verdict on a signal.
+    Labels,
+}
+
+impl Stage {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Track => "track",
+            Self::Signal => "signal",
+            Self::Model => "model",
+            Self::Labels => "labels",
+        }
+    }
+}
+
+/// Everything that a result is made from, by name and in order.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Which stage's result.
+    pub stage: Stage,
+    /// Names and values.
+    pub ingredients: Vec<(String, String)>,
+}
+
+impl Recipe {
+    /// A recipe without ingredients.
+    pub fn new(stage: Stage) -> Self {
+        Self { stage, ingredients: Vec::new() }
+    }
+
+    /// The recipe with one more ingredient.
+    pub fn with(mut self, name: impl Into<String>, value: impl fmt::Display) -> Self {
+        self.ingredients.push((name.into(), value.to_string()));
+        self
+    }
+
+    /// The recipe with a plugin: its kind, version and checked parameters.
+    pub fn with_plugin(self, what: &str, kind: &str, version: u32, params: &serde_json::Value) -> Self {
+        self.with(what, kind).with("version", version).with("parameters", canonical(params))
+    }
+
+    /// The value of an ingredient.
+    pub fn value(&self, name: &str) -> Option<&str> {
+        self.ingredients.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
+    }
+
+    /// Where the result is filed.
+    pub fn address(&self) -> Address {
+        let mut hash = Sha256::new();
+        let mut text = |text: &str| {
+            hash.update((text.len() as u64).to_le_bytes());
+            hash.update(text.as_bytes());
+        };
+        text(self.stage.word());
+        for (name, value) in &self.ingredients {
+            text(name);
+            text(value);
+        }
+        Address(hash.finalize().into())
+    }
+}
+
+/// JSON with the keys of every object in order, so that equal parameters are equal text.
+pub fn canonical(value: &serde_json::Value) -> String {
+    use serde_json::Value;
+    match value {
+        Value::Object(map) => {
+            let mut entries: Vec<_> = map.iter().collect();
+            entries.sort_by_key(|(key, _)| *key);
+            let entries =
+                entries.iter().map(|(k, v)| format!("{}:{}", Value::from(k.as_str()), canonical(v)));
+            format!("{{{}}}", entries.collect::<Vec<_>>().join(","))
+        }
+        Value::Array(items) => format!("[{}]", items.iter().map(canonical).collect::<Vec<_>>().join(",")),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plugin::Entry;
+    use serde_json::json;
+
+    // python3: import hashlib,struct; h=hashlib.sha256()
+    // for s in ['labels','detector','level','version','1']: b=s.encode(); h.update(struct.pack('<Q',len(b))+b)
+    // h.hexdigest()
+    #[test]
+    fn an_address_is_the_documented_digest() {
+        let recipe = Recipe::new(Stage::Labels).with("detector", "level").with("version", 1);
+        assert_eq!(recipe.address().to_string(), ADDRESS);
+        assert_eq!(recipe.value("version"), Some("1"));
+    }
+    const ADDRESS: &str = "e20eca670e3f3bc802cb9824b9772079606b5b6f42d6934e21322d664531b69e";
+
+    #[test]
+    fn different_ingredients_are_different_addresses() {
+        let with =
+            |params: serde_json::Value| Recipe::new(Stage::Signal).with_plugin("signal", "s", 1, &params);
+        let all = [
+            with(json!({"a": 1})),
+            with(json!({"a": -1})),
+            with(json!({"a": 0.1})),
+            with(json!({"a": "0.1"})),
+            with(json!({"a": ["a,b"]})),
+            with(json!({"a": ["a", "b"]})),
+            with(json!({"a": "\u{e9}"})),
+            with(json!({"a": "e\u{301}"})),
+            with(json!({"A": 1})),
+            with(json!({"a": 1})).with("seed", 1),
+            Recipe::new(Stage::Track).with_plugin("signal", "s", 1, &json!({"a": 1})),
+            Recipe::new(Stage::Signal).with("ab", "c"),
+            Recipe::new(Stage::Signal).with("a", "bc"),
+        ];
+        let distinct: std::collections::BTreeSet<_> = all.iter().map(Recipe::address).collect();
+        assert_eq!(distinct.len(), all.len());
+        assert_eq!(with(json!({"a": 1, "b": 2})).address(), with(json!({"b": 2, "a": 1})).address());
+    }
+
+    /// Kind and the first 16 digits of the address of the plugin alone, with its example's parameters.
+    const GOLDEN: &[(&str, &str)] = &[
+        ("tracker replay", "738b529fec975c8e"),
+        ("tracker ncc", "deec677996bf1c68"),
+        ("tracker still", "30ef6023d627be3e"),
+        ("tracker scripted", "192871707a9006e2"),
+        ("signal distribution-field", "a3aa7cb80f545afb"),
+        ("signal region-covariance", "ce78414f85a731a7"),
+        ("signal rgb-histogram", "47b6900ccd2d3be6"),
+        ("signal rgb-lbp-histogram", "1b2690e309f73d82"),
+        ("detector arma-forecast", "d6f6b61c0e578b7c"),
+        ("detector naive-forecast", "2b4be781e0646eab"),
+        ("detector level", "a763eef451a2b735"),
+        ("detector never", "62538cd3b24119c0"),
+        ("detector always", "73845e90d884c60d"),
+        ("detector periodic", "ac72459775f67436"),
+        ("detector random", "bfdb4920211cd397"),
+        ("detector oracle", "749c71303801df6e"),
+    ];
+
+    fn keys<T: ?Sized>(
+        what: &str,
+        list: &[Entry<T>],
+        params: fn(&T) -> serde_json::Value,
+    ) -> Vec<(String, String)> {
+        let key = |e: &Entry<T>| {
+            let built = e.build_from_text(e.example).unwrap();
+            let recipe = Recipe::new(Stage::Track).with_plugin(what, e.kind, e.version, &params(&built));
+            (format!("{what} {}", e.kind), recipe.address().to_string()[..16].to_string())
+        };
+        list.iter().map(key).collect()
+    }
+
+    #[test]
+    fn plugins_have_their_golden_keys() {
+        let mut all = keys("tracker", crate::tracker::TRACKERS, |t| t.params());
+        all.extend(keys("signal", crate::signal::SIGNALS, |s| s.params()));
+        all.extend(keys("detector", crate::detector::DETECTORS, |d| d.params()));
+        let known: Vec<_> = GOLDEN.iter().map(|(kind, key)| (kind.to_string(), key.to_string())).collect();
+        let lines: Vec<_> = all.iter().map(|(kind, key)| format!("(\"{kind}\", \"{key}\"),")).collect();
+        assert_eq!(
+            all,
+            known,
+            "a name, version, parameter or default has changed, and with it every address; if that is meant, put this into GOLDEN:\n{}",
+            lines.join("\n")
+        );
+    }
+}

@@ -1,0 +1,419 @@
+//! What an experiment consists of, before anything is computed: sequences with their digests, tracks and
+//! cells with their addresses.
+
+use super::address::{Address, Recipe, Stage};
+use super::pass::CellError;
+use super::recipes::{self, By, Read};
+use super::run::RunError;
+use super::store::Store;
+use super::supervise::Stop;
+use crate::dataset::Sequence;
+use crate::dataset::lock::{Loaded, Missing};
+use crate::num::seed;
+use crate::plugin;
+use crate::signal::SIGNALS;
+use crate::spec::method::Method;
+use crate::spec::method::{DetectorChoice, SignalChoice, Training, Variant};
+use crate::spec::{Experiment, TEST};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A tracker and a repetition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Job {
+    /// Index of the tracker in the experiment.
+    pub tracker: usize,
+    /// Repetition, from 0.
+    pub run: u32,
+}
+
+/// Every tracker with every repetition, in the experiment's order.
+pub fn jobs(experiment: &Experiment) -> Vec<Job> {
+    let trackers = experiment.trackers.iter().enumerate();
+    trackers.flat_map(|(tracker, t)| (0..t.runs).map(move |run| Job { tracker, run })).collect()
+}
+
+/// The distinct signals of an experiment, in order of first use.
+pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
+    let mut distinct: Vec<SignalChoice> = Vec::new();
+    for (_, variant) in variants(experiment) {
+        if let Some(choice) = &variant.signal
+            && signal_index(&distinct, choice).is_none()
+        {
+            distinct.push(choice.clone());
+        }
+    }
+    distinct
+}
+
+/// Where a signal stands among the distinct ones.
+pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
+    debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
+    distinct.iter().position(|d| d.kind == choice.kind && d.signal.params() == choice.signal.params())
+}
+
+/// Every variant of every method, in the experiment's order.
+pub fn variants(experiment: &Experiment) -> impl Iterator<Item = (&Method, &Variant)> {
+    experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
+}
+
+/// The suites an experiment needs: the test suite, and those it trains on.
+pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
+    let mut roles = vec![TEST];
+    for (_, variant) in variants(experiment) {
+        if let DetectorChoice::Trained(t) = &variant.detector
+            && !roles.contains(&t.role.as_str())
+        {
+            roles.push(&t.role);
+        }
+    }
+    roles
+}
+
+/// A sequence that is there.
+pub struct PlannedSequence {
+    /// The sequence.
+    pub sequence: Arc<Sequence>,
+    /// Its digest.
+    pub digest: String,
+    /// Recipe of each job's track.
+    pub tracks: Vec<Result<Recipe, CellError>>,
+}
+
+/// A suite with what of it is there.
+pub struct PlannedSuite {
+    /// Its name.
+    pub name: String,
+    /// The sequences that are there, in suite order.
+    pub sequences: Vec<PlannedSequence>,
+    /// Those that are not.
+    pub missing: Vec<Missing>,
+    /// How many the suite has.
+    pub wanted: usize,
+}
+
+/// An experiment laid out.
+pub struct Plan<'a> {
+    /// The experiment.
+    pub experiment: &'a Experiment,
+    /// Its distinct signals.
+    pub signals: Arc<Vec<SignalChoice>>,
+    /// Its trackers and repetitions.
+    pub jobs: Vec<Job>,
+    /// Its distinct suites; the test suite is the first.
+    pub suites: Vec<PlannedSuite>,
+    /// Index into `signals` of each variant.
+    variant_signals: Vec<Option<usize>>,
+}
+
+/// A cell of the test suite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlannedCell {
+    /// Index of the sequence in the test suite.
+    pub sequence: usize,
+    /// Index into [`Plan::jobs`].
+    pub job: usize,
+    /// Index into [`variants`].
+    pub variant: usize,
+}
+
+/// What the store knows of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum State {
+    /// It is there.
+    Cached,
+    /// It was made from something else; `why` says from what.
+    Stale,
+    /// It was never made.
+    Missing,
+    /// It cannot be made: the tracker's results are not there.
+    Absent,
+}
+
+impl State {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Cached => "cached",
+            Self::Stale => "stale",
+            Self::Missing => "missing",
+            Self::Absent => "absent",
+        }
+    }
+}
+
+impl<'a> Plan<'a> {
+    /// Lays out an experiment over suites that were loaded, by role; reads every file of them once, for
+    /// their digests, on the threads of the current pool.
+    ///
+    /// # Errors
+    /// When a sequence cannot be digested, or the end was asked for.
+    pub fn new(
+        experiment: &'a Experiment,
+        loaded: BTreeMap<String, Loaded>,
+        data_root: Option<&Path>,
+        stop: &Stop,
+    ) -> Result<Self, RunError> {
+        let signals = distinct_signals(experiment);
+        let jobs = jobs(experiment);
+        let mut suites: Vec<PlannedSuite> = Vec::new();
+        let mut by_role: Vec<_> = loaded.into_iter().collect();
+        by_role.sort_by_key(|(role, _)| role != TEST);
+        for (role, suite) in by_role {
+            let name = &experiment.suites[&role];
+            if suites.iter().any(|known| known.name == *name) {
+                continue;
+            }
+            let plan = |sequence: Sequence| {
+                if stop.is_set() {
+                    return Err(RunError::Interrupted);
+                }
+                let digest = sequence.digest()?.to_string();
+                let track = |job: &Job| recipes::track(experiment, &sequence, &digest, *job, data_root);
+                let tracks = jobs.iter().map(track).collect();
+                Ok(PlannedSequence { sequence: Arc::new(sequence), digest, tracks })
+            };
+            let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
+            suites.push(PlannedSuite {
+                name: name.clone(),
+                sequences,
+                missing: suite.missing,
+                wanted: suite.wanted,
+            });
+        }
+        let signal = |(_, v): (&Method, &Variant)| v.signal.as_ref().and_then(|s| signal_index(&signals, s));
+        let variant_signals = variants(experiment).map(signal).collect();
+        Ok(Self { experiment, jobs, suites, variant_signals, signals: Arc::new(signals) })
+    }
+
+    /// The test suite.
+    pub fn test(&self) -> &PlannedSuite {
+        &self.suites[0]
+    }
+
+    /// The suite of a role.
+    pub fn suite(&self, role: &str) -> Option<usize> {
+        let name = self.experiment.suites.get(role)?;
+        self.suites.iter().position(|s| s.name == *name)
+    }
+
+    /// Which of the distinct signals a variant reads.
+    pub fn signal(&self, variant: usize) -> Option<usize> {
+        self.variant_signals.get(variant).copied().flatten()
+    }
+
+    /// Every cell of the test suite, sequence by sequence, in the experiment's order.
+    pub fn cells(&self) -> impl Iterator<Item = PlannedCell> + '_ {
+        let (jobs, variants) = (self.jobs.len(), self.variant_signals.len());
+        (0..self.test().sequences.len()).flat_map(move |sequence| {
+            (0..jobs)
+                .flat_map(move |job| (0..variants).map(move |variant| PlannedCell { sequence, job, variant }))
+        })
+    }
+
+    /// What a variant reads of a track.
+    pub fn read(&self, track: Address, signal: Option<usize>) -> Read {
+        match signal.and_then(|k| self.signals.get(k)) {
+            Some(choice) => Read::Signal(recipes::signal(track, choice).address()),
+            None => Read::Track(track),
+        }
+    }
+
+    /// Seed of a cell's detector.
+    pub fn seed(&self, method: &str, params: &str, sequence: &str, job: Job) -> u64 {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
+    }
+
+    /// What a training reads of the tracks that `track` finds an address for, by suite, sequence and job.
+    pub fn training_reads(
+        &self,
+        training: &Training,
+        signal: Option<usize>,
+        tracker: usize,
+        track: impl Fn(usize, usize, usize) -> Option<Address>,
+    ) -> Vec<Read> {
+        let Some(suite) = self.suite(&training.role) else { return Vec::new() };
+        let sequences = 0..self.suites[suite].sequences.len();
+        let pairs = sequences.flat_map(|s| (0..self.jobs.len()).map(move |j| (s, j)));
+        let mine = pairs.filter(|(_, j)| self.jobs[*j].tracker == tracker);
+        mine.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
+    }
+
+    /// Name of a cell: `sequence/tracker/run/method[params]`.
+    pub fn cell_name(&self, sequence: &str, job: Job, method: &str, params: &str) -> String {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        let params = if params.is_empty() { String::new() } else { format!("[{params}]") };
+        format!("{sequence}/{tracker}/{}/{method}{params}", job.run)
+    }
+
+    /// Name of a track: `suite/sequence/tracker/run`.
+    pub fn track_name(&self, suite: usize, sequence: &str, job: Job) -> String {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        format!("{}/{sequence}/{tracker}/{}", self.suites[suite].name, job.run)
+    }
+
+    /// Recipe of the model of each variant and tracker, where it is trained and there is something to train
+    /// it on; it will be that if every track can be made.
+    pub fn models(&self) -> Vec<Vec<Option<Recipe>>> {
+        let track = |suite: usize, s: usize, j: usize| {
+            self.suites[suite].sequences[s].tracks[j].as_ref().ok().map(Recipe::address)
+        };
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let of_variant = |v: usize| {
+            let DetectorChoice::Trained(training) = &variants[v].1.detector else { return Vec::new() };
+            let of = |t| {
+                let reads = self.training_reads(training, self.signal(v), t, track);
+                (!reads.is_empty()).then(|| recipes::model(self.experiment, training, &reads))
+            };
+            (0..self.experiment.trackers.len()).map(of).collect()
+        };
+        (0..variants.len()).into_par_iter().map(of_variant).collect()
+    }
+
+    /// Name and recipe of every cell's labels, in the order of [`Plan::cells`]; the reason where there is
+    /// no recipe. Trained parameters are those of [`Plan::models`].
+    pub fn labels(&self) -> Vec<(String, Result<Recipe, CellError>)> {
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
+        // What labels the cells of each variant and tracker.
+        let models = self.models();
+        let by = |v: usize, tracker: usize| match &variants[v].1.detector {
+            DetectorChoice::Given(fixed) => Ok(By::given(fixed)),
+            DetectorChoice::Trained(training) => {
+                let model = models[v].get(tracker).and_then(Option::as_ref);
+                let by = model.zip(training.candidates.first()).map(|(m, (_, c))| By::model(m.address(), c));
+                by.ok_or_else(|| CellError::Missing(format!("no track to train `{}` on", training.key)))
+            }
+        };
+        let trackers = self.experiment.trackers.len();
+        let by: Vec<Vec<Result<By, CellError>>> =
+            (0..variants.len()).map(|v| (0..trackers).map(|tracker| by(v, tracker)).collect()).collect();
+        let of_sequence = |s: usize| {
+            let planned = &self.test().sequences[s];
+            let name = &planned.sequence.name;
+            let mut cells = Vec::with_capacity(self.jobs.len() * variants.len());
+            for (job, track) in self.jobs.iter().zip(&planned.tracks) {
+                let track = track.as_ref().map(Recipe::address);
+                let signals: Vec<Read> = match track {
+                    Ok(address) => (0..self.signals.len()).map(|k| self.read(address, Some(k))).collect(),
+                    Err(_) => Vec::new(),
+                };
+                for (v, (method, _)) in variants.iter().enumerate() {
+                    let seed = self.seed(&method.name, &params[v], name, *job);
+                    let recipe = track.map_err(CellError::clone).and_then(|address| {
+                        let signal = self.signal(v).and_then(|k| signals.get(k).copied());
+                        let by = by[v][job.tracker].as_ref().map_err(CellError::clone)?;
+                        Ok(recipes::labels(signal.unwrap_or(Read::Track(address)), by, seed))
+                    });
+                    cells.push((self.cell_name(name, *job, &method.name, &params[v]), recipe));
+                }
+            }
+            cells
+        };
+        (0..self.test().sequences.len()).into_par_iter().flat_map_iter(of_sequence).collect()
+    }
+
+    /// Name of a cell in the store.
+    pub fn stored_name(&self, cell: &str) -> String {
+        format!("{}/{cell}", self.test().name)
+    }
+
+    /// Whether a track with all its signals is in the store.
+    pub fn is_kept(&self, store: &Store, track: &Recipe) -> bool {
+        let address = track.address();
+        let signal = |choice| store.contains(&recipes::signal(address, choice).address());
+        store.contains(&address) && self.signals.iter().all(signal)
+    }
+
+    /// Whether each track of the test suite with all its signals is in the store, sequences x jobs.
+    pub fn kept_tracks(&self, store: &Store) -> Vec<bool> {
+        let of = |s: &PlannedSequence| -> Vec<bool> {
+            s.tracks.iter().map(|t| t.as_ref().is_ok_and(|track| self.is_kept(store, track))).collect()
+        };
+        self.test().sequences.par_iter().flat_map_iter(of).collect()
+    }
+
+    /// What the store knows of every cell, in the order of [`Plan::cells`].
+    pub fn states(&self, store: &Store) -> Vec<(String, State)> {
+        let kept = self.kept_tracks(store);
+        let variants = self.variant_signals.len();
+        let state = |(k, (name, recipe)): (usize, (String, Result<Recipe, CellError>))| {
+            let state = match recipe {
+                Err(_) => State::Absent,
+                Ok(recipe) if store.contains(&recipe.address()) && kept[k / variants] => State::Cached,
+                Ok(recipe) if store.contains(&recipe.address()) => State::Missing,
+                Ok(_) if store.knows(Stage::Labels, &self.stored_name(&name)) => State::Stale,
+                Ok(_) => State::Missing,
+            };
+            (name, state)
+        };
+        self.labels().into_par_iter().enumerate().map(state).collect()
+    }
+}
+
+/// A share of the work: which of so many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which, from 1.
+    pub number: u32,
+    /// Of how many.
+    pub of: u32,
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let shard = text
+            .split_once('/')
+            .and_then(|(n, of)| Some(Self { number: n.parse().ok()?, of: of.parse().ok()? }));
+        let good = |s: &Self| (1..=s.of).contains(&s.number) && s.of <= 100_000;
+        shard.filter(good).ok_or_else(|| format!("`{text}` is no share; write 1/4 to 4/4 for a quarter"))
+    }
+}
+
+impl Shard {
+    /// Which pieces of work belong to the share, by their costs: neighbours stay together, and every piece
+    /// belongs to exactly one share.
+    pub fn of(self, costs: &[u64]) -> Vec<bool> {
+        let total: u64 = costs.iter().sum::<u64>().max(1);
+        let mut before = 0;
+        let mine = |cost: &u64| {
+            let middle = before + cost / 2;
+            before += cost;
+            let share = u128::from(middle) * u128::from(self.of) / u128::from(total);
+            share.min(u128::from(self.of) - 1) == u128::from(self.number) - 1
+        };
+        costs.iter().map(mine).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_read_and_refused() {
+        assert_eq!("2/3".parse(), Ok(Shard { number: 2, of: 3 }));
+        for bad in ["", "3", "0/3", "4/3", "1/0", "a/b", "-1/2", "1/2/3", "1/200000"] {
+            assert!(bad.parse::<Shard>().unwrap_err().contains("no share"), "{bad}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn every_piece_is_in_one_share(costs in proptest::collection::vec(0_u64..1000, 0..60), of in 1_u32..9) {
+            let shares: Vec<_> = (1..=of).map(|number| Shard { number, of }.of(&costs)).collect();
+            for piece in 0..costs.len() {
+                proptest::prop_assert_eq!(shares.iter().filter(|s| s[piece]).count(), 1);
+            }
+            let sum = |s: &Vec<bool>| costs.iter().zip(s).filter(|(_, m)| **m).map(|(c, _)| c).sum::<u64>();
+            let largest = costs.iter().max().copied().unwrap_or(0);
+            let fair = costs.iter().sum::<u64>() / u64::from(of);
+            proptest::prop_assert!(shares.iter().all(|s| sum(s) <= fair + largest + 1));
+        }
+    }
+}

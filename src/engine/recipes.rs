@@ -1,0 +1,156 @@
+//! What each stage's results are made from; see [`address`](super::address) for the table.
+
+use super::address::{Address, Recipe, Stage};
+use super::pass::CellError;
+use super::plan::Job;
+use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
+use crate::image::DECODER;
+use crate::num::seed;
+use crate::score::overlap::OVERLAP;
+use crate::spec::method::{FixedDetector, SignalChoice, Training};
+use crate::spec::{Experiment, Tracker};
+use crate::tracker::Start;
+use std::path::Path;
+
+/// Seed of a tracker's run on a sequence.
+pub fn track_seed(experiment: &Experiment, sequence: &Sequence, tracker: &Tracker, run: u32) -> u64 {
+    seed::seed(experiment.seed, &[&sequence.name, &tracker.label, &run.to_string()])
+}
+
+/// Of a track. `digest` is the sequence's.
+///
+/// # Errors
+/// When a file that the tracker reads is not there.
+pub fn track(
+    experiment: &Experiment,
+    sequence: &Sequence,
+    digest: &str,
+    job: Job,
+    data_root: Option<&Path>,
+) -> Result<Recipe, CellError> {
+    let Job { run, .. } = job;
+    let tracker = &experiment.trackers[job.tracker];
+    let seed = track_seed(experiment, sequence, tracker, run);
+    let mut recipe =
+        Recipe::new(Stage::Track).with("sequence", &sequence.name).with("frames and truth", digest);
+    if !matches!(sequence.frames, Frames::Rendered(..)) {
+        recipe = recipe.with("frame decoder", DECODER);
+    }
+    let failed = |e: DatasetError| CellError::Failed(e.to_string());
+    if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
+        recipe = recipe.with("decoded frames", decoded);
+    }
+    recipe = recipe.with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
+    if tracker.setup.uses_seed() {
+        recipe = recipe.with("seed", seed);
+    }
+    let start = Start { sequence, run, seed, data_root };
+    let inputs = tracker.setup.inputs(&start)?;
+    if !inputs.is_empty() {
+        recipe = recipe.with("run", run);
+    }
+    for path in inputs {
+        let shown = data_root.and_then(|root| path.strip_prefix(root).ok()).unwrap_or(&path);
+        let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
+        recipe = recipe.with(format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?);
+    }
+    Ok(recipe)
+}
+
+/// Of a signal on a track.
+pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
+    let recipe = Recipe::new(Stage::Signal).with("track", track);
+    recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params())
+}
+
+/// Version of training; part of every model's address.
+/// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
+pub const TRAINING: u32 = 1;
+
+/// What a detector reads: a signal, or the track itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Read {
+    /// A signal.
+    Signal(Address),
+    /// Nothing but the track's errors.
+    Track(Address),
+}
+
+impl Read {
+    fn enter(self, recipe: Recipe) -> Recipe {
+        match self {
+            Self::Signal(address) => recipe.with("signal", address),
+            Self::Track(address) => recipe.with("track", address),
+        }
+    }
+}
+
+/// Of a trained parameter; `tracks` are those it is trained on.
+pub fn model(experiment: &Experiment, training: &Training, tracks: &[Read]) -> Recipe {
+    let mut recipe = Recipe::new(Stage::Model)
+        .with("training", TRAINING)
+        .with("protocol", experiment.protocol.name)
+        .with("overlap", OVERLAP)
+        .with("parameter", &training.key)
+        .with("maximise", training.maximise.name())
+        .with("candidates", training.candidates.len());
+    for (value, fixed) in &training.candidates {
+        let candidate =
+            Recipe::new(Stage::Model).with_plugin("", fixed.kind, fixed.version, &fixed.detector.params());
+        recipe = recipe.with(format!("candidate {value}"), candidate.address());
+    }
+    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+}
+
+/// What a detector puts into the recipes of its labels; the same for all of its cells.
+pub struct By {
+    ingredients: Vec<(String, String)>,
+    uses_seed: bool,
+}
+
+impl By {
+    /// A detector with given parameters.
+    pub fn given(fixed: &FixedDetector) -> Self {
+        let recipe = Recipe::new(Stage::Labels);
+        let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
+        Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
+    }
+
+    /// A detector with trained parameters; any candidate stands for the others.
+    pub fn model(address: Address, candidate: &FixedDetector) -> Self {
+        let recipe = Recipe::new(Stage::Labels).with("model", address);
+        Self { ingredients: recipe.ingredients, uses_seed: candidate.detector.uses_seed() }
+    }
+}
+
+/// Of labels.
+pub fn labels(read: Read, by: &By, seed: u64) -> Recipe {
+    let mut recipe = read.enter(Recipe::new(Stage::Labels)).with("overlap", OVERLAP);
+    recipe.ingredients.extend_from_slice(&by.ingredients);
+    if by.uses_seed { recipe.with("seed", seed) } else { recipe }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::DETECTORS;
+    use std::sync::Arc;
+
+    fn fixed(kind: &str) -> FixedDetector {
+        let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+        let detector = Arc::from(entry.build_from_text(entry.example).unwrap());
+        FixedDetector { kind: entry.kind, version: entry.version, detector }
+    }
+
+    #[test]
+    fn the_seed_counts_for_detectors_that_use_it_given_or_trained() {
+        let read = Read::Track(Address([7; 32]));
+        for (kind, counts) in [("random", true), ("level", false)] {
+            let fixed = fixed(kind);
+            for by in [By::given(&fixed), By::model(Address([9; 32]), &fixed)] {
+                let differ = labels(read, &by, 1).address() != labels(read, &by, 2).address();
+                assert_eq!(differ, counts, "{kind}");
+            }
+        }
+    }
+}

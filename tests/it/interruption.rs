@@ -1,0 +1,175 @@
+//! Killed, interrupted, out of space, not allowed: a run goes on from what is whole, or says why not.
+
+use crate::tools::{assert_same_files, trackfail};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+fn start(folder: &Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_trackfail"))
+        .env_remove("HOME")
+        .env_remove("TRACKFAIL_DATA")
+        .args(["run", "--quiet", "--results"])
+        .arg(folder.join("results"))
+        .arg("--reports")
+        .arg(folder.join("reports"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// A results folder that says it is whole has the files that it says it has.
+fn assert_whole_or_unfinished(folder: &Path) {
+    let Ok(manifest) = std::fs::read(folder.join("manifest.json")) else { return };
+    let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+    for (name, digest) in manifest["files"].as_object().unwrap() {
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let found: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+        assert_eq!(Some(found.as_str()), digest.as_str(), "{name}");
+    }
+}
+
+/// Numbers from 0 to below 1 that look random, the same ones in every run of the tests.
+fn scattered(n: u32) -> impl Iterator<Item = f64> {
+    (1..=n).map(|k| (f64::from(k) * 0.618_033_988_749_895).fract())
+}
+
+#[test]
+fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
+    let (whole, killed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    assert!(start(whole.path()).wait().unwrap().success());
+    let (mut kills, mut finished) = (0, 0);
+    for moment in scattered(400) {
+        let mut run = start(killed.path());
+        std::thread::sleep(Duration::from_secs_f64(moment));
+        if run.try_wait().unwrap().is_some() {
+            finished += 1;
+        } else {
+            run.kill().unwrap();
+            run.wait().unwrap();
+            kills += 1;
+        }
+        assert_whole_or_unfinished(&killed.path().join("results/quickstart"));
+        if kills == 50 {
+            break;
+        }
+    }
+    assert_eq!(kills, 50, "{finished} runs were over before they could be killed");
+    assert!(start(killed.path()).wait().unwrap().success());
+    assert_same_files(whole.path(), killed.path());
+    let left: Vec<_> = walkdir::WalkDir::new(killed.path())
+        .into_iter()
+        .filter_map(|e| Some(e.ok()?.path().to_path_buf()))
+        .filter(|p| p.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b".trackfail-tmp-")))
+        .collect();
+    assert!(left.is_empty(), "temporary files are left: {left:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_done_and_exits_130() {
+    let dir = tempfile::tempdir().unwrap();
+    let packs = dir.path().join("results/.store/packs");
+    for signal in ["-INT", "-TERM"] {
+        let before = std::fs::read_dir(&packs).map_or(0, Iterator::count);
+        let mut run = start(dir.path());
+        // As soon as something is kept.
+        while std::fs::read_dir(&packs).map_or(0, Iterator::count) <= before {
+            assert!(run.try_wait().unwrap().is_none(), "it was over before it could be interrupted");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(Command::new("kill").arg(signal).arg(run.id().to_string()).status().unwrap().success());
+        assert_eq!(run.wait().unwrap().code(), Some(130), "{signal}");
+        assert!(!dir.path().join("results/quickstart/manifest.json").exists());
+    }
+    let whole = tempfile::tempdir().unwrap();
+    assert!(start(dir.path()).wait().unwrap().success());
+    assert!(start(whole.path()).wait().unwrap().success());
+    assert_same_files(whole.path(), dir.path());
+}
+
+/// Mounts a small file system in memory; `None`, with a word on stderr, where that is not allowed.
+#[cfg(target_os = "linux")]
+struct Tmpfs {
+    dir: tempfile::TempDir,
+}
+
+#[cfg(target_os = "linux")]
+impl Tmpfs {
+    fn new(test: &str, kilobytes: u32) -> Option<Self> {
+        let dir = tempfile::tempdir().unwrap();
+        let size = format!("size={kilobytes}k");
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(dir.path()).output();
+        if mount.is_ok_and(|m| m.status.success()) {
+            return Some(Self { dir });
+        }
+        eprintln!("SKIPPED {test}: a tmpfs cannot be mounted here");
+        None
+    }
+
+    fn remount(&self, how: &str) {
+        let options = format!("remount,{how}");
+        let done = Command::new("mount").args(["-o", &options]).arg(self.dir.path()).status().unwrap();
+        assert!(done.success());
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for Tmpfs {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg("-l").arg(self.dir.path()).status();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
+    let Some(small) = Tmpfs::new("a_full_disk", 16_384) else { return };
+    let copy = tempfile::tempdir().unwrap();
+    assert!(start(small.dir.path()).wait().unwrap().success());
+    let to = copy.path().join("copy");
+    assert!(Command::new("cp").arg("-a").arg(small.dir.path()).arg(&to).status().unwrap().success());
+    let again = |results: &Path| {
+        let run = trackfail()
+            .args(["run", "--quiet", "--force", "--results"])
+            .arg(results.join("results"))
+            .arg("--reports")
+            .arg(results.join("reports"))
+            .output()
+            .unwrap();
+        (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
+    };
+
+    let filler = small.dir.path().join("filler");
+    let mut room = vec![0_u8; 1 << 24];
+    while std::fs::write(&filler, &room).is_err() && room.len() > 4096 {
+        room.truncate(room.len() - 4096);
+    }
+    let (code, text) = again(small.dir.path());
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.starts_with("error: quickstart: ") && text.contains("No space left"), "{text}");
+    std::fs::remove_file(&filler).unwrap();
+    assert_same_files(&to, small.dir.path());
+    assert_whole_or_unfinished(&small.dir.path().join("results/quickstart"));
+    assert!(small.dir.path().join("results/quickstart/manifest.json").exists());
+
+    small.remount("ro");
+    let (code, text) = again(small.dir.path());
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("Read-only file system"), "{text}");
+    let report = trackfail()
+        .args(["report", "--results"])
+        .arg(small.dir.path().join("results"))
+        .arg("--reports")
+        .arg(copy.path().join("reports"))
+        .output()
+        .unwrap();
+    assert_eq!(report.status.code(), Some(1), "tables are written beside the results");
+    small.remount("rw");
+    assert_same_files(&to, small.dir.path());
+    let (code, text) = again(small.dir.path());
+    assert_eq!(code, Some(0), "{text}");
+    assert_same_files(&to, small.dir.path());
+}
