@@ -12,6 +12,7 @@ pub mod output;
 pub mod render;
 pub mod report;
 pub mod run;
+pub mod slurm;
 pub mod why;
 
 use clap::{Parser, Subcommand};
@@ -45,6 +46,8 @@ enum Verb {
     Detect(detect::Args),
     /// Write a synthetic suite to disk in OTB or VOT layout
     Render(render::Args),
+    /// Write, or submit, batch scripts that run experiments on a SLURM cluster
+    Slurm(slurm::Args),
     /// Join the stores of runs with --shard into one
     Merge(merge::Args),
     /// Tell why cells would or would not be computed again
@@ -64,6 +67,7 @@ impl Cli {
             Verb::Data(args) => data::run(args),
             Verb::Detect(args) => detect::run(args),
             Verb::Render(args) => render::run(args),
+            Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Why(args) => why::run(args),
         }

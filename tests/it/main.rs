@@ -12,5 +12,7 @@ mod interruption;
 mod packed;
 mod real;
 mod server;
+#[cfg(unix)]
+mod slurm;
 mod synthetic;
 mod tools;

@@ -95,7 +95,7 @@ fn a_rendered_suite_is_read_back_as_it_was() {
 fn help_names_every_verb() {
     let (code, text, _) = output(&["--help"]);
     assert_eq!(code, 0);
-    for verb in ["run", "report", "list", "data", "detect", "render"] {
+    for verb in ["run", "report", "list", "data", "detect", "render", "slurm"] {
         assert!(text.contains(&format!("\n  {verb}")), "{verb}");
     }
 }

@@ -1,0 +1,319 @@
+//! The texts of the batch scripts: the same plan gives the same bytes.
+//!
+//! `shards.sbatch` is an array; task I becomes `trackfail run --shard I/N`. `exec` puts the program in
+//! the place of the batch shell, which is the process that `--signal=B:TERM` reaches. `report.sbatch`
+//! runs the experiments again over the finished cells. It waits for the array by `afterany`: a task
+//! with failed cells ends with exit code 4 and a task that ran out of time with 130, and after both
+//! there is a report to write; `afterok` would wait for ever.
+//!
+//! Paths stand only where the shell reads them, in quotes. The working directory, and so the folder of
+//! the logs, is an argument of sbatch.
+
+use super::value::{NOTICE, Setting, Word};
+use std::fmt::Write;
+
+/// Name of the array's script in its folder.
+pub const SHARDS: &str = "shards.sbatch";
+/// Name of the report's script.
+pub const REPORT: &str = "report.sbatch";
+/// Name of the script that submits both.
+pub const SUBMIT: &str = "submit.sh";
+
+/// What is to be run, where and with which means. All paths are absolute.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The program.
+    pub program: Word,
+    /// Experiment files, or names of built-in experiments.
+    pub specs: Vec<Word>,
+    /// Tasks of the array, at least 1.
+    pub shards: u16,
+    /// Folder of results.
+    pub results: Word,
+    /// Folder of reports.
+    pub reports: Word,
+    /// Folder of real sequences.
+    pub data_root: Option<Word>,
+    /// Whether each task has a results folder of its own, `<results>/shards/<I>`.
+    pub separate: bool,
+    /// Whether to go on without sequences that are not there.
+    pub allow_missing: bool,
+    /// Time limit of each job.
+    pub time: Setting,
+    /// Memory of each job.
+    pub memory: Setting,
+    /// Cores, and worker threads, of each job.
+    pub cpus: u16,
+    /// Partition, unless the cluster's default.
+    pub partition: Option<Setting>,
+    /// Account, unless the user's default.
+    pub account: Option<Setting>,
+    /// Folder of the scripts and logs; the jobs' working directory.
+    pub folder: Word,
+}
+
+impl Plan {
+    /// The text of [`SHARDS`].
+    pub fn shards_script(&self) -> String {
+        let n = self.shards;
+        let note = [
+            format!(
+                "Each task computes one of {n} shares of the cells and keeps them in the results folder."
+            ),
+            format!("It is told to stop {NOTICE} s before its time is up, keeps what it has and exits 130."),
+            format!("To resume after any loss, run {SUBMIT} again: finished cells are not computed twice."),
+        ];
+        let array = format!("--array=1-{n}");
+        let mut text = self.head(&note, &[&array, "--job-name=trackfail-shards", "--output=shard-%a.log"]);
+        let results = if self.separate {
+            format!("{}/\"$SLURM_ARRAY_TASK_ID\"", self.shard_folders())
+        } else {
+            self.results.to_string()
+        };
+        text.push_str(
+            &self.run(&[format!("--shard \"$SLURM_ARRAY_TASK_ID\"/{n}"), format!("--results {results}")]),
+        );
+        text
+    }
+
+    /// The text of [`REPORT`].
+    pub fn report_script(&self) -> String {
+        let note = [
+            "Tables and report, once no task of the array is left. Tables mark cells that failed; cells"
+                .into(),
+            "of a task that was stopped are computed here, so nothing is missing. To stop everything,".into(),
+            format!("cancel this job with the array; to resume, run {SUBMIT} again."),
+        ];
+        let mut text = self.head(&note, &["--job-name=trackfail-report", "--output=report.log"]);
+        if self.separate {
+            text.push_str(&self.merge());
+        }
+        let folders = [format!("--results {}", self.results), format!("--reports {}", self.reports)];
+        text.push_str(&self.run(&folders));
+        text
+    }
+
+    /// The text of [`SUBMIT`].
+    pub fn submit_script(&self) -> String {
+        let command = |more: &str, script: &str| {
+            format!("sbatch --parsable --chdir={}{more} {}/{script}", self.folder, self.folder)
+        };
+        // On a federation sbatch answers `job;cluster`.
+        format!(
+            "#!/bin/sh\n\
+             # Submits the array and, behind it, the report.\n\
+             set -eu\n\
+             shards=$({})\n\
+             shards=${{shards%%;*}}\n\
+             printf 'shards: job %s\\n' \"$shards\"\n\
+             report=$({})\n\
+             printf 'report: job %s\\n' \"${{report%%;*}}\"\n",
+            command("", SHARDS),
+            command(" --dependency=afterany:\"$shards\"", REPORT),
+        )
+    }
+
+    /// What sbatch is called with for one of the scripts, behind another job if one is given.
+    pub fn sbatch_arguments(&self, script: &str, after: Option<&str>) -> Vec<String> {
+        let folder = self.folder.text();
+        let mut arguments = vec!["--parsable".to_string(), format!("--chdir={folder}")];
+        arguments.extend(after.map(|job| format!("--dependency=afterany:{job}")));
+        arguments.push(format!("{folder}/{script}"));
+        arguments
+    }
+
+    /// Everything down to `set -eu`. sbatch reads its lines only above the first command.
+    fn head(&self, note: &[String], own: &[&str]) -> String {
+        let mut text = "#!/bin/sh\n".to_string();
+        for line in note {
+            push_line(&mut text, format_args!("# {line}"));
+        }
+        for option in own {
+            push_line(&mut text, format_args!("#SBATCH {option}"));
+        }
+        // A job that is put back in the queue, as after the loss of its node, goes on with its log.
+        push_line(&mut text, format_args!("#SBATCH --open-mode=append"));
+        push_line(&mut text, format_args!("#SBATCH --requeue"));
+        push_line(&mut text, format_args!("#SBATCH --signal=B:TERM@{NOTICE}"));
+        push_line(&mut text, format_args!("#SBATCH --time={}", self.time));
+        push_line(&mut text, format_args!("#SBATCH --ntasks=1"));
+        push_line(&mut text, format_args!("#SBATCH --cpus-per-task={}", self.cpus));
+        push_line(&mut text, format_args!("#SBATCH --mem={}", self.memory));
+        if let Some(partition) = &self.partition {
+            push_line(&mut text, format_args!("#SBATCH --partition={partition}"));
+        }
+        if let Some(account) = &self.account {
+            push_line(&mut text, format_args!("#SBATCH --account={account}"));
+        }
+        text.push_str("set -eu\n");
+        text
+    }
+
+    /// The call of the program that the script ends in.
+    fn run(&self, more: &[String]) -> String {
+        let mut lines = vec![format!("exec {} run", self.program)];
+        lines.extend(self.specs.iter().map(Word::to_string));
+        lines.extend_from_slice(more);
+        lines.extend(self.data_root.as_ref().map(|root| format!("--data-root {root}")));
+        lines.extend(self.allow_missing.then(|| "--allow-missing".to_string()));
+        lines.push(format!("--jobs {}", self.cpus));
+        lines.join(" \\\n    ") + "\n"
+    }
+
+    /// Joins the stores of the tasks that have one; a task that never started has none.
+    fn merge(&self) -> String {
+        format!(
+            "shard=1\n\
+             set --\n\
+             while [ \"$shard\" -le {} ]; do\n\
+             \x20   folder={}/$shard\n\
+             \x20   if [ -d \"$folder/.store\" ]; then set -- \"$@\" \"$folder\"; fi\n\
+             \x20   shard=$((shard + 1))\n\
+             done\n\
+             if [ \"$#\" -gt 0 ]; then {} merge \"$@\" --results {}; fi\n",
+            self.shards,
+            self.shard_folders(),
+            self.program,
+            self.results,
+        )
+    }
+
+    fn shard_folders(&self) -> String {
+        format!("{}/shards", self.results)
+    }
+}
+
+fn push_line(text: &mut String, line: std::fmt::Arguments<'_>) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn word(text: &str) -> Word {
+        Word::new(text).unwrap()
+    }
+
+    fn plan() -> Plan {
+        Plan {
+            program: word("/opt/trackfail"),
+            specs: vec![word("quickstart"), word("/home/ann/it's mine.toml")],
+            shards: 3,
+            results: word("/scratch/ann/results"),
+            reports: word("/scratch/ann/reports"),
+            data_root: Some(word("/data")),
+            separate: false,
+            allow_missing: false,
+            time: Setting::time("04:00:00").unwrap(),
+            memory: Setting::memory("2G").unwrap(),
+            cpus: 2,
+            partition: Some(Setting::partition("short,long").unwrap()),
+            account: Some(Setting::account("vision").unwrap()),
+            folder: word("/home/ann/jobs"),
+        }
+    }
+
+    fn bare() -> Plan {
+        Plan {
+            specs: vec![word("quickstart")],
+            separate: true,
+            allow_missing: true,
+            data_root: None,
+            partition: None,
+            account: None,
+            cpus: 1,
+            ..plan()
+        }
+    }
+
+    /// What both jobs have in common.
+    const COMMON: &str = r#"#SBATCH --open-mode=append
+#SBATCH --requeue
+#SBATCH --signal=B:TERM@120
+#SBATCH --time=04:00:00
+#SBATCH --ntasks=1
+#SBATCH --cpus-per-task=2
+#SBATCH --mem=2G
+#SBATCH --partition=short,long
+#SBATCH --account=vision
+set -eu
+exec '/opt/trackfail' run \
+    'quickstart' \
+    '/home/ann/it'\''s mine.toml' \
+"#;
+
+    const SHARDS_TEXT: &str = r#"#!/bin/sh
+# Each task computes one of 3 shares of the cells and keeps them in the results folder.
+# It is told to stop 120 s before its time is up, keeps what it has and exits 130.
+# To resume after any loss, run submit.sh again: finished cells are not computed twice.
+#SBATCH --array=1-3
+#SBATCH --job-name=trackfail-shards
+#SBATCH --output=shard-%a.log
+COMMON
+    --shard "$SLURM_ARRAY_TASK_ID"/3 \
+    --results '/scratch/ann/results' \
+    --data-root '/data' \
+    --jobs 2
+"#;
+
+    const REPORT_TEXT: &str = r#"#!/bin/sh
+# Tables and report, once no task of the array is left. Tables mark cells that failed; cells
+# of a task that was stopped are computed here, so nothing is missing. To stop everything,
+# cancel this job with the array; to resume, run submit.sh again.
+#SBATCH --job-name=trackfail-report
+#SBATCH --output=report.log
+COMMON
+    --results '/scratch/ann/results' \
+    --reports '/scratch/ann/reports' \
+    --data-root '/data' \
+    --jobs 2
+"#;
+
+    const SUBMIT_TEXT: &str = r#"#!/bin/sh
+# Submits the array and, behind it, the report.
+set -eu
+shards=$(sbatch --parsable --chdir='/home/ann/jobs' '/home/ann/jobs'/shards.sbatch)
+shards=${shards%%;*}
+printf 'shards: job %s\n' "$shards"
+report=$(sbatch --parsable --chdir='/home/ann/jobs' --dependency=afterany:"$shards" '/home/ann/jobs'/report.sbatch)
+printf 'report: job %s\n' "${report%%;*}"
+"#;
+
+    #[test]
+    fn scripts_are_these() {
+        assert_eq!(plan().shards_script(), SHARDS_TEXT.replace("COMMON\n", COMMON));
+        assert_eq!(plan().report_script(), REPORT_TEXT.replace("COMMON\n", COMMON));
+        assert_eq!(plan().submit_script(), SUBMIT_TEXT);
+    }
+
+    const SEPARATE_TEXT: &str = r#"set -eu
+shard=1
+set --
+while [ "$shard" -le 3 ]; do
+    folder='/scratch/ann/results'/shards/$shard
+    if [ -d "$folder/.store" ]; then set -- "$@" "$folder"; fi
+    shard=$((shard + 1))
+done
+if [ "$#" -gt 0 ]; then '/opt/trackfail' merge "$@" --results '/scratch/ann/results'; fi
+exec '/opt/trackfail' run \
+    'quickstart' \
+    --results '/scratch/ann/results' \
+    --reports '/scratch/ann/reports' \
+    --allow-missing \
+    --jobs 1
+"#;
+
+    #[test]
+    fn separate_shards_are_merged_before_the_report() {
+        let report = bare().report_script();
+        assert!(
+            report.ends_with(&format!("#SBATCH --cpus-per-task=1\n#SBATCH --mem=2G\n{SEPARATE_TEXT}")),
+            "{report}"
+        );
+        let shards = bare().shards_script();
+        let own = "    --results '/scratch/ann/results'/shards/\"$SLURM_ARRAY_TASK_ID\" \\\n";
+        assert!(shards.contains(own), "{shards}");
+    }
+}

@@ -1,0 +1,347 @@
+//! Batch scripts: the words that reach the program, the calls of sbatch, and a real SLURM.
+
+mod cluster;
+
+use crate::tools::{assert_same_files, trackfail};
+use cluster::{Cluster, wait_for};
+use proptest::prelude::*;
+use std::path::Path;
+use std::process::{Command, Output};
+use trackfail::cli::slurm::script::{Plan, REPORT, SHARDS, SUBMIT};
+use trackfail::cli::slurm::value::{Setting, Word};
+
+/// A name with everything that a shell or sbatch takes for something else.
+const HOSTILE: &str = "it's \"$HOME\" `x` $(y) #SBATCH ; é *";
+
+/// Prints its words, each behind it a NUL, and the end of the call.
+const PRINT_CALL: &str = r#"printf '%s\0' "$@"; printf '\036'"#;
+
+fn word(text: &str) -> Word {
+    Word::new(text).unwrap()
+}
+
+fn path(path: &Path) -> Word {
+    Word::path(path).unwrap()
+}
+
+fn plan(program: &Path, root: &str) -> Plan {
+    Plan {
+        program: path(program),
+        specs: vec![word("quickstart"), word(&format!("{root}/a.toml"))],
+        shards: 3,
+        results: word(&format!("{root}/results")),
+        reports: word(&format!("{root}/reports")),
+        data_root: Some(word(&format!("{root}/data"))),
+        separate: false,
+        allow_missing: false,
+        time: Setting::time("00:05:00").unwrap(),
+        memory: Setting::memory("500M").unwrap(),
+        cpus: 1,
+        partition: None,
+        account: None,
+        folder: word(&format!("{root}/slurm")),
+    }
+}
+
+/// The words of the program for a share, or for the report.
+fn expected(plan: &Plan, share: Option<&str>) -> Vec<String> {
+    let mut words = vec!["run".to_string()];
+    words.extend(plan.specs.iter().map(|s| s.text().to_string()));
+    words.extend(share.iter().flat_map(|i| ["--shard".to_string(), format!("{i}/{}", plan.shards)]));
+    let results = plan.results.text();
+    words.push("--results".to_string());
+    words.push(match share {
+        Some(i) if plan.separate => format!("{results}/shards/{i}"),
+        _ => results.to_string(),
+    });
+    if share.is_none() {
+        words.extend(["--reports".to_string(), plan.reports.text().to_string()]);
+    }
+    words.extend(plan.data_root.iter().flat_map(|d| ["--data-root".to_string(), d.text().to_string()]));
+    words.extend(["--jobs".to_string(), plan.cpus.to_string()]);
+    words
+}
+
+/// A program made of shell commands. It is put in place by another process: a file that this one has
+/// open for writing, if only in a child that another thread just forked, cannot be started.
+fn executable(path: &Path, commands: &str) {
+    let source = path.with_extension("source");
+    std::fs::write(&source, format!("#!/bin/sh\n{commands}\n")).unwrap();
+    let done = Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status().unwrap();
+    assert!(done.success());
+}
+
+/// The calls that were printed.
+fn calls(printed: &[u8]) -> Vec<Vec<String>> {
+    let text = std::str::from_utf8(printed).unwrap();
+    let words = |call: &str| call.split_terminator('\0').map(str::to_string).collect();
+    text.split_terminator('\u{1e}').map(words).collect()
+}
+
+/// The calls of the program by a script that a shell runs as a task of the array.
+fn run_script(shell: &str, script: &str) -> Vec<Vec<String>> {
+    let task = |command: &mut Command| command.env("SLURM_ARRAY_TASK_ID", "2").output().unwrap();
+    let output = task(Command::new(shell).args(["-c", script]));
+    assert!(output.status.success(), "{script}\n{}", String::from_utf8_lossy(&output.stderr));
+    calls(&output.stdout)
+}
+
+fn hostile_path() -> impl Strategy<Value = String> {
+    let special = "/[- a'\"$`\\\\!*?;&|<>()#~{}%=\\[\\]]{1,20}";
+    prop_oneof![special, "/\\PC{1,30}"]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn every_word_reaches_the_program_as_it_is(root in hostile_path(), separate: bool) {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join(HOSTILE);
+        executable(&program, PRINT_CALL);
+        let plan = Plan { separate, ..plan(&program, &root) };
+        for shell in ["sh", "bash"] {
+            let shards = run_script(shell, &plan.shards_script());
+            prop_assert_eq!(shards, vec![expected(&plan, Some("2"))]);
+            let report = run_script(shell, &plan.report_script());
+            prop_assert_eq!(report, vec![expected(&plan, None)]);
+        }
+    }
+}
+
+#[test]
+fn the_report_merges_the_stores_that_are_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("program");
+    executable(&program, PRINT_CALL);
+    let root = folder.path().join(HOSTILE);
+    let plan = Plan { separate: true, ..plan(&program, root.to_str().unwrap()) };
+    let results = plan.results.text();
+    for shard in [1, 3] {
+        std::fs::create_dir_all(format!("{results}/shards/{shard}/.store")).unwrap();
+    }
+    std::fs::create_dir_all(format!("{results}/shards/2")).unwrap();
+    let merge =
+        ["merge", &format!("{results}/shards/1"), &format!("{results}/shards/3"), "--results", results];
+    let report = run_script("sh", &plan.report_script());
+    assert_eq!(report, [merge.map(str::to_string).to_vec(), expected(&plan, None)]);
+
+    // Stores that cannot be joined are not reported on as if they were.
+    executable(&program, r#"[ "$1" != merge ] || exit 1; echo reported"#);
+    let output = Command::new("sh").args(["-c", &plan.report_script()]).output().unwrap();
+    assert_eq!((output.status.code(), output.stdout), (Some(1), Vec::new()));
+}
+
+#[test]
+fn a_script_that_is_no_task_of_an_array_does_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("program");
+    executable(&program, PRINT_CALL);
+    let script = plan(&program, "/nowhere").shards_script();
+    let output = Command::new("sh").args(["-c", &script]).env_remove("SLURM_ARRAY_TASK_ID").output().unwrap();
+    assert!(!output.status.success() && output.stdout.is_empty());
+}
+
+/// `trackfail slurm quickstart --shards 3` in `root`, with an sbatch of these commands.
+fn slurm(root: &Path, sbatch: Option<&str>, more: &[&str]) -> Output {
+    let bin = root.join("bin");
+    std::fs::create_dir_all(&bin).unwrap();
+    if let Some(commands) = sbatch {
+        executable(&bin.join("sbatch"), commands);
+    }
+    let mut command = trackfail();
+    command.current_dir(root).env("PATH", &bin).env("RECORD", root.join("record"));
+    command.args(["slurm", "quickstart", "--shards", "3"]).args(more).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+const RECORD_CALL: &str = r#"{ printf '%s\0' "$@"; printf '\036'; } >> "$RECORD"; echo '41;east'"#;
+
+#[test]
+fn jobs_are_submitted_alike_by_the_program_and_by_the_script() {
+    let temporary = tempfile::tempdir().unwrap();
+    let root = temporary.path().canonicalize().unwrap().join(HOSTILE);
+    std::fs::create_dir(&root).unwrap();
+    let output = slurm(&root, Some(RECORD_CALL), &["--submit"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "shards: job 41\nreport: job 41\n");
+    let folder = root.join("slurm").to_str().unwrap().to_string();
+    let chdir = format!("--chdir={folder}");
+    let record = root.join("record");
+    let by_program = calls(&std::fs::read(&record).unwrap());
+    let array = ["--parsable", &chdir, &format!("{folder}/{SHARDS}")];
+    let report = ["--parsable", &chdir, "--dependency=afterany:41", &format!("{folder}/{REPORT}")];
+    assert_eq!(by_program, [array.map(str::to_string).to_vec(), report.map(str::to_string).to_vec()]);
+
+    std::fs::remove_file(&record).unwrap();
+    let mut command = Command::new("/bin/sh");
+    command.arg(root.join("slurm").join(SUBMIT)).env("PATH", root.join("bin")).env("RECORD", &record);
+    assert_eq!(text(&command.output().unwrap().stdout), "shards: job 41\nreport: job 41\n");
+    assert_eq!(calls(&std::fs::read(&record).unwrap()), by_program);
+}
+
+#[test]
+fn the_same_arguments_give_the_same_scripts() {
+    let root = tempfile::tempdir().unwrap();
+    let scripts = || {
+        let output = slurm(root.path(), None, &["--results", "r", "--partition", "a,b", "--cpus", "4"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(text(&output.stdout).contains("submit:  sh '"), "{}", text(&output.stdout));
+        [SHARDS, REPORT, SUBMIT]
+            .map(|name| std::fs::read_to_string(root.path().join("slurm").join(name)).unwrap())
+    };
+    let first = scripts();
+    assert_eq!(first, scripts());
+    let [shards, report, _] = &first;
+    let program = format!("exec '{}' run", env!("CARGO_BIN_EXE_trackfail"));
+    for script in [shards, report] {
+        assert!(script.contains(&program) && script.contains("#SBATCH --partition=a,b\n"), "{script}");
+        assert!(script.contains("    --results '/") && script.contains("/r' \\\n"), "{script}");
+        assert!(script.ends_with("    --jobs 4\n"), "{script}");
+    }
+}
+
+#[test]
+fn what_sbatch_refuses_is_told() {
+    let refused = |sbatch: Option<&str>, words: &[&str]| {
+        let root = tempfile::tempdir().unwrap();
+        let output = slurm(root.path(), sbatch, &["--submit"]);
+        let told = text(&output.stderr);
+        assert_eq!((output.status.code(), text(&output.stdout)), (Some(1), String::new()), "{told}");
+        for words in words {
+            assert!(told.contains(words), "{told}");
+        }
+    };
+    refused(None, &["sbatch cannot be started", SUBMIT]);
+    refused(Some("echo 'no such partition' >&2; exit 1"), &["exit status: 1: no such partition"]);
+    refused(Some("echo 'Submitted batch job 41'"), &["no job number but \"Submitted batch job 41\""]);
+    let second = r#"case $* in *dependency*) echo full >&2; exit 1;; esac; echo 41"#;
+    refused(Some(second), &["the array is in the queue as job 41, but its report is not", "full"]);
+}
+
+#[test]
+fn wrong_arguments_are_refused_before_anything_is_written() {
+    let refused = |code: i32, more: &[&str], words: &str| {
+        let root = tempfile::tempdir().unwrap();
+        let output = slurm(root.path(), Some(RECORD_CALL), more);
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{more:?}: {told}");
+        assert!(told.contains(words), "{more:?}: {told}");
+        let names: Vec<_> = std::fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(names, ["bin"], "{more:?}");
+    };
+    refused(2, &["no-such-experiment", "--submit"], "no-such-experiment: no such file");
+    refused(2, &["--time", "04:00"], "at least 5 minutes");
+    refused(2, &["--time", "4h"], "HH:MM:SS");
+    refused(2, &["--memory", "0"], "above 0");
+    refused(2, &["--partition", "a b"], "want a name");
+    refused(2, &["--account", "a\n#SBATCH --uid=0"], "want a name");
+    refused(2, &["--cpus", "0"], "0 is not in 1..=1024");
+    refused(2, &["--results", "a\nb"], "a control character");
+    refused(2, &["--reports", "a\rb"], "a control character");
+    refused(2, &["--output", "100%"], "name another --output");
+    refused(2, &["--output", "a\\b"], "name another --output");
+    refused(2, &["--output", ""], "a value is required");
+    refused(3, &["--data-root", "nowhere"], "the data root is no folder");
+    for shards in ["0", "1001", "-1", "two"] {
+        let output = trackfail().args(["slurm", "quickstart", "--shards", shards]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{shards}");
+    }
+}
+
+/// The array's and the report's job, as they are told once submitted.
+fn job_numbers(told: &str) -> [String; 2] {
+    let numbers: Vec<_> = told.lines().filter_map(|l| l.rsplit(' ').next()).map(str::to_string).collect();
+    numbers.try_into().unwrap_or_else(|_| panic!("{told}"))
+}
+
+/// Records its words in a file named after its share. Share 2 has failed cells; share 3 works until it
+/// is told to stop.
+const TASK: &str = r#"
+share=report previous=
+for word; do
+    if [ "$previous" = --shard ]; then share=${word%/*}; fi
+    previous=$word
+done
+echo "this is $share in $PWD"
+{ printf '%s\0' "$@"; printf '\036'; } > "${0%/*}/call-$share.new"
+mv "${0%/*}/call-$share.new" "${0%/*}/call-$share"
+case $share in
+2) exit 4 ;;
+3)
+    trap 'exit 130' TERM
+    while :; do sleep 0.1; done
+    ;;
+esac
+"#;
+
+#[test]
+fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
+    let Some(cluster) = Cluster::start("slurm: tasks that fail or are stopped") else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let root = temporary.path().join(HOSTILE);
+    let folder = root.join("slurm");
+    std::fs::create_dir_all(&folder).unwrap();
+    let program = root.join("program");
+    executable(&program, TASK);
+    let plan = plan(&program, root.to_str().unwrap());
+    for (name, script) in
+        [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())]
+    {
+        std::fs::write(folder.join(name), script).unwrap();
+    }
+    let [shards, report] = job_numbers(&cluster.output(Command::new("sh").arg(folder.join(SUBMIT))));
+
+    let call = |share: &str| root.join(format!("call-{share}"));
+    wait_for(&cluster, "task 3", || call("3").exists());
+    assert!(!call("report").exists(), "the report waits for the array");
+    // What --signal=B:TERM@120 does two minutes before the end.
+    cluster.output(Command::new("scancel").args(["--batch", "--signal=TERM", &format!("{shards}_3")]));
+    cluster.wait_until_idle();
+
+    let logged = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    for share in ["1", "2", "3"] {
+        assert_eq!(calls(&std::fs::read(call(share)).unwrap()), [expected(&plan, Some(share))]);
+        let line = format!("this is {share} in {}\n", folder.display());
+        assert!(logged(&format!("shard-{share}.log")).contains(&line));
+    }
+    assert_eq!(calls(&std::fs::read(call("report")).unwrap()), [expected(&plan, None)]);
+    assert_eq!(logged("report.log"), format!("this is report in {}\n", folder.display()));
+    let codes = [("1", "0:0"), ("2", "4:0"), ("3", "130:0")].map(|(i, c)| (i.to_string(), c.to_string()));
+    assert_eq!(cluster.exit_codes(&shards), std::collections::BTreeMap::from(codes));
+    assert_eq!(cluster.exit_codes(&report).into_values().collect::<Vec<_>>(), ["0:0"]);
+}
+
+#[test]
+fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
+    let Some(cluster) = Cluster::start("slurm: quickstart in three shards") else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let root = temporary.path().join(HOSTILE);
+    std::fs::create_dir(&root).unwrap();
+    let in_folder = |name: &str, arguments: &[&str]| {
+        let mut command = trackfail();
+        command.current_dir(&root).env("SLURM_CONF", &cluster.configuration).args(arguments);
+        for (option, folder) in [("--results", "results"), ("--reports", "reports")] {
+            command.arg(option).arg(root.join(name).join(folder));
+        }
+        text(&command.assert().success().get_output().stdout)
+    };
+    in_folder("plain", &["run", "quickstart", "--quiet"]);
+    let submit = ["slurm", "quickstart", "--shards", "3", "--submit", "--memory", "500M", "--output"];
+    for (name, more) in [("shared", vec![]), ("separate", vec!["--separate"])] {
+        let jobs = job_numbers(&in_folder(name, &[&submit[..], &[name], &more].concat()));
+        cluster.wait_until_idle();
+        let codes = jobs.map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
+        assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
+        // The report had nothing left to compute.
+        let log = std::fs::read_to_string(root.join(name).join("report.log")).unwrap();
+        assert!(log.contains("tracks 0 computed, 20 cached; signals 0 computed, 80 cached"), "{log}");
+        for folder in ["results/quickstart", "reports"] {
+            assert_same_files(&root.join(name).join(folder), &root.join("plain").join(folder));
+        }
+    }
+    assert!(root.join("separate/results/shards/2/.store").is_dir());
+}

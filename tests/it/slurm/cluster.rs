@@ -1,0 +1,198 @@
+//! A SLURM of one node, started by a test in a folder of its own: munged, slurmctld and slurmd with
+//! free ports, a key and a socket of their own, as the user who runs the test.
+
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// When a job that never ends is given up.
+const LIMIT: Duration = Duration::from_secs(600);
+/// When a daemon that does not end by itself is ended.
+const GRACE: Duration = Duration::from_secs(20);
+
+/// The running daemons; dropping it ends jobs and daemons.
+pub struct Cluster {
+    root: tempfile::TempDir,
+    daemons: Vec<Child>,
+    /// `SLURM_CONF` for its clients.
+    pub configuration: PathBuf,
+}
+
+impl Cluster {
+    /// Starts it and waits until its node takes jobs; says on stderr that the test is skipped where
+    /// SLURM or munge is not installed.
+    pub fn start(test: &str) -> Option<Self> {
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        for program in ["munged", "slurmctld", "slurmd", "sbatch"] {
+            if !std::env::split_paths(&path).any(|folder| folder.join(program).is_file()) {
+                eprintln!("SKIPPED {test}: no {program} on the PATH (Debian: slurm-wlm and munge)");
+                return None;
+            }
+        }
+        let root = tempfile::tempdir().unwrap();
+        // munged wants the way to its socket open to all.
+        std::fs::set_permissions(root.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+        let configuration = root.path().join("slurm.conf");
+        let mut cluster = Self { root, daemons: Vec::new(), configuration };
+        cluster.write_configuration();
+        cluster.start_munged();
+        for program in ["slurmctld", "slurmd"] {
+            let mut command = Command::new(program);
+            cluster.spawn(program, command.arg("-D").arg("-f").arg(&cluster.configuration));
+        }
+        wait_for(&cluster, "an idle node", || {
+            cluster.try_output("sinfo", &["-h", "-o", "%t"]).trim() == "idle"
+        });
+        Some(cluster)
+    }
+
+    fn write_configuration(&self) {
+        let root = self.root.path();
+        for folder in ["state", "spool"] {
+            std::fs::create_dir(root.join(folder)).unwrap();
+        }
+        let user = Command::new("id").arg("-un").output().unwrap().stdout;
+        let user = String::from_utf8(user).unwrap();
+        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
+        let host = host.trim().split('.').next().unwrap();
+        // Both stay bound until both are known, so that they are two.
+        let listeners = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").unwrap());
+        let [controller, node] = listeners.map(|l| l.local_addr().unwrap().port());
+        let text = format!(
+            "ClusterName=trackfail\n\
+             SlurmctldHost={host}(127.0.0.1)\n\
+             SlurmctldPort={controller}\n\
+             SlurmdPort={node}\n\
+             AuthType=auth/munge\n\
+             AuthInfo=socket={root}/munge.socket\n\
+             SlurmUser={user}\n\
+             SlurmdUser={user}\n\
+             StateSaveLocation={root}/state\n\
+             SlurmdSpoolDir={root}/spool\n\
+             SlurmctldPidFile={root}/slurmctld.pid\n\
+             SlurmdPidFile={root}/slurmd.pid\n\
+             ProctrackType=proctrack/pgid\n\
+             TaskPlugin=task/none\n\
+             MpiDefault=none\n\
+             SelectType=select/cons_tres\n\
+             SelectTypeParameters=CR_Core_Memory\n\
+             SlurmdParameters=config_overrides\n\
+             ReturnToService=2\n\
+             KillWait=5\n\
+             NodeName=one NodeHostname={host} NodeAddr=127.0.0.1 CPUs=3 RealMemory=4096\n\
+             PartitionName=main Nodes=one Default=YES MaxTime=INFINITE State=UP\n",
+            root = root.display(),
+            user = user.trim(),
+        );
+        std::fs::write(&self.configuration, text).unwrap();
+    }
+
+    fn start_munged(&mut self) {
+        let root = self.root.path().to_path_buf();
+        let key = root.join("munge.key");
+        // Who knows the key can run jobs as the user of this test.
+        let mut bytes = [0_u8; 128];
+        std::fs::File::open("/dev/urandom").unwrap().read_exact(&mut bytes).unwrap();
+        let mut file = OpenOptions::new().write(true).create_new(true).mode(0o400).open(&key).unwrap();
+        file.write_all(&bytes).unwrap();
+        let mut command = Command::new("munged");
+        command.arg("--foreground");
+        let files = [("key", "key"), ("socket", "socket"), ("pid", "pid"), ("log", "log"), ("seed", "seed")];
+        for (option, ending) in files {
+            let option = if option == "socket" { option.to_string() } else { format!("{option}-file") };
+            command.arg(format!("--{option}={}/munge.{ending}", root.display()));
+        }
+        self.spawn("munged", &mut command);
+        wait_for(self, "munged's socket", || root.join("munge.socket").exists());
+    }
+
+    fn spawn(&mut self, name: &str, command: &mut Command) {
+        let log = std::fs::File::create(self.root.path().join(format!("{name}.out"))).unwrap();
+        let streams = (log.try_clone().unwrap(), log);
+        let child = command.stdin(Stdio::null()).stdout(streams.0).stderr(streams.1).spawn().unwrap();
+        self.daemons.push(child);
+    }
+
+    /// Runs a client of the cluster to success and gives its stdout.
+    pub fn output(&self, command: &mut Command) -> String {
+        let output = command.env("SLURM_CONF", &self.configuration).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        assert!(output.status.success(), "{command:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    }
+
+    /// What a client says on stdout, be it successful or not.
+    fn try_output(&self, program: &str, arguments: &[&str]) -> String {
+        let output = Command::new(program).args(arguments).env("SLURM_CONF", &self.configuration).output();
+        output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned()).unwrap_or_default()
+    }
+
+    /// Waits until no job is queued or running.
+    pub fn wait_until_idle(&self) {
+        wait_for(self, "the end of all jobs", || {
+            self.output(Command::new("squeue").args(["-h", "-o", "%i"])).trim().is_empty()
+        });
+    }
+
+    /// Task (or job number) -> `code:signal` of a job that is done.
+    pub fn exit_codes(&self, job: &str) -> BTreeMap<String, String> {
+        let jobs = self.output(Command::new("scontrol").args(["show", "job", "-o", job]));
+        let code = |line: &str| {
+            let field = |key: &str| line.split(' ').find_map(|f| f.strip_prefix(key)).map(str::to_string);
+            Some((field("ArrayTaskId=").or_else(|| field("JobId="))?, field("ExitCode=")?))
+        };
+        jobs.lines().filter_map(code).collect()
+    }
+
+    /// What the daemons said.
+    fn logs(&self) -> String {
+        let log = |name: &str| {
+            let path = self.root.path().join(format!("{name}.out"));
+            format!("--- {name}\n{}\n", std::fs::read_to_string(path).unwrap_or_default())
+        };
+        ["munged", "slurmctld", "slurmd"].map(log).concat()
+    }
+}
+
+impl Drop for Cluster {
+    fn drop(&mut self) {
+        if self.daemons.len() == 3 {
+            // Jobs first: slurmd leaves their processes running when it ends.
+            let user = Command::new("id").arg("-un").output().map(|o| o.stdout).unwrap_or_default();
+            let user = String::from_utf8_lossy(&user).trim().to_string();
+            self.try_output("scancel", &["--user", &user]);
+            within(GRACE, || self.try_output("squeue", &["-h", "-o", "%i"]).trim().is_empty());
+            self.try_output("scontrol", &["shutdown"]);
+        }
+        // munged is the first and does not end with the others.
+        while let Some(mut daemon) = self.daemons.pop() {
+            let ends_itself = !self.daemons.is_empty();
+            if !(ends_itself && within(GRACE, || !matches!(daemon.try_wait(), Ok(None)))) {
+                let _ = daemon.kill();
+            }
+            let _ = daemon.wait();
+        }
+    }
+}
+
+/// Waits for something to become true; fails loudly when it does not.
+#[track_caller]
+pub fn wait_for(cluster: &Cluster, what: &str, is_so: impl FnMut() -> bool) {
+    assert!(within(LIMIT, is_so), "waited in vain for {what}\n{}", cluster.logs());
+}
+
+fn within(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
+    let start = Instant::now();
+    while !is_so() {
+        if start.elapsed() > limit {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    true
+}
