@@ -1,0 +1,16 @@
+//! Result files of the VOT reset protocol; the first byte is the number of frames.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use std::path::Path;
+use trackfail::region::{Rect, Region};
+use trackfail::tracker::results::vot;
+
+fuzz_target!(|data: &[u8]| {
+    let Some((frames, data)) = data.split_first() else { return };
+    let truth = vec![Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))); usize::from(*frames)];
+    if let Ok(states) = vot::parse(Path::new("fuzz.txt"), data, &truth) {
+        assert_eq!(states.len(), truth.len());
+    }
+});

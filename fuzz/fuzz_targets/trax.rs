@@ -1,0 +1,15 @@
+//! Messages of trackers; what is read can be written and read again.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use trackfail::tracker::trax;
+
+fuzz_target!(|data: &[u8]| {
+    let mut reader = trax::Reader::new(data);
+    while let Ok(Some(message)) = reader.read() {
+        let Ok(line) = trax::write(&message) else { continue };
+        let again = trax::parse(line.as_bytes()).ok().flatten();
+        assert_eq!(again.as_ref(), Some(&message));
+    }
+});
