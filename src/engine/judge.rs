@@ -345,3 +345,46 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
     };
     Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::DETECTORS;
+    use crate::engine::recipes::TRAINING;
+    use crate::score::measures::Metric;
+
+    #[test]
+    fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
+        let candidate = |below: f64| {
+            let entry = crate::plugin::find(DETECTORS, "level").unwrap();
+            let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
+            (below, FixedDetector { kind: entry.kind, version: entry.version, detector })
+        };
+        let training = Training {
+            key: "below".into(),
+            role: "train".into(),
+            maximise: Metric::FScore,
+            candidates: [0.01, 0.2, 0.5, 0.9].map(candidate).to_vec(),
+        };
+        // One loss, at frame 20; below .2 and .5 find it, .01 never alarms, .9 does from the start.
+        let step =
+            |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
+        let track = Track {
+            address: Address([0; 32]),
+            rects: vec![],
+            error: step(0.2, 1.0),
+            signals: vec![step(0.8, 0.1)],
+            repeated: 0,
+        };
+        let protocol = crate::score::protocol("khalid2016/1").unwrap();
+        let train = |tracks| train(&training, tracks, Some(0), protocol, &Limits::default()).unwrap();
+        let chosen = train(vec![Arc::new(track)]).unwrap();
+        let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
+        assert_eq!(
+            (TRAINING, chosen),
+            (1, Chosen { index: 1, reached: Some(1.0), measures }),
+            "raise TRAINING"
+        );
+        assert!(matches!(train(vec![]), Err(CellError::Missing(_))));
+    }
+}

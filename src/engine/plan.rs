@@ -76,7 +76,7 @@ pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
 pub struct PlannedSequence {
     /// The sequence.
     pub sequence: Arc<Sequence>,
-    /// Its digest.
+    /// Its digest; empty where it cannot be read.
     pub digest: String,
     /// Recipe of each job's track.
     pub tracks: Vec<Result<Recipe, CellError>>,
@@ -149,7 +149,7 @@ impl<'a> Plan<'a> {
     /// their digests, on the threads of the current pool.
     ///
     /// # Errors
-    /// When a sequence cannot be digested, or the end was asked for.
+    /// When the end was asked for. A sequence that cannot be read has no track.
     pub fn new(
         experiment: &'a Experiment,
         loaded: BTreeMap<String, Loaded>,
@@ -170,10 +170,19 @@ impl<'a> Plan<'a> {
                 if stop.is_set() {
                     return Err(RunError::Interrupted);
                 }
-                let digest = sequence.digest()?.to_string();
-                let track = |job: &Job| recipes::track(experiment, &sequence, &digest, *job, data_root);
+                // What cannot be read is a failed sequence, not the end of all others.
+                let digest = sequence.digest().map(str::to_string);
+                let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
+                let track = |job: &Job| match &digest {
+                    Ok(digest) => recipes::track(experiment, &sequence, digest, *job, data_root),
+                    Err(e) => Err(e.clone()),
+                };
                 let tracks = jobs.iter().map(track).collect();
-                Ok(PlannedSequence { sequence: Arc::new(sequence), digest, tracks })
+                Ok(PlannedSequence {
+                    digest: digest.unwrap_or_default(),
+                    sequence: Arc::new(sequence),
+                    tracks,
+                })
             };
             let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
             suites.push(PlannedSuite {

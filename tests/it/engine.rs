@@ -345,6 +345,21 @@ fn a_cell_that_takes_too_long_fails_and_the_rest_is_there() {
     assert_eq!(place.states(), [("missing".to_string(), 16)].into(), "failures are not kept");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_sequence_that_cannot_be_read_fails_alone() {
+    let place = Place::new();
+    let image = place.path("data/otb/Couple/img/0007.png");
+    std::fs::remove_file(&image).unwrap();
+    // Whoever reads a pipe that nobody writes to, waits.
+    assert!(std::process::Command::new("mkfifo").arg(&image).status().unwrap().success());
+    let output = place.command("run", "results").arg("--allow-missing").output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("0007.png: not a file"), "{text}");
+    assert_eq!(place.states(), [("absent".to_string(), 8), ("cached".to_string(), 8)].into());
+}
+
 #[test]
 fn a_small_store_loses_what_was_used_longest_ago() {
     let place = Place::new();
