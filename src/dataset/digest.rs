@@ -219,6 +219,6 @@ impl Hash {
     }
 
     fn hexadecimal(self) -> String {
-        self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        crate::num::hexadecimal(&self.0.finalize())
     }
 }

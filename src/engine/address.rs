@@ -15,6 +15,7 @@
 //! must change an ingredient: plugins have a version, and golden digests of their outputs see to it that it
 //! is raised; [`DECODER`](crate::image::DECODER) and [`OVERLAP`](crate::score::overlap::OVERLAP) are the versions of the shared parts.
 
+use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
@@ -25,7 +26,7 @@ pub struct Address(pub [u8; 32]);
 
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        f.write_str(&hexadecimal(&self.0))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::engine::pass::CellError;
 use crate::engine::run::Outcome;
+use crate::num::hexadecimal;
 use crate::spec::Experiment;
 use crate::spec::method::DetectorChoice;
 use serde::{Deserialize, Serialize};
@@ -129,7 +130,7 @@ pub struct Host {
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 impl Manifest {

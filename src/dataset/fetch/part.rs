@@ -109,7 +109,7 @@ impl Part {
                 Err(e) => return Err(disk(e)),
             }
         }
-        Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(crate::num::hexadecimal(&hash.finalize()))
     }
 }
 

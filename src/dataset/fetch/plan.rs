@@ -2,9 +2,9 @@
 
 use super::address::Address;
 use crate::dataset::archive::{Archive, Packing};
-use crate::dataset::lock::{self, Missing, Suite};
+use crate::dataset::lock::{self, Missing, Suite, below};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Sequences of a suite that are wanted.
 #[derive(Clone)]
@@ -62,7 +62,7 @@ pub fn plan(wanted: &[Wanted], root: &Path) -> Plan {
                 let packed = archives.iter().any(|a| a.packing != Packing::File);
                 if archives.is_empty() {
                     plan.by_hand.push((name, by_hand(missing)));
-                } else if packed && join(root, &missing.folder).exists() {
+                } else if packed && below(root, &missing.folder).exists() {
                     let what = format!("{}; remove the folder to have it fetched anew", missing.how_to_get);
                     plan.broken.push((name, what));
                 } else {
@@ -89,15 +89,10 @@ impl Plan {
     }
 }
 
-/// A path of `datasets.lock` under the data root.
-fn join(root: &Path, folder: &str) -> PathBuf {
-    folder.split('/').filter(|part| !part.is_empty()).fold(root.to_path_buf(), |path, part| path.join(part))
-}
-
 /// Whether what is no archive, but a file, is there already.
 fn is_here(archive: &Archive, root: &Path) -> bool {
     let name = Address::parse(&archive.url).map(|address| address.file_name().to_owned());
-    archive.packing == Packing::File && name.is_ok_and(|name| join(root, &archive.into).join(name).exists())
+    archive.packing == Packing::File && name.is_ok_and(|name| below(root, &archive.into).join(name).exists())
 }
 
 fn by_hand(missing: &Missing) -> String {

@@ -123,7 +123,7 @@ impl Entry {
 }
 
 /// A folder whose parts are separated by `/`, under `root`.
-pub(super) fn below(root: &Path, folder: &str) -> PathBuf {
+pub(crate) fn below(root: &Path, folder: &str) -> PathBuf {
     folder.split('/').fold(root.to_path_buf(), |path, part| path.join(part))
 }
 

@@ -22,6 +22,7 @@ mod load;
 mod text;
 mod verify;
 
+pub(crate) use entry::below;
 pub use entry::{Entry, Format, TargetType, attribute_word};
 pub use text::LOCK;
 pub use verify::{Checked, Finding};

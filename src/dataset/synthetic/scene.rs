@@ -403,7 +403,7 @@ pub fn sequence(suite: &str, version: u32, plan: &Plan) -> Sequence {
         truth,
         attributes,
         frame_attributes,
-        digest: hash.finalize().iter().map(|b| format!("{b:02x}")).collect::<String>().into(),
+        digest: crate::num::hexadecimal(&hash.finalize()).into(),
         frames: Frames::Rendered(Arc::new(scene), plan.frames),
     }
 }

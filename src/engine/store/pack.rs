@@ -15,6 +15,7 @@
 use super::file;
 use super::{StoreError, TEMPORARY};
 use crate::engine::address::{Address, Recipe, Stage};
+use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -132,8 +133,7 @@ pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>),
     bytes.extend_from_slice(&digest);
     bytes.extend_from_slice(MAGIC);
     temporary.write_all(&bytes).map_err(|e| fail(&e))?;
-    let name: String = digest.iter().take(20).map(|byte| format!("{byte:02x}")).collect();
-    let path = folder.join(format!("{name}.pack"));
+    let path = folder.join(format!("{}.pack", hexadecimal(&digest[..20])));
     file::persist(temporary, &path)?;
     Ok((path, index))
 }
