@@ -149,7 +149,7 @@ pub fn make_ready(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<(Read
         let reads = plan.training_reads(training, signal, t, address);
         let recipe = recipes::model(plan.experiment, training, &reads);
         let address = recipe.address();
-        let known = if context.options.force { None } else { context.store.get::<Chosen>(&address, 1) };
+        let known = context.kept::<Chosen>(&address, 1);
         let known = known.filter(|c| (c.index as usize) < training.candidates.len());
         let chosen = match known {
             Some(chosen) => {
@@ -300,8 +300,8 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
     let recipes: Vec<_> = cases.iter().map(recipe).collect();
     let kept = |(case, recipe): (&Case, &super::address::Recipe)| {
         let rows = case.track.error.len();
-        let stored = context.store.get::<StoredVerdict>(&recipe.address(), rows);
-        stored.filter(|_| !context.options.force).and_then(|v| v.on(&signal_of(&case.track, case.signal)))
+        let stored = context.kept::<StoredVerdict>(&recipe.address(), rows);
+        stored.and_then(|v| v.on(&signal_of(&case.track, case.signal)))
     };
     let mut verdicts: Vec<Option<Result<Verdict, CellError>>> =
         cases.iter().zip(&recipes).map(|pair| kept(pair).map(Ok)).collect();

@@ -173,8 +173,9 @@ impl<'a> Plan<'a> {
                 // What cannot be read is a failed sequence, not the end of all others.
                 let digest = sequence.digest().map(str::to_string);
                 let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
-                let track = |job: &Job| match &digest {
-                    Ok(digest) => recipes::track(experiment, &sequence, digest, *job, data_root),
+                let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
+                let track = |job: &Job| match &common {
+                    Ok(common) => recipes::track(experiment, &sequence, common, *job, data_root),
                     Err(e) => Err(e.clone()),
                 };
                 let tracks = jobs.iter().map(track).collect();

@@ -17,14 +17,34 @@ pub fn track_seed(experiment: &Experiment, sequence: &Sequence, tracker: &Tracke
     seed::seed(experiment.seed, &[&sequence.name, &tracker.label, &run.to_string()])
 }
 
-/// Of a track. `digest` is the sequence's.
+fn failed(e: DatasetError) -> CellError {
+    CellError::Failed(e.to_string())
+}
+
+/// What the tracks of a sequence have in common. `digest` is the sequence's.
+///
+/// # Errors
+/// When a video cannot be decoded.
+pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> {
+    let mut recipe =
+        Recipe::new(Stage::Track).with("sequence", &sequence.name).with("frames and truth", digest);
+    if !matches!(sequence.frames, Frames::Rendered(..)) {
+        recipe = recipe.with("frame decoder", DECODER);
+    }
+    if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
+        recipe = recipe.with("decoded frames", decoded);
+    }
+    Ok(recipe)
+}
+
+/// Of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
 ///
 /// # Errors
 /// When a file that the tracker reads is not there.
 pub fn track(
     experiment: &Experiment,
     sequence: &Sequence,
-    digest: &str,
+    common: &Recipe,
     job: Job,
     data_root: Option<&Path>,
 ) -> Result<Recipe, CellError> {
@@ -32,15 +52,7 @@ pub fn track(
     let tracker = &experiment.trackers[job.tracker];
     let seed = track_seed(experiment, sequence, tracker, run);
     let mut recipe =
-        Recipe::new(Stage::Track).with("sequence", &sequence.name).with("frames and truth", digest);
-    if !matches!(sequence.frames, Frames::Rendered(..)) {
-        recipe = recipe.with("frame decoder", DECODER);
-    }
-    let failed = |e: DatasetError| CellError::Failed(e.to_string());
-    if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
-        recipe = recipe.with("decoded frames", decoded);
-    }
-    recipe = recipe.with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
+        common.clone().with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
     if tracker.setup.uses_seed() {
         recipe = recipe.with("seed", seed);
     }

@@ -3,18 +3,19 @@
 //! comes from names.
 
 use super::address::{Address, Recipe};
-use super::judge::{self, Case, Judged, Kept, Model, StoredVerdict, signal_of};
+use super::judge::{self, Armed, Case, Judged, Kept, Model, StoredVerdict, signal_of};
 use super::pass::CellError;
 use super::plan::{Plan, Shard, variants};
 use super::store::{Name, Record, Store, StoreError};
 use super::supervise::{Interrupted, Limits};
-use super::tracks::{self, Tracks};
+use super::tracks::{self, Track, Tracks};
 use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Verdict;
 use crate::spec::Experiment;
 use crate::spec::method::{DetectorChoice, Variant};
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -129,6 +130,23 @@ impl<'a> Context<'a> {
         let on_frame = move || progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
         let tally = Tally::default();
         Self { plan, store, options, tally, on_frame: Arc::new(on_frame), held: AtomicUsize::new(0) }
+    }
+
+    /// The content of a record that may be used: none when everything is to be computed anew.
+    pub fn kept<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
+        if self.options.force { None } else { self.store.get(address, rows) }
+    }
+
+    /// A cell of the test suite that is to be judged; `cell` is its name in the plan.
+    fn case(&self, cell: &str, track: &Arc<Track>, variant: usize, armed: Armed, seed: u64) -> Case {
+        let cell = self.plan.stored_name(cell);
+        Case {
+            name: Name { experiment: self.plan.experiment.name.clone(), cell },
+            track: track.clone(),
+            signal: self.plan.signal(variant),
+            armed,
+            seed,
+        }
     }
 
     /// Keeps records; those that are computed anew although they were there are compared with what was.
@@ -274,11 +292,10 @@ fn units(plan: &Plan<'_>, shard: Option<Shard>) -> Vec<Unit> {
 
 /// Frames that have to be gone over.
 fn frames_to_do(plan: &Plan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
-    let context = Context::new(plan, store, options, 0);
+    let to_do = |track: &Recipe| options.force || !plan.is_kept(store, track);
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let to_do =
-            jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|r| !tracks::is_kept(&context, r)));
+        let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(to_do));
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };
     units.par_iter().map(of_unit).sum()
@@ -353,7 +370,7 @@ pub fn run_shard(
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let given = |variant: &Variant| match &variant.detector {
-        DetectorChoice::Given(fixed) => Some(judge::Armed { fixed: fixed.clone(), model: None }),
+        DetectorChoice::Given(fixed) => Some(Armed { fixed: fixed.clone(), model: None }),
         DetectorChoice::Trained(_) => None,
     };
     type Done = Vec<(String, Result<(), CellError>)>;
@@ -373,18 +390,10 @@ pub fn run_shard(
                 let Some(armed) = given(variant) else { continue };
                 let params = variant.params();
                 let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
+                let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
                 match track {
                     Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => cases.push(Case {
-                        name: Name {
-                            experiment: plan.experiment.name.clone(),
-                            cell: plan.stored_name(&name),
-                        },
-                        track: track.clone(),
-                        signal: plan.signal(v),
-                        armed,
-                        seed: plan.seed(&method.name, &params, &planned.sequence.name, job),
-                    }),
+                    Ok(track) => cases.push(context.case(&name, track, v, armed, seed)),
                 }
             }
         }
@@ -451,11 +460,9 @@ fn judge_sequence(
             let result = match (&tracks[j], armed) {
                 (Err(e), _) | (_, Err(e)) => Err(e.clone()),
                 (Ok(track), Ok(armed)) => {
-                    let cell = plan.stored_name(&plan.cell_name(&sequence.name, *job, &method.name, &params));
-                    let name = Name { experiment: plan.experiment.name.clone(), cell };
+                    let name = plan.cell_name(&sequence.name, *job, &method.name, &params);
                     let seed = plan.seed(&method.name, &params, &sequence.name, *job);
-                    let (track, signal) = (track.clone(), plan.signal(v));
-                    cases.push((cells.len(), Case { name, track, signal, armed: armed.clone(), seed }));
+                    cases.push((cells.len(), context.case(&name, track, v, armed.clone(), seed)));
                     // Replaced below.
                     Err(CellError::Missing(String::new()))
                 }

@@ -46,11 +46,6 @@ impl Found {
     }
 }
 
-/// Whether a pass over the frames is needed for a job, as far as the store's index can tell.
-pub fn is_kept(context: &Context<'_>, recipe: &Recipe) -> bool {
-    !context.options.force && context.plan.is_kept(context.store, recipe)
-}
-
 /// Tracks of `jobs` on a sequence of a suite, in their order.
 ///
 /// # Errors
@@ -79,14 +74,13 @@ fn some_tracks(
     let look = |job: &usize| {
         let recipe = planned.tracks[*job].clone()?;
         let address = recipe.address();
-        let fresh = context.options.force;
-        let get = |choice| {
+        let signal = |choice| {
             let address = recipes::signal(address, choice).address();
-            context.store.get::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
+            context.kept::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
         };
-        let states = if fresh { None } else { context.store.get::<Vec<State>>(&address, rows) };
+        let states = context.kept::<Vec<State>>(&address, rows);
         let states = states.filter(|s| s.len() == rows).map(Arc::new);
-        let signals = plan.signals.iter().map(|choice| if fresh { None } else { get(choice) }).collect();
+        let signals = plan.signals.iter().map(signal).collect();
         Ok(Found { job: *job, recipe, states, signals })
     };
     let mut found: Vec<Result<Found, CellError>> = jobs.iter().map(look).collect();
@@ -182,9 +176,10 @@ fn unchanged(
     if digest != planned.digest {
         return Err(changed());
     }
+    let common = recipes::sequence(&planned.sequence, &digest)?;
     for found in wanted.iter().filter_map(|k| found[*k].as_ref().ok()) {
         let root = context.options.data_root.as_deref();
-        let now = recipes::track(plan.experiment, &planned.sequence, &digest, plan.jobs[found.job], root)?;
+        let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], root)?;
         if now != found.recipe {
             return Err(changed());
         }

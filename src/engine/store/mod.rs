@@ -23,6 +23,7 @@
 //! - 1: first version.
 
 mod file;
+mod index;
 pub mod pack;
 pub mod staging;
 
@@ -30,12 +31,12 @@ pub use file::{read, read_text, write};
 pub use pack::{Head, Name, Record};
 
 use super::address::{Address, Recipe, Stage};
+use index::Index;
 use pack::{PackError, Place};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::collections::hash_map::Entry;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock};
@@ -62,55 +63,6 @@ impl StoreError {
     /// An error about `path`.
     pub fn new(path: &Path, what: impl std::fmt::Display) -> Self {
         Self { path: path.to_path_buf(), what: what.to_string() }
-    }
-}
-
-/// The packs and where in them every record is.
-#[derive(Default)]
-struct Index {
-    packs: Vec<PathBuf>,
-    /// Address -> pack and place in it.
-    places: HashMap<Address, (u32, Place)>,
-    /// Records that are there more than once: the other packs and places.
-    twins: HashMap<Address, Vec<(u32, Place)>>,
-    /// Key of a cell's name -> addresses it has been computed under.
-    names: HashMap<u64, Vec<Address>>,
-    /// Packs that were read from or written.
-    used: BTreeSet<u32>,
-}
-
-impl Index {
-    fn add(&mut self, path: PathBuf, places: Vec<Place>) -> u32 {
-        let pack = self.packs.len() as u32;
-        self.packs.push(path);
-        for place in places {
-            let known = self.names.entry(place.name).or_default();
-            if !known.contains(&place.address) {
-                known.push(place.address);
-            }
-            match self.places.entry(place.address) {
-                Entry::Vacant(vacant) => {
-                    vacant.insert((pack, place));
-                }
-                Entry::Occupied(_) => self.twins.entry(place.address).or_default().push((pack, place)),
-            }
-        }
-        pack
-    }
-
-    fn drop_pack(&mut self, pack: u32) {
-        self.places.retain(|_, (p, _)| *p != pack);
-        self.twins.values_mut().for_each(|twins| twins.retain(|(p, _)| *p != pack));
-        for (address, twins) in &mut self.twins {
-            if !self.places.contains_key(address)
-                && let Some(twin) = twins.pop()
-            {
-                self.places.insert(*address, twin);
-            }
-        }
-        self.twins.retain(|_, twins| !twins.is_empty());
-        let places = &self.places;
-        self.names.values_mut().for_each(|addresses| addresses.retain(|a| places.contains_key(a)));
     }
 }
 
