@@ -2,7 +2,7 @@
 
 use super::{Failure, output};
 use crate::dataset::{DatasetError, Sequence, otb};
-use crate::detector::{Input, changes};
+use crate::detector::Input;
 use crate::num::seed;
 use crate::signal::Session;
 use crate::spec::builtin;
@@ -98,9 +98,9 @@ fn print(sequence: &Sequence, methods: &[Method], signals: &[Vec<f64>]) -> Resul
         let verdict = fixed.detector.detect(&Input { signal, error: &unknown, seed });
         number.extend((0..sequence.len()).map(|t| i64::from(sequence.number(t))));
         name.extend(std::iter::repeat_n(method.name.as_str(), sequence.len()));
-        score.extend(verdict.score);
+        score.extend_from_slice(&verdict.score);
         label.extend(verdict.alarm.iter().map(|a| i32::from(*a)));
-        change.extend(changes(&verdict.alarm));
+        change.extend_from_slice(&verdict.changes());
     }
     let table = frame::frame(vec![
         Column::new("frame".into(), number),

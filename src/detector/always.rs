@@ -36,6 +36,6 @@ impl Detector for Always {
 
     fn detect(&self, input: &Input<'_>) -> Verdict {
         let frames = input.signal.len();
-        Verdict { score: vec![1.0; frames], alarm: vec![true; frames], forecast: None }
+        Verdict { score: vec![1.0; frames], alarm: vec![true; frames], ..Verdict::default() }
     }
 }

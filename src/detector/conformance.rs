@@ -66,6 +66,7 @@ fn digest(verdict: &Verdict) -> String {
         hash.update(if value.is_nan() { u64::MAX } else { value.to_bits() }.to_le_bytes());
     }
     hash.update(verdict.alarm.iter().map(|&a| u8::from(a)).collect::<Vec<_>>());
+    hash.update(verdict.changes.iter().flatten().map(|&c| c as u8).collect::<Vec<_>>());
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -75,6 +76,7 @@ fn cut(verdict: &Verdict, frames: usize) -> Verdict {
         score: verdict.score[..frames].to_vec(),
         alarm: verdict.alarm[..frames].to_vec(),
         forecast: verdict.forecast.as_ref().map(|f| f[..frames].to_vec()),
+        changes: verdict.changes.as_ref().map(|c| c[..frames].to_vec()),
     }
 }
 
@@ -83,6 +85,10 @@ fn check_shape(label: &str, verdict: &Verdict, frames: usize) {
     assert_eq!(verdict.score.len(), frames, "{label}: length of score");
     assert_eq!(verdict.alarm.len(), frames, "{label}: length of alarm");
     assert!(verdict.score.iter().all(|v| v.is_finite()), "{label}: a score is not finite");
+    if let Some(changes) = &verdict.changes {
+        assert_eq!(changes.len(), frames, "{label}: length of changes");
+        assert!(changes.iter().all(|c| (-1..=1).contains(c)), "{label}: a change is none of -1, 0, 1");
+    }
     if let Some(forecast) = &verdict.forecast {
         assert_eq!(forecast.len(), frames, "{label}: length of forecast");
         let begin = forecast.iter().position(|v| !v.is_nan()).unwrap_or(frames);

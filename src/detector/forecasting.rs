@@ -73,7 +73,7 @@ pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> Verdi
         .map(|(y, f)| if f.is_nan() { 0.0 } else { (y - f).abs().min(f64::MAX) })
         .collect();
     let alarm = score.iter().map(|&z| z >= threshold).collect();
-    Verdict { score, alarm, forecast: Some(forecast) }
+    Verdict { score, alarm, forecast: Some(forecast), ..Verdict::default() }
 }
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ impl Detector for Level {
                 Self::Above(level) => y >= level,
             })
             .collect();
-        Verdict { score: input.signal.to_vec(), alarm, forecast: None }
+        Verdict { score: input.signal.to_vec(), alarm, ..Verdict::default() }
     }
 }
 

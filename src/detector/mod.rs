@@ -34,7 +34,7 @@ pub struct Input<'a> {
 }
 
 /// What a detector says, each field as long as the signal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The number that is compared with the threshold: the signal itself, or |z_t| of a forecast.
     pub score: Vec<f64>,
@@ -42,6 +42,16 @@ pub struct Verdict {
     pub alarm: Vec<bool>,
     /// The forecast of the signal, from detectors that make one; NaN where there is none yet.
     pub forecast: Option<Vec<f64>>,
+    /// The changes (+1, -1, 0), from detectors that find them directly and may find two of one sign in a
+    /// row; elsewhere they are where the label changes.
+    pub changes: Option<Vec<i32>>,
+}
+
+impl Verdict {
+    /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where there is none.
+    pub fn changes(&self) -> std::borrow::Cow<'_, [i32]> {
+        self.changes.as_deref().map_or_else(|| changes(&self.alarm).into(), Into::into)
+    }
 }
 
 /// A checked configuration of a detector.

@@ -36,6 +36,6 @@ impl Detector for Never {
 
     fn detect(&self, input: &Input<'_>) -> Verdict {
         let frames = input.signal.len();
-        Verdict { score: vec![0.0; frames], alarm: vec![false; frames], forecast: None }
+        Verdict { score: vec![0.0; frames], alarm: vec![false; frames], ..Verdict::default() }
     }
 }

@@ -57,7 +57,11 @@ impl Detector for Oracle {
                 label
             })
             .collect();
-        Verdict { score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(), alarm, forecast: None }
+        Verdict {
+            score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
+            alarm,
+            ..Verdict::default()
+        }
     }
 }
 

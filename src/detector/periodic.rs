@@ -65,7 +65,11 @@ impl Detector for Periodic {
     fn detect(&self, input: &Input<'_>) -> Verdict {
         let Params { period, phase } = self.0;
         let alarm: Vec<bool> = (0..input.signal.len()).map(|t| t % period == phase).collect();
-        Verdict { score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(), alarm, forecast: None }
+        Verdict {
+            score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
+            alarm,
+            ..Verdict::default()
+        }
     }
 }
 

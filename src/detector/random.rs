@@ -79,7 +79,11 @@ impl Detector for Random {
                 now
             })
             .collect();
-        Verdict { score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(), alarm, forecast: None }
+        Verdict {
+            score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
+            alarm,
+            ..Verdict::default()
+        }
     }
 }
 

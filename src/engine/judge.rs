@@ -41,13 +41,15 @@ pub struct StoredVerdict {
     score: Option<Vec<f64>>,
     alarm: Vec<bool>,
     forecast: Option<Vec<f64>>,
+    changes: Option<Vec<i32>>,
 }
 
 impl StoredVerdict {
     fn new(verdict: &Verdict, signal: &[f64]) -> Self {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
-        Self { score, alarm: verdict.alarm.clone(), forecast: verdict.forecast.clone() }
+        let Verdict { alarm, forecast, changes, .. } = verdict.clone();
+        Self { score, alarm, forecast, changes }
     }
 
     /// The verdict on a signal, if it is one of its length.
@@ -55,8 +57,10 @@ impl StoredVerdict {
         let score = self.score.unwrap_or_else(|| signal.to_vec());
         let whole = score.len() == signal.len()
             && self.alarm.len() == signal.len()
-            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len());
-        whole.then_some(Verdict { score, alarm: self.alarm, forecast: self.forecast })
+            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len())
+            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len());
+        let Self { alarm, forecast, changes, .. } = self;
+        whole.then_some(Verdict { score, alarm, forecast, changes })
     }
 }
 
@@ -265,7 +269,7 @@ fn detect(
 ) -> (Verdict, TrackScore) {
     let signal = signal_of(track, signal);
     let verdict = detector.detect(&Input { signal: &signal, error: &track.error, seed });
-    let score = (protocol.score)(&track.error, &verdict.alarm);
+    let score = (protocol.score)(&track.error, &verdict.alarm, &verdict.changes());
     (verdict, score)
 }
 
@@ -340,7 +344,7 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
     }
     let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<Verdict, CellError>>)| {
         let verdict = verdict.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
-        let score = (protocol.score)(&case.track.error, &verdict.alarm);
+        let score = (protocol.score)(&case.track.error, &verdict.alarm, &verdict.changes());
         Ok(Judged { verdict: context.hold(recipe, verdict), score })
     };
     Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())

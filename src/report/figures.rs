@@ -126,9 +126,9 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
     let first = track.numbers.first().copied().unwrap_or(1);
     let frames = FrameAxis { first: u32::try_from(first).unwrap_or(0), count: track.error.len() };
     let judged = |method: &str| -> TrackScore {
-        let silent = vec![false; track.error.len()];
-        let alarm = track.method(method).map_or(&silent, |m| &m.alarm);
-        (results.experiment.protocol.score)(&track.error, alarm)
+        let (silent, still) = (vec![false; track.error.len()], vec![0; track.error.len()]);
+        let said = track.method(method).map_or((&silent, &still), |m| (&m.alarm, &m.changes));
+        (results.experiment.protocol.score)(&track.error, said.0, said.1)
     };
     let lost: Vec<bool> = track.error.iter().map(|e| *e >= 1.0).collect();
     let blank = |label: &str| Panel { spans: spans_where(&lost), ..Panel::new(label, frames) };

@@ -112,8 +112,10 @@ impl Results {
     }
 
     fn read_frames(&self, wanted: &str) -> Result<Vec<TrackSeries>, ResultsError> {
-        let columns =
-            ["sequence", "tracker", "run", "frame", "x", "y", "w", "h", "error", "method", "score", "label"];
+        let columns = [
+            "sequence", "tracker", "run", "frame", "x", "y", "w", "h", "error", "method", "score", "label",
+            "change",
+        ];
         let table = self.parquet("frames.parquet", &columns)?;
         let (sequence, tracker) = (frame::texts(&table, "sequence")?, frame::texts(&table, "tracker")?);
         let (method, run) = (frame::texts(&table, "method")?, frame::integers(&table, "run")?);
@@ -122,6 +124,7 @@ impl Results {
         let (x, y, w, h) = (x?, y?, w?, h?);
         let (error, score) = (frame::floats(&table, "error")?, frame::floats(&table, "score")?);
         let label = frame::small_integers(&table, "label")?;
+        let change = frame::small_integers(&table, "change")?;
         let mut tracks: Vec<TrackSeries> = Vec::new();
         for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
             if tracks.last().is_none_or(|t| t.sequence != sequence[i]) {
@@ -140,6 +143,7 @@ impl Results {
             if let Some(m) = track.methods.last_mut() {
                 m.score.push(score[i]);
                 m.alarm.push(label[i] != 0);
+                m.changes.push(change[i]);
             }
         }
         Ok(tracks)
@@ -254,6 +258,8 @@ pub struct MethodSeries {
     pub score: Vec<f64>,
     /// Alarm.
     pub alarm: Vec<bool>,
+    /// Changes of the label: +1, -1, 0.
+    pub changes: Vec<i32>,
     /// Signal; empty for methods with a grid or without a signal.
     pub signal: Vec<f64>,
     /// Forecast, NaN where there is none.

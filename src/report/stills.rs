@@ -38,7 +38,8 @@ pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &'a [TrackSeries
 
 /// Frames in which the tracker failed, by the experiment's protocol.
 pub fn events(results: &Results, track: &TrackSeries) -> Vec<usize> {
-    (results.experiment.protocol.score)(&track.error, &vec![false; track.error.len()]).events
+    let frames = track.error.len();
+    (results.experiment.protocol.score)(&track.error, &vec![false; frames], &vec![0; frames]).events
 }
 
 /// `count` frames: around the first tracking error, or spread over a sequence without one.

@@ -45,7 +45,7 @@ pub fn events(error: &[f64]) -> Vec<usize> {
     events
 }
 
-fn score(error: &[f64], alarm: &[bool]) -> TrackScore {
+fn score(error: &[f64], alarm: &[bool], _: &[i32]) -> TrackScore {
     let events = events(error);
     let detections = crate::detector::run_starts(alarm);
     let matches = matching::match_nearest(&events, &detections, TOLERANCE);
@@ -79,7 +79,7 @@ mod tests {
     // 30 (false), 52 (too late for 45). TN = 50 late frames - 3 detections - 1 missed event.
     #[test]
     fn counts_a_hand_worked_track() {
-        let s = score(&series(60, &[20..30, 45..60]), &alarms(60, &[18..22, 30..31, 52..60]));
+        let s = score(&series(60, &[20..30, 45..60]), &alarms(60, &[18..22, 30..31, 52..60]), &[]);
         assert_eq!(s.events, [20, 45]);
         assert_eq!(s.detections, [18, 30, 52]);
         assert_eq!(s.matches, [(0, 0)]);
@@ -103,10 +103,10 @@ mod tests {
     #[test]
     fn anchors_have_their_closed_forms() {
         let error: Vec<f64> = (0..100).map(|t| if (50..60).contains(&t) { 1.0 } else { 0.3 }).collect();
-        assert_eq!(score(&error, &[true; 100]).counts, Counts { tp: 0, fp: 1, fn_: 1, tn: 89 });
-        assert_eq!(score(&error, &[false; 100]).counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 89 });
+        assert_eq!(score(&error, &[true; 100], &[]).counts, Counts { tp: 0, fp: 1, fn_: 1, tn: 89 });
+        assert_eq!(score(&error, &[false; 100], &[]).counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 89 });
         let oracle: Vec<bool> = error.iter().map(|e| *e >= 1.0).collect();
-        assert_eq!(score(&error, &oracle).counts, Counts { tp: 1, fp: 0, fn_: 0, tn: 89 });
+        assert_eq!(score(&error, &oracle, &[]).counts, Counts { tp: 1, fp: 0, fn_: 0, tn: 89 });
     }
 
     proptest! {
@@ -116,7 +116,7 @@ mod tests {
             seed in any::<u64>(),
         ) {
             let alarm: Vec<bool> = (0..error.len()).map(|t| (seed >> (t % 61)) & 3 == 0).collect();
-            let s = score(&error, &alarm);
+            let s = score(&error, &alarm, &[]);
             let c = s.counts;
             prop_assert_eq!(c.tp + c.fp, s.detections.len() as u64);
             prop_assert_eq!(c.tp + c.fn_, s.events.len() as u64);

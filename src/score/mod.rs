@@ -30,8 +30,8 @@ pub struct Protocol {
     pub name: &'static str,
     /// One line for `trackfail list`.
     pub summary: &'static str,
-    /// Scores one track: tracking errors (NaN where unknown) and alarms, one a frame.
-    pub score: fn(error: &[f64], alarm: &[bool]) -> TrackScore,
+    /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.
+    pub score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
 }
 
 /// Every protocol, by name.

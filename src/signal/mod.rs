@@ -26,6 +26,15 @@ pub enum Direction {
     HighIsBad,
 }
 
+/// What a signal looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// The frame, and the tracker's region.
+    Pixels,
+    /// The moments of the tracker's posterior; frames are not decoded for it.
+    Posterior,
+}
+
 /// A checked configuration of a signal.
 pub trait Signal: Send + Sync {
     /// Checked parameters, defaults filled in.
@@ -33,6 +42,16 @@ pub trait Signal: Send + Sync {
 
     /// Which values speak for a failure.
     fn direction(&self) -> Direction;
+
+    /// What it looks at.
+    fn reads(&self) -> Reads {
+        Reads::Pixels
+    }
+
+    /// Its letter in figures.
+    fn symbol(&self) -> &'static str {
+        "yₜ"
+    }
 
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);

@@ -4,7 +4,6 @@
 use super::folder::FolderError;
 use super::frame::{self, FrameError};
 use super::measures::{Measure, grouped, pool_counts};
-use crate::detector::changes;
 use crate::engine::pass::CellError;
 use crate::engine::run::{Cell, Outcome};
 use crate::score::measures::{Metric, Pooled};
@@ -260,7 +259,7 @@ fn some_frames(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Fold
         method.extend(std::iter::repeat_n(name, track.rects.len()));
         score.extend_from_slice(&verdict.score);
         label.extend(verdict.alarm.iter().map(|a| i32::from(*a)));
-        change.extend(changes(&verdict.alarm));
+        change.extend_from_slice(&verdict.changes());
     }
     let mut columns = keys.columns(&outcome.suite);
     columns.extend([
