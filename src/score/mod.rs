@@ -8,6 +8,7 @@ pub mod khalid2016;
 pub mod matching;
 pub mod measures;
 pub mod overlap;
+pub mod sanmiguel2015;
 
 use measures::Counts;
 
@@ -35,7 +36,7 @@ pub struct Protocol {
 }
 
 /// Every protocol, by name.
-pub static PROTOCOLS: &[Protocol] = &[khalid2016::PROTOCOL];
+pub static PROTOCOLS: &[Protocol] = &[khalid2016::PROTOCOL, sanmiguel2015::SIGNED, sanmiguel2015::UNSIGNED];
 
 /// The protocol of a name.
 pub fn protocol(name: &str) -> Option<&'static Protocol> {

@@ -1,0 +1,232 @@
+//! Protocols `sanmiguel2015/1` and `sanmiguel2015-unsigned/1`: detection of changes between consistent and
+//! inconsistent tracking (SanMiguel and Cavallaro, CVIU 131, 2015, Section 7, Eq. 18-23).
+//!
+//! * Error: e_t = 1 - Dice (Eq. 18); the tracker is inconsistent where e_t = 1 (Eq. 19). Frames without
+//!   annotation keep the state before them, and a track is consistent until its first annotation.
+//! * Event: d_t = e^b_t - e^b_(t-1) for t > 0 (Eq. 20), +1 from consistent to inconsistent, -1 back. As
+//!   d_0 = 0, a track that is lost in its first frame has no event there, but one, of -1, when it is found.
+//! * Detection: every change that the detector reports, of both signs, also in the first frame.
+//! * Matching: one-to-one within 5 frames, nearest first, then earliest ([`super::matching`]); a detection
+//!   can match events of its own sign only. The `unsigned` protocol ignores the signs.
+//! * TP = matched pairs, FP = unmatched detections, FN = unmatched events.
+//! * TN = the remaining frames from the second on: those that are neither a detection nor an unmatched
+//!   event. The paper gives none; precision, recall and F do not use them.
+//!
+//! Measures pool these counts over a suite. How the paper pairs detections with changes is not said
+//! beyond the window of 5 frames; signs are the likely reading, since it names both directions. Nearest
+//! first takes the best pair, not the most pairs, so the unsigned protocol can find fewer than the signed
+//! one where changes of both signs are within 10 frames, though never less than half.
+
+use super::measures::Counts;
+use super::{Protocol, TrackScore, matching};
+
+/// The entry of the protocol that matches changes of one sign only.
+pub const SIGNED: Protocol = Protocol {
+    name: "sanmiguel2015/1",
+    summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
+    score: |error, _, changes| score(error, changes, &[1, -1]),
+};
+
+/// The entry of the protocol that ignores signs.
+pub const UNSIGNED: Protocol = Protocol {
+    name: "sanmiguel2015-unsigned/1",
+    summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
+    score: |error, _, changes| score(error, changes, &[0]),
+};
+
+/// Frames on either side within which a detection can match an event.
+pub const TOLERANCE: usize = 5;
+
+/// Eq. 20: the change into each frame, +1 where the target is lost, -1 where it is found, 0 elsewhere.
+///
+/// `error` is one tracking error a frame in `[0, 1]`, NaN where there is no annotation.
+pub fn events(error: &[f64]) -> Vec<i32> {
+    let mut lost = false;
+    let change = |(t, &e): (usize, &f64)| {
+        let before = lost;
+        lost = if e.is_nan() { lost } else { e >= 1.0 };
+        if t == 0 { 0 } else { i32::from(lost) - i32::from(before) }
+    };
+    error.iter().enumerate().map(change).collect()
+}
+
+/// Frames of the changes that are not 0.
+fn frames(changes: &[i32]) -> Vec<usize> {
+    (0..changes.len()).filter(|t| changes[*t] != 0).collect()
+}
+
+/// Matches each of `signs` by itself; sign 0 is both together.
+fn score(error: &[f64], changes: &[i32], signs: &[i32]) -> TrackScore {
+    let truth = events(error);
+    let (events, detections) = (frames(&truth), frames(changes));
+    let mut matches = Vec::new();
+    for &sign in signs {
+        let of_sign = |all: &[usize], signed: &[i32]| -> Vec<usize> {
+            (0..all.len()).filter(|k| sign == 0 || signed[all[*k]].signum() == sign).collect()
+        };
+        let (e, d) = (of_sign(&events, &truth), of_sign(&detections, changes));
+        let at = |all: &[usize], picked: &[usize]| picked.iter().map(|k| all[*k]).collect::<Vec<usize>>();
+        let pairs = matching::match_nearest(&at(&events, &e), &at(&detections, &d), TOLERANCE);
+        matches.extend(pairs.into_iter().map(|(i, j)| (e[i], d[j])));
+    }
+    matches.sort_unstable();
+    let (tp, fp, fn_) = (matches.len(), detections.len() - matches.len(), events.len() - matches.len());
+    let mut silent = vec![true; error.len()];
+    let mut missed = vec![true; events.len()];
+    for &(event, _) in &matches {
+        missed[event] = false;
+    }
+    let missed = events.iter().zip(missed).filter_map(|(t, missed)| missed.then_some(t));
+    for &t in detections.iter().chain(missed).chain(&[0]) {
+        if let Some(frame) = silent.get_mut(t) {
+            *frame = false;
+        }
+    }
+    let tn = silent.iter().filter(|silent| **silent).count();
+    let counts = Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 };
+    TrackScore { counts, events, detections, matches }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::changes as changes_of;
+    use proptest::prelude::*;
+
+    fn lost(length: usize, runs: &[(usize, usize)]) -> Vec<f64> {
+        let is_lost = |t| runs.iter().any(|&(from, to)| (from..to).contains(&t));
+        (0..length).map(|t| if is_lost(t) { 1.0 } else { 0.3 }).collect()
+    }
+
+    fn reported(length: usize, at: &[(usize, i32)]) -> Vec<i32> {
+        let mut changes = vec![0; length];
+        at.iter().for_each(|(t, sign)| changes[*t] = *sign);
+        changes
+    }
+
+    // By hand on 60 frames: events +20, -30, +45. Of the detections, +19 matches 20, where +18 is farther
+    // away, and -34 matches 30; -46 is next to +45 but of the other sign, and +55 is too late for it.
+    // TN = 59 frames - 5 detections - 1 missed event.
+    #[test]
+    fn counts_a_hand_worked_track() {
+        let changes = reported(60, &[(18, 1), (19, 1), (34, -1), (46, -1), (55, 1)]);
+        let error = lost(60, &[(20, 30), (45, 60)]);
+        let s = (SIGNED.score)(&error, &[], &changes);
+        assert_eq!(s.events, [20, 30, 45]);
+        assert_eq!(s.detections, [18, 19, 34, 46, 55]);
+        assert_eq!(s.matches, [(0, 1), (1, 2)]);
+        assert_eq!(s.counts, Counts { tp: 2, fp: 3, fn_: 1, tn: 53 });
+        let s = (UNSIGNED.score)(&error, &[], &changes);
+        assert_eq!(s.matches, [(0, 1), (1, 2), (2, 3)]);
+        assert_eq!(s.counts, Counts { tp: 3, fp: 2, fn_: 0, tn: 54 });
+    }
+
+    // By hand: a missed event in the frame of a false detection is one frame that is not silent.
+    #[test]
+    fn a_frame_is_counted_once() {
+        let s = (SIGNED.score)(&lost(40, &[(20, 40)]), &[], &reported(40, &[(20, -1)]));
+        assert_eq!(s.counts, Counts { tp: 0, fp: 1, fn_: 1, tn: 38 });
+    }
+
+    #[test]
+    fn a_track_that_starts_lost_has_an_event_when_it_is_found() {
+        assert_eq!(events(&[1.0, 1.0, 0.2, 1.0, 1.0]), [0, 0, -1, 1, 0]);
+        assert!(events(&[]).is_empty());
+    }
+
+    #[test]
+    fn frames_without_annotation_keep_the_state() {
+        let n = f64::NAN;
+        assert_eq!(events(&[0.1, n, 1.0, n, 1.0, n, 0.5, 1.0]), [0, 0, 1, 0, 0, 0, -1, 1]);
+        assert_eq!(events(&[n, 1.0, n, 0.0]), [0, 1, 0, -1]);
+    }
+
+    // Closed forms on 100 frames with one failure from 50 to 60: `always` reports +1 in frame 0 only.
+    #[test]
+    fn anchors_have_their_closed_forms() {
+        let error = lost(100, &[(50, 60)]);
+        let of = |alarm: &[bool]| (SIGNED.score)(&error, alarm, &changes_of(alarm)).counts;
+        assert_eq!(of(&[true; 100]), Counts { tp: 0, fp: 1, fn_: 2, tn: 97 });
+        assert_eq!(of(&[false; 100]), Counts { tp: 0, fp: 0, fn_: 2, tn: 97 });
+        let oracle: Vec<bool> = error.iter().map(|e| *e >= 1.0).collect();
+        assert_eq!(of(&oracle), Counts { tp: 2, fp: 0, fn_: 0, tn: 97 });
+    }
+
+    // By hand: events +10 and -16, detections +6 and -12. By sign both pairs are 4 apart; without, 10 and
+    // 12 are nearest, and 6 and 16 are left alone.
+    #[test]
+    fn signs_can_help_the_greedy_matching() {
+        let error = lost(40, &[(10, 16)]);
+        let changes = reported(40, &[(6, 1), (12, -1)]);
+        assert_eq!((SIGNED.score)(&error, &[], &changes).counts.tp, 2);
+        assert_eq!((UNSIGNED.score)(&error, &[], &changes).counts.tp, 1);
+    }
+
+    fn track() -> impl Strategy<Value = (Vec<f64>, Vec<i32>)> {
+        let error = prop_oneof![8 => Just(1.0), 8 => Just(0.4), 3 => Just(f64::NAN)];
+        // Runs, so that there are quiet stretches as well.
+        let run = (error, prop_oneof![6 => Just(0), 1 => Just(1), 1 => Just(-1)], 1..12_usize);
+        proptest::collection::vec(run, 0..25).prop_map(|runs| {
+            let error = runs.iter().flat_map(|r| vec![r.0; r.2]).collect();
+            let changes = runs.iter().flat_map(|r| (0..r.2).map(|k| if k == 0 { r.1 } else { 0 })).collect();
+            (error, changes)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn swapping_the_signs_of_both_changes_nothing((mut error, changes) in track()) {
+            // The start has no sign to be swapped.
+            error.insert(0, 0.4);
+            let changes = [vec![0], changes].concat();
+            let turned: Vec<f64> = error.iter().map(|e| if *e == 1.0 { 0.4 } else { e * 2.5 }).collect();
+            let negated: Vec<i32> = changes.iter().map(|c| -c).collect();
+            for protocol in [SIGNED, UNSIGNED] {
+                let score = (protocol.score)(&error, &[], &changes);
+                prop_assert_eq!(score, (protocol.score)(&turned, &[], &negated));
+            }
+        }
+
+        #[test]
+        fn counts_add_up_and_signs_are_kept((error, changes) in track()) {
+            let truth = events(&error);
+            let signed = (SIGNED.score)(&error, &[], &changes);
+            let unsigned = (UNSIGNED.score)(&error, &[], &changes);
+            for s in [&signed, &unsigned] {
+                let c = s.counts;
+                prop_assert_eq!(c.tp + c.fp, s.detections.len() as u64);
+                prop_assert_eq!(c.tp + c.fn_, s.events.len() as u64);
+                prop_assert!(c.tn as usize <= error.len().saturating_sub(1));
+                prop_assert!(s.matches.is_sorted());
+            }
+            for (event, detection) in &signed.matches {
+                prop_assert_eq!(truth[signed.events[*event]], changes[signed.detections[*detection]]);
+            }
+            // Both are maximal, and the signed pairs are pairs of the unsigned protocol, too.
+            prop_assert!(2 * unsigned.counts.tp >= signed.counts.tp);
+        }
+
+        #[test]
+        fn ignoring_signs_finds_no_less_where_events_are_apart(
+            gaps in proptest::collection::vec((11..30_usize, any::<bool>(), any::<bool>()), 0..8),
+        ) {
+            // Detections in the frame after the event, of the right sign, the wrong one, or none at all.
+            let mut error = vec![0.3];
+            let mut changes = vec![0; 3];
+            for (k, (gap, there, right)) in gaps.iter().enumerate() {
+                let sign = if k % 2 == 0 { 1 } else { -1 };
+                let value = if k % 2 == 0 { 0.3 } else { 1.0 };
+                error.extend(vec![value; *gap]);
+                changes.extend(vec![0; *gap]);
+                if let Some(last) = changes.last_mut().filter(|_| *there) {
+                    *last = if *right { sign } else { -sign };
+                }
+            }
+            error.extend([if gaps.len() % 2 == 0 { 0.3 } else { 1.0 }; 2]);
+            let there = gaps.iter().filter(|g| g.1).count() as u64;
+            let right = gaps.iter().filter(|g| g.1 && g.2).count() as u64;
+            prop_assert_eq!((SIGNED.score)(&error, &[], &changes).counts.tp, right);
+            prop_assert_eq!((UNSIGNED.score)(&error, &[], &changes).counts.tp, there);
+        }
+    }
+}
