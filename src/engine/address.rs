@@ -175,6 +175,8 @@ mod tests {
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),
         ("signal rgb-lbp-histogram", "1b2690e309f73d82"),
+        ("signal uncertainty", "4552a164cbb321cf"),
+        ("signal uncertainty-change", "fa6f8f708ea62514"),
         ("detector arma-forecast", "d6f6b61c0e578b7c"),
         ("detector naive-forecast", "2b4be781e0646eab"),
         ("detector level", "a763eef451a2b735"),

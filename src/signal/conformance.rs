@@ -4,7 +4,7 @@ use super::{SIGNALS, Signal};
 use crate::image::Frame;
 use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
-use crate::tracker::State;
+use crate::tracker::{Moments, State};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -21,13 +21,27 @@ fn pixel(x: i64, y: i64, seed: u64, t: usize) -> [u8; 3] {
     })
 }
 
-fn state(r: Rect) -> State {
-    State::tracked(Region::Rect(r))
+/// Moments of frame `t` of a posterior of five components: none of it spread in the first frame, then more
+/// and less of it, with correlations.
+fn moments(t: usize) -> Moments {
+    let s = t as f64;
+    let deviations =
+        [3.0 + s, 2.0 + 0.5 * s, 0.5, 0.4 + 0.1 * (s % 3.0), 0.05].map(|d| if t == 0 { 0.0 } else { d });
+    let correlation = |i: usize, j: usize| if i == j { 1.0 } else { 0.3 / (1.0 + i.abs_diff(j) as f64) };
+    let covariance =
+        (0..25).map(|n| deviations[n / 5] * deviations[n % 5] * correlation(n / 5, n % 5)).collect();
+    let mean = vec![20.0 + s, 15.0 - s, 7.0, 5.5, 0.1];
+    Moments { mean, covariance, effective_samples: 200.0, likelihood: 0.5 }
+}
+
+fn state(region: Region, t: usize) -> State {
+    State { posterior: Some(moments(t)), ..State::tracked(region) }
 }
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
     let mut session = signal.start();
-    frames.iter().zip(boxes).map(|(frame, r)| session.push(frame, &state(*r))).collect()
+    let states = boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t));
+    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
 }
 
 fn build(kind: &str, params: &str) -> Box<dyn Signal> {
@@ -106,7 +120,7 @@ fn odd_boxes_and_frames_are_survived() {
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny[..1], &boxes));
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny, &boxes));
         let turned = Region::Polygon(vec![(20.0, 10.0), (30.0, 20.0), (20.0, 30.0), (10.0, 20.0)]);
-        let value = signal.start().push(&frames[0], &State::initialised(turned));
+        let value = signal.start().push(&frames[0], &state(turned, 0));
         within(entry, signal.as_ref(), &[value]);
     }
 }
@@ -117,6 +131,8 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
     ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
+    ("uncertainty", 1, "985d47f4a5c51359"),
+    ("uncertainty-change", 1, "080b0a765d5db90e"),
 ];
 
 #[test]

@@ -12,6 +12,8 @@ mod oracles;
 pub mod region_covariance;
 pub mod rgb_histogram;
 pub mod rgb_lbp_histogram;
+pub mod uncertainty;
+pub mod uncertainty_change;
 
 use crate::image::Frame;
 use crate::plugin::Entry;
@@ -62,10 +64,16 @@ pub trait Signal: Send + Sync {
 
 /// A signal being computed; `push` is called once a frame, in order, from the first frame on.
 pub trait Session: Send {
-    /// The signal's value at this frame, always finite.
+    /// The signal's value at this frame, finite unless the state has not what the signal reads.
     fn push(&mut self, frame: &Frame, state: &State) -> f64;
 }
 
 /// Every signal, by kind.
-pub static SIGNALS: &[Entry<dyn Signal>] =
-    &[distribution_field::ENTRY, region_covariance::ENTRY, rgb_histogram::ENTRY, rgb_lbp_histogram::ENTRY];
+pub static SIGNALS: &[Entry<dyn Signal>] = &[
+    distribution_field::ENTRY,
+    region_covariance::ENTRY,
+    rgb_histogram::ENTRY,
+    rgb_lbp_histogram::ENTRY,
+    uncertainty::ENTRY,
+    uncertainty_change::ENTRY,
+];
