@@ -7,11 +7,13 @@ pub mod arma_forecast;
 pub mod forecasting;
 pub mod labels;
 pub mod level;
+pub mod matched_kalman_bank;
 pub mod naive_forecast;
 pub mod never;
 pub mod oracle;
 pub mod periodic;
 pub mod random;
+pub mod two_model_chi_square;
 
 #[cfg(test)]
 mod conformance;
@@ -83,6 +85,8 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,
     naive_forecast::ENTRY,
     level::ENTRY,
+    two_model_chi_square::ENTRY,
+    matched_kalman_bank::ENTRY,
     never::ENTRY,
     always::ENTRY,
     periodic::ENTRY,

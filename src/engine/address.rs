@@ -180,6 +180,8 @@ mod tests {
         ("detector arma-forecast", "d6f6b61c0e578b7c"),
         ("detector naive-forecast", "2b4be781e0646eab"),
         ("detector level", "a763eef451a2b735"),
+        ("detector two-model-chi-square", "b662c67db9e5a71f"),
+        ("detector matched-kalman-bank", "82f63de4f6655a23"),
         ("detector never", "62538cd3b24119c0"),
         ("detector always", "73845e90d884c60d"),
         ("detector periodic", "ac72459775f67436"),
