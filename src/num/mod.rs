@@ -1,7 +1,9 @@
-//! Numerics without files: seeds, filters, time series models.
+//! Numerics without files: seeds, filters, time series models, distributions and their fits.
 
 pub mod arma;
+pub mod gamma_mixture;
 pub mod seed;
+pub mod special;
 
 /// Bytes as lower-case hexadecimal digits, two a byte.
 pub fn hexadecimal(bytes: &[u8]) -> String {

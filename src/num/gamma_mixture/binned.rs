@@ -1,0 +1,230 @@
+//! Samples as sums on fixed cells.
+//!
+//! ```text
+//! cell i:  e^(i/W) <= x / 1e-6 < e^((i+1)/W),   W = 20000 / ln 1e12,   i = 0..19999
+//! kept per cell:  count,   sum of x,   sum of ln x
+//! ```
+//!
+//! A cell spans 0.14 %. `x` is in the samples' unit, which should be such that the samples lie within
+//! 1e-6 .. 1e6 (ratios do). The sums are kept as integers: `x` as a multiple of a power of two that suits
+//! the cell and makes the conversion exact, `ln x` rounded to multiples of 2^-56. Integers add without
+//! rounding, so neither the order of the samples nor a merge of parts changes a bit.
+
+use serde::{Deserialize, Serialize};
+use std::f64::consts::LN_2;
+use std::sync::LazyLock;
+
+/// Samples below this, zeros above all, count as this: `ln 0` has no value.
+pub const FLOOR: f64 = 1e-6;
+
+/// Samples from here on share the last cell.
+const CEILING: f64 = 1e6;
+
+/// Number of cells.
+const CELLS: usize = 20_000;
+
+/// Bits after the point of a kept `ln x`.
+const LN_BITS: i32 = 56;
+
+/// Bits of a kept `x`: more than the 53 of a float by the octave that a cell may straddle.
+const X_BITS: i32 = 56;
+
+/// Largest sample: beyond it the sums of the last cell could overflow.
+const MAX_SAMPLE: f64 = 1e12;
+
+/// Why samples cannot be binned.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("a sample must be a number from 0 to {MAX_SAMPLE:e}, not {0}")]
+pub struct SampleError(pub f64);
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Cell {
+    count: u64,
+    /// In units of `unit(i)`.
+    x: u128,
+    /// In units of 2^-LN_BITS.
+    ln: i128,
+}
+
+/// Samples on the fixed cells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Binned {
+    cells: Vec<Cell>,
+    count: u64,
+    floored: u64,
+    above: u64,
+}
+
+/// What an estimate reads: the cells that are not empty, in ascending order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cells {
+    /// Number of samples.
+    pub count: Vec<f64>,
+    /// Mean of `x`.
+    pub x: Vec<f64>,
+    /// Mean of `ln x`.
+    pub ln: Vec<f64>,
+    /// Number of samples in all.
+    pub total: f64,
+}
+
+/// What [`Binned`] had to change, for the report of a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Clipped {
+    /// Samples below [`FLOOR`], which count as [`FLOOR`].
+    pub floored: u64,
+    /// Samples of 1e6 and more: they keep their value, but share one cell.
+    pub above: u64,
+}
+
+impl Default for Binned {
+    fn default() -> Self {
+        Self { cells: vec![Cell::default(); CELLS], count: 0, floored: 0, above: 0 }
+    }
+}
+
+impl Binned {
+    /// Bins samples in one pass.
+    ///
+    /// # Errors
+    /// A sample that is negative, not finite, or above 1e12.
+    pub fn new(samples: impl IntoIterator<Item = f64>) -> Result<Self, SampleError> {
+        let mut binned = Self::default();
+        for x in samples {
+            binned.add(x)?;
+        }
+        Ok(binned)
+    }
+
+    /// Adds one sample.
+    ///
+    /// # Errors
+    /// As [`Binned::new`]; nothing is added then.
+    pub fn add(&mut self, x: f64) -> Result<(), SampleError> {
+        if !(0.0..=MAX_SAMPLE).contains(&x) {
+            return Err(SampleError(x));
+        }
+        self.count += 1;
+        self.floored += u64::from(x < FLOOR);
+        self.above += u64::from(x >= CEILING);
+        let x = x.max(FLOOR);
+        let ln = x.ln();
+        let i = index(ln);
+        let cell = &mut self.cells[i];
+        cell.count += 1;
+        cell.x += (x / unit(i)) as u128;
+        cell.ln += (ln * 2.0_f64.powi(LN_BITS)).round_ties_even() as i128;
+        Ok(())
+    }
+
+    /// Adds the samples of another.
+    pub fn merge(&mut self, other: &Self) {
+        for (cell, more) in self.cells.iter_mut().zip(&other.cells) {
+            cell.count += more.count;
+            cell.x += more.x;
+            cell.ln += more.ln;
+        }
+        self.count += other.count;
+        self.floored += other.floored;
+        self.above += other.above;
+    }
+
+    /// Number of samples.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// What did not fit the cells.
+    pub fn clipped(&self) -> Clipped {
+        Clipped { floored: self.floored, above: self.above }
+    }
+
+    /// The cells that are not empty, each `group` neighbours as one. The sums stay exact until the division.
+    pub(super) fn cells(&self, group: usize) -> Cells {
+        let mut out = Cells { count: Vec::new(), x: Vec::new(), ln: Vec::new(), total: self.count as f64 };
+        for (g, cells) in self.cells.chunks(group.max(1)).enumerate() {
+            let (mut count, mut ln, mut x) = (0_u64, 0_i128, 0.0);
+            for (j, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.count > 0) {
+                count += cell.count;
+                ln += cell.ln;
+                x += cell.x as f64 * unit(g * group + j);
+            }
+            if count > 0 {
+                out.count.push(count as f64);
+                out.x.push(x / count as f64);
+                out.ln.push(ln as f64 * 2.0_f64.powi(-LN_BITS) / count as f64);
+            }
+        }
+        out
+    }
+}
+
+/// The cell of a sample of the given logarithm.
+fn index(ln: f64) -> usize {
+    let width = CELLS as f64 / (CEILING / FLOOR).ln();
+    (((ln - FLOOR.ln()) * width).max(0.0) as usize).min(CELLS - 1)
+}
+
+/// The power of two in which the `x` of a cell are counted: 2^-X_BITS of the octave in which the cell
+/// before begins, so that the rounding of `ln` cannot make a sample too fine for its cell.
+fn unit(i: usize) -> f64 {
+    UNITS[i]
+}
+
+static UNITS: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let width = CELLS as f64 / (CEILING / FLOOR).ln();
+    let octave = |i: usize| ((FLOOR.ln() + (i as f64 - 1.0) / width) / LN_2).floor() as i32;
+    (0..CELLS).map(|i| 2.0_f64.powi(octave(i) - X_BITS)).collect()
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_kept_sum_of_one_sample_is_the_sample() {
+        for k in 0..4000 {
+            let x = FLOOR * (27.6 * f64::from(k) / 3999.0).exp();
+            let cells = Binned::new([x]).unwrap().cells(1);
+            assert_eq!(cells.x, [x]);
+            assert!((cells.ln[0] - x.ln()).abs() <= 2.0_f64.powi(-56));
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_counted_or_refused() {
+        let binned = Binned::new([0.0, 1e-9, 1e-6, 3.0, 1e6, 1e12]).unwrap();
+        assert_eq!((binned.count(), binned.clipped()), (6, Clipped { floored: 2, above: 2 }));
+        let cells = binned.cells(1);
+        assert_eq!(cells.count, [3.0, 1.0, 2.0]);
+        assert_eq!(cells.x[2], (1e6 + 1e12) / 2.0);
+        for bad in [-1e-300, f64::NAN, f64::INFINITY, 2e12] {
+            assert!(Binned::new([1.0, bad]).is_err());
+        }
+    }
+
+    #[test]
+    fn a_cell_is_about_a_seventh_of_a_percent_wide() {
+        let x: Vec<f64> = (0..=1_000_000).map(|k| 1.0 + f64::from(k) * 1e-6).collect();
+        let cells = Binned::new(x).unwrap().cells(1);
+        // ln 2 of ln 1e12 = 27.63 is 501.7 of 20000 cells.
+        assert!((501..=503).contains(&cells.count.len()), "{}", cells.count.len());
+    }
+
+    proptest! {
+        #[test]
+        fn order_and_parts_do_not_matter(x in prop::collection::vec(0.0..20.0_f64, 0..300), cut in 0..300_usize) {
+            let whole = Binned::new(x.iter().copied()).unwrap();
+            let backwards = Binned::new(x.iter().rev().copied()).unwrap();
+            let (a, b) = x.split_at(cut.min(x.len()));
+            let mut parts = Binned::new(b.iter().copied()).unwrap();
+            parts.merge(&Binned::new(a.iter().copied()).unwrap());
+            prop_assert_eq!(&whole, &backwards);
+            prop_assert_eq!(&whole, &parts);
+            let kept: f64 = { let c = whole.cells(16); c.count.iter().zip(&c.x).map(|(n, x)| n * x).sum() };
+            let want: f64 = x.iter().map(|v| v.max(FLOOR)).sum();
+            prop_assert!((kept - want).abs() <= 1e-12 * want);
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! Maximum likelihood from many starts, for one order or for all up to one.
+//!
+//! The paper names its EM by a reference only (\[29\] in section 5.1), without start or stop. Chosen here:
+//! each order starts from equal groups, from a normal mixture on `x^(1/3)`, from `restarts` random groups,
+//! and from the best model of one order less with each component split in turn. These short runs (as in
+//! Biernacki, Celeux and Govaert 2003) and the convergence of the best of them are done on cells that are
+//! up to 16 times wider; the result is then iterated on all cells. A fit that ends below the one before it
+//! starts again from that one, so the likelihood never falls with the order.
+
+use super::binned::{Cells, Clipped};
+use super::em::{Run, run};
+use super::{Binned, MAX_COMPONENTS, Mixture, sort, start};
+use crate::num::seed;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Neighbours that are one cell while the starts are tried.
+const COARSE: usize = 16;
+
+/// If that leaves fewer cells than this, the cells stay finer.
+const LEAST_COARSE: usize = 300;
+
+/// Iterations of a short run.
+const SHORT: usize = 100;
+
+/// How to iterate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FitOptions {
+    /// Random starts of each order.
+    pub restarts: usize,
+    /// Iterations (passes over the cells) of a fit, at most or a cycle more.
+    pub max_iterations: usize,
+    /// The iterations stop when the log-likelihood gains less than this a sample in a cycle of four, above 0. A
+    /// gain relative to the number of samples does not change with their unit, one relative to the
+    /// log-likelihood would.
+    pub tolerance: f64,
+    /// Seed of the random starts.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { restarts: 10, max_iterations: 1000, tolerance: 1e-9, seed: 2015 }
+    }
+}
+
+/// Which start led to a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// Groups of equal counts.
+    Quantiles,
+    /// The normal mixture on `x^(1/3)`.
+    CubeRoot,
+    /// The random start of this number, from 0.
+    Random(usize),
+    /// The model of one order less, with this component split.
+    Split(usize),
+}
+
+/// A fitted mixture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fit {
+    /// The model.
+    pub mixture: Mixture,
+    /// Sum over the samples of the natural logarithm of the density, from the means of the cells.
+    pub log_likelihood: f64,
+    /// Iterations on all cells.
+    pub iterations: usize,
+    /// Whether the last of them gained less than the tolerance.
+    pub converged: bool,
+    /// Number of starts that were tried for this order.
+    pub starts: usize,
+    /// The best of them.
+    pub origin: Origin,
+    /// Number of samples.
+    pub samples: u64,
+    /// Samples that did not fit the cells.
+    pub clipped: Clipped,
+}
+
+/// Why a mixture cannot be fitted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// An order of 0 or above [`MAX_COMPONENTS`].
+    #[error("a mixture has 1 to {MAX_COMPONENTS} components, not {0}")]
+    Order(usize),
+    /// Fewer samples than the model has parameters, or fewer different ones than components (at least 2).
+    #[error("{k} components need {needed} samples or more in {cells} cells, not {samples} in {filled}")]
+    TooFew {
+        /// Order asked for.
+        k: usize,
+        /// Number of samples it needs.
+        needed: u64,
+        /// Number of cells they must be in.
+        cells: usize,
+        /// Number of samples.
+        samples: u64,
+        /// Number of cells that are not empty.
+        filled: usize,
+    },
+    /// A tolerance that is not above 0.
+    #[error("the tolerance must be above 0 and finite, not {0}")]
+    Tolerance(f64),
+    /// The iterations left the range of floats.
+    #[error("the fit of {0} components gave no valid mixture")]
+    Invalid(usize),
+}
+
+/// Number of parameters of a mixture, `v_K = 3 K - 1`.
+pub(super) fn parameters(k: usize) -> usize {
+    3 * k - 1
+}
+
+/// Fits `k` components: the last of [`fit_all`], since smaller orders are among the starts of larger ones.
+///
+/// # Errors
+/// See [`FitError`].
+pub fn fit(samples: &Binned, k: usize, options: &FitOptions) -> Result<Fit, FitError> {
+    fit_all(samples, k, options)?.pop().ok_or(FitError::Order(k))
+}
+
+/// Fits `1..=k_max` components. The log-likelihoods do not fall from one order to the next.
+///
+/// # Errors
+/// See [`FitError`]; they are those of `k_max`.
+pub fn fit_all(samples: &Binned, k_max: usize, options: &FitOptions) -> Result<Vec<Fit>, FitError> {
+    let cells = check(samples, k_max, options)?;
+    let mut runs: Vec<Started> = coarse(samples, k_max, options)
+        .into_par_iter()
+        .map(|started| polish(&cells, started, options))
+        .collect();
+    for k in 1..runs.len() {
+        if runs[k].run.log_likelihood < runs[k - 1].run.log_likelihood {
+            let again = resume(&cells, &runs[k - 1], runs[k].starts, options);
+            runs[k] = again;
+        }
+    }
+    runs.into_iter().map(|started| finish(samples, started)).collect()
+}
+
+struct Started {
+    run: Run,
+    origin: Origin,
+    starts: usize,
+}
+
+fn check(samples: &Binned, k: usize, options: &FitOptions) -> Result<Cells, FitError> {
+    if k == 0 || k > MAX_COMPONENTS {
+        return Err(FitError::Order(k));
+    }
+    if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
+        return Err(FitError::Tolerance(options.tolerance));
+    }
+    let cells = samples.cells(1);
+    let (needed, least) = (parameters(k) as u64, k.max(2));
+    let filled = cells.count.len();
+    if samples.count() < needed || filled < least {
+        return Err(FitError::TooFew { k, needed, cells: least, samples: samples.count(), filled });
+    }
+    Ok(cells)
+}
+
+/// The best model of each order on wide cells.
+fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> {
+    let mut group = COARSE;
+    let mut cells = samples.cells(group);
+    while group > 1 && cells.count.len() < LEAST_COARSE.max(k_max) {
+        group /= 2;
+        cells = samples.cells(group);
+    }
+    let cells = &cells;
+    let short = |start, origin| (run(cells, start, SHORT, options.tolerance, |_| ()), origin);
+
+    let jobs: Vec<(usize, usize)> =
+        (1..=k_max).flat_map(|k| (0..options.restarts + 2).map(move |start| (k, start))).collect();
+    let independent: Vec<(Run, Origin)> = jobs
+        .into_par_iter()
+        .map(|(k, number)| match number {
+            0 => short(start::quantiles(cells, k), Origin::Quantiles),
+            1 => short(start::cube_root(cells, k), Origin::CubeRoot),
+            _ => {
+                let number = number - 2;
+                let names = ["gamma-mixture", &k.to_string(), &number.to_string()];
+                let mut rng = seed::rng(seed::seed(options.seed, &names));
+                short(start::random(cells, k, &mut rng), Origin::Random(number))
+            }
+        })
+        .collect();
+
+    let mut best: Vec<Started> = Vec::with_capacity(k_max);
+    for tried in independent.chunks(options.restarts + 2) {
+        let splits: Vec<(Run, Origin)> = best.last().map_or_else(Vec::new, |before| {
+            let model = &before.run.components;
+            let split = |at| short(start::split(model, at, 1.0), Origin::Split(at));
+            (0..model.len()).into_par_iter().map(split).collect()
+        });
+        let all = tried.iter().chain(&splits);
+        // The first of equals, so that nothing depends on what rounding makes of ties.
+        let winner = all.reduce(|a, b| if b.0.log_likelihood > a.0.log_likelihood { b } else { a });
+        if let Some((won, origin)) = winner {
+            let run = run(cells, won.components.clone(), options.max_iterations, options.tolerance, |_| ());
+            best.push(Started { run, origin: *origin, starts: tried.len() + splits.len() });
+        }
+    }
+    best
+}
+
+fn polish(cells: &Cells, started: Started, options: &FitOptions) -> Started {
+    let run = run(cells, started.run.components, options.max_iterations, options.tolerance, |_| ());
+    Started { run, ..started }
+}
+
+/// From the model of one order less: its heaviest component split in two that differ, or if that ends lower,
+/// in two that are the same.
+fn resume(cells: &Cells, before: &Started, starts: usize, options: &FitOptions) -> Started {
+    let model = &before.run.components;
+    let weight = |at: usize| model[at].weight;
+    let at = (0..model.len()).max_by(|&a, &b| weight(a).total_cmp(&weight(b))).unwrap_or(0);
+    let from =
+        |apart| run(cells, start::split(model, at, apart), options.max_iterations, options.tolerance, |_| ());
+    let mut run = from(1.0);
+    if run.log_likelihood < before.run.log_likelihood {
+        // The halves are the same model, whose likelihood must not differ by the rounding of a longer sum.
+        run = from(0.0);
+        run.log_likelihood = run.log_likelihood.max(before.run.log_likelihood);
+    }
+    Started { run, origin: Origin::Split(at), starts: starts + 1 }
+}
+
+fn finish(samples: &Binned, Started { run, origin, starts }: Started) -> Result<Fit, FitError> {
+    let k = run.components.len();
+    let mut components = run.components;
+    sort(&mut components);
+    if !run.log_likelihood.is_finite() {
+        return Err(FitError::Invalid(k));
+    }
+    Ok(Fit {
+        mixture: Mixture::new(components).map_err(|_| FitError::Invalid(k))?,
+        log_likelihood: run.log_likelihood,
+        iterations: run.iterations,
+        converged: run.converged,
+        starts,
+        origin,
+        samples: samples.count(),
+        clipped: samples.clipped(),
+    })
+}

@@ -1,0 +1,197 @@
+//! Mixtures of Gamma distributions: the model of the uncertainty change of a consistent filter
+//! (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 12 and 13), its fit and the choice of its order.
+//!
+//! ```text
+//! gm(v; xi) = sum_k gamma_k f(v; eta_k, theta_k),    k = 1..K,    sum_k gamma_k = 1
+//! f(v; eta, theta) = v^(eta - 1) exp(-v / theta) / (theta^eta Gamma(eta)),    v >= 0
+//! ```
+//!
+//! `gamma_k` is [`Component::weight`], `eta_k` [`Component::shape`] (both without a unit), `theta_k`
+//! [`Component::scale`] in the unit of the samples. Components are sorted by their mean `eta theta`.
+//!
+//! * [`Binned`] keeps millions of samples as exact sums on about 20000 cells;
+//! * [`fit`] and [`fit_all`] maximise the likelihood for one `K` and for `K = 1..=k_max`;
+//! * [`select`] chooses `K` by dAIC and dBIC (Eq. 14 and 15).
+
+mod binned;
+mod em;
+mod fit;
+pub mod select;
+mod start;
+
+pub use binned::{Binned, Clipped, FLOOR, SampleError};
+pub use fit::{Fit, FitError, FitOptions, Origin, fit, fit_all};
+
+use super::special::{gamma_cdf, gamma_survival, ln_gamma};
+use rand::{Rng, RngExt};
+use rand_distr::Distribution;
+use serde::{Deserialize, Serialize};
+
+/// Largest shape of a component. At this shape the standard deviation is 1 % of the mean; what is narrower
+/// is a value that repeats, and its likelihood has no bound.
+pub const MAX_SHAPE: f64 = 1e4;
+
+/// Smallest weight of a component of a fit.
+pub const MIN_WEIGHT: f64 = 1e-6;
+
+/// Largest number of components of a mixture.
+pub const MAX_COMPONENTS: usize = 50;
+
+/// One Gamma distribution of a mixture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Component {
+    /// Share of the mixture, `gamma_k`, above 0; the weights of a mixture sum to 1.
+    pub weight: f64,
+    /// `eta_k`, above 0 and at most [`MAX_SHAPE`].
+    pub shape: f64,
+    /// `theta_k`, above 0, in the unit of the samples.
+    pub scale: f64,
+}
+
+impl Component {
+    /// `eta theta`.
+    pub fn mean(&self) -> f64 {
+        self.shape * self.scale
+    }
+
+    /// `eta theta^2`.
+    pub fn variance(&self) -> f64 {
+        self.shape * self.scale * self.scale
+    }
+}
+
+/// A mixture; [`Mixture::new`] checks and sorts, and so does reading one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(try_from = "Unchecked")]
+pub struct Mixture {
+    /// Sorted by mean.
+    pub components: Vec<Component>,
+}
+
+#[derive(Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Unchecked {
+    components: Vec<Component>,
+}
+
+impl TryFrom<Unchecked> for Mixture {
+    type Error = MixtureError;
+
+    fn try_from(raw: Unchecked) -> Result<Self, MixtureError> {
+        Self::new(raw.components)
+    }
+}
+
+/// Why components are no mixture.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MixtureError {
+    /// None, or more than [`MAX_COMPONENTS`].
+    #[error("a mixture has 1 to {MAX_COMPONENTS} components, not {0}")]
+    Count(usize),
+    /// A parameter out of its range.
+    #[error(
+        "a component needs a weight in (0, 1], a shape in (0, {MAX_SHAPE:e}] and a scale above 0, all finite, not {0:?}"
+    )]
+    Component(Component),
+    /// The weights do not sum to 1.
+    #[error("the weights of a mixture sum to 1, not to {0}")]
+    Weights(f64),
+}
+
+impl Mixture {
+    /// Checks the components and sorts them by mean.
+    ///
+    /// # Errors
+    /// No or too many components, parameters out of range, weights whose sum is off 1 by more than 1e-6. What
+    /// they are off by less is left as it is, so that a mixture survives being written and read.
+    pub fn new(mut components: Vec<Component>) -> Result<Self, MixtureError> {
+        if components.is_empty() || components.len() > MAX_COMPONENTS {
+            return Err(MixtureError::Count(components.len()));
+        }
+        let fine = |v: f64| v.is_finite() && v > 0.0;
+        for c in &components {
+            let range =
+                c.weight <= 1.0 + 1e-6 && c.shape <= MAX_SHAPE && fine(c.mean()) && fine(c.variance());
+            if !(fine(c.weight) && fine(c.shape) && fine(c.scale) && range) {
+                return Err(MixtureError::Component(*c));
+            }
+        }
+        let total: f64 = components.iter().map(|c| c.weight).sum();
+        if (total - 1.0).abs() > 1e-6 {
+            return Err(MixtureError::Weights(total));
+        }
+        sort(&mut components);
+        Ok(Self { components })
+    }
+
+    /// Density at `v`: 0 below 0; infinite at 0 when a shape is below 1.
+    pub fn pdf(&self, v: f64) -> f64 {
+        self.sum(|c| density(c, v))
+    }
+
+    /// Probability of a value up to `v`.
+    pub fn cdf(&self, v: f64) -> f64 {
+        self.sum(|c| gamma_cdf(v, c.shape, c.scale)).min(1.0)
+    }
+
+    /// Probability of a value above `v`, accurate where it is small.
+    pub fn survival(&self, v: f64) -> f64 {
+        self.sum(|c| gamma_survival(v, c.shape, c.scale)).min(1.0)
+    }
+
+    /// Mean, in the unit of the samples.
+    pub fn mean(&self) -> f64 {
+        self.sum(Component::mean)
+    }
+
+    /// Variance, in the squared unit of the samples.
+    pub fn variance(&self) -> f64 {
+        let mean = self.mean();
+        self.sum(|c| c.variance() + (c.mean() - mean) * (c.mean() - mean))
+    }
+
+    /// A random value.
+    pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+        let mut left: f64 = rng.random();
+        let mut chosen = None;
+        for c in &self.components {
+            chosen = Some(c);
+            left -= c.weight;
+            if left < 0.0 {
+                break;
+            }
+        }
+        let gamma = chosen.and_then(|c| rand_distr::Gamma::new(c.shape, c.scale).ok());
+        gamma.map_or(f64::NAN, |gamma| gamma.sample(rng))
+    }
+
+    fn sum(&self, term: impl Fn(&Component) -> f64) -> f64 {
+        self.components.iter().map(|c| c.weight * term(c)).sum()
+    }
+}
+
+fn sort(components: &mut [Component]) {
+    components.sort_by(|a, b| a.mean().total_cmp(&b.mean()).then(a.shape.total_cmp(&b.shape)));
+}
+
+fn density(c: &Component, v: f64) -> f64 {
+    if v < 0.0 {
+        return 0.0;
+    }
+    if v == 0.0 {
+        return match c.shape.total_cmp(&1.0) {
+            std::cmp::Ordering::Less => f64::INFINITY,
+            std::cmp::Ordering::Equal => 1.0 / c.scale,
+            std::cmp::Ordering::Greater => 0.0,
+        };
+    }
+    if v.is_infinite() {
+        return 0.0;
+    }
+    let z = v / c.scale;
+    ((c.shape - 1.0) * z.ln() - z - ln_gamma(c.shape)).exp() / c.scale
+}
+
+#[cfg(test)]
+mod tests;
