@@ -120,8 +120,8 @@ fn leap(zero: &State, one: &State, two: &State, reach: f64) -> Option<(Vec<Compo
         vv += (two - 2.0 * one + zero) * (two - 2.0 * one + zero);
     }
     let step = (rr / vv).sqrt().min(reach);
-    // Not `step <= 1`: no step at all is 0 / 0.
-    if !(step > 1.0) {
+    // Without any change the ratio is 0 / 0.
+    if step.is_nan() || step <= 1.0 {
         return None;
     }
     let leapt: Vec<f64> = zero
