@@ -1,5 +1,6 @@
 //! Numerics without files: seeds, filters, time series models, distributions and their fits.
 
+pub mod accumulation;
 pub mod arma;
 pub mod gamma_mixture;
 pub mod seed;

@@ -1,0 +1,276 @@
+//! The distribution of a sum over a sliding window: `L`-fold convolution, its quantile `beta`, and what it
+//! is compared with (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 8, 11, 16 and 17, section 5.2).
+//!
+//! ```text
+//! s[t] = c[t - L + 1] + ... + c[t]                          p_2 = p_1 * p_1 * ... * p_1,  L factors
+//! m_k = F((k + 1) h) - F(k h),  k = 0, 1, ...               M = m^(*L), M_j at v_j = (j + L / 2) h
+//! beta(alpha) = smallest v_j with M_0 + ... + M_j >= 1 - alpha
+//! ```
+//!
+//! `F` is the distribution function of one non-negative value `c`, `h` the step in its unit, `alpha` the
+//! probability of a false alarm. The mass of a cell of one value sits at the cell's centre, hence the
+//! `L h / 2`. A window is inconsistent when `s[t] > beta`.
+//!
+//! The paper convolves a histogram of random draws of `p_1`; the default here takes the masses from `F`
+//! itself, [`Accumulated::from_samples`] is the paper's variant. The convolutions are one power of a
+//! discrete Fourier transform. Errors of the masses, all absolute:
+//!
+//! * cells: a value is off its centre by at most `h / 2`. Only the mean of this matters for the sum: the
+//!   law of `S` is shifted by `L (E c - E centre)`, which is of order `L h^2` for a smooth density and at most
+//!   `L m_0 h / 2` more from a density with a pole at 0;
+//! * tails: one value is cut where `L (1 - F) <= tail`, its grid being doubled until that holds. Sums up to
+//!   that value are not touched by it, larger ones by at most [`Accumulated::lost`]. A distribution with so
+//!   heavy a tail that [`MAX_CELLS`] are not enough has a larger `lost`, nothing worse;
+//! * period: the transform is as long as Chernoff's bound says that the sum needs, `P(S > period) <= tail`;
+//!   what exceeds it comes back at the low end, as it would not with full padding to `L` times the cells of
+//!   one value, which is used where it is shorter;
+//! * rounding: about 1e-15 `L`. Masses that it makes negative are set to 0, and the tail above `1 - tail` of
+//!   what is there is dropped.
+
+mod power;
+mod window;
+
+pub use window::{clt_quantile, empirical_quantile, sums};
+
+use super::gamma_mixture::Mixture;
+use serde::{Deserialize, Serialize};
+
+/// Cells of one value at most; a sum may take [`MAX_SUM_CELLS`].
+pub const MAX_CELLS: usize = 1 << 18;
+
+/// Cells of a sum at most.
+pub const MAX_SUM_CELLS: usize = 1 << 21;
+
+/// Longest window.
+pub const MAX_LENGTH: usize = 100_000;
+
+/// The grid of a convolution.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Grid {
+    /// `h`, width of a cell, above 0, in the unit of the values.
+    pub step: f64,
+    /// Probability that may be lost at each of the places named above, in `[1e-13, 1e-2]`.
+    pub tail: f64,
+}
+
+impl Default for Grid {
+    fn default() -> Self {
+        Self { step: 0.005, tail: 1e-10 }
+    }
+}
+
+/// Why a sum has no distribution.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AccumulationError {
+    /// A window of no values, or too long a one.
+    #[error("a window has 1 to {MAX_LENGTH} values, not {0}")]
+    Length(usize),
+    /// A step that is not above 0, or a tail out of range.
+    #[error("a grid needs a step above 0 and a tail in [1e-13, 1e-2], not {step} and {tail}")]
+    Grid {
+        /// Step asked for.
+        step: f64,
+        /// Tail asked for.
+        tail: f64,
+    },
+    /// A distribution function that falls or is not in `[0, 1]`, or samples that are negative or not finite.
+    #[error("values must be 0 or more and finite, and their distribution function must rise from 0 to 1")]
+    Distribution,
+    /// The sum needs more than [`MAX_SUM_CELLS`] cells, or a sample lies beyond [`MAX_CELLS`].
+    #[error("the values or their sums reach over too many cells of {0}; take a larger step")]
+    TooWide(f64),
+    /// A probability that is not inside (0, 1), or a quantile in the part that was cut off.
+    #[error("the distribution has no quantile for the tail probability {0}")]
+    Quantile(f64),
+}
+
+/// The distribution of a sum of `L` independent values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accumulated {
+    step: f64,
+    length: usize,
+    masses: Vec<f64>,
+    /// Sum of the masses up to and with each.
+    cumulative: Vec<f64>,
+    lost: f64,
+}
+
+impl Accumulated {
+    /// The sum of `length` independent values with distribution function `cdf`, which is 0 below 0.
+    ///
+    /// # Errors
+    /// Parameters out of range, a `cdf` that is none, sums that need too many cells.
+    pub fn new(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
+        check(length, grid)?;
+        let survival = |v| 1.0 - cdf(v);
+        let cells = cells(survival, length, grid);
+        let mut below = 0.0;
+        let mut masses = Vec::with_capacity(cells);
+        for k in 1..=cells {
+            let next = cdf(k as f64 * grid.step);
+            masses.push(next - below);
+            below = next;
+        }
+        Self::of_masses(masses, length, grid)
+    }
+
+    /// The sum of `length` independent values of a mixture: as [`Accumulated::new`] with its distribution
+    /// function, faster, and with the same masses up to 1e-13.
+    ///
+    /// # Errors
+    /// As [`Accumulated::new`].
+    pub fn of_mixture(mixture: &Mixture, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
+        check(length, grid)?;
+        let cells = cells(|v| mixture.survival(v), length, grid);
+        Self::of_masses(power::mixture_masses(mixture, grid.step, cells), length, grid)
+    }
+
+    /// The sum of `length` independent values with the distribution of `samples`: the paper's variant, where
+    /// they are random draws of a mixture ([`Mixture::sample`]).
+    ///
+    /// # Errors
+    /// As [`Accumulated::new`]; also no samples, samples that are negative, not finite, or beyond the cells.
+    pub fn from_samples(samples: &[f64], length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
+        check(length, grid)?;
+        if samples.is_empty() || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return Err(AccumulationError::Distribution);
+        }
+        let largest = samples.iter().fold(0.0_f64, |m, x| m.max(*x)) / grid.step;
+        if largest >= MAX_CELLS as f64 {
+            return Err(AccumulationError::TooWide(grid.step));
+        }
+        let mut counts = vec![0_u64; largest as usize + 1];
+        for x in samples {
+            counts[(x / grid.step) as usize] += 1;
+        }
+        let masses = counts.iter().map(|&n| n as f64 / samples.len() as f64).collect();
+        Self::of_masses(masses, length, grid)
+    }
+
+    /// From the masses of the cells of one value.
+    fn of_masses(one: Vec<f64>, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
+        let kept: f64 = one.iter().sum();
+        // A distribution function may be off by rounding; NaN fails the comparisons.
+        let valid = one.iter().all(|m| *m >= -1e-12) && kept > 0.0 && kept <= 1.0 + 1e-9;
+        if !valid {
+            return Err(AccumulationError::Distribution);
+        }
+        let one: Vec<f64> = one.into_iter().map(|m| m.max(0.0)).collect();
+        let mut masses = if length == 1 { one } else { power::power(&one, length, grid)? };
+        let total: f64 = masses.iter().sum();
+        let mut above = 0.0;
+        while masses.len() > 1 && above + masses[masses.len() - 1] <= grid.tail * total {
+            above += masses.pop().unwrap_or(0.0);
+        }
+        let running = |sum: &mut f64, m: &f64| {
+            *sum += m;
+            Some(sum.min(1.0))
+        };
+        let cumulative = masses.iter().scan(0.0, running).collect();
+        let lost = (length as f64 * (1.0 - kept)).clamp(0.0, 1.0);
+        Ok(Self { step: grid.step, length, masses, cumulative, lost })
+    }
+
+    /// `L`.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// Bound of the probability that the cut of one value's tail takes from a sum.
+    pub fn lost(&self) -> f64 {
+        self.lost
+    }
+
+    /// Grid points `v_j` and their masses `M_j`: divided by the step, the density `p_2`.
+    pub fn masses(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.masses.iter().enumerate().map(|(j, &m)| (self.point(j as f64), m))
+    }
+
+    /// Probability of a sum up to `v`, every mass being spread evenly over `h / 2` to either side of its
+    /// point. For `L = 1` this is the distribution function of one value at all multiples of `h`.
+    pub fn cdf(&self, v: f64) -> f64 {
+        if v.is_nan() {
+            return f64::NAN;
+        }
+        let last = self.masses.len() - 1;
+        // In cells from the lower end of the first mass.
+        let at = v / self.step - (self.length as f64 - 1.0) / 2.0;
+        if at <= 0.0 {
+            return 0.0;
+        }
+        let j = at as usize;
+        if j > last {
+            return self.cumulative[last];
+        }
+        let below = if j == 0 { 0.0 } else { self.cumulative[j - 1] };
+        below + (self.cumulative[j] - below) * (at - j as f64)
+    }
+
+    /// `beta`: the smallest grid point at which the masses up to and with its own are `1 - alpha` or more. It
+    /// is within `h / 2` of [`Accumulated::interpolated_upper_quantile`].
+    ///
+    /// # Errors
+    /// An `alpha` outside (0, 1), or below what was cut off.
+    pub fn upper_quantile(&self, alpha: f64) -> Result<f64, AccumulationError> {
+        Ok(self.point(self.reaches(alpha)? as f64))
+    }
+
+    /// The value at which [`Accumulated::cdf`] is `1 - alpha`.
+    ///
+    /// # Errors
+    /// As [`Accumulated::upper_quantile`].
+    pub fn interpolated_upper_quantile(&self, alpha: f64) -> Result<f64, AccumulationError> {
+        let j = self.reaches(alpha)?;
+        let below = if j == 0 { 0.0 } else { self.cumulative[j - 1] };
+        let part = (1.0 - alpha - below) / (self.cumulative[j] - below);
+        Ok(self.point(j as f64 - 0.5 + part.clamp(0.0, 1.0)))
+    }
+
+    fn reaches(&self, alpha: f64) -> Result<usize, AccumulationError> {
+        if !(alpha > 0.0 && alpha < 1.0) {
+            return Err(AccumulationError::Quantile(alpha));
+        }
+        let j = self.cumulative.partition_point(|&sum| sum < 1.0 - alpha);
+        if j < self.cumulative.len() { Ok(j) } else { Err(AccumulationError::Quantile(alpha)) }
+    }
+
+    fn point(&self, j: f64) -> f64 {
+        (j + self.length as f64 / 2.0) * self.step
+    }
+}
+
+fn check(length: usize, grid: &Grid) -> Result<(), AccumulationError> {
+    if length == 0 || length > MAX_LENGTH {
+        return Err(AccumulationError::Length(length));
+    }
+    let &Grid { step, tail } = grid;
+    if step > 0.0 && step.is_finite() && (1e-13..=1e-2).contains(&tail) {
+        Ok(())
+    } else {
+        Err(AccumulationError::Grid { step, tail })
+    }
+}
+
+/// Cells that one value needs: doubled until `L` tails are small enough, then halved towards the least.
+fn cells(survival: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> usize {
+    let enough = |cells: usize| length as f64 * survival(cells as f64 * grid.step) <= grid.tail;
+    let mut high = 1;
+    while high < MAX_CELLS && !enough(high) {
+        high *= 2;
+    }
+    let mut low = high / 2;
+    // To within a part in 64; the number need not be the least.
+    while high - low > 1 + high / 64 {
+        let middle = low + (high - low) / 2;
+        if enough(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high.min(MAX_CELLS)
+}
+
+#[cfg(test)]
+mod tests;
