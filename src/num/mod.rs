@@ -2,7 +2,9 @@
 
 pub mod accumulation;
 pub mod arma;
+pub mod distribution;
 pub mod gamma_mixture;
+pub mod kolmogorov;
 pub mod seed;
 pub mod special;
 

@@ -10,7 +10,7 @@ import json
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import minimize
+from scipy.optimize import fmin, minimize
 from scipy.special import logsumexp
 
 MIXTURE = [(0.5, 0.8, 0.1), (0.35, 2.5, 0.2), (0.15, 9.0, 0.2)]
@@ -78,12 +78,17 @@ def sums():
     return out
 
 
+def precise(f, start, args=(), disp=0):
+    """SciPy's own optimiser with tolerances below its 1e-4."""
+    return fmin(f, start, args=args, disp=disp, xtol=1e-10, ftol=1e-12)
+
+
 def families(rng):
     out = []
     for name, x in (("gamma", draw(rng, [(1.0, 0.9, 0.4)], 300)), ("mixture", draw(rng, MIXTURE, 300))):
         shape, _, scale = stats.gamma.fit(x, floc=0)
         sigma, _, median = stats.lognorm.fit(x, floc=0)
-        power, _, width = stats.weibull_min.fit(x, floc=0)
+        power, _, width = stats.weibull_min.fit(x, floc=0, optimizer=precise)
         laws = {
             "normal": stats.norm(*stats.norm.fit(x)),
             "exponential": stats.expon(*stats.expon.fit(x, floc=0)),
