@@ -31,7 +31,7 @@ fn moments(t: usize) -> Moments {
     let covariance =
         (0..25).map(|n| deviations[n / 5] * deviations[n % 5] * correlation(n / 5, n % 5)).collect();
     let mean = vec![20.0 + s, 15.0 - s, 7.0, 5.5, 0.1];
-    Moments { mean, covariance, effective_samples: 200.0, likelihood: 0.5 }
+    Moments { mean, covariance, effective_samples: 200.0, likelihood: 0.5, particles: Vec::new() }
 }
 
 fn state(region: Region, t: usize) -> State {

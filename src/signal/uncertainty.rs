@@ -194,7 +194,7 @@ mod tests {
     fn moments(covariance: &[f64]) -> Moments {
         let dimension = covariance.len().isqrt();
         let mean = vec![0.0; dimension];
-        Moments { mean, covariance: covariance.to_vec(), effective_samples: 100.0, likelihood: 1.0 }
+        Moments { mean, covariance: covariance.to_vec(), effective_samples: 100.0, ..Moments::default() }
     }
 
     fn state(w: f64, h: f64, covariance: &[f64]) -> State {

@@ -202,7 +202,7 @@ mod tests {
             mean: vec![50.0, 60.0],
             covariance: vec![root, 0.0, 0.0, root],
             effective_samples: 9.0,
-            likelihood: 1.0,
+            ..Moments::default()
         };
         let region = Region::Rect(Rect::new(0.0, 0.0, 8.0, 4.0));
         let state =

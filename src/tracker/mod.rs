@@ -33,7 +33,7 @@ pub enum Status {
 }
 
 /// First and second moments of a multi-hypothesis tracker's posterior.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Mean state, `d` values.
     pub mean: Vec<f64>,
@@ -43,6 +43,9 @@ pub struct Moments {
     pub effective_samples: f64,
     /// Likelihood of the estimate.
     pub likelihood: f64,
+    /// The particles, a row of `d` state values and the weight each; empty unless the tracker was asked
+    /// to keep them.
+    pub particles: Vec<f64>,
 }
 
 /// A tracker's answer for one frame.

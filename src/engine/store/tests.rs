@@ -19,6 +19,7 @@ fn states() -> Vec<State> {
         covariance: vec![1.0; 4],
         effective_samples: 3.5,
         likelihood: 1e-300,
+        particles: vec![0.5, -2.0, 1.0],
     };
     vec![
         State::initialised(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))),
