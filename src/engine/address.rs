@@ -171,6 +171,7 @@ mod tests {
         ("tracker ncc", "deec677996bf1c68"),
         ("tracker still", "30ef6023d627be3e"),
         ("tracker scripted", "192871707a9006e2"),
+        ("tracker color-particle-filter", "053206f1de91a1fd"),
         ("signal distribution-field", "a3aa7cb80f545afb"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),

@@ -3,6 +3,7 @@
 //! A plugin is one file with parameters, a [`Setup`] and an `ENTRY` in [`TRACKERS`]. A setup is shared
 //! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
 
+pub mod color_particle_filter;
 pub mod ncc;
 pub mod replay;
 pub mod results;
@@ -138,4 +139,5 @@ pub trait Tracker: Send {
 }
 
 /// Every tracker, by kind.
-pub static TRACKERS: &[Entry<dyn Setup>] = &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY];
+pub static TRACKERS: &[Entry<dyn Setup>] =
+    &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY, color_particle_filter::ENTRY];
