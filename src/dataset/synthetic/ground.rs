@@ -73,6 +73,10 @@ impl Picture {
             let start = 3 * ((iy + j) * self.width + ix);
             let a = &self.rgb[start..start + 3 * width + 3];
             let b = &self.rgb[start + 3 * self.width..start + 3 * self.width + 3 * width + 3];
+            if wx == 0 && wy == 0 {
+                row.copy_from_slice(&a[..3 * width]);
+                continue;
+            }
             for (i, o) in row.iter_mut().enumerate() {
                 let top = u32::from(a[i]) * (256 - wx) + u32::from(a[i + 3]) * wx;
                 let bottom = u32::from(b[i]) * (256 - wx) + u32::from(b[i + 3]) * wx;

@@ -20,6 +20,7 @@ mod motion;
 mod noise;
 mod otb;
 mod scene;
+mod sensor;
 mod sprite;
 mod vot;
 

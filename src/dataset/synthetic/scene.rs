@@ -7,6 +7,7 @@ use super::actor::Kind;
 use super::ground::{Ground, Picture};
 use super::motion::{Curve, at};
 use super::noise::{hash, smoothstep, value};
+use super::sensor;
 use super::sprite::{Pose, Sprite};
 use crate::dataset::{Frames, Numbering, Render, Sequence};
 use crate::image::Frame;
@@ -348,29 +349,9 @@ impl Scene {
         let width = self.plan.size.0;
         let now = t as f64;
         let (left, light) = (self.camera(now).0, at(self.plan.light, now, 1.0));
-        let gains: Vec<i32> = (0..width)
-            .map(|i| {
-                (256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now)).clamp(0.0, 2048.0).round()
-                    as i32
-            })
-            .collect();
-        // Sums of two bytes are triangular on -255..=255.
-        let strength = (self.plan.noise.clamp(0.0, 100.0) * 4096.0 / 255.0).round() as i32;
-        let frame_seed = hash(self.seed, t as i32, 77);
-        for (j, row) in rgb.chunks_exact_mut(3 * width).enumerate() {
-            let row_seed = hash(frame_seed, j as i32, 5);
-            for (i, (pixel, &gain)) in row.chunks_exact_mut(3).zip(&gains).enumerate() {
-                let mut h = row_seed ^ (i as u32).wrapping_mul(0x9E37_79B1);
-                h = (h ^ (h >> 15)).wrapping_mul(0x85EB_CA6B);
-                h = (h ^ (h >> 13)).wrapping_mul(0xC2B2_AE35);
-                h ^= h >> 16;
-                let bytes = h.to_le_bytes().map(i32::from);
-                for k in 0..3 {
-                    let noise = ((bytes[k] + bytes[k + 1] - 255) * strength + 2048) >> 12;
-                    pixel[k] = (((i32::from(pixel[k]) * gain + 128) >> 8) + noise).clamp(0, 255) as u8;
-                }
-            }
-        }
+        let gain = |i: usize| 256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now);
+        let gains: Vec<i32> = (0..width).map(|i| gain(i).clamp(0.0, 2048.0).round() as i32).collect();
+        sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
     }
 }
 

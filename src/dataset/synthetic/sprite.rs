@@ -109,17 +109,35 @@ impl Sprite {
         let (x0, x1) = (from(low(|c| c.0), width), from(high(|c| c.0) + 3.0, width));
         let (y0, y1) = (from(low(|c| c.1), height), from(high(|c| c.1) + 3.0, height));
         let (tw, th) = ((level.width - 2) as f64, (level.height - 2) as f64);
+        if pose.turn == 0.0 {
+            // Its rows and columns are the screen's, so both coordinates are known before the loops.
+            let place = |x: usize, y: usize| pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
+            let across = |x: usize| if mirrored { 1.0 - place(x, y0).0 } else { place(x, y0).0 };
+            let columns: Vec<Cell> = (x0..x1).map(|x| Cell::at(across(x) * tw, level.width)).collect();
+            for (y, row) in rgb.chunks_exact_mut(3 * width).enumerate().take(y1).skip(y0) {
+                let Cell { inside: true, index, part } = Cell::at(place(x0, y).1 * th, level.height) else {
+                    continue;
+                };
+                let start = index * level.width;
+                let (above, below) = level.rgba[start..start + 2 * level.width].split_at(level.width);
+                for (pixel, column) in row[3 * x0..3 * x1].chunks_exact_mut(3).zip(&columns) {
+                    if column.inside {
+                        blend(pixel, mean(above, below, column.index, column.part, part));
+                    }
+                }
+            }
+            return;
+        }
         for y in y0..y1 {
             for x in x0..x1 {
                 let (u, v) = pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
                 let u = if mirrored { 1.0 - u } else { u };
-                let Some([r, g, b, a]) = level.sample((u * tw + 0.5) as f32, (v * th + 0.5) as f32) else {
-                    continue;
-                };
-                let i = 3 * (y * width + x);
-                let keep = 1.0 - a / 255.0;
-                for (o, s) in rgb[i..i + 3].iter_mut().zip([r, g, b]) {
-                    *o = (f32::from(*o) * keep + s + 0.5) as u8;
+                let (column, row) = (Cell::at(u * tw, level.width), Cell::at(v * th, level.height));
+                if column.inside && row.inside {
+                    let start = row.index * level.width;
+                    let (above, below) = level.rgba[start..start + 2 * level.width].split_at(level.width);
+                    let i = 3 * (y * width + x);
+                    blend(&mut rgb[i..i + 3], mean(above, below, column.index, column.part, row.part));
                 }
             }
         }
@@ -169,25 +187,44 @@ impl Level {
         }
         Self { width: w + 2, height: h + 2, rgba }
     }
+}
 
-    /// Bilinear sample, `None` where it is transparent; `(1, 1)` is the centre of the first pixel
-    /// inside the border.
-    fn sample(&self, x: f32, y: f32) -> Option<[f32; 4]> {
-        if !(x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f32 && y < (self.height - 1) as f32) {
-            return None;
+/// Between which two pixels of a bordered row or column a place lies, and how far from the first.
+#[derive(Clone, Copy)]
+struct Cell {
+    inside: bool,
+    index: usize,
+    part: f32,
+}
+
+impl Cell {
+    /// `place` is 0 at the outer edge of the first pixel inside the border; there are `length` pixels with it.
+    fn at(place: f64, length: usize) -> Self {
+        let place = (place + 0.5) as f32;
+        let index = place as usize;
+        Self { inside: place >= 0.0 && place < (length - 1) as f32, index, part: place - index as f32 }
+    }
+}
+
+/// Bilinear mean of four neighbours in two rows.
+fn mean(above: &[[f32; 4]], below: &[[f32; 4]], i: usize, fx: f32, fy: f32) -> [f32; 4] {
+    let (a, b, c, d) = (&above[i], &above[i + 1], &below[i], &below[i + 1]);
+    let mut out = [0.0; 4];
+    for n in 0..4 {
+        let top = a[n] + (b[n] - a[n]) * fx;
+        let bottom = c[n] + (d[n] - c[n]) * fx;
+        out[n] = top + (bottom - top) * fy;
+    }
+    out
+}
+
+/// Lays a premultiplied colour over a pixel.
+fn blend(pixel: &mut [u8], [r, g, b, a]: [f32; 4]) {
+    if a > 0.5 {
+        let keep = 1.0 - a / 255.0;
+        for (o, s) in pixel.iter_mut().zip([r, g, b]) {
+            *o = (f32::from(*o) * keep + s + 0.5) as u8;
         }
-        let (i, j) = (x as usize, y as usize);
-        let (fx, fy) = (x - i as f32, y - j as f32);
-        let k = j * self.width + i;
-        let (a, b) = (&self.rgba[k], &self.rgba[k + 1]);
-        let (c, d) = (&self.rgba[k + self.width], &self.rgba[k + self.width + 1]);
-        let mut out = [0.0; 4];
-        for n in 0..4 {
-            let top = a[n] + (b[n] - a[n]) * fx;
-            let bottom = c[n] + (d[n] - c[n]) * fx;
-            out[n] = top + (bottom - top) * fy;
-        }
-        (out[3] > 0.5).then_some(out)
     }
 }
 
