@@ -16,6 +16,17 @@ pub enum Format {
     Cvml,
 }
 
+impl Format {
+    /// The word for it.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Otb => "otb",
+            Self::Vot => "vot",
+            Self::Cvml => "cvml",
+        }
+    }
+}
+
 /// What a target is, for tables by type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -50,6 +61,8 @@ pub struct Entry {
     pub name: String,
     /// Folder under the data root, parts separated by `/`.
     pub folder: String,
+    /// Layout of the folder where it is not the suite's.
+    pub format: Option<Format>,
     /// Which target of the folder, where there are several: OTB from 1, CVML the object's id.
     pub target: Option<u32>,
     /// First and last frame used, in the dataset's numbers; all frames there are where no source states them.
@@ -90,6 +103,9 @@ impl Entry {
         let pair = |p: (u32, u32)| format!("[{}, {}]", p.0, p.1);
         let mut line = format!("{{ name = \"{}\", folder = \"{}\"", self.name, self.folder);
         // Writing to a string cannot fail.
+        if let Some(format) = self.format {
+            let _ = write!(line, ", format = \"{}\"", format.word());
+        }
         if let Some(target) = self.target {
             let _ = write!(line, ", target = {target}");
         }
@@ -120,6 +136,12 @@ impl Entry {
         }
         line + " },"
     }
+}
+
+/// The attributes of a sequence: OTB's codes spelled out, and the type of the target.
+pub(crate) fn words(codes: &[String], target_type: Option<TargetType>) -> impl Iterator<Item = String> {
+    let target = target_type.map(|t| format!("target-{}", t.word()));
+    codes.iter().map(|code| attribute_word(code).to_owned()).chain(target)
 }
 
 /// A folder whose parts are separated by `/`, under `root`.

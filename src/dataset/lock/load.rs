@@ -1,7 +1,8 @@
 //! From an entry and a data root to a sequence.
 
+use super::entry::words;
 use super::text::Pinned;
-use super::{Entry, Format, Missing, attribute_word};
+use super::{Entry, Format, Missing};
 use crate::dataset::files::{image_folder, numbered_images};
 use crate::dataset::{DatasetError, Sequence, cvml, otb, sorted, video, vot};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,11 @@ impl Pinned {
         Ok(loaded)
     }
 
+    /// Layout of the entry's folder.
+    pub(super) fn format(&self, entry: &Entry) -> Format {
+        entry.format.unwrap_or(self.format)
+    }
+
     /// As [`Pinned::load`], whatever the number of frames.
     pub(super) fn load_unchecked(
         &self,
@@ -40,7 +46,7 @@ impl Pinned {
         if !folder.is_dir() {
             return missing("");
         }
-        if self.format == Format::Cvml
+        if self.format(entry) == Format::Cvml
             && let Some(part) = cvml::absent(&folder)?
         {
             return missing(&format!("no {part} in {}; ", entry.folder));
@@ -48,7 +54,7 @@ impl Pinned {
         if let Some((first, last)) = self.cut_off(entry, &folder)? {
             return missing(&format!("frames {first} to {last} are not in {}; ", entry.folder));
         }
-        let mut sequence = match self.format {
+        let mut sequence = match self.format(entry) {
             Format::Vot => vot::load(&folder, Some(&entry.name))?,
             Format::Otb => {
                 let options = otb::Options {
@@ -71,8 +77,7 @@ impl Pinned {
                 cvml::load(&folder, &options)?
             }
         };
-        let target = entry.target_type.map(|t| format!("target-{}", t.word()));
-        let words = entry.attributes.iter().map(|code| attribute_word(code).to_owned()).chain(target);
+        let words = words(&entry.attributes, entry.target_type);
         sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
         Ok(Ok(sequence))
     }
@@ -80,8 +85,8 @@ impl Pinned {
     /// First and last of the frames an entry needs that are absent, where they are its last ones.
     fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
         let Some((first, last)) = entry.range else { return Ok(None) };
-        let images = self.format.image_folder(folder);
-        let cuttable = match self.format {
+        let images = self.format(entry).image_folder(folder);
+        let cuttable = match self.format(entry) {
             Format::Vot => false,
             Format::Otb => true,
             Format::Cvml => !cvml::is_video(folder)?,

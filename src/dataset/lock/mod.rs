@@ -218,10 +218,10 @@ impl Suite {
     /// When a file cannot be read.
     pub fn pin_files(&self, data_root: &Path) -> Result<Vec<(String, String)>, DatasetError> {
         let Content::Pinned(p) = self.content else { return Ok(Vec::new()) };
-        let folders: std::collections::BTreeSet<&str> =
-            p.sequence.iter().map(|e| e.folder.as_str()).collect();
-        let here = folders.into_iter().filter(|f| entry::below(data_root, f).is_dir());
-        here.map(|f| Ok((f.to_owned(), files::section(f, data_root, p.format)?))).collect()
+        let folders: std::collections::BTreeMap<&str, Format> =
+            p.sequence.iter().map(|e| (e.folder.as_str(), p.format(e))).collect();
+        let here = folders.into_iter().filter(|(f, _)| entry::below(data_root, f).is_dir());
+        here.map(|(f, format)| Ok((f.to_owned(), files::section(f, data_root, format)?))).collect()
     }
 }
 

@@ -144,6 +144,49 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
     }
 }
 
+// The rule of the file's comment, by another reading of the annotation:
+// python3: b = {n: box of o in f for f in root if n(f) <= 160}; a = min(n for n in b if 0 <= x0(b[n]) and
+// 0 <= y0(b[n]) and x1(b[n]) <= 768 and y1(b[n]) <= 576); e = a; while e + 1 in b: e += 1; e - a + 1 >= 60
+// gives 9: 1-160, 11: 17-160, 12: 22-160, 13: 41-160, 15: 1-160, 19: 1-147.
+#[test]
+fn d1_real_has_the_people_of_its_rule_and_a_face() {
+    let entries = suite("d1-real").unwrap().entries();
+    let (faces, people): (Vec<&Entry>, Vec<_>) =
+        entries.iter().partition(|e| e.target_type == Some(TargetType::Face));
+    let found: Vec<_> = people.iter().map(|e| (e.target.unwrap(), e.range.unwrap())).collect();
+    let ranges = [(9, 1, 160), (11, 17, 160), (12, 22, 160), (13, 41, 160), (15, 1, 160), (19, 1, 147)];
+    assert_eq!(found, ranges.map(|(id, first, last)| (id, (first, last))));
+    assert_eq!(
+        faces.iter().map(|e| (e.name.as_str(), e.frames)).collect::<Vec<_>>(),
+        [("seq_mb", Some(500))]
+    );
+
+    let Some(root) = real_data("d1_real_has_the_people_of_its_rule_and_a_face") else { return };
+    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
+    let annotation = crate::dataset::cvml::parse(&xml, &crate::dataset::text::read(&xml).unwrap()).unwrap();
+    let mut by_rule = Vec::new();
+    for id in annotation.objects() {
+        let inside = |n: &u32| {
+            annotation
+                .region(id, *n)
+                .is_some_and(|r| r.x >= 0.0 && r.y >= 0.0 && r.x + r.w <= 768.0 && r.y + r.h <= 576.0)
+        };
+        let Some(first) = (1..=160).find(inside) else { continue };
+        let last = (first..=160).take_while(|n| annotation.region(id, *n).is_some()).last().unwrap();
+        if last - first + 1 >= 60 {
+            by_rule.push((id, (first, last)));
+        }
+    }
+    assert_eq!(found, by_rule);
+    let loaded = suite("d1-real").unwrap().load(Some(&root));
+    assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
+    let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
+    assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
+    assert!(has(&loaded.sequences[6], "target-face"));
+    let verified = suite("d1-real").unwrap().verify(Some(&root));
+    assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
+}
+
 #[test]
 fn unknown_suites_name_the_nearest() {
     let error = suite("otb-dtef2O").err().unwrap().to_string();

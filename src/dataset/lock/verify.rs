@@ -36,7 +36,7 @@ impl Pinned {
         let finding = self.compare(entry, data_root).unwrap_or_else(|e| Finding::Differs(e.to_string()));
         match (finding, data_root) {
             (Finding::Differs(fact), Some(root)) => {
-                Finding::Differs(match files::first_difference(entry, self.format, root) {
+                Finding::Differs(match files::first_difference(entry, self.format(entry), root) {
                     Some(first) => format!("{first}; {fact}"),
                     None => fact,
                 })
@@ -57,7 +57,8 @@ impl Pinned {
                 "frames or ground truth are other bytes: digest {digest}, pinned {pinned}"
             )));
         }
-        let labels = data_root.and_then(|root| files::first_label_difference(entry, self.format, root));
+        let labels =
+            data_root.and_then(|root| files::first_label_difference(entry, self.format(entry), root));
         Ok(labels.map_or(Finding::Same, Finding::Differs))
     }
 }
