@@ -6,8 +6,8 @@ use trackfail::dataset::{Frames, Sequence, synthetic};
 use trackfail::image::Frame;
 use trackfail::tracker::{Start, ncc};
 
-fn sequence(name: &str) -> Sequence {
-    let mut all = synthetic::suite("synthetic-otb").expect("a built-in suite");
+fn sequence(suite: &str, name: &str) -> Sequence {
+    let mut all = synthetic::suite(suite).expect("a built-in suite");
     let k = all.iter().position(|q| q.name == name).expect("a built-in sequence");
     all.swap_remove(k)
 }
@@ -20,14 +20,20 @@ fn frames(q: &Sequence, n: usize) -> Vec<Frame> {
 }
 
 fn render(c: &mut Criterion) {
-    c.bench_function("list both suites", |b| {
+    c.bench_function("list all suites", |b| {
         b.iter(|| synthetic::SUITES.iter().map(|s| s.sequences().len()).sum::<usize>());
     });
     let mut group = c.benchmark_group("render");
     group.sample_size(10).throughput(Throughput::Elements(50));
     // 320x240 without and with motion blur.
     for name in ["Crowd", "Pan"] {
-        let q = sequence(name);
+        let q = sequence("synthetic-otb", name);
+        frames(&q, 1);
+        group.bench_function(name, |b| b.iter(|| black_box(frames(&q, 50))));
+    }
+    // 320x240 with few and with many others, and 360x288.
+    for name in ["car-bridge", "car-queue", "face-pair", "person-crossing", "person-group"] {
+        let q = sequence("synthetic-d1", name);
         frames(&q, 1);
         group.bench_function(name, |b| b.iter(|| black_box(frames(&q, 50))));
     }
@@ -40,7 +46,7 @@ fn track(c: &mut Criterion) {
     let setup = ncc::ENTRY.build_from_text("{}").expect("default parameters");
     // Targets of 25x74, 80x38 and 88x110 pixels.
     for name in ["Crowd", "Parking", "Magazine"] {
-        let q = sequence(name);
+        let q = sequence("synthetic-otb", name);
         let pixels = frames(&q, 50);
         let first = q.truth[0].clone().expect("synthetic truth is complete");
         let start = Start { sequence: &q, run: 0, seed: 0, data_root: None };

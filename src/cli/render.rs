@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `trackfail render`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Synthetic suite: synthetic-otb or synthetic-vot
+    /// Synthetic suite: synthetic-otb, synthetic-vot, synthetic-d1 or synthetic-d2
     pub suite: String,
     /// Folder to write; must not exist or be empty
     pub dir: PathBuf,

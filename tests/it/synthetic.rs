@@ -110,7 +110,10 @@ fn lists_name_what_there_is() {
         }
     };
     contains("experiments", &["quickstart", "khalid2016/table1", "khalid2016/table2"]);
-    contains("suites", &["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot"]);
+    contains(
+        "suites",
+        &["otb-dtef20", "vot2014", "d1-real", "synthetic-otb", "synthetic-vot", "synthetic-d1"],
+    );
     contains("trackers", &["replay", "ncc", "still", "scripted"]);
     contains("signals", &["distribution-field", "region-covariance", "rgb-histogram", "rgb-lbp-histogram"]);
     contains("detectors", &["arma-forecast", "naive-forecast", "level", "never", "oracle"]);

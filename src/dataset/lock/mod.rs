@@ -12,6 +12,9 @@
 //! a gap is damage, and the sequence broken. VOT sequences, which nobody cuts, are broken either way. A CVML
 //! folder without its annotation or without any frames is missing too, since the two are downloaded apart.
 //!
+//! Of the synthetic suites that stand in for a paper's data the file has names, lengths, sizes and attributes
+//! (`format = "synthetic"`), which the renderer takes from there.
+//!
 //! OTB attributes are kept in the file by their published codes and given to sequences spelled out
 //! (`occlusion`, `scale-variation` ...), with the type of the target beside them (`target-car`,
 //! `target-person`, `target-face`, `target-other`). VOT sequences have the names of their labels.
@@ -22,9 +25,10 @@ mod load;
 mod text;
 mod verify;
 
-pub(crate) use entry::below;
 pub use entry::{Entry, Format, TargetType, attribute_word};
+pub(crate) use entry::{below, words};
 pub use text::LOCK;
+pub(crate) use text::{RenderedEntry, rendered};
 pub use verify::{Checked, Finding};
 
 use super::archive::Archive;

@@ -3,6 +3,7 @@
 //! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a colour.
 
 use super::noise::{Colour, mix, octaves, pick, shade, smoothstep, unit};
+use super::surveillance::figures;
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +30,14 @@ pub enum Kind {
     Bush,
     /// A lorry's or hoarding's flat side.
     Hoarding,
+    /// A head that turns about itself; its pose is the turn in cycles, 0 towards the camera.
+    Head,
+    /// Shoulders and body below a head.
+    Shoulders,
+    /// A car from above, about twice as long as wide.
+    Roof,
+    /// A plain wall or bridge deck.
+    Wall,
 }
 
 impl Kind {
@@ -37,6 +46,7 @@ impl Kind {
         match self {
             Self::Person | Self::Fish => 8,
             Self::Face => 9,
+            Self::Head => 24,
             _ => 1,
         }
     }
@@ -47,6 +57,7 @@ impl Kind {
         match self {
             Self::Person | Self::Fish => ((pose - pose.floor()) * 8.0) as usize % 8,
             Self::Face => ((pose.clamp(-1.0, 1.0) + 1.0) * 4.0).round() as usize,
+            Self::Head => ((pose - pose.floor()) * 24.0) as usize % 24,
             _ => 0,
         }
     }
@@ -66,6 +77,10 @@ impl Kind {
             Self::Post => post(look, u, v),
             Self::Bush => bush(look, u, v, aspect),
             Self::Hoarding => hoarding(look, u, v, aspect),
+            Self::Head => figures::head(look, phase as f64 / 24.0, u, v),
+            Self::Shoulders => figures::shoulders(look, u, v),
+            Self::Roof => figures::roof(look, u, v),
+            Self::Wall => figures::wall(look, u, v, aspect),
         }
     }
 }
@@ -432,7 +447,7 @@ mod tests {
     use super::super::sprite::Sprite;
     use super::*;
 
-    const ALL: [(Kind, f64, f64); 11] = [
+    const ALL: [(Kind, f64, f64); 15] = [
         (Kind::Person, 0.4, 0.25),
         (Kind::Face, 0.8, 0.6),
         (Kind::Car, 2.1, 0.5),
@@ -444,6 +459,10 @@ mod tests {
         (Kind::Post, 0.3, 0.99),
         (Kind::Bush, 1.4, 0.5),
         (Kind::Hoarding, 2.0, 0.99),
+        (Kind::Head, 0.8, 0.7),
+        (Kind::Shoulders, 0.34, 0.6),
+        (Kind::Roof, 2.1, 0.85),
+        (Kind::Wall, 0.8, 0.99),
     ];
 
     #[test]

@@ -1,6 +1,7 @@
 //! Backgrounds: a large picture, painted once a sequence, that the camera scrolls over.
 
 use super::noise::{Colour, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
+use super::surveillance::places;
 
 /// What the scene plays in front of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +18,10 @@ pub enum Ground {
     Water,
     /// A paved square seen from above.
     Plaza,
+    /// A road of four lanes seen from above.
+    Road,
+    /// A hall with shop windows and a tiled floor.
+    Hall,
 }
 
 /// A painted background; pixel `(0, 0)` is the world's `(left, top)`.
@@ -52,6 +57,8 @@ impl Picture {
                     Ground::Room => room(seed, x, y, scale),
                     Ground::Water => water(seed, x, y),
                     Ground::Plaza => plaza(seed, x, y),
+                    Ground::Road => places::road(seed, x, y, scale),
+                    Ground::Hall => places::hall(seed, x, y, scale),
                 };
                 rgb.extend(c.map(byte));
             }
@@ -282,8 +289,16 @@ fn plaza(seed: u32, x: f64, y: f64) -> Colour {
 mod tests {
     use super::*;
 
-    const ALL: [Ground; 6] =
-        [Ground::Street, Ground::Meadow, Ground::Bricks, Ground::Room, Ground::Water, Ground::Plaza];
+    const ALL: [Ground; 8] = [
+        Ground::Street,
+        Ground::Meadow,
+        Ground::Bricks,
+        Ground::Room,
+        Ground::Water,
+        Ground::Plaza,
+        Ground::Road,
+        Ground::Hall,
+    ];
 
     #[test]
     fn whole_pixel_views_are_crops() {

@@ -3,6 +3,8 @@
 //! * `synthetic-otb`: 20 sequences with upright boxes and OTB's attributes (occlusion, clutter of
 //!   look-alikes, changes of light and scale, fast motion, blur, rotation, low resolution).
 //! * `synthetic-vot`: 9 sequences with turned boxes and VOT's attributes a frame.
+//! * `synthetic-d1`, `synthetic-d2`: 18 and 51 sequences of cars, people and faces as surveillance cameras see
+//!   them, stand-ins for the data sets of SanMiguel and Cavallaro (2015), see `surveillance`.
 //!
 //! A sequence is a plan (who moves where, before which background) played by `scene`: a background
 //! picture scrolled by the camera, sprites warped bilinearly over it, motion blur as the mean of
@@ -22,6 +24,7 @@ mod otb;
 mod scene;
 mod sensor;
 mod sprite;
+mod surveillance;
 mod vot;
 
 #[cfg(test)]
@@ -51,28 +54,32 @@ pub struct Suite {
     pub summary: &'static str,
     /// Layout that `trackfail render` writes.
     pub layout: Layout,
-    plans: &'static [scene::Plan],
+    plans: fn() -> &'static [scene::Plan],
 }
 
 impl Suite {
+    fn plans(&self) -> &'static [scene::Plan] {
+        (self.plans)()
+    }
+
     /// Number of sequences.
     pub fn len(&self) -> usize {
-        self.plans.len()
+        self.plans().len()
     }
 
     /// Whether it has no sequence.
     pub fn is_empty(&self) -> bool {
-        self.plans.is_empty()
+        self.plans().is_empty()
     }
 
     /// Names of the sequences, sorted.
     pub fn names(&self) -> impl Iterator<Item = &'static str> + use<> {
-        self.plans.iter().map(|p| p.name)
+        self.plans().iter().map(|p| p.name)
     }
 
     /// The sequences with their ground truth; nothing is painted until a frame is rendered.
     pub fn sequences(&self) -> Vec<Sequence> {
-        self.plans.iter().map(|p| scene::sequence(self.name, VERSION, p)).collect()
+        self.plans().iter().map(|p| scene::sequence(self.name, VERSION, p)).collect()
     }
 }
 
@@ -82,13 +89,25 @@ pub static SUITES: &[Suite] = &[
         name: "synthetic-otb",
         summary: "20 rendered sequences with upright boxes and OTB's attributes",
         layout: Layout::Otb,
-        plans: otb::PLANS,
+        plans: || otb::PLANS,
     },
     Suite {
         name: "synthetic-vot",
         summary: "9 rendered sequences with turned boxes and VOT's attributes a frame",
         layout: Layout::Vot,
-        plans: vot::PLANS,
+        plans: || vot::PLANS,
+    },
+    Suite {
+        name: "synthetic-d1",
+        summary: "18 rendered targets as in surveillance: cars, people, faces (stands in for D1 of CVIU 2015)",
+        layout: Layout::Otb,
+        plans: surveillance::d1,
+    },
+    Suite {
+        name: "synthetic-d2",
+        summary: "51 rendered targets as in surveillance: cars, people, faces (stands in for D2 of CVIU 2015)",
+        layout: Layout::Otb,
+        plans: surveillance::d2,
     },
 ];
 

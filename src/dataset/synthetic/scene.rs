@@ -37,6 +37,8 @@ pub struct Actor {
     pub pose: Curve,
     /// Cycles of the stride a frame, added to `pose`.
     pub cadence: f64,
+    /// Drawn with left and right swapped; walkers and swimmers, who face where they go, need it not.
+    pub mirrored: bool,
 }
 
 impl Actor {
@@ -51,6 +53,7 @@ impl Actor {
         turn: &[],
         pose: &[],
         cadence: 0.0,
+        mirrored: false,
     };
 
     fn pose_at(&self, t: f64, camera: (f64, f64)) -> Pose {
@@ -66,12 +69,13 @@ impl Actor {
 
     /// Whether it looks to the left: walkers and swimmers face where they go.
     fn faces_left(&self, t: f64) -> bool {
-        matches!(self.kind, Kind::Person | Kind::Fish) && at(self.x, t + 3.0, 0.0) < at(self.x, t - 3.0, 0.0)
+        let swims = matches!(self.kind, Kind::Person | Kind::Fish);
+        self.mirrored || swims && at(self.x, t + 3.0, 0.0) < at(self.x, t - 3.0, 0.0)
     }
 
     /// Whether a place in the box counts as covered by it.
     fn covers(&self, (u, v): (f64, f64)) -> bool {
-        let round = matches!(self.kind, Kind::Person | Kind::Bush | Kind::Ball | Kind::Face);
+        let round = matches!(self.kind, Kind::Person | Kind::Bush | Kind::Ball | Kind::Face | Kind::Head);
         let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
         if round { a * a + b * b < 1.0 } else { a.abs() < 1.0 && b.abs() < 1.0 }
     }
