@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
-use trackfail::tracker::State;
+use trackfail::tracker::{Moments, State};
 
 /// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels.
 fn frame() -> Frame {
@@ -32,7 +32,15 @@ fn signals(criterion: &mut Criterion) {
             let mut session = signal.start();
             let at =
                 |x: f64| State::tracked(Region::Rect(Rect::new(x, 100.0, f64::from(size), f64::from(size))));
-            let states = [at(100.0), at(103.0)];
+            let posterior = |mut state: State, spread: f64| {
+                let covariance =
+                    (0..25).map(|k| if k % 6 == 0 { spread + f64::from(k) } else { 0.1 }).collect();
+                let mean = vec![100.0, 100.0, 20.0, 40.0, 0.0];
+                state.posterior =
+                    Some(Moments { mean, covariance, effective_samples: 300.0, ..Moments::default() });
+                state
+            };
+            let states = [posterior(at(100.0), 4.0), posterior(at(103.0), 5.0)];
             let mut t = 0;
             group.bench_with_input(BenchmarkId::from_parameter(size), &size, |bencher, _| {
                 bencher.iter(|| {

@@ -10,6 +10,7 @@
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
+//! | [`analysis`] | a signal and errors on whole suites | numbers, tables and charts about the signal itself |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |
@@ -24,6 +25,7 @@
 
 #![warn(missing_docs)]
 
+pub mod analysis;
 pub mod cli;
 pub mod dataset;
 pub mod detector;

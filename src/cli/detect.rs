@@ -4,9 +4,9 @@ use super::{Failure, output};
 use crate::dataset::{DatasetError, Sequence, otb};
 use crate::detector::Input;
 use crate::num::seed;
-use crate::signal::Session;
+use crate::signal::{Reads, Session};
 use crate::spec::builtin;
-use crate::spec::method::{DetectorChoice, Method};
+use crate::spec::method::{DetectorChoice, Method, Variant};
 use crate::table::frame;
 use crate::tracker::State;
 use crate::tracker::results::{self, Base};
@@ -39,14 +39,24 @@ pub struct Args {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let known = builtin::method_names();
-    let names: Vec<&str> =
-        if args.method.is_empty() { known.clone() } else { args.method.iter().map(String::as_str).collect() };
+    let mut offered = methods_on_boxes()?;
+    let names: Vec<String> = offered.iter().map(|m| m.name.clone()).collect();
     let mut methods = Vec::new();
-    for name in names {
-        let method = builtin::published_method(name)
-            .ok_or_else(|| Failure::Usage(crate::plugin::unknown("method", name, known.iter().copied())))?;
-        methods.push(method.map_err(|e| Failure::Io(e.to_string()))?);
+    for name in if args.method.is_empty() { &names } else { &args.method } {
+        if let Some(place) = offered.iter().position(|m| m.name == *name) {
+            methods.push(offered.remove(place));
+        } else if names.contains(name) {
+            return Err(Failure::Usage(format!("method `{name}` is asked for twice")));
+        } else if builtin::method_names().contains(&name.as_str()) {
+            return Err(Failure::Usage(format!(
+                "method `{name}` needs a tracker's posterior and a suite to learn from; of boxes alone can be \
+                 judged with: {}",
+                names.join(", ")
+            )));
+        } else {
+            let known = names.iter().map(String::as_str);
+            return Err(Failure::Usage(crate::plugin::unknown("method", name, known)));
+        }
     }
     let data = |e: DatasetError| Failure::Data(e.to_string());
     let base = if args.base == 0 { Base::Zero } else { Base::One };
@@ -65,6 +75,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let states: Vec<State> = regions.into_iter().map(State::tracked).collect();
     let signals = compute_signals(&sequence, &states, &methods)?;
     print(&sequence, &methods, &signals)
+}
+
+/// The published methods that need nothing but frames and boxes.
+fn methods_on_boxes() -> Result<Vec<Method>, Failure> {
+    let mut methods = Vec::new();
+    for method in builtin::method_names().into_iter().filter_map(builtin::published_method) {
+        let method = method.map_err(|e| Failure::Io(e.to_string()))?;
+        let fits = |v: &Variant| {
+            let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
+            looks && matches!(v.detector, DetectorChoice::Given(_))
+        };
+        if method.variants.iter().all(fits) {
+            methods.push(method);
+        }
+    }
+    Ok(methods)
 }
 
 /// One series for each method; each frame is decoded once for all of them.

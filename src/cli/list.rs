@@ -1,10 +1,11 @@
-//! `trackfail list {experiments,suites,trackers,signals,detectors,protocols}`
+//! `trackfail list {experiments,suites,trackers,signals,detectors,analyses,protocols}`
 
 use super::output::{self, Format};
 use super::{Failure, report, run};
+use crate::analysis::ANALYSES;
 use crate::dataset::lock;
 use crate::detector::DETECTORS;
-use crate::engine::plan::{State, variants};
+use crate::engine::plan::State;
 use crate::engine::store::Store;
 use crate::engine::supervise::Stop;
 use crate::engine::{self, Plan};
@@ -39,6 +40,7 @@ enum What {
     Trackers,
     Signals,
     Detectors,
+    Analyses,
     Protocols,
 }
 
@@ -64,6 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Trackers => print(&plugin, plugins(TRACKERS)),
         What::Signals => print(&plugin, plugins(SIGNALS)),
         What::Detectors => print(&plugin, plugins(DETECTORS)),
+        What::Analyses => print(&plugin, plugins(ANALYSES)),
         What::Protocols => {
             let rows = PROTOCOLS.iter().map(|p| vec![p.name.to_string(), p.summary.to_string()]);
             print(&["protocol", "summary"], rows.collect())
@@ -82,7 +85,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
         let suite = &e.suites[crate::spec::TEST];
         let suites = engine::run::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
         let plan = Plan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
-        let cells = plan.test().wanted * plan.jobs.len() * variants(&e).count();
+        let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);
         let count = |wanted: State| states.iter().filter(|(_, state)| *state == wanted).count();
         let (cached, stale) = (count(State::Cached), count(State::Stale));

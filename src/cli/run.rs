@@ -52,6 +52,9 @@ pub struct Args {
     /// Compute one share of so many into the store, and no tables (see `trackfail merge`)
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// At most so many repetitions of every tracker, also on suites that are learned from; tables say so
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    runs: Option<u32>,
     /// Seconds after which a cell has failed
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = positive)]
     timeout: f64,
@@ -111,7 +114,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let names =
         if args.specs.is_empty() { vec![builtin::QUICKSTART.to_string()] } else { args.specs.clone() };
     // All files are checked before the first is run.
-    let experiments = names.iter().map(|name| read_spec(name)).collect::<Result<Vec<_>, _>>()?;
+    let mut experiments = names.iter().map(|name| read_spec(name)).collect::<Result<Vec<_>, _>>()?;
+    if let Some(runs) = args.runs {
+        experiments.iter_mut().for_each(|e| e.limit_runs(runs));
+    }
     let limits = Limits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;
     for experiment in &experiments {
@@ -319,7 +325,7 @@ fn dry_run(args: &Args, plan: &Plan<'_>) -> Result<(), Failure> {
             state.word().to_string(),
         ]
     };
-    let rows: Vec<_> = plan.cells().zip(&states).map(row).collect();
+    let rows: Vec<_> = plan.cells().into_iter().zip(&states).map(row).collect();
     output::print(args.format, &["sequence", "tracker", "run", "method", "params", "state"], &rows)?;
     let count = |wanted: State| states.iter().filter(|(_, s)| *s == wanted).count();
     let counts = [State::Cached, State::Stale, State::Missing, State::Absent]
@@ -352,7 +358,9 @@ fn print_measures(results: &Results, format: Format) -> Result<(), Failure> {
 
 fn print_summary(results: &Results, findings: &[Finding], index: &Path) -> Result<(), Failure> {
     let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
-    for layout in folder::layouts(&results.experiment, &results.measures, &results.manifest) {
+    for layout in
+        folder::layouts(&results.experiment, &results.measures, &results.analyses, &results.manifest)
+    {
         text.push_str(&render::plain(&layout));
         text.push('\n');
     }

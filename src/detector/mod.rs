@@ -6,6 +6,7 @@ pub mod always;
 pub mod arma_forecast;
 pub mod forecasting;
 pub mod labels;
+pub mod learning;
 pub mod level;
 pub mod matched_kalman_bank;
 pub mod naive_forecast;
@@ -19,6 +20,7 @@ pub mod two_model_chi_square;
 mod conformance;
 
 pub use labels::{changes, run_starts};
+pub use learning::{Example, Learner};
 
 use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
@@ -69,6 +71,11 @@ pub trait Detector: Send + Sync {
     /// Whether its labels depend on the seed; where they do not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         false
+    }
+
+    /// How it learns its model, for detectors that must have one before they can detect.
+    fn learner(&self) -> Option<&dyn Learner> {
+        None
     }
 
     /// The threshold on the score that is drawn in figures, where there is one.

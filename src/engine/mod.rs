@@ -8,6 +8,7 @@
 //! [`why`] tells what a result would be made from now and was made from before.
 
 pub mod address;
+pub mod analyse;
 pub mod judge;
 pub mod pass;
 pub mod plan;
@@ -16,6 +17,7 @@ pub mod run;
 pub mod store;
 pub mod supervise;
 pub mod tracks;
+pub mod train;
 pub mod why;
 
 pub use plan::Plan;

@@ -4,6 +4,7 @@
 use super::supervise::{Interrupted, Limits, Watch, supervised};
 use crate::dataset::Sequence;
 use crate::region::Region;
+use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
 use crate::tracker::{self, Setup, Start, State, TrackerError};
 use crate::{image::Frame, signal};
@@ -108,9 +109,14 @@ impl Pass {
             if running.iter().all(Result::is_err) {
                 break;
             }
-            let frame = match watch.step(decoder, || self.sequence.frame(t)) {
-                Ok(frame) => frame.map_err(|e| CellError::Failed(e.to_string())),
-                Err(reason) => Err(in_words(reason)),
+            let looked_at = running.iter().zip(&self.tasks).any(|(r, task)| r.is_ok() && self.looks(task));
+            let frame = if looked_at {
+                match watch.step(decoder, || self.sequence.frame(t)) {
+                    Ok(frame) => frame.map_err(|e| CellError::Failed(e.to_string())),
+                    Err(reason) => Err(in_words(reason)),
+                }
+            } else {
+                Ok(Frame::from_fn(1, 1, |_, _| [0; 3]))
             };
             for (k, (task, entry)) in self.tasks.iter().zip(&mut running).enumerate() {
                 let Ok(active) = entry else { continue };
@@ -133,6 +139,12 @@ impl Pass {
             })
         };
         Ok(running.into_iter().zip(&self.tasks).map(made).collect())
+    }
+
+    /// Whether a task looks at pixels; signals of the posterior on a kept track do not.
+    fn looks(&self, task: &Task) -> bool {
+        let pixels = |k: &usize| self.signals.get(*k).is_some_and(|s| s.signal.reads() == Reads::Pixels);
+        task.states.is_none() || task.signals.iter().any(pixels)
     }
 
     fn open(&self, task: &Task) -> Result<Running, CellError> {
@@ -168,6 +180,14 @@ impl Pass {
         };
         for ((session, series), k) in running.sessions.iter_mut().zip(&mut running.signals).zip(&task.signals)
         {
+            if let Some(choice) = self.signals.get(*k)
+                && choice.signal.reads() == Reads::Posterior
+                && state.posterior.is_none()
+            {
+                let (name, kind) = (&self.sequence.name, choice.kind);
+                let message = format!("{name}: signal {kind} needs a tracker that gives its posterior");
+                return Err(CellError::Failed(message));
+            }
             let value = session.push(frame, state);
             if !value.is_finite() {
                 let kind = self.signals.get(*k).map_or("?", |s| s.kind);

@@ -13,7 +13,7 @@ use crate::num::seed;
 use crate::plugin;
 use crate::signal::SIGNALS;
 use crate::spec::method::Method;
-use crate::spec::method::{DetectorChoice, SignalChoice, Training, Variant};
+use crate::spec::method::{DetectorChoice, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -29,19 +29,63 @@ pub struct Job {
     pub run: u32,
 }
 
-/// Every tracker with every repetition, in the experiment's order.
-pub fn jobs(experiment: &Experiment) -> Vec<Job> {
-    let trackers = experiment.trackers.iter().enumerate();
-    trackers.flat_map(|(tracker, t)| (0..t.runs).map(move |run| Job { tracker, run })).collect()
+/// Tracks of a tracker that are wanted on a suite, and what of them is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Demand<'a> {
+    suite: &'a str,
+    tracker: usize,
+    runs: u32,
+    signal: Option<usize>,
+}
+
+impl Demand<'_> {
+    fn is_for(&self, suite: &str, job: Job) -> bool {
+        self.suite == suite && self.tracker == job.tracker && job.run < self.runs
+    }
+}
+
+/// All that an experiment wants, each once: the test suite of every tracker for its results, and what
+/// methods learn from. `of_variants` is the signal of each variant.
+fn demands<'a>(
+    experiment: &'a Experiment,
+    signals: &[SignalChoice],
+    of_variants: &[Option<usize>],
+) -> Vec<Demand<'a>> {
+    let of_analyses: Vec<_> = experiment.analyses.iter().map(|a| signal_index(signals, &a.signal)).collect();
+    let mut all: Vec<Demand<'a>> = Vec::new();
+    let mut add = |demand| {
+        if !all.contains(&demand) {
+            all.push(demand);
+        }
+    };
+    for (tracker, t) in experiment.trackers.iter().enumerate() {
+        let test = experiment.suites[TEST].as_str();
+        add(Demand { suite: test, tracker, runs: t.runs, signal: None });
+        for ((method, variant), signal) in variants(experiment).zip(of_variants) {
+            if !method.runs_on(&t.label) {
+                continue;
+            }
+            add(Demand { suite: test, tracker, runs: t.runs, signal: *signal });
+            if let Some(suite) = variant.detector.role().and_then(|role| experiment.suites.get(role)) {
+                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            }
+        }
+        for (analysis, signal) in experiment.analyses.iter().zip(&of_analyses) {
+            let roles = analysis.roles.iter().filter(|_| analysis.runs_on(&t.label));
+            for suite in roles.filter_map(|role| experiment.suites.get(role)) {
+                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            }
+        }
+    }
+    all
 }
 
 /// The distinct signals of an experiment, in order of first use.
 pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     let mut distinct: Vec<SignalChoice> = Vec::new();
-    for (_, variant) in variants(experiment) {
-        if let Some(choice) = &variant.signal
-            && signal_index(&distinct, choice).is_none()
-        {
+    let of_methods = variants(experiment).filter_map(|(_, variant)| variant.signal.as_ref());
+    for choice in of_methods.chain(experiment.analyses.iter().map(|a| &a.signal)) {
+        if signal_index(&distinct, choice).is_none() {
             distinct.push(choice.clone());
         }
     }
@@ -62,11 +106,11 @@ pub fn variants(experiment: &Experiment) -> impl Iterator<Item = (&Method, &Vari
 /// The suites an experiment needs: the test suite, and those it trains on.
 pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
     let mut roles = vec![TEST];
-    for (_, variant) in variants(experiment) {
-        if let DetectorChoice::Trained(t) = &variant.detector
-            && !roles.contains(&t.role.as_str())
-        {
-            roles.push(&t.role);
+    let trained = variants(experiment).filter_map(|(_, variant)| variant.detector.role());
+    let analysed = experiment.analyses.iter().flat_map(|a| a.roles.iter().map(String::as_str));
+    for role in trained.chain(analysed) {
+        if !roles.contains(&role) {
+            roles.push(role);
         }
     }
     roles
@@ -78,7 +122,7 @@ pub struct PlannedSequence {
     pub sequence: Arc<Sequence>,
     /// Its digest; empty where it cannot be read.
     pub digest: String,
-    /// Recipe of each job's track.
+    /// Recipe of each job's track, where one is wanted.
     pub tracks: Vec<Result<Recipe, CellError>>,
 }
 
@@ -100,10 +144,11 @@ pub struct Plan<'a> {
     pub experiment: &'a Experiment,
     /// Its distinct signals.
     pub signals: Arc<Vec<SignalChoice>>,
-    /// Its trackers and repetitions.
+    /// Its trackers and repetitions; not all of them are wanted on every suite.
     pub jobs: Vec<Job>,
     /// Its distinct suites; the test suite is the first.
     pub suites: Vec<PlannedSuite>,
+    demands: Vec<Demand<'a>>,
     /// Index into `signals` of each variant.
     variant_signals: Vec<Option<usize>>,
 }
@@ -157,7 +202,16 @@ impl<'a> Plan<'a> {
         stop: &Stop,
     ) -> Result<Self, RunError> {
         let signals = distinct_signals(experiment);
-        let jobs = jobs(experiment);
+        let signal = |(_, v): (&Method, &Variant)| v.signal.as_ref().and_then(|s| signal_index(&signals, s));
+        let variant_signals: Vec<Option<usize>> = variants(experiment).map(signal).collect();
+        let demands = demands(experiment, &signals, &variant_signals);
+        let most = |tracker: usize| {
+            let mine = demands.iter().filter(move |d| d.tracker == tracker);
+            mine.map(|d| d.runs).max().unwrap_or(0)
+        };
+        let trackers = 0..experiment.trackers.len();
+        let jobs = trackers.flat_map(|tracker| (0..most(tracker)).map(move |run| Job { tracker, run }));
+        let jobs: Vec<Job> = jobs.collect();
         let mut suites: Vec<PlannedSuite> = Vec::new();
         let mut by_role: Vec<_> = loaded.into_iter().collect();
         by_role.sort_by_key(|(role, _)| role != TEST);
@@ -174,7 +228,9 @@ impl<'a> Plan<'a> {
                 let digest = sequence.digest().map(str::to_string);
                 let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
                 let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
+                let wanted = |job: &Job| demands.iter().any(|d| d.is_for(name, *job));
                 let track = |job: &Job| match &common {
+                    _ if !wanted(job) => Err(CellError::Missing("not asked for".to_string())),
                     Ok(common) => recipes::track(experiment, &sequence, common, *job, data_root),
                     Err(e) => Err(e.clone()),
                 };
@@ -193,9 +249,7 @@ impl<'a> Plan<'a> {
                 wanted: suite.wanted,
             });
         }
-        let signal = |(_, v): (&Method, &Variant)| v.signal.as_ref().and_then(|s| signal_index(&signals, s));
-        let variant_signals = variants(experiment).map(signal).collect();
-        Ok(Self { experiment, jobs, suites, variant_signals, signals: Arc::new(signals) })
+        Ok(Self { experiment, jobs, suites, demands, variant_signals, signals: Arc::new(signals) })
     }
 
     /// The test suite.
@@ -214,13 +268,39 @@ impl<'a> Plan<'a> {
         self.variant_signals.get(variant).copied().flatten()
     }
 
+    /// Whether a job's track is wanted on a suite.
+    pub fn wants(&self, suite: usize, job: usize) -> bool {
+        self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))
+    }
+
+    /// Whether a signal is wanted on a job's track.
+    pub fn wants_signal(&self, suite: usize, job: usize, signal: usize) -> bool {
+        let suite = &self.suites[suite].name;
+        self.demands.iter().any(|d| d.signal == Some(signal) && d.is_for(suite, self.jobs[job]))
+    }
+
+    /// Whether a job's track has cells of a method.
+    pub fn has_cells(&self, job: Job, method: &Method) -> bool {
+        let tracker = &self.experiment.trackers[job.tracker];
+        job.run < tracker.runs && method.runs_on(&tracker.label)
+    }
+
+    /// Jobs and variants of the cells of a sequence, in the experiment's order.
+    pub fn cells_of_sequence(&self) -> Vec<(usize, usize)> {
+        let of_job = |(j, job): (usize, &Job)| {
+            let mine = variants(self.experiment).enumerate().filter(|(_, (m, _))| self.has_cells(*job, m));
+            mine.map(|(v, _)| (j, v)).collect::<Vec<_>>()
+        };
+        self.jobs.iter().enumerate().flat_map(of_job).collect()
+    }
+
     /// Every cell of the test suite, sequence by sequence, in the experiment's order.
-    pub fn cells(&self) -> impl Iterator<Item = PlannedCell> + '_ {
-        let (jobs, variants) = (self.jobs.len(), self.variant_signals.len());
-        (0..self.test().sequences.len()).flat_map(move |sequence| {
-            (0..jobs)
-                .flat_map(move |job| (0..variants).map(move |variant| PlannedCell { sequence, job, variant }))
-        })
+    pub fn cells(&self) -> Vec<PlannedCell> {
+        let of_sequence = self.cells_of_sequence();
+        let cell = |sequence: usize| {
+            of_sequence.iter().map(move |&(job, variant)| PlannedCell { sequence, job, variant })
+        };
+        (0..self.test().sequences.len()).flat_map(cell).collect()
     }
 
     /// What a variant reads of a track.
@@ -237,19 +317,26 @@ impl<'a> Plan<'a> {
         seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
     }
 
-    /// What a training reads of the tracks that `track` finds an address for, by suite, sequence and job.
+    /// Sequences and jobs of a suite whose tracks of a tracker are learned from.
+    pub fn learned_from(&self, suite: usize, tracker: usize) -> Vec<(usize, usize)> {
+        let runs = self.experiment.trackers[tracker].training_runs;
+        let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
+        let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
+        let sequences = 0..self.suites[suite].sequences.len();
+        sequences.flat_map(|s| jobs.iter().map(move |j| (s, *j))).collect()
+    }
+
+    /// What is read of the tracks learned from that `track` finds an address for, by suite, sequence and job.
     pub fn training_reads(
         &self,
-        training: &Training,
+        role: &str,
         signal: Option<usize>,
         tracker: usize,
         track: impl Fn(usize, usize, usize) -> Option<Address>,
     ) -> Vec<Read> {
-        let Some(suite) = self.suite(&training.role) else { return Vec::new() };
-        let sequences = 0..self.suites[suite].sequences.len();
-        let pairs = sequences.flat_map(|s| (0..self.jobs.len()).map(move |j| (s, j)));
-        let mine = pairs.filter(|(_, j)| self.jobs[*j].tracker == tracker);
-        mine.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
+        let Some(suite) = self.suite(role) else { return Vec::new() };
+        let pairs = self.learned_from(suite, tracker).into_iter();
+        pairs.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
     }
 
     /// Name of a cell: `sequence/tracker/run/method[params]`.
@@ -273,10 +360,14 @@ impl<'a> Plan<'a> {
         };
         let variants: Vec<_> = variants(self.experiment).collect();
         let of_variant = |v: usize| {
-            let DetectorChoice::Trained(training) = &variants[v].1.detector else { return Vec::new() };
-            let of = |t| {
-                let reads = self.training_reads(training, self.signal(v), t, track);
-                (!reads.is_empty()).then(|| recipes::model(self.experiment, training, &reads))
+            let (method, variant) = variants[v];
+            let Some(role) = variant.detector.role() else { return Vec::new() };
+            let of = |t: usize| {
+                if !method.runs_on(&self.experiment.trackers[t].label) {
+                    return None;
+                }
+                let reads = self.training_reads(role, self.signal(v), t, track);
+                if reads.is_empty() { None } else { recipes::of_model(method, variant, &reads) }
             };
             (0..self.experiment.trackers.len()).map(of).collect()
         };
@@ -290,13 +381,17 @@ impl<'a> Plan<'a> {
         let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
         // What labels the cells of each variant and tracker.
         let models = self.models();
-        let by = |v: usize, tracker: usize| match &variants[v].1.detector {
-            DetectorChoice::Given(fixed) => Ok(By::given(fixed)),
-            DetectorChoice::Trained(training) => {
-                let model = models[v].get(tracker).and_then(Option::as_ref);
-                let by = model.zip(training.candidates.first()).map(|(m, (_, c))| By::model(m.address(), c));
-                by.ok_or_else(|| CellError::Missing(format!("no track to train `{}` on", training.key)))
-            }
+        let by = |v: usize, tracker: usize| {
+            let model = || {
+                let model = models[v].get(tracker).and_then(Option::as_ref).map(Recipe::address);
+                let role = variants[v].1.detector.role().unwrap_or_default();
+                model.ok_or_else(|| CellError::Missing(format!("no track in role `{role}` to learn from")))
+            };
+            Ok(match &variants[v].1.detector {
+                DetectorChoice::Given(fixed) => By::given(fixed),
+                DetectorChoice::Trained(training) => By::model(model()?, &training.example),
+                DetectorChoice::Learned(fixed) => By::learned(model()?, fixed),
+            })
         };
         let trackers = self.experiment.trackers.len();
         let by: Vec<Vec<Result<By, CellError>>> =
@@ -304,7 +399,7 @@ impl<'a> Plan<'a> {
         let of_sequence = |s: usize| {
             let planned = &self.test().sequences[s];
             let name = &planned.sequence.name;
-            let mut cells = Vec::with_capacity(self.jobs.len() * variants.len());
+            let mut cells = Vec::new();
             for (job, track) in self.jobs.iter().zip(&planned.tracks) {
                 let track = track.as_ref().map(Recipe::address);
                 let signals: Vec<Read> = match track {
@@ -312,6 +407,9 @@ impl<'a> Plan<'a> {
                     Err(_) => Vec::new(),
                 };
                 for (v, (method, _)) in variants.iter().enumerate() {
+                    if !self.has_cells(*job, method) {
+                        continue;
+                    }
                     let seed = self.seed(&method.name, &params[v], name, *job);
                     let recipe = track.map_err(CellError::clone).and_then(|address| {
                         let signal = self.signal(v).and_then(|k| signals.get(k).copied());
@@ -331,36 +429,41 @@ impl<'a> Plan<'a> {
         format!("{}/{cell}", self.test().name)
     }
 
-    /// Whether a track with all its signals is in the store.
-    pub fn is_kept(&self, store: &Store, track: &Recipe) -> bool {
+    /// Whether a wanted track with all its wanted signals is in the store.
+    pub fn is_kept(&self, store: &Store, suite: usize, job: usize, track: &Recipe) -> bool {
         let address = track.address();
-        let signal = |choice| store.contains(&recipes::signal(address, choice).address());
-        store.contains(&address) && self.signals.iter().all(signal)
+        let wanted = self.signals.iter().enumerate().filter(|(k, _)| self.wants_signal(suite, job, *k));
+        let kept = |(_, choice)| store.contains(&recipes::signal(address, choice).address());
+        store.contains(&address) && wanted.into_iter().all(kept)
     }
 
     /// Whether each track of the test suite with all its signals is in the store, sequences x jobs.
-    pub fn kept_tracks(&self, store: &Store) -> Vec<bool> {
+    pub fn kept_tracks(&self, store: &Store) -> Vec<Vec<bool>> {
         let of = |s: &PlannedSequence| -> Vec<bool> {
-            s.tracks.iter().map(|t| t.as_ref().is_ok_and(|track| self.is_kept(store, track))).collect()
+            let tracks = s.tracks.iter().enumerate();
+            let kept = |(j, t): (usize, &Result<Recipe, CellError>)| {
+                t.as_ref().is_ok_and(|track| self.is_kept(store, 0, j, track))
+            };
+            tracks.map(kept).collect()
         };
-        self.test().sequences.par_iter().flat_map_iter(of).collect()
+        self.test().sequences.par_iter().map(of).collect()
     }
 
     /// What the store knows of every cell, in the order of [`Plan::cells`].
     pub fn states(&self, store: &Store) -> Vec<(String, State)> {
         let kept = self.kept_tracks(store);
-        let variants = self.variant_signals.len();
-        let state = |(k, (name, recipe)): (usize, (String, Result<Recipe, CellError>))| {
+        let state = |(cell, (name, recipe)): (PlannedCell, (String, Result<Recipe, CellError>))| {
+            let kept = kept[cell.sequence][cell.job];
             let state = match recipe {
                 Err(_) => State::Absent,
-                Ok(recipe) if store.contains(&recipe.address()) && kept[k / variants] => State::Cached,
+                Ok(recipe) if store.contains(&recipe.address()) && kept => State::Cached,
                 Ok(recipe) if store.contains(&recipe.address()) => State::Missing,
                 Ok(_) if store.knows(Stage::Labels, &self.stored_name(&name)) => State::Stale,
                 Ok(_) => State::Missing,
             };
             (name, state)
         };
-        self.labels().into_par_iter().enumerate().map(state).collect()
+        self.cells().into_par_iter().zip(self.labels()).map(state).collect()
     }
 }
 

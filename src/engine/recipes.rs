@@ -4,10 +4,14 @@ use super::address::{Address, Recipe, Stage};
 use super::pass::CellError;
 use super::plan::Job;
 use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
+use crate::detector::Learner;
 use crate::image::DECODER;
 use crate::num::seed;
+use crate::score::Protocol;
 use crate::score::overlap::OVERLAP;
-use crate::spec::method::{FixedDetector, SignalChoice, Training};
+use crate::spec::method::{
+    Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
+};
 use crate::spec::{Experiment, Tracker};
 use crate::tracker::Start;
 use std::path::Path;
@@ -30,6 +34,10 @@ pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> 
         Recipe::new(Stage::Track).with("sequence", &sequence.name).with("frames and truth", digest);
     if !matches!(sequence.frames, Frames::Rendered(..)) {
         recipe = recipe.with("frame decoder", DECODER);
+    }
+    // Trackers may choose by the type of the target.
+    if let Some(target) = sequence.attributes.iter().find(|a| a.starts_with("target-")) {
+        recipe = recipe.with("type of target", target);
     }
     if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
         recipe = recipe.with("decoded frames", decoded);
@@ -77,7 +85,8 @@ pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
 
 /// Version of training; part of every model's address.
 /// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
-pub const TRAINING: u32 = 1;
+/// - 2: quantiles of the signal may be tried.
+pub const TRAINING: u32 = 2;
 
 /// What a detector reads: a signal, or the track itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +98,8 @@ pub enum Read {
 }
 
 impl Read {
-    fn enter(self, recipe: Recipe) -> Recipe {
+    /// Adds it to a recipe.
+    pub fn enter(self, recipe: Recipe) -> Recipe {
         match self {
             Self::Signal(address) => recipe.with("signal", address),
             Self::Track(address) => recipe.with("track", address),
@@ -98,19 +108,42 @@ impl Read {
 }
 
 /// Of a trained parameter; `tracks` are those it is trained on.
-pub fn model(experiment: &Experiment, training: &Training, tracks: &[Read]) -> Recipe {
+fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
         .with("training", TRAINING)
-        .with("protocol", experiment.protocol.name)
+        .with("protocol", protocol.name)
         .with("overlap", OVERLAP)
         .with("parameter", &training.key)
         .with("maximise", training.maximise.name())
-        .with("candidates", training.candidates.len());
-    for (value, fixed) in &training.candidates {
-        let candidate =
-            Recipe::new(Stage::Model).with_plugin("", fixed.kind, fixed.version, &fixed.detector.params());
-        recipe = recipe.with(format!("candidate {value}"), candidate.address());
+        .with("candidates", training.candidates.count());
+    let plugin = |fixed: &FixedDetector| {
+        let recipe = Recipe::new(Stage::Model);
+        recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params()).address()
+    };
+    match &training.candidates {
+        Candidates::Listed(list) => {
+            for (value, fixed) in list {
+                recipe = recipe.with(format!("candidate {value}"), plugin(fixed));
+            }
+        }
+        Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
     }
+    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+}
+
+/// Of what a variant learns or is trained to be; none for one that does neither.
+pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
+    match &variant.detector {
+        DetectorChoice::Given(_) => None,
+        DetectorChoice::Trained(training) => Some(model(method.protocol, training, tracks)),
+        DetectorChoice::Learned(fixed) => Some(learned(fixed, fixed.detector.learner()?, tracks)),
+    }
+}
+
+/// Of a learned model; `tracks` are those it is learned from.
+fn learned(fixed: &FixedDetector, learner: &dyn Learner, tracks: &[Read]) -> Recipe {
+    let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
+    let recipe = recipe.with_plugin("learner", fixed.kind, fixed.version, &learner.params());
     tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
 }
 
@@ -128,6 +161,13 @@ impl By {
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
+    /// A detector with a learned model.
+    pub fn learned(address: Address, fixed: &FixedDetector) -> Self {
+        let mut by = Self::given(fixed);
+        by.ingredients.push(("model".to_string(), address.to_string()));
+        by
+    }
+
     /// A detector with trained parameters; any candidate stands for the others.
     pub fn model(address: Address, candidate: &FixedDetector) -> Self {
         let recipe = Recipe::new(Stage::Labels).with("model", address);
@@ -135,9 +175,13 @@ impl By {
     }
 }
 
+/// Version of the form in which verdicts are kept.
+/// - 2: with changes.
+const VERDICT: u32 = 2;
+
 /// Of labels.
 pub fn labels(read: Read, by: &By, seed: u64) -> Recipe {
-    let mut recipe = read.enter(Recipe::new(Stage::Labels)).with("overlap", OVERLAP);
+    let mut recipe = read.enter(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", VERDICT);
     recipe.ingredients.extend_from_slice(&by.ingredients);
     if by.uses_seed { recipe.with("seed", seed) } else { recipe }
 }

@@ -3,17 +3,19 @@
 //! comes from names.
 
 use super::address::{Address, Recipe};
-use super::judge::{self, Armed, Case, Judged, Kept, Model, StoredVerdict, signal_of};
+use super::analyse::{self, Analysed, NotAnalysed};
+use super::judge::{self, Armed, Case, Judged, Kept, Source, StoredVerdict, signal_of};
 use super::pass::CellError;
-use super::plan::{Plan, Shard, variants};
+use super::plan::{Job, Plan, Shard, variants};
 use super::store::{Name, Record, Store, StoreError};
 use super::supervise::{Interrupted, Limits};
 use super::tracks::{self, Track, Tracks};
+use super::train::{self, Model, Ready};
 use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Verdict;
 use crate::spec::Experiment;
-use crate::spec::method::{DetectorChoice, Variant};
+use crate::spec::method::{DetectorChoice, Method, Variant};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -138,9 +140,17 @@ impl<'a> Context<'a> {
     }
 
     /// A cell of the test suite that is to be judged; `cell` is its name in the plan.
-    fn case(&self, cell: &str, track: &Arc<Track>, variant: usize, armed: Armed, seed: u64) -> Case {
+    fn case(
+        &self,
+        cell: &str,
+        track: &Arc<Track>,
+        (variant, method): (usize, &Method),
+        armed: Armed,
+        seed: u64,
+    ) -> Case {
         let cell = self.plan.stored_name(cell);
         Case {
+            protocol: method.protocol,
             name: Name { experiment: self.plan.experiment.name.clone(), cell },
             track: track.clone(),
             signal: self.plan.signal(variant),
@@ -210,8 +220,12 @@ pub struct Outcome<'a> {
     pub tracks: Vec<Tracks>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
-    /// Trained thresholds.
+    /// What was trained or learned.
     pub models: Vec<Model>,
+    /// Analyses.
+    pub analyses: Vec<Analysed>,
+    /// Analyses that could not be made, by name, with the reason.
+    pub not_analysed: Vec<NotAnalysed>,
     /// Digests of all sequences used, by suite.
     pub digests: BTreeMap<String, Vec<(String, String)>>,
     /// Rules that stood in for missing values, with how often.
@@ -269,6 +283,7 @@ fn units(plan: &Plan<'_>, shard: Option<Shard>) -> Vec<Unit> {
     let all: Vec<(usize, usize, usize)> = sequences
         .flat_map(|(suite, s)| (0..s.sequences.len()).map(move |sequence| (suite, sequence)))
         .flat_map(|(suite, sequence)| (0..plan.jobs.len()).map(move |job| (suite, sequence, job)))
+        .filter(|(suite, _, job)| plan.wants(*suite, *job))
         .collect();
     let frames = |(suite, sequence, _): &(usize, usize, usize)| {
         plan.suites[*suite].sequences[*sequence].sequence.len() as u64
@@ -292,10 +307,10 @@ fn units(plan: &Plan<'_>, shard: Option<Shard>) -> Vec<Unit> {
 
 /// Frames that have to be gone over.
 fn frames_to_do(plan: &Plan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
-    let to_do = |track: &Recipe| options.force || !plan.is_kept(store, track);
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(to_do));
+        let to_do = |j: usize, track: &Recipe| options.force || !plan.is_kept(store, *suite, j, track);
+        let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|track| to_do(*j, track)));
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };
     units.par_iter().map(of_unit).sum()
@@ -311,7 +326,12 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        Ok((*suite, *sequence, tracks::tracks(&context, *suite, planned, jobs)?))
+        let not_wanted = || Err(CellError::Missing("not asked for".to_string()));
+        let mut row: Tracks = plan.jobs.iter().map(|_| not_wanted()).collect();
+        for (j, track) in jobs.iter().zip(tracks::tracks(&context, *suite, planned, jobs)?) {
+            row[*j] = track;
+        }
+        Ok((*suite, *sequence, row))
     };
     let mut done: Vec<_> = units.par_iter().with_max_len(1).map(of_unit).collect::<Result<_, RunError>>()?;
     done.sort_by_key(|(suite, sequence, _)| (*suite, *sequence));
@@ -319,7 +339,14 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
     for (suite, _, of_sequence) in done {
         tracks[suite].push(of_sequence);
     }
-    let (ready, models) = judge::make_ready(&context, &tracks)?;
+    let (ready, models) = train::make_ready(&context, &tracks)?;
+    let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
+    for analysed in analyse::analyse(&context, &tracks)? {
+        match analysed {
+            Ok(analysed) => analyses.push(analysed),
+            Err(failed) => not_analysed.push(failed),
+        }
+    }
     let test = plan.test();
     let judged =
         (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
@@ -340,6 +367,8 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
         tracks,
         cells,
         models,
+        analyses,
+        not_analysed,
         digests,
         tally: context.tally,
         store,
@@ -370,8 +399,8 @@ pub fn run_shard(
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let given = |variant: &Variant| match &variant.detector {
-        DetectorChoice::Given(fixed) => Some(Armed { fixed: fixed.clone(), model: None }),
-        DetectorChoice::Trained(_) => None,
+        DetectorChoice::Given(fixed) => Some(Armed { fixed: fixed.clone(), source: Source::Given }),
+        DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
     };
     type Done = Vec<(String, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
@@ -387,13 +416,13 @@ pub fn run_shard(
                 continue;
             }
             for (v, (method, variant)) in variants(plan.experiment).enumerate() {
-                let Some(armed) = given(variant) else { continue };
+                let Some(armed) = given(variant).filter(|_| plan.has_cells(job, method)) else { continue };
                 let params = variant.params();
                 let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
                 match track {
                     Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => cases.push(context.case(&name, track, v, armed, seed)),
+                    Ok(track) => cases.push(context.case(&name, track, (v, method), armed, seed)),
                 }
             }
         }
@@ -435,7 +464,9 @@ fn count_rules(plan: &Plan<'_>, tracks: &[Tracks]) -> BTreeMap<String, u64> {
         let unknown = planned.sequence.truth.iter().filter(|r| r.is_none()).count();
         count("frames without ground truth, which keep the state before them".into(), unknown);
     }
-    for (job, track) in tracks.iter().flat_map(|t| plan.jobs.iter().zip(t)) {
+    let shown = |job: &Job| job.run < plan.experiment.trackers[job.tracker].runs;
+    let tracks = tracks.iter().flat_map(|t| plan.jobs.iter().zip(t));
+    for (job, track) in tracks.filter(|(job, _)| shown(job)) {
         let repeated = track.as_ref().map_or(0, |t| t.repeated);
         let label = &plan.experiment.trackers[job.tracker].label;
         count(format!("{label}: frames marked failed or skipped, whose last region is repeated"), repeated);
@@ -447,38 +478,38 @@ fn judge_sequence(
     context: &Context<'_>,
     index: usize,
     tracks: &Tracks,
-    ready: &judge::Ready,
+    ready: &Ready,
 ) -> Result<Vec<Cell>, RunError> {
     let plan = context.plan;
     let sequence = &plan.test().sequences[index].sequence;
     let mut cells: Vec<Cell> = Vec::new();
     let mut cases: Vec<(usize, Case)> = Vec::new();
-    for (j, job) in plan.jobs.iter().enumerate() {
-        for (v, (method, variant)) in variants(plan.experiment).enumerate() {
-            let params = variant.params();
-            let armed = &ready[v][job.tracker];
-            let result = match (&tracks[j], armed) {
-                (Err(e), _) | (_, Err(e)) => Err(e.clone()),
-                (Ok(track), Ok(armed)) => {
-                    let name = plan.cell_name(&sequence.name, *job, &method.name, &params);
-                    let seed = plan.seed(&method.name, &params, &sequence.name, *job);
-                    cases.push((cells.len(), context.case(&name, track, v, armed.clone(), seed)));
-                    // Replaced below.
-                    Err(CellError::Missing(String::new()))
-                }
-            };
-            cells.push(Cell {
-                sequence: index,
-                tracker: plan.experiment.trackers[job.tracker].label.clone(),
-                run: job.run,
-                method: method.name.clone(),
-                params,
-                job: j,
-                signal: plan.signal(v),
-                threshold: armed.as_ref().ok().and_then(|a| a.fixed.detector.threshold()),
-                result,
-            });
-        }
+    let variants: Vec<_> = variants(plan.experiment).collect();
+    for (j, v) in plan.cells_of_sequence() {
+        let (job, (method, variant)) = (plan.jobs[j], variants[v]);
+        let params = variant.params();
+        let armed = &ready[v][job.tracker];
+        let result = match (&tracks[j], armed) {
+            (Err(e), _) | (_, Err(e)) => Err(e.clone()),
+            (Ok(track), Ok(armed)) => {
+                let name = plan.cell_name(&sequence.name, job, &method.name, &params);
+                let seed = plan.seed(&method.name, &params, &sequence.name, job);
+                cases.push((cells.len(), context.case(&name, track, (v, method), armed.clone(), seed)));
+                // Replaced below.
+                Err(CellError::Missing(String::new()))
+            }
+        };
+        cells.push(Cell {
+            sequence: index,
+            tracker: plan.experiment.trackers[job.tracker].label.clone(),
+            run: job.run,
+            method: method.name.clone(),
+            params,
+            job: j,
+            signal: plan.signal(v),
+            threshold: armed.as_ref().ok().and_then(|a| a.fixed.detector.threshold()),
+            result,
+        });
     }
     let (places, cases): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
     for (place, judged) in places.into_iter().zip(judge::judge(context, cases)?) {

@@ -20,7 +20,7 @@ pub struct Track {
     pub rects: Vec<Rect>,
     /// O_t of each frame; NaN where the target is not annotated.
     pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals.
+    /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
     pub signals: Vec<Vec<f64>>,
     /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
     pub repeated: usize,
@@ -74,13 +74,16 @@ fn some_tracks(
     let look = |job: &usize| {
         let recipe = planned.tracks[*job].clone()?;
         let address = recipe.address();
-        let signal = |choice| {
+        let signal = |(k, choice)| {
+            if !plan.wants_signal(suite, *job, k) {
+                return Some(Vec::new());
+            }
             let address = recipes::signal(address, choice).address();
             context.kept::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
         };
         let states = context.kept::<Vec<State>>(&address, rows);
         let states = states.filter(|s| s.len() == rows).map(Arc::new);
-        let signals = plan.signals.iter().map(signal).collect();
+        let signals = plan.signals.iter().enumerate().map(signal).collect();
         Ok(Found { job: *job, recipe, states, signals })
     };
     let mut found: Vec<Result<Found, CellError>> = jobs.iter().map(look).collect();
@@ -88,7 +91,9 @@ fn some_tracks(
         (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_whole())).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
-        found.signals.iter().for_each(|s| context.tally.add(Work::Signals, s.is_some()));
+        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, found.job, *k);
+        let signals = found.signals.iter().enumerate().filter(wanted);
+        signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
     if !wanted.is_empty() {
         let task = |k: &usize| {

@@ -23,12 +23,12 @@ pub fn why(plan: &Plan<'_>, store: &Store, wanted: impl Fn(&str) -> bool) -> Vec
     let now = current(plan);
     let kept = plan.kept_tracks(store);
     let labels = plan.labels();
-    let variants = labels.len() / kept.len().max(1);
     let mut reasons = Vec::new();
-    for (k, (cell, recipe)) in labels.into_iter().enumerate().filter(|(_, (cell, _))| wanted(cell)) {
+    let cells = plan.cells().into_iter().zip(labels).filter(|(_, (cell, _))| wanted(cell));
+    for (place, (cell, recipe)) in cells {
         let (state, because) = match recipe {
             Err(e) => (State::Absent, e.to_string()),
-            Ok(recipe) if store.contains(&recipe.address()) && !kept[k / variants] => {
+            Ok(recipe) if store.contains(&recipe.address()) && !kept[place.sequence][place.job] => {
                 (State::Missing, "its track or a signal on it has been removed".to_string())
             }
             Ok(recipe) if store.contains(&recipe.address()) => {
@@ -84,7 +84,10 @@ fn subject(recipe: &Recipe) -> String {
         Stage::Model => "training of",
         Stage::Labels => "detector",
     };
-    let kind = recipe.value(if recipe.stage == Stage::Model { "parameter" } else { what });
+    let kind = match recipe.stage {
+        Stage::Model => recipe.value("parameter").or_else(|| recipe.value("learner")),
+        _ => recipe.value(what),
+    };
     kind.map_or_else(|| recipe.stage.word().to_string(), |kind| format!("{what} {kind}"))
 }
 

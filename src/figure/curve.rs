@@ -32,6 +32,8 @@ pub struct Curves {
     pub y_label: String,
     /// Whether the horizontal axis is logarithmic; points at 0 and below are then gaps.
     pub x_log: bool,
+    /// Whether the vertical axis is logarithmic; points at 0 and below are then gaps.
+    pub y_log: bool,
     /// Horizontal axis.
     pub x_range: Range,
     /// Vertical axis.
@@ -65,14 +67,15 @@ impl Curves {
     }
 
     pub(super) fn scene(&self) -> Result<Scene, FigureError> {
-        let shown = |p: &&(f64, f64)| axes::usable(p.0) && axes::usable(p.1) && (!self.x_log || p.0 > 0.0);
+        let placed = |v: f64, log: bool| axes::usable(v) && (!log || v > 0.0);
+        let shown = |p: &&(f64, f64)| placed(p.0, self.x_log) && placed(p.1, self.y_log);
         let points = || self.series.iter().flat_map(|s| &s.points).filter(shown);
         if points().next().is_none() {
             return Err(FigureError::Empty("no curve has a point"));
         }
         let marks = self.marks.iter().map(|m| m.1);
         let x_ends = self.x_range.resolve(points().map(|p| p.0).chain(marks), self.x_log)?;
-        let y_ends = self.y_range.resolve(points().map(|p| p.1), false)?;
+        let y_ends = self.y_range.resolve(points().map(|p| p.1), self.y_log)?;
 
         let mut scene = Scene::new(&self.title, WIDTH * if self.square { 0.625 } else { 0.75 });
         let room = scene.width - 2.0 * MARGIN;
@@ -82,7 +85,7 @@ impl Curves {
         y += legend.height() + 8.0;
 
         let mut height = 260.0;
-        let y_axis_of = |height: f64| Axis::new(y_ends, (y + height, y), 5.0, false);
+        let y_axis_of = |height: f64| Axis::new(y_ends, (y + height, y), 5.0, self.y_log);
         let left = MARGIN + 25.0 + axes::label_width(&y_axis_of(height).ticks(axes::most_y(height)));
         let w = scene.width - MARGIN - 8.0 - left;
         if self.square {

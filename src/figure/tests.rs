@@ -126,6 +126,7 @@ fn sweep() -> Curves {
         x_label: "τ₁".into(),
         y_label: "F-score".into(),
         x_log: false,
+        y_log: false,
         x_range: Range::Auto,
         y_range: Range::Auto,
         square: false,
@@ -160,6 +161,7 @@ type Drawn = (&'static str, Result<String, FigureError>, Result<Vec<u8>, FigureE
 fn all() -> Vec<Drawn> {
     let logarithmic = Curves {
         x_log: true,
+        y_log: false,
         series: vec![Curve {
             name: "RAW".into(),
             points: (-4..=2).map(|k| (10.0_f64.powi(k), f64::from(k * k))).collect(),

@@ -1,7 +1,9 @@
 //! What our numbers say of an experiment's claims.
 
 use super::results::Results;
-use crate::spec::claim::{Claim, Reference, Verdict};
+use crate::engine::analyse::Analysed;
+use crate::spec::Tracker;
+use crate::spec::claim::{Claim, Quantity, Reference, Verdict};
 use crate::table::layout;
 
 /// A claim with what our numbers say of it.
@@ -42,9 +44,30 @@ pub fn test(results: &Results) -> Vec<Finding> {
 
 fn test_one(results: &Results, claim: &Claim) -> Finding {
     let value = |r: &Reference| {
-        layout::lookup(&results.measures, r.tracker.as_deref()?, &r.method, &r.point, r.metric)
+        let tracker = r.tracker.as_deref()?;
+        match &r.quantity {
+            Quantity::Metric(metric, method) => {
+                layout::lookup(&results.measures, tracker, method, &r.point, *metric)
+            }
+            Quantity::Finding(made) => {
+                let mine = |a: &&Analysed| a.analysis == made.analysis && a.tracker == tracker;
+                results.analyses.iter().find(mine)?.findings.number(&made.part)
+            }
+        }
     };
-    let trackers: Vec<&str> = results.experiment.trackers.iter().map(|t| t.label.as_str()).collect();
+    // Only trackers on which every method that the claim speaks of is run.
+    let concerns = |t: &&Tracker| {
+        claim.references().iter().all(|r| match &r.quantity {
+            Quantity::Metric(_, method) => {
+                results.experiment.methods.iter().any(|m| m.name == *method && m.runs_on(&t.label))
+            }
+            Quantity::Finding(made) => {
+                results.experiment.analyses.iter().any(|a| a.name == made.analysis && a.runs_on(&t.label))
+            }
+        })
+    };
+    let trackers = results.experiment.trackers.iter().filter(concerns);
+    let trackers: Vec<&str> = trackers.map(|t| t.label.as_str()).collect();
     let each: Vec<&str> = if claim.is_per_tracker() { trackers } else { vec![""] };
     let tested = each.iter().map(|tracker| {
         let numbers = claim.references().into_iter().map(|r| {
@@ -55,10 +78,10 @@ fn test_one(results: &Results, claim: &Claim) -> Finding {
         let (tracker, verdict) = (tracker.to_string(), claim.test(tracker, &value));
         Tested { tracker, verdict, numbers: numbers.collect() }
     });
-    Finding {
-        text: claim.text.clone(),
-        predicate: claim.predicate.clone(),
-        required: claim.required,
-        tested: tested.collect(),
+    let mut tested: Vec<Tested> = tested.collect();
+    if tested.is_empty() {
+        let verdict = Verdict::Untestable("no tracker has all of its methods".to_string());
+        tested.push(Tested { tracker: String::new(), verdict, numbers: Vec::new() });
     }
+    Finding { text: claim.text.clone(), predicate: claim.predicate.clone(), required: claim.required, tested }
 }

@@ -2,6 +2,8 @@
 
 use super::results::{Results, ResultsError, TrackSeries};
 use super::stills;
+use crate::analysis::Chart;
+use crate::engine::analyse::Analysed;
 use crate::figure::{
     BoxStyle, Colour, Curve, Curves, Dash, FigureError, FrameAxis, Panel, Range, Series, Still, Strip, Style,
     Threshold, spans_where,
@@ -10,8 +12,9 @@ use crate::region::Region;
 use crate::score::TrackScore;
 use crate::score::measures::Metric;
 use crate::signal::distribution_field::{self, Displacement};
-use crate::spec::table::{self, Figure, FigureKind};
-use crate::table::layout;
+use crate::spec::table::{self, Figure, FigureKind, Made};
+use crate::table::folder;
+use crate::table::measures::Measure;
 use std::collections::BTreeMap;
 
 /// A figure drawn.
@@ -47,9 +50,8 @@ pub enum DrawError {
 /// # Errors
 /// When results cannot be read or the drawing fails.
 pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>, DrawError> {
-    let suite = &results.manifest.suite;
-    let note = layout::data_note(suite.present.len(), suite.wanted);
-    let note = format!("suite {}: {note}", suite.name);
+    let note = folder::data_note(&results.experiment, &results.manifest);
+    let note = format!("suite {}: {note}", results.manifest.suite.name);
     let fail = |error| DrawError::Figure { name: figure.name.clone(), error };
     let (svg, png, extra) = match &figure.kind {
         FigureKind::Strips { tracker, sequences, panels, stills } => {
@@ -73,6 +75,13 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
                 names => format!(" Not here: {}.", names.join(", ")),
             };
             (strip.to_svg().map_err(fail)?, strip.to_png().map_err(fail)?, extra)
+        }
+        FigureKind::Chart(shows) => {
+            let curves = chart(results, shows);
+            if curves.series.is_empty() {
+                return Ok(Err(format!("there is no analysis {}", shows.analysis)));
+            }
+            (curves.to_svg().map_err(fail)?, curves.to_png().map_err(fail)?, String::new())
         }
         FigureKind::Sweep { metric, x, methods } => {
             let curves = sweep(results, &note, *metric, x, methods);
@@ -128,7 +137,7 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
     let judged = |method: &str| -> TrackScore {
         let (silent, still) = (vec![false; track.error.len()], vec![0; track.error.len()]);
         let said = track.method(method).map_or((&silent, &still), |m| (&m.alarm, &m.changes));
-        (results.experiment.protocol.score)(&track.error, said.0, said.1)
+        (results.experiment.protocol_of(method).score)(&track.error, said.0, said.1)
     };
     let lost: Vec<bool> = track.error.iter().map(|e| *e >= 1.0).collect();
     let blank = |label: &str| Panel { spans: spans_where(&lost), ..Panel::new(label, frames) };
@@ -146,7 +155,7 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
         table::Panel::Signal(method) | table::Panel::Forecast(method) => {
             let Some(m) = track.method(method) else { return blank(method) };
             let mut series = vec![Series {
-                name: "yₜ".into(),
+                name: symbol(results, method).into(),
                 values: m.signal.clone(),
                 style: Style::new(Colour::Blue, Dash::Solid),
             }];
@@ -157,7 +166,27 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
                     style: Style::new(Colour::Vermilion, Dash::Dashed),
                 });
             }
-            Panel { series, events: judged(method).events, ..blank(&format!("yₜ ({method})")) }
+            Panel {
+                series,
+                events: judged(method).events,
+                ..blank(&format!("{} ({method})", symbol(results, method)))
+            }
+        }
+        table::Panel::Labels(methods) => {
+            // Lanes from above in the order of the methods; a label lifts its line.
+            let lane = |(i, method): (usize, &String)| {
+                let base = (methods.len() - 1 - i) as f64;
+                let alarm = track.method(method).map(|m| m.alarm.clone()).unwrap_or_default();
+                let height = |t: usize| base + if alarm.get(t) == Some(&true) { 0.75 } else { 0.1 };
+                let values = (0..track.error.len()).map(height).collect();
+                Series { name: method.clone(), values, style: Style::nth(i) }
+            };
+            Panel {
+                range: Range::Fixed(0.0, methods.len() as f64),
+                series: methods.iter().enumerate().map(lane).collect(),
+                events: methods.first().map_or(Vec::new(), |m| judged(m).events),
+                ..blank("label")
+            }
         }
         table::Panel::Score(methods) => {
             // A forecast's score is the size of its error z; other scores go by their method's name.
@@ -221,13 +250,60 @@ fn load_stills(
     Ok(all)
 }
 
+/// The letter of the signal that a method reads.
+fn symbol(results: &Results, method: &str) -> &'static str {
+    let method = results.experiment.methods.iter().find(|m| m.name == method);
+    let signal = method.and_then(|m| m.variants.first()).and_then(|v| v.signal.as_ref());
+    signal.map_or("yₜ", |s| s.signal.symbol())
+}
+
+/// What an analysis made, on every tracker.
+fn chart(results: &Results, shows: &Made) -> Curves {
+    let found: Vec<(&Analysed, &Chart)> = results
+        .analyses
+        .iter()
+        .filter(|a| a.analysis == shows.analysis)
+        .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))
+        .collect();
+    let several = found.len() > 1;
+    let named = |(analysed, chart): &(&Analysed, &Chart)| {
+        let who = if several { format!("{}, ", analysed.tracker) } else { String::new() };
+        let named = |(name, points): &(String, Vec<(f64, f64)>)| (format!("{who}{name}"), points.clone());
+        chart.curves.iter().map(named).collect::<Vec<_>>()
+    };
+    let curves = found.iter().flat_map(named).enumerate();
+    let runs = found.first().map_or(0, |(a, _)| a.runs);
+    let suites = found.first().map_or(Vec::new(), |(a, _)| a.suites.clone());
+    let suites: Vec<String> = suites.iter().map(|(name, n)| format!("{name} ({n} targets)")).collect();
+    Curves {
+        title: String::new(),
+        note: format!("{}, {runs} runs", suites.join(", ")),
+        x_label: found.first().map_or_else(String::new, |(_, c)| c.x.clone()),
+        y_label: found.first().map_or_else(String::new, |(_, c)| c.y.clone()),
+        x_log: false,
+        y_log: found.first().is_some_and(|(_, c)| c.y_log),
+        x_range: Range::Auto,
+        y_range: Range::FromZero,
+        square: false,
+        series: curves.map(|(i, (name, points))| Curve { name, points, style: Style::nth(i) }).collect(),
+        marks: Vec::new(),
+    }
+}
+
 fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[String]) -> Curves {
     // One curve for each tracker, method and combination of the other axes.
     let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-    let several = results.experiment.trackers.len() > 1;
-    for m in results.measures.iter().filter(|m| methods.contains(&m.method)) {
+    let shown = || results.measures.iter().filter(|m| methods.contains(&m.method));
+    let several = shown().any(|m| shown().any(|n| n.tracker != m.tracker));
+    let mut ends: Vec<f64> =
+        shown().flat_map(Measure::point).filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.dedup();
+    for m in shown() {
         let point = m.point();
-        let Some((_, at)) = point.iter().find(|(axis, _)| axis == x) else { continue };
+        let value = m.value(metric).unwrap_or(f64::NAN);
+        // A method that knows nothing of the axis is the same all along it.
+        let at = point.iter().find(|(axis, _)| axis == x).map_or(ends.clone(), |(_, at)| vec![*at]);
         let others = point.iter().filter(|(axis, _)| axis != x).map(|(axis, v)| format!("{axis} {v}"));
         let mut name: Vec<String> = vec![m.method.clone()];
         if several {
@@ -235,10 +311,10 @@ fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[Stri
         }
         name.extend(others);
         let name = name.join(", ");
-        let value = m.value(metric).unwrap_or(f64::NAN);
+        let new = at.into_iter().map(|at| (at, value));
         match curves.iter_mut().find(|(n, _)| *n == name) {
-            Some((_, points)) => points.push((*at, value)),
-            None => curves.push((name, vec![(*at, value)])),
+            Some((_, points)) => points.extend(new),
+            None => curves.push((name, new.collect())),
         }
     }
     let series = curves.into_iter().enumerate().map(|(i, (name, mut points))| {
@@ -251,6 +327,7 @@ fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[Stri
         x_label: x.to_string(),
         y_label: metric.name().to_string(),
         x_log: false,
+        y_log: false,
         x_range: Range::Auto,
         y_range: Range::FromZero,
         square: false,

@@ -55,7 +55,8 @@ fn view(verdict: &claim::Verdict) -> Verdict {
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteError> {
-    let layouts = folder::layouts(&results.experiment, &results.measures, &results.manifest);
+    let layouts =
+        folder::layouts(&results.experiment, &results.measures, &results.analyses, &results.manifest);
     stays_here(&results.folder.join("tables"))?;
     for layout in &layouts {
         folder::write_table(&results.folder, layout)?;
@@ -143,7 +144,7 @@ fn frame(results: &Results) -> Page {
     let mut data_note = format!(
         "suite {}, {} ({} frames)",
         suite.name,
-        layout::data_note(suite.present.len(), suite.wanted),
+        folder::data_note(experiment, manifest),
         suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
     );
     if !suite.missing.is_empty() {
@@ -164,8 +165,10 @@ fn frame(results: &Results) -> Page {
         if let Some((parameter, trained_on)) = &method.trained
             && *trained_on == suite.name
         {
-            let name = crate::table::records::method_label(&method.name, &method.params);
-            warnings.push(format!("{name}: `{parameter}` was tuned on the test suite itself."));
+            let warning = format!("{}: `{parameter}` was tuned on the test suite itself.", method.name);
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
         }
     }
     for (rule, count) in &manifest.rules {
@@ -189,16 +192,27 @@ fn frame(results: &Results) -> Page {
     }
 }
 
+/// The experiment's protocol, and those of methods that have one of their own.
+fn protocols(results: &Results) -> String {
+    let mut text = results.manifest.protocol.clone();
+    let own = results.experiment.methods.iter().filter(|m| m.protocol.name != results.manifest.protocol);
+    for method in own {
+        text.push_str(&format!("; {} for {}", method.protocol.name, method.name));
+    }
+    text
+}
+
 fn provenance(results: &Results) -> Vec<(String, String)> {
     let manifest = &results.manifest;
     let mut all = vec![
         ("experiment file, SHA-256".to_string(), manifest.spec_digest.clone()),
-        ("protocol".to_string(), manifest.protocol.clone()),
+        ("protocol".to_string(), protocols(results)),
         ("seed".to_string(), manifest.seed.to_string()),
         ("trackfail".to_string(), manifest.version.clone()),
     ];
     for t in &manifest.trackers {
-        let value = format!("{} version {}, {}, runs {}", t.kind, t.version, t.params, t.runs);
+        let runs = format!("runs {}, {} to learn from", t.runs, t.training_runs);
+        let value = format!("{} version {}, {}, {runs}", t.kind, t.version, t.params);
         all.push((format!("tracker {}", t.label), value));
     }
     // Every combination of a grid would fill pages; its first stands for the parameters they share.
@@ -222,6 +236,9 @@ fn provenance(results: &Results) -> Vec<(String, String)> {
             value.push_str(&format!("; `{key}` trained on {suite}: {}", values.join(", ")));
         }
         all.push((format!("method {}", m.name), value));
+    }
+    for (name, text) in &manifest.models {
+        all.push((format!("learned by {name}"), text.clone()));
     }
     for (suite, sequences) in &manifest.digests {
         for (name, digest) in sequences {

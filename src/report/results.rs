@@ -5,12 +5,13 @@
 //! Links are followed for reading.
 
 use crate::dataset::{DatasetError, text};
+use crate::engine::analyse::Analysed;
 use crate::engine::store;
 use crate::engine::supervise::catch;
 use crate::region::{Rect, Region};
 use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};
-use crate::table::folder::FolderError;
+use crate::table::folder::{ANALYSES, FolderError};
 use crate::table::frame;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
 use crate::table::measures::Measure;
@@ -68,6 +69,8 @@ pub struct Results {
     pub manifest: Manifest,
     /// Pooled numbers.
     pub measures: Vec<Measure>,
+    /// What analyses found out.
+    pub analyses: Vec<Analysed>,
 }
 
 impl Results {
@@ -88,7 +91,15 @@ impl Results {
         let measures = read_whole(folder, &manifest, "measures.csv", LARGEST_TABLE)?;
         let measures = records::read_measures(measures)
             .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;
-        Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures })
+        // Where every analysis failed there is no file of them.
+        let analyses = if manifest.files.contains_key(ANALYSES) {
+            let bytes = read_whole(folder, &manifest, ANALYSES, LARGEST_TABLE)?;
+            serde_json::from_slice(&bytes)
+                .map_err(|error| FolderError::Json { path: folder.join(ANALYSES), error })?
+        } else {
+            Vec::new()
+        };
+        Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures, analyses })
     }
 
     /// Reads the tracks of one tracker's first run.

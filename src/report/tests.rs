@@ -14,6 +14,7 @@ fn figure(name: &str) -> FigureView {
         x_label: "threshold".into(),
         y_label: "F-score".into(),
         x_log: false,
+        y_log: false,
         x_range: Range::Auto,
         y_range: Range::Auto,
         square: false,

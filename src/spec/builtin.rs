@@ -5,6 +5,7 @@ use super::error::Source;
 use super::limits::MOST_DETECTORS;
 use super::method::{self, Method};
 use super::read::array_of_tables;
+use crate::score::PROTOCOLS;
 use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -51,7 +52,7 @@ pub fn method_names() -> Vec<&'static str> {
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     let source = Source { file: "methods.toml", text: METHODS };
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
-    Some(method::read(source, name, table, MOST_DETECTORS))
+    Some(method::read(source, name, table, &PROTOCOLS[0], MOST_DETECTORS))
 }
 
 #[cfg(test)]

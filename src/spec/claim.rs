@@ -5,13 +5,14 @@
 //! compare = sum [ (">=" | "<=" | ">" | "<" | "==" | "!=") sum ]
 //! sum    = term { ("+" | "-") term } term   = factor { ("*" | "/") factor }
 //! factor = number | "-" factor | "(" claim ")" | metric "[" METHOD { "," TRACKER | axis "=" number } "]"
+//!        | "finding" "[" ANALYSIS "." NUMBER { "," TRACKER } "]"
 //! ```
 //!
-//! A metric is pooled over the test suite. A claim that leaves the tracker out is tested for every
+//! A metric is pooled over the test suite; a finding is a number that an analysis computes. A claim that leaves the tracker out is tested for every
 //! tracker. A value that does not exist makes the claim untestable, never false.
 
 use super::error::{Source, SpecError};
-use super::table::Words;
+use super::table::{Made, Words};
 use super::wire;
 use crate::plugin::unknown;
 use crate::score::measures::Metric;
@@ -28,13 +29,20 @@ pub struct Claim {
     expression: Expr,
 }
 
-/// One pooled number that a claim speaks of.
+/// What number a claim speaks of.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Quantity {
+    /// A pooled metric of a method.
+    Metric(Metric, String),
+    /// A number that an analysis found out.
+    Finding(Made),
+}
+
+/// One number that a claim speaks of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// The metric.
-    pub metric: Metric,
-    /// The method.
-    pub method: String,
+    /// Which.
+    pub quantity: Quantity,
     /// The tracker; `None` stands for each in turn.
     pub tracker: Option<String>,
     /// Grid axis -> value.
@@ -43,7 +51,10 @@ pub struct Reference {
 
 impl std::fmt::Display for Reference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}[{}", self.metric.name(), self.method)?;
+        match &self.quantity {
+            Quantity::Metric(metric, method) => write!(f, "{}[{method}", metric.name())?,
+            Quantity::Finding(made) => write!(f, "finding[{made}")?,
+        }
         for (axis, value) in &self.point {
             write!(f, ", {axis}={value}")?;
         }
@@ -292,7 +303,10 @@ impl Parser<'_> {
         if word.is_empty() {
             return Err(format!("a number or a metric is missing before `{text}`"));
         }
-        let metric = Metric::from_name(word).ok_or_else(|| unknown("metric", word, Metric::names()))?;
+        let metric = match word {
+            "finding" => None,
+            word => Some(Metric::from_name(word).ok_or_else(|| unknown("metric", word, Metric::names()))?),
+        };
         if !self.take("[") {
             return Err(format!("`{word}` needs a method, e.g. `{word}[DTEF]`"));
         }
@@ -303,15 +317,19 @@ impl Parser<'_> {
         self.reference(metric, inside).map(Expr::Value)
     }
 
-    fn reference(&self, metric: Metric, inside: &str) -> Result<Reference, String> {
+    fn reference(&self, metric: Option<Metric>, inside: &str) -> Result<Reference, String> {
         let mut parts = inside.split(',').map(str::trim);
-        let method = parts.next().unwrap_or_default().to_string();
-        if !self.words.methods.contains(&method) {
-            return Err(unknown("method", &method, self.words.methods.iter().map(String::as_str)));
-        }
-        let mut r = Reference { metric, method, tracker: None, point: Vec::new() };
+        let subject = parts.next().unwrap_or_default().to_string();
+        let quantity = match metric {
+            None => Quantity::Finding(self.words.made(&subject, |n| &n.numbers)?),
+            Some(_) if !self.words.methods.contains(&subject) => {
+                return Err(unknown("method", &subject, self.words.methods.iter().map(String::as_str)));
+            }
+            Some(metric) => Quantity::Metric(metric, subject),
+        };
+        let mut r = Reference { quantity, tracker: None, point: Vec::new() };
         for part in parts {
-            if let Some((axis, value)) = part.split_once('=') {
+            if let Some((axis, value)) = part.split_once('=').filter(|_| metric.is_some()) {
                 let axis = axis.trim().to_string();
                 if !self.words.axes.contains(&axis) {
                     return Err(unknown("grid axis", &axis, self.words.axes.iter().map(String::as_str)));
@@ -332,6 +350,7 @@ impl Parser<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::Names;
     use proptest::prelude::*;
 
     fn words() -> Words {
@@ -343,18 +362,23 @@ mod tests {
             sequences: vec![],
             drawn: vec![],
             with_signal: vec![],
+            analyses: vec![("model".into(), Names { numbers: own(&["components"]), ..Names::default() })],
         }
     }
 
     fn verdict(text: &str) -> Verdict {
         let expression = parse(text, &words()).unwrap();
         let claim = Claim { text: String::new(), predicate: text.into(), required: false, expression };
-        claim.test("ncc", &|r| match (r.metric, r.method.as_str(), r.tracker.as_deref()) {
-            (Metric::Recall, "DTEF", Some("ncc")) => Some(0.7),
-            (Metric::Recall, "RAW", Some("ncc")) => Some(0.4),
-            (Metric::Recall, "ARTE*", Some("Struck")) if r.point == [("length".to_string(), 5.0)] => {
-                Some(0.9)
-            }
+        let subject = |r: &Reference| match &r.quantity {
+            Quantity::Metric(Metric::Recall, method) => method.clone(),
+            Quantity::Metric(..) => String::new(),
+            Quantity::Finding(made) => made.to_string(),
+        };
+        claim.test("ncc", &|r| match (subject(r).as_str(), r.tracker.as_deref()) {
+            ("DTEF", Some("ncc")) => Some(0.7),
+            ("RAW", Some("ncc")) => Some(0.4),
+            ("model.components", Some("ncc")) => Some(4.0),
+            ("ARTE*", Some("Struck")) if r.point == [("length".to_string(), 5.0)] => Some(0.9),
             _ => None,
         })
     }
@@ -366,6 +390,7 @@ mod tests {
         assert_eq!(verdict("(recall[DTEF] - recall[RAW]) * 2 < 0"), Verdict::Fails);
         assert_eq!(verdict("1 > 2 || 1 < 2 && 3 != 3"), Verdict::Fails);
         assert_eq!(verdict("!(1 > 2)"), Verdict::Holds);
+        assert_eq!(verdict("finding[model.components] == 4"), Verdict::Holds);
         assert_eq!(verdict("recall[ARTE*, length=5, Struck] >= -.5 + 1.4"), Verdict::Holds);
     }
 
@@ -380,6 +405,10 @@ mod tests {
     fn wrong_words_name_the_nearest() {
         let e = |text: &str| parse(text, &words()).unwrap_err();
         assert_eq!(e("recal[DTEF] > 0"), "unknown metric `recal`; did you mean `recall`?");
+        assert_eq!(
+            e("finding[model.component] > 0"),
+            "unknown finding `model.component`; did you mean `model.components`?"
+        );
         assert_eq!(e("recall[DTFE] > 0"), "unknown method `DTFE`; did you mean `DTEF`?");
         assert_eq!(e("recall[RAW, lenght=5] > 0"), "unknown grid axis `lenght`; did you mean `length`?");
         assert!(e("recall[RAW]").starts_with("a claim must compare"));

@@ -56,9 +56,15 @@ pub(super) fn check_lists(source: Source<'_>, wire: &wire::Experiment) -> Result
     check("suites", wire.suites.get_ref().len(), MOST_ROLES, wire.suites.span())?;
     check("trackers", wire.tracker.get_ref().len(), MOST_PLUGINS, wire.tracker.span())?;
     check("methods", wire.method.get_ref().len(), MOST_PLUGINS, wire.method.span())?;
+    for a in &wire.analysis {
+        check("analyses", wire.analysis.len(), MOST_PLUGINS, a.name.span())?;
+        check("suites of an analysis", a.suites.get_ref().len(), MOST_ROLES, a.suites.span())?;
+    }
     for t in &wire.table {
         check("tables", wire.table.len(), MOST_OBJECTS, t.name.span())?;
-        check("rows of a table", t.rows.get_ref().len(), MOST_PARTS, t.rows.span())?;
+        if let Some(rows) = &t.rows {
+            check("rows of a table", rows.get_ref().len(), MOST_PARTS, rows.span())?;
+        }
         let methods = t.methods.as_deref().unwrap_or_default();
         check("methods of a table", methods.len(), MOST_PLUGINS, first(methods))?;
     }

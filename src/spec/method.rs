@@ -6,6 +6,7 @@ use super::limits::MOST_DETECTORS;
 use super::wire;
 use crate::detector::{DETECTORS, Detector};
 use crate::plugin::{self, Entry, ParamError, RawParams};
+use crate::score::Protocol;
 use crate::score::measures::{Goodness, Metric};
 use crate::signal::{SIGNALS, Signal};
 use serde::Deserialize;
@@ -17,6 +18,10 @@ use toml::de::{DeTable, DeValue};
 pub struct Method {
     /// Name in tables.
     pub name: String,
+    /// Labels of the trackers it is run on; all when `None`.
+    pub trackers: Option<Vec<String>>,
+    /// How its labels are scored.
+    pub protocol: &'static Protocol,
     /// One entry a combination of the grid, in the order of the grid's values; a single one without.
     pub variants: Vec<Variant>,
 }
@@ -61,12 +66,33 @@ pub struct FixedDetector {
     pub detector: Arc<dyn Detector>,
 }
 
-/// A detector that is ready, or one of many to be chosen by training.
+/// A detector that is ready, or one of many to be chosen by training, or one that has to learn.
 pub enum DetectorChoice {
     /// All parameters are given.
     Given(FixedDetector),
     /// One parameter is chosen on a suite.
     Trained(Training),
+    /// All parameters are given, and a model is learned on a suite.
+    Learned(FixedDetector),
+}
+
+impl DetectorChoice {
+    /// Role of the suite it is trained on or learns from.
+    pub fn role(&self) -> Option<&str> {
+        match self {
+            Self::Given(_) => None,
+            Self::Trained(training) => Some(&training.role),
+            Self::Learned(fixed) => fixed.detector.learner().map(|l| l.role()),
+        }
+    }
+
+    /// The detector, or the one that stands for all that are tried.
+    pub fn example(&self) -> &FixedDetector {
+        match self {
+            Self::Given(fixed) | Self::Learned(fixed) => fixed,
+            Self::Trained(training) => &training.example,
+        }
+    }
 }
 
 /// How a parameter is chosen.
@@ -77,11 +103,45 @@ pub struct Training {
     pub role: String,
     /// What is made as large as possible.
     pub maximise: Metric,
+    /// What is tried.
+    pub candidates: Candidates,
+    /// One of the detectors, which stands for all.
+    pub example: FixedDetector,
+}
+
+/// The detector with a value of the trained parameter; in words, why it refuses the value.
+pub type Make = Arc<dyn Fn(f64) -> Result<FixedDetector, String> + Send + Sync>;
+
+/// Values that are tried in training.
+#[derive(Clone)]
+pub enum Candidates {
     /// Value -> detector, ascending.
-    pub candidates: Vec<(f64, FixedDetector)>,
+    Listed(Vec<(f64, FixedDetector)>),
+    /// Quantiles of the signal on the training suite.
+    Quantiles {
+        /// How many.
+        count: usize,
+        /// Makes the detector of a value.
+        make: Make,
+    },
+}
+
+impl Candidates {
+    /// How many there are at most.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Listed(list) => list.len(),
+            Self::Quantiles { count, .. } => *count,
+        }
+    }
 }
 
 impl Method {
+    /// Whether it is run on a tracker.
+    pub fn runs_on(&self, tracker: &str) -> bool {
+        self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
+    }
+
     /// Number of its detectors, those counted that are tried in training.
     pub fn detectors(&self) -> usize {
         self.variants.iter().map(Variant::detectors).sum()
@@ -91,8 +151,8 @@ impl Method {
 impl Variant {
     fn detectors(&self) -> usize {
         match &self.detector {
-            DetectorChoice::Given(_) => 1,
-            DetectorChoice::Trained(training) => training.candidates.len(),
+            DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
+            DetectorChoice::Trained(training) => training.candidates.count(),
         }
     }
 }
@@ -102,11 +162,13 @@ const MOST_VARIANTS: usize = 10_000;
 /// At most this many values tried for one trained parameter.
 const MOST_CANDIDATES: usize = 1_000;
 
-/// A `[[method]]` table, checked, of at most `room` detectors.
+/// A `[[method]]` table, checked, of at most `room` detectors; it is run on all trackers and scored by
+/// `protocol`.
 pub fn read(
     source: Source<'_>,
     name: &str,
     table: &Spanned<DeTable<'_>>,
+    protocol: &'static Protocol,
     room: usize,
 ) -> Result<Method, SpecError> {
     let span = table.span();
@@ -142,7 +204,7 @@ pub fn read(
         }
         variants.push(variant);
     }
-    Ok(Method { name: name.to_string(), variants })
+    Ok(Method { name: name.to_string(), trackers: None, protocol, variants })
 }
 
 /// One grid axis: which plugin and key it sets, and its values.
@@ -239,17 +301,15 @@ fn build_variant<'i>(
         .transpose()?;
     let detector = match detector.training(source)? {
         Some((key, train)) => train_choice(source, detector, &key, &train, set(false))?,
-        None => DetectorChoice::Given(FixedDetector {
-            kind: detector.entry.kind,
-            version: detector.entry.version,
-            detector: Arc::from(detector.build(source, set(false))?),
-        }),
+        None => {
+            let fixed = detector.fixed(Arc::from(detector.build(source, set(false))?));
+            match fixed.detector.learner() {
+                Some(_) => DetectorChoice::Learned(fixed),
+                None => DetectorChoice::Given(fixed),
+            }
+        }
     };
-    let needs_signal = match &detector {
-        DetectorChoice::Given(d) => d.detector.needs_signal(),
-        DetectorChoice::Trained(_) => true,
-    };
-    if needs_signal && signal.is_none() {
+    if detector.example().detector.needs_signal() && signal.is_none() {
         return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
     }
     let point = point.iter().map(|(axis, i)| (axis.name.clone(), axis.values[*i].0)).collect();
@@ -274,42 +334,72 @@ fn train_choice(
         let message = format!("`maximise` takes measures of which more is better: {good}");
         return Err(source.error(wire.maximise.span(), message));
     }
-    let grid = wire.grid.get_ref();
-    let count = ((grid.to - grid.from) / grid.step + 1e-9).floor();
-    let usable = [grid.from, grid.to, grid.step].iter().all(|v| v.is_finite()) && grid.step > 0.0;
-    if !usable || !(0.0..MOST_CANDIDATES as f64).contains(&count) {
-        let message = format!("the grid needs from <= to, step > 0 and at most {MOST_CANDIDATES} values");
-        return Err(source.error(wire.grid.span(), message));
-    }
-    // Twelve digits, so that .003 + .001 is the .004 a person would write.
-    let values: Vec<String> =
-        (0..=count as usize).map(|i| format!("{:.12e}", grid.from + i as f64 * grid.step)).collect();
-    let mut candidates = Vec::new();
-    for text in &values {
-        let value: f64 = text.parse().map_err(|_| source.error(wire.grid.span(), "not a number"))?;
-        let parsed = DeValue::parse(text).map_err(|e| source.toml(&e, wire.grid.span()))?;
+    let build = |value: f64| {
         let mut set = set.clone();
+        // Twelve digits, so that .003 + .001 is the .004 a person would write.
+        let text = format!("{value:.12e}");
+        let parsed = DeValue::parse(&text).map_err(|e| source.toml(&e, wire.grid.span()))?;
         set.push((key, Spanned::new(wire.grid.span(), parsed.into_inner())));
-        let detector = Arc::from(raw.build(source, set)?);
-        candidates
-            .push((value, FixedDetector { kind: raw.entry.kind, version: raw.entry.version, detector }));
-    }
+        let value = text.parse().map_err(|_| source.error(wire.grid.span(), "not a number"))?;
+        Ok((value, raw.fixed(Arc::from(raw.build(source, set)?))))
+    };
+    let (candidates, example) = match wire.grid.get_ref() {
+        wire::Grid { from: Some(from), to: Some(to), step: Some(step), quantiles: None } => {
+            let count = ((to - from) / step + 1e-9).floor();
+            let usable = [*from, *to, *step].iter().all(|v| v.is_finite()) && *step > 0.0;
+            if !usable || !(0.0..MOST_CANDIDATES as f64).contains(&count) {
+                let message =
+                    format!("the grid needs from <= to, step > 0 and at most {MOST_CANDIDATES} values");
+                return Err(source.error(wire.grid.span(), message));
+            }
+            let values = (0..=count as usize).map(|i| build(from + i as f64 * step));
+            let list = values.collect::<Result<Vec<(f64, FixedDetector)>, SpecError>>()?;
+            let first = list[0].1.clone();
+            (Candidates::Listed(list), first)
+        }
+        wire::Grid { from: None, to: None, step: None, quantiles: Some(count) } => {
+            if !(2..=MOST_CANDIDATES).contains(count) {
+                let message = format!("`quantiles` must be 2 to {MOST_CANDIDATES}, not {count}");
+                return Err(source.error(wire.grid.span(), message));
+            }
+            // What the parameter takes is seen with any number; the quantiles are not known yet.
+            let (_, example) = build(1.0)?;
+            let (entry, key) = (raw.entry, key.to_string());
+            let mut table = raw.with(set);
+            table.get_mut().remove(key.as_str());
+            let table = toml::Table::deserialize(RawParams::from(as_value(&table)))
+                .map_err(|e| source.toml(&e, wire.grid.span()))?;
+            let make = move |value: f64| {
+                let mut table = table.clone();
+                table.insert(key.clone(), toml::Value::Float(value));
+                let built = entry.build_from_text(&toml::Value::Table(table).to_string());
+                let detector = Arc::from(built.map_err(|e| e.to_string())?);
+                Ok(FixedDetector { kind: entry.kind, version: entry.version, detector })
+            };
+            (Candidates::Quantiles { count: *count, make: Arc::new(make) }, example)
+        }
+        _ => {
+            let message = "`grid` needs `from`, `to` and `step`, or `quantiles` alone";
+            return Err(source.error(wire.grid.span(), message));
+        }
+    };
     Ok(DetectorChoice::Trained(Training {
         key: key.to_string(),
         role: wire.train.get_ref().clone(),
         maximise: metric,
         candidates,
+        example,
     }))
 }
 
 /// A plugin's table with its kind looked up and its parameters still raw.
 pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
-    entry: &'static Entry<T>,
+    pub(super) entry: &'static Entry<T>,
     table: Spanned<DeTable<'i>>,
 }
 
 impl<'i, T: ?Sized> RawPlugin<'i, T> {
-    fn read(
+    pub(super) fn read(
         source: Source<'_>,
         mut table: Spanned<DeTable<'i>>,
         what: &str,
@@ -335,18 +425,33 @@ impl<'i, T: ?Sized> RawPlugin<'i, T> {
         properties.map(|p| p.keys().cloned().collect()).unwrap_or_default()
     }
 
-    fn build(&self, source: Source<'_>, set: Vec<(&str, Spanned<DeValue<'_>>)>) -> Result<Box<T>, SpecError> {
-        let mut table: Spanned<DeTable<'_>> = self.table.clone();
+    pub(super) fn build(
+        &self,
+        source: Source<'_>,
+        set: Vec<(&str, Spanned<DeValue<'_>>)>,
+    ) -> Result<Box<T>, SpecError> {
+        let table = self.with(set);
+        build_entry(self.entry, &table).map_err(|e| source.params(&e, &table))
+    }
+
+    /// The table with some values set.
+    fn with<'t>(&'t self, set: Vec<(&str, Spanned<DeValue<'t>>)>) -> Spanned<DeTable<'t>> {
+        let mut table: Spanned<DeTable<'t>> = self.table.clone();
         for (key, value) in set {
             table.get_mut().remove(key);
             // The key gets the value's place, so that a refused grid value is blamed on the grid.
             table.get_mut().insert(Spanned::new(value.span(), key.to_string().into()), value);
         }
-        build_entry(self.entry, &table).map_err(|e| source.params(&e, &table))
+        table
     }
 }
 
 impl RawPlugin<'_, dyn Detector> {
+    /// A detector of this kind with what identifies it.
+    fn fixed(&self, detector: Arc<dyn Detector>) -> FixedDetector {
+        FixedDetector { kind: self.entry.kind, version: self.entry.version, detector }
+    }
+
     /// The parameter that is to be trained, if one is.
     fn training(&self, source: Source<'_>) -> Result<Option<(String, Spanned<wire::Train>)>, SpecError> {
         let mut found = None;
@@ -371,5 +476,9 @@ pub(super) fn build_entry<T: ?Sized>(
     entry: &Entry<T>,
     table: &Spanned<DeTable<'_>>,
 ) -> Result<Box<T>, ParamError> {
-    (entry.build)(RawParams::from(Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()))))
+    (entry.build)(RawParams::from(as_value(table)))
+}
+
+fn as_value<'t>(table: &Spanned<DeTable<'t>>) -> Spanned<DeValue<'t>> {
+    Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()))
 }

@@ -5,6 +5,7 @@
 //! methods that come with the program. A file can name only what the lists of trackers, signals,
 //! detectors and protocols know; it cannot run code or leave the data root.
 
+pub mod analysis;
 pub mod builtin;
 pub mod claim;
 pub mod error;
@@ -52,6 +53,8 @@ pub struct Experiment {
     pub trackers: Vec<Tracker>,
     /// Methods in file order.
     pub methods: Vec<Method>,
+    /// Analyses in file order.
+    pub analyses: Vec<analysis::Analysis>,
     /// Tables in file order.
     pub tables: Vec<Table>,
     /// Figures in file order.
@@ -64,6 +67,21 @@ pub struct Experiment {
     pub source: String,
 }
 
+impl Experiment {
+    /// Lowers the repetitions of all trackers to at most `most`.
+    pub fn limit_runs(&mut self, most: u32) {
+        for tracker in &mut self.trackers {
+            tracker.runs = tracker.runs.min(most);
+            tracker.training_runs = tracker.training_runs.min(most);
+        }
+    }
+
+    /// How the labels of a method are scored.
+    pub fn protocol_of(&self, method: &str) -> &'static Protocol {
+        self.methods.iter().find(|m| m.name == method).map_or(self.protocol, |m| m.protocol)
+    }
+}
+
 /// A tracker of an experiment.
 pub struct Tracker {
     /// Name in tables, unique in the experiment.
@@ -72,8 +90,10 @@ pub struct Tracker {
     pub kind: &'static str,
     /// Plugin version.
     pub version: u32,
-    /// Repetitions.
+    /// Repetitions on the test suite.
     pub runs: u32,
+    /// Repetitions on suites that models are learned from.
+    pub training_runs: u32,
     /// The checked tracker.
     pub setup: Arc<dyn Setup>,
 }

@@ -4,10 +4,10 @@
 use super::error::{Source, SpecError};
 use super::limits::{self, LONGEST, MOST_DETECTORS};
 use super::table::{self, Words};
-use super::{Experiment, TEST, Tracker, claim, method, wire};
+use super::{Experiment, TEST, Tracker, analysis, claim, method, wire};
 use crate::dataset::text;
 use crate::plugin::{self, RawParams};
-use crate::score;
+use crate::score::{self, Protocol};
 use crate::tracker::TRACKERS;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -17,6 +17,9 @@ use toml::de::{DeTable, DeValue};
 
 /// Version of the format.
 const SCHEMA: u32 = 1;
+
+/// Most repetitions of a tracker.
+const MOST_RUNS: u32 = 1000;
 
 /// Reads and checks an experiment; `file` names it in messages.
 ///
@@ -40,10 +43,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     }
     check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
     limits::check_lists(source, &wire)?;
-    let protocol = score::protocol(wire.protocol.get_ref()).ok_or_else(|| {
-        let known = score::PROTOCOLS.iter().map(|p| p.name);
-        source.unknown(wire.protocol.span(), "protocol", wire.protocol.get_ref(), known)
-    })?;
+    let protocol = read_protocol(source, &wire.protocol)?;
     let suites = read_suites(source, &wire)?;
     let trackers = read_trackers(source, &wire, tracker_params)?;
     let mut methods: Vec<method::Method> = Vec::new();
@@ -54,14 +54,24 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
         if methods.iter().any(|known| known.name == *name) {
             return Err(source.error(m.name.span(), format!("method `{name}` stands there twice")));
         }
-        let method = method::read(source, name, raw, room)?;
+        let own = m.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
+        let mut method = method::read(source, name, raw, own.unwrap_or(protocol), room)?;
+        method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
         room -= method.detectors();
         methods.push(method);
     }
-    if methods.is_empty() {
+    let mut analyses: Vec<analysis::Analysis> = Vec::new();
+    for (a, raw) in wire.analysis.iter().zip(array_of_tables(source, &document, "analysis")?) {
+        table::check_file_name(source, &a.name)?;
+        check_twice(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
+        let mut analysis = analysis::read(source, a, &raw, &suites)?;
+        analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
+        analyses.push(analysis);
+    }
+    if methods.is_empty() && analyses.is_empty() {
         return Err(source.error(wire.method.span(), "there is no [[method]]"));
     }
-    let runs = trackers.iter().map(|t| u64::from(t.runs)).sum();
+    let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
     limits::check_work(source, wire.method.span(), runs, &methods)?;
     check_roles(source, &wire, &methods, &suites)?;
 
@@ -85,6 +95,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
             .filter(|m| m.variants.iter().any(|v| v.signal.is_some()))
             .map(name)
             .collect(),
+        analyses: analyses.iter().map(|a| (a.name.clone(), a.names())).collect(),
     };
     let mut tables = Vec::new();
     for t in &wire.table {
@@ -118,6 +129,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
         suites,
         trackers,
         methods,
+        analyses,
         tables,
         figures,
         published,
@@ -185,9 +197,9 @@ fn split_tracker_params<'i>(
         let DeValue::Table(table) = item.get_mut() else {
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
-        let (known, params) = std::mem::take(table)
-            .into_iter()
-            .partition(|(key, _)| ["name", "label", "runs"].contains(&key.get_ref().as_ref()));
+        let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
+            ["name", "label", "runs", "training_runs"].contains(&key.get_ref().as_ref())
+        });
         *table = known;
         all.push(Spanned::new(span, params));
     }
@@ -241,6 +253,26 @@ pub(super) fn array_of_tables<'i>(
         .collect()
 }
 
+fn read_protocol(source: Source<'_>, name: &Spanned<String>) -> Result<&'static Protocol, SpecError> {
+    score::protocol(name.get_ref()).ok_or_else(|| {
+        let known = score::PROTOCOLS.iter().map(|p| p.name);
+        source.unknown(name.span(), "protocol", name.get_ref(), known)
+    })
+}
+
+/// Labels of trackers of the experiment, at least one.
+fn read_labels(
+    source: Source<'_>,
+    list: &[Spanned<String>],
+    trackers: &[Tracker],
+) -> Result<Vec<String>, SpecError> {
+    let known = || trackers.iter().map(|t| t.label.as_str());
+    if let Some(wrong) = list.iter().find(|name| !known().any(|k| k == name.get_ref())) {
+        return Err(source.unknown(wrong.span(), "tracker", wrong.get_ref(), known()));
+    }
+    Ok(list.iter().map(|name| name.get_ref().clone()).collect())
+}
+
 fn read_suites(source: Source<'_>, wire: &wire::Experiment) -> Result<BTreeMap<String, String>, SpecError> {
     let known = crate::dataset::lock::names();
     let mut suites = BTreeMap::new();
@@ -267,11 +299,16 @@ fn read_trackers(
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
         let setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
-        let runs = t.runs.as_ref().map_or(1, |r| *r.get_ref());
-        if !(1..=1000).contains(&runs) {
-            let span = t.runs.as_ref().map_or(t.name.span(), Spanned::span);
-            return Err(source.error(span, format!("`runs` must be 1 to 1000, not {runs}")));
-        }
+        let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
+            None => Ok(default),
+            Some(n) if (1..=MOST_RUNS).contains(n.get_ref()) => Ok(*n.get_ref()),
+            Some(n) => {
+                let message = format!("`{key}` must be 1 to {MOST_RUNS}, not {}", n.get_ref());
+                Err(source.error(n.span(), message))
+            }
+        };
+        let runs = repetitions("runs", t.runs.as_ref(), 1)?;
+        let training_runs = repetitions("training_runs", t.training_runs.as_ref(), runs)?;
         let span = t.label.as_ref().map_or(t.name.span(), Spanned::span);
         let label = t.label.as_ref().map_or_else(|| entry.kind.to_string(), |l| l.get_ref().clone());
         check_label_text(&label).map_err(|message| source.error(span.clone(), message))?;
@@ -280,7 +317,7 @@ fn read_trackers(
             return Err(source.error(span, message));
         }
         let (kind, version) = (entry.kind, entry.version);
-        trackers.push(Tracker { label, kind, version, runs, setup: Arc::from(setup) });
+        trackers.push(Tracker { label, kind, version, runs, training_runs, setup: Arc::from(setup) });
     }
     if trackers.is_empty() {
         return Err(source.error(wire.tracker.span(), "there is no [[tracker]]"));
@@ -296,11 +333,11 @@ fn check_roles(
 ) -> Result<(), SpecError> {
     for (m, wire) in methods.iter().zip(wire.method.get_ref()) {
         for variant in &m.variants {
-            if let method::DetectorChoice::Trained(t) = &variant.detector
-                && !suites.contains_key(&t.role)
+            if let Some(role) = variant.detector.role()
+                && !suites.contains_key(role)
             {
                 let known = suites.keys().map(String::as_str);
-                return Err(source.unknown(wire.name.span(), "suite role", &t.role, known));
+                return Err(source.unknown(wire.name.span(), "suite role", role, known));
             }
         }
     }

@@ -4,11 +4,12 @@ use super::wire;
 use crate::plugin::Entry;
 use serde_json::{Value, json};
 
-/// The schema, with the parameters of every tracker, signal and detector.
+/// The schema, with the parameters of every tracker, signal, detector and analysis.
 pub fn schema() -> Value {
     let mut root = schemars::schema_for!(wire::Experiment).to_value();
     let signals = plugins("kind", crate::signal::SIGNALS);
     let detectors = plugins("kind", crate::detector::DETECTORS);
+    let analyses = plugins("kind", crate::analysis::ANALYSES);
     let trackers = plugins("name", crate::tracker::TRACKERS);
     if let Some(definitions) = root.get_mut("$defs").and_then(Value::as_object_mut) {
         definitions.insert("Signal".into(), signals);
@@ -16,6 +17,11 @@ pub fn schema() -> Value {
         if let Some(method) = definitions.get_mut("Method").and_then(|m| m.get_mut("properties")) {
             method["signal"] = json!({ "$ref": "#/$defs/Signal" });
             method["detector"] = json!({ "$ref": "#/$defs/Detector" });
+        }
+        definitions.insert("Compute".into(), analyses);
+        if let Some(analysis) = definitions.get_mut("Analysis").and_then(|a| a.get_mut("properties")) {
+            analysis["signal"] = json!({ "$ref": "#/$defs/Signal" });
+            analysis["compute"] = json!({ "$ref": "#/$defs/Compute" });
         }
         if let Some(tracker) = definitions.get_mut("Tracker").and_then(Value::as_object_mut) {
             tracker.insert("anyOf".into(), trackers["anyOf"].clone());

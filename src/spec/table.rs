@@ -2,6 +2,7 @@
 
 use super::error::{Source, SpecError};
 use super::wire;
+use crate::analysis::Names;
 use crate::score::measures::Metric;
 use toml::Spanned;
 
@@ -33,6 +34,8 @@ pub struct Table {
     pub metric: Option<Metric>,
     /// The methods shown, in the experiment's order.
     pub methods: Vec<String>,
+    /// The analysis whose table it is, instead of all that.
+    pub shows: Option<Made>,
 }
 
 /// A row of numbers as a paper prints it.
@@ -59,6 +62,8 @@ pub enum Panel {
     Forecast(String),
     /// One or more methods' scores with their thresholds.
     Score(Vec<String>),
+    /// One or more methods' labels, a lane each.
+    Labels(Vec<String>),
 }
 
 /// A figure.
@@ -86,6 +91,8 @@ pub enum FigureKind {
         /// Number of video frames.
         stills: usize,
     },
+    /// Of an analysis.
+    Chart(Made),
     /// A metric over a grid axis, a line for each combination of the others.
     Sweep {
         /// What the y axis shows.
@@ -111,6 +118,42 @@ pub struct Words {
     pub drawn: Vec<String>,
     /// Methods that read a signal.
     pub with_signal: Vec<String>,
+    /// Analyses with what they find out.
+    pub analyses: Vec<(String, Names)>,
+}
+
+/// What an analysis makes: its name in the experiment, and the name of the table, chart or number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Made {
+    /// The analysis.
+    pub analysis: String,
+    /// What of it.
+    pub part: String,
+}
+
+impl std::fmt::Display for Made {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.analysis, self.part)
+    }
+}
+
+impl Words {
+    /// Reads `ANALYSIS.PART`, where `parts` picks out which parts are meant.
+    ///
+    /// # Errors
+    /// In words, for one that no analysis makes.
+    pub fn made(&self, text: &str, parts: fn(&Names) -> &[String]) -> Result<Made, String> {
+        let known = || {
+            let all = self.analyses.iter();
+            all.flat_map(|(name, names)| parts(names).iter().map(move |part| format!("{name}.{part}")))
+        };
+        if !known().any(|k| k == text) {
+            let known: Vec<String> = known().collect();
+            return Err(crate::plugin::unknown("finding", text, known.iter().map(String::as_str)));
+        }
+        let (analysis, part) = text.split_once('.').unwrap_or((text, ""));
+        Ok(Made { analysis: analysis.to_string(), part: part.to_string() })
+    }
 }
 
 /// Most video frames above a strip figure.
@@ -146,8 +189,29 @@ fn read_methods(
 /// Checks a `[[table]]`.
 pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
     check_file_name(source, &wire.name)?;
-    let rows = match wire.rows.get_ref().as_slice() {
-        [] => return Err(source.error(wire.rows.span(), "`rows` is empty")),
+    let name = wire.name.get_ref().clone();
+    if let Some(shows) = &wire.shows {
+        let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
+        if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
+            let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
+            return Err(source.error(span, message));
+        }
+        let made = words.made(shows.get_ref(), |n| &n.tables).map_err(|e| source.error(shows.span(), e))?;
+        return Ok(Table {
+            name,
+            caption: wire.caption.clone(),
+            rows: Side::Metrics(Vec::new()),
+            columns: Side::Tracker,
+            metric: None,
+            methods: Vec::new(),
+            shows: Some(made),
+        });
+    }
+    let (Some(wire_rows), Some(wire_columns)) = (&wire.rows, &wire.columns) else {
+        return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, or `shows`"));
+    };
+    let rows = match wire_rows.get_ref().as_slice() {
+        [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
         [one] if words.axes.contains(one) => Side::Axis(one.clone()),
         list => {
             let mut metrics = Vec::new();
@@ -155,36 +219,35 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
                 let axes = words.axes.iter().map(String::as_str);
                 let known: Vec<&str> = Metric::names().map(|n| -> &str { n }).chain(axes).collect();
                 let metric = Metric::from_name(word)
-                    .ok_or_else(|| source.unknown(wire.rows.span(), "metric or grid axis", word, known))?;
+                    .ok_or_else(|| source.unknown(wire_rows.span(), "metric or grid axis", word, known))?;
                 metrics.push(metric);
             }
             Side::Metrics(metrics)
         }
     };
-    let columns = match wire.columns.get_ref().as_str() {
+    let columns = match wire_columns.get_ref().as_str() {
         "method" => Side::Method,
         "tracker" => Side::Tracker,
         word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
         word => {
             let known = ["method", "tracker"].into_iter().chain(words.axes.iter().map(String::as_str));
-            return Err(source.unknown(wire.columns.span(), "column", word, known));
+            return Err(source.unknown(wire_columns.span(), "column", word, known));
         }
     };
     let shown = wire.metric.as_ref().map(|m| metric(source, m)).transpose()?;
     let shown = match (&rows, shown) {
         (Side::Metrics(_), None) => None,
         (Side::Metrics(_), Some(_)) => {
-            let span = wire.metric.as_ref().map_or(wire.rows.span(), Spanned::span);
+            let span = wire.metric.as_ref().map_or(wire_rows.span(), Spanned::span);
             return Err(source.error(span, "`metric` is for tables whose rows are a grid axis"));
         }
         (_, shown) => Some(shown.unwrap_or(Metric::FScore)),
     };
     if rows == columns {
-        return Err(source.error(wire.columns.span(), "rows and columns are the same"));
+        return Err(source.error(wire_columns.span(), "rows and columns are the same"));
     }
-    let name = wire.name.get_ref().clone();
     let methods = read_methods(source, wire.methods.as_deref(), words)?;
-    Ok(Table { name, caption: wire.caption.clone(), rows, columns, metric: shown, methods })
+    Ok(Table { name, caption: wire.caption.clone(), rows, columns, metric: shown, methods, shows: None })
 }
 
 /// Checks a `[[figure]]`.
@@ -196,6 +259,9 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
         None => Ok(()),
     };
     let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
+    if wire.kind.get_ref() != "chart" {
+        foreign("shows", wire.shows.as_ref().map(Spanned::span))?;
+    }
     let kind = match wire.kind.get_ref().as_str() {
         "strips" => {
             foreign("metric", wire.metric.as_ref().map(Spanned::span))?;
@@ -246,7 +312,23 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
             let methods = read_methods(source, wire.methods.as_deref(), words)?;
             FigureKind::Sweep { metric: metric(source, m)?, x: axis(source, x, words)?, methods }
         }
-        word => return Err(source.unknown(wire.kind.span(), "figure kind", word, ["strips", "sweep"])),
+        "chart" => {
+            foreign("metric", wire.metric.as_ref().map(Spanned::span))?;
+            foreign("x", wire.x.as_ref().map(Spanned::span))?;
+            foreign("methods", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())))?;
+            foreign("tracker", wire.tracker.as_ref().map(Spanned::span))?;
+            foreign("sequences", first(&wire.sequences))?;
+            foreign("panels", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())))?;
+            foreign("stills", wire.stills.as_ref().map(Spanned::span))?;
+            let Some(shows) = &wire.shows else {
+                return Err(source.error(wire.name.span(), "a `chart` figure needs `shows`"));
+            };
+            let made = words.made(shows.get_ref(), |n| &n.charts);
+            FigureKind::Chart(made.map_err(|e| source.error(shows.span(), e))?)
+        }
+        word => {
+            return Err(source.unknown(wire.kind.span(), "figure kind", word, ["strips", "sweep", "chart"]));
+        }
     };
     Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind })
 }
@@ -281,7 +363,11 @@ fn read_panel(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Resu
         "signal" => Ok(Panel::Signal(signal(rest)?)),
         "forecast" => Ok(Panel::Forecast(signal(rest)?)),
         "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        _ => Err(source.unknown(word.span(), "panel", kind, ["error", "signal", "forecast", "score"])),
+        "labels" => Ok(Panel::Labels(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        _ => {
+            let known = ["error", "signal", "forecast", "score", "labels"];
+            Err(source.unknown(word.span(), "panel", kind, known))
+        }
     }
 }
 
@@ -296,7 +382,8 @@ pub fn read_published(
         let known: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
         return Err(source.unknown(wire.table.span(), "table", name, known));
     };
-    if let Side::Metrics(metrics) = &table.rows
+    if table.shows.is_none()
+        && let Side::Metrics(metrics) = &table.rows
         && !metrics.iter().any(|m| m.name() == wire.row.get_ref())
     {
         let known: Vec<&str> = metrics.iter().map(|m| m.name()).collect();
@@ -319,7 +406,8 @@ pub fn read_published(
     Ok(Published { table: name.clone(), tracker: wire.tracker.get_ref().clone(), row, values })
 }
 
-fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
+/// Refuses a name that is not safe as a file name everywhere.
+pub(super) fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
     if is_word(name.get_ref()) {
         return Ok(());
     }

@@ -35,9 +35,13 @@ pub struct Experiment {
     /// Trackers.
     #[schemars(with = "Vec<Tracker>")]
     pub tracker: Spanned<Vec<Tracker>>,
-    /// Methods.
+    /// Methods; may be left out where there is an analysis.
+    #[serde(default = "none")]
     #[schemars(with = "Vec<Method>")]
     pub method: Spanned<Vec<Method>>,
+    /// Analyses of signals.
+    #[serde(default)]
+    pub analysis: Vec<Analysis>,
     /// Tables.
     #[serde(default)]
     pub table: Vec<Table>,
@@ -64,6 +68,9 @@ pub struct Tracker {
     /// Repetitions, at least 1.
     #[schemars(with = "Option<u32>")]
     pub runs: Option<Spanned<u32>>,
+    /// Repetitions on suites that models are learned from; as many as `runs` where it is left out.
+    #[schemars(with = "Option<u32>")]
+    pub training_runs: Option<Spanned<u32>>,
 }
 
 /// One `[[method]]`: a signal and a detector under a name.
@@ -82,6 +89,12 @@ pub struct Method {
     /// Parameter -> list of values; every combination is a method of its own.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub grid: Option<toml::Table>,
+    /// Labels of the trackers it is run on; all where it is left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub trackers: Option<Vec<Spanned<String>>>,
+    /// How its labels are scored; as the experiment says where it is left out.
+    #[schemars(with = "Option<String>")]
+    pub protocol: Option<Spanned<String>>,
 }
 
 /// A parameter that is chosen on a suite: `{ train = "train", maximise = "f_score", grid = {...} }`.
@@ -94,21 +107,48 @@ pub struct Train {
     /// The pooled measure that is made as large as possible; ties go to the first value.
     #[schemars(with = "String")]
     pub maximise: Spanned<String>,
-    /// The values tried.
+    /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, or `{ quantiles = 400 }`.
     #[schemars(with = "Grid")]
     pub grid: Spanned<Grid>,
 }
 
-/// Equally spaced values, ends included.
+/// Values to try: equally spaced, ends included, or quantiles of the signal on the training suite.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     /// First value.
-    pub from: f64,
+    pub from: Option<f64>,
     /// Last value.
-    pub to: f64,
+    pub to: Option<f64>,
     /// Distance, above 0.
-    pub step: f64,
+    pub step: Option<f64>,
+    /// So many quantiles of the signal's values on the training suite, the smallest and largest included.
+    pub quantiles: Option<usize>,
+}
+
+fn none() -> Spanned<Vec<Method>> {
+    Spanned::new(0..0, Vec::new())
+}
+
+/// One `[[analysis]]`: what is computed from a signal on all tracks of one or more suites.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Analysis {
+    /// Name in the experiment.
+    #[schemars(with = "String")]
+    pub name: Spanned<String>,
+    /// `{ kind = "...", parameters }` of the signal.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub signal: toml::Table,
+    /// `{ kind = "...", parameters }` of what is computed.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub compute: toml::Table,
+    /// Roles of the suites, in the order in which the analysis takes them.
+    #[schemars(with = "Vec<String>")]
+    pub suites: Spanned<Vec<String>>,
+    /// Labels of the trackers whose tracks are analysed; all where it is left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub trackers: Option<Vec<Spanned<String>>>,
 }
 
 /// One `[[table]]`.
@@ -121,11 +161,14 @@ pub struct Table {
     /// Text above the table.
     pub caption: Option<String>,
     /// Metrics, or one grid axis.
-    #[schemars(with = "Vec<String>")]
-    pub rows: Spanned<Vec<String>>,
+    #[schemars(with = "Option<Vec<String>>")]
+    pub rows: Option<Spanned<Vec<String>>>,
     /// `method`, `tracker`, `metric` or a grid axis.
-    #[schemars(with = "String")]
-    pub columns: Spanned<String>,
+    #[schemars(with = "Option<String>")]
+    pub columns: Option<Spanned<String>>,
+    /// Instead of rows and columns: a table that an analysis makes, as `ANALYSIS.TABLE`.
+    #[schemars(with = "Option<String>")]
+    pub shows: Option<Spanned<String>>,
     /// The metric shown when neither rows nor columns are metrics.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,
@@ -141,7 +184,7 @@ pub struct Figure {
     /// File name of the figure.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `strips` (series over frames) or `sweep` (a metric over a grid axis).
+    /// `strips` (series over frames), `sweep` (a metric over a grid axis) or `chart` (of an analysis).
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Text below the figure.
@@ -153,13 +196,17 @@ pub struct Figure {
     #[serde(default)]
     #[schemars(with = "Vec<String>")]
     pub sequences: Vec<Spanned<String>>,
-    /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M` or `score:M+M2`.
+    /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M`, `score:M+M2` or
+    /// `labels:M+M2`.
     #[serde(default)]
     #[schemars(with = "Vec<Vec<String>>")]
     pub panels: Vec<Vec<Spanned<String>>>,
     /// strips: how many video frames to show above the panels, at most 12.
     #[schemars(with = "Option<usize>")]
     pub stills: Option<Spanned<usize>>,
+    /// chart: what it shows, as `ANALYSIS.CHART`.
+    #[schemars(with = "Option<String>")]
+    pub shows: Option<Spanned<String>>,
     /// sweep: metric on the y axis.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,

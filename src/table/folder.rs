@@ -2,12 +2,14 @@
 
 use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
-use super::manifest::{self, Manifest};
+use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
 use super::{records, render};
+use crate::engine::analyse::Analysed;
 use crate::engine::run::Outcome;
 use crate::engine::store::{self, StoreError};
-use crate::spec::Experiment;
+use crate::spec::table::Table;
+use crate::spec::{Experiment, Tracker};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +34,8 @@ pub enum FolderError {
 
 /// The file that says that a results folder is whole.
 pub const MANIFEST: &str = "manifest.json";
+/// What analyses found out, in a results folder of an experiment that has any.
+pub const ANALYSES: &str = "analyses.json";
 /// The folders in a results folder in which nothing else lies.
 pub const OWNED: [&str; 3] = ["tables", "models", "stills"];
 
@@ -70,6 +74,9 @@ pub fn write(
     keep("frames.parquet", &records::frames(outcome)?)?;
     keep("signals.parquet", &frame::to_parquet(&mut records::signals(outcome)?)?)?;
     keep("truth.parquet", &frame::to_parquet(&mut records::truth(outcome)?)?)?;
+    if !outcome.analyses.is_empty() {
+        keep(ANALYSES, &to_json(&folder.join(ANALYSES), &outcome.analyses)?)?;
+    }
     for (k, model) in outcome.models.iter().enumerate() {
         let path =
             folder.join(format!("models/{:03}-{}-{}.json", k + 1, slug(&model.method), slug(&model.tracker)));
@@ -86,10 +93,46 @@ fn slug(name: &str) -> String {
     name.chars().take(40).map(safe).collect()
 }
 
+/// `12 of 21 targets, 10 runs`, as every table and figure says what it rests on; with what the experiment
+/// asks for, where less was run.
+pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
+    let mut note = layout::data_note(manifest.suite.present.len(), manifest.suite.wanted);
+    let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
+    let several = manifest.trackers.len() > 1;
+    let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
+        let told = |(t, record): (&Tracker, &TrackerRecord)| {
+            let (done, asked) = (done(record), asked(t));
+            let who = if several { format!("{}: ", t.label) } else { String::new() };
+            let s = if done == 1 { "" } else { "s" };
+            let of = if done == asked { String::new() } else { format!(" of {asked}") };
+            (done > 1 || asked > 1).then(|| format!("{who}{done} run{s}{of}{what}"))
+        };
+        let told: Vec<String> = trackers().filter_map(told).collect();
+        if !told.is_empty() {
+            note.push_str(&format!(", {}", told.join(", ")));
+        }
+    };
+    add("", |r| r.runs, |t| t.runs);
+    let learns = experiment.methods.iter().flat_map(|m| &m.variants).any(|v| v.detector.role().is_some());
+    if learns || !experiment.analyses.is_empty() {
+        add(" to learn from", |r| r.training_runs, |t| t.training_runs);
+    }
+    note
+}
+
 /// The experiment's tables.
-pub fn layouts(experiment: &Experiment, pooled: &[Measure], manifest: &Manifest) -> Vec<Layout> {
-    let note = layout::data_note(manifest.suite.present.len(), manifest.suite.wanted);
-    experiment.tables.iter().map(|t| layout::layout(experiment, t, pooled, &note)).collect()
+pub fn layouts(
+    experiment: &Experiment,
+    pooled: &[Measure],
+    analyses: &[Analysed],
+    manifest: &Manifest,
+) -> Vec<Layout> {
+    let note = data_note(experiment, manifest);
+    let layout = |t: &Table| match &t.shows {
+        Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
+        None => layout::layout(experiment, t, pooled, &note),
+    };
+    experiment.tables.iter().map(layout).collect()
 }
 
 /// Writes one table as CSV, Markdown and LaTeX.

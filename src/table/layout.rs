@@ -7,10 +7,11 @@
 
 use super::measures::Measure;
 use super::number::{Style, printed_value};
+use crate::analysis::Grid;
+use crate::engine::analyse::Analysed;
 use crate::score::measures::{Goodness, Metric};
 use crate::spec::Experiment;
-use crate::spec::method::DetectorChoice;
-use crate::spec::table::{Published, Side, Table};
+use crate::spec::table::{Made, Published, Side, Table};
 use serde::Serialize;
 
 /// A table with all texts made.
@@ -95,6 +96,9 @@ fn steps(side: &Side, table: &Table, experiment: &Experiment, measures: &[Measur
         Side::Tracker => experiment
             .trackers
             .iter()
+            .filter(|t| {
+                experiment.methods.iter().any(|m| table.methods.contains(&m.name) && m.runs_on(&t.label))
+            })
             .map(|t| (t.label.clone(), Place { tracker: Some(t.label.clone()), ..Place::default() }))
             .collect(),
         Side::Axis(axis) => axis_values(axis, measures)
@@ -154,7 +158,7 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
         .iter()
         .filter(|m| m.name == method)
         .flat_map(|m| &m.variants)
-        .all(|v| matches!(&v.detector, DetectorChoice::Given(d) if !d.detector.needs_signal()))
+        .all(|v| !v.detector.example().detector.needs_signal())
 }
 
 /// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
@@ -177,7 +181,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         if let Some(source) = source {
             shown_trackers.push(source);
         }
-        let heading = match (&tracker, events(measures, tracker.as_deref())) {
+        let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
             (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} events)"),
             (Some(_), Some(events)) => format!("{label} ({events} events)"),
             _ => label,
@@ -220,9 +224,80 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
 }
 
-/// Events of a tracker (the only one when `None`); every method sees the same ones.
-fn events(measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
-    let m = measures.iter().find(|m| tracker.is_none_or(|t| m.tracker == t) && m.done > 0)?;
+/// Lays out a table that an analysis made: a group for each tracker.
+pub fn analysed(
+    experiment: &Experiment,
+    table: &Table,
+    shows: &Made,
+    analyses: &[Analysed],
+    data_note: &str,
+) -> Layout {
+    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
+    let found: Vec<(&Analysed, &Grid)> = analyses
+        .iter()
+        .filter(|a| a.analysis == shows.analysis)
+        .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
+        .collect();
+    let single = found.len() == 1;
+    let group = |(analysed, grid): &(&Analysed, &Grid)| {
+        let source = published_for(&published, Some(&analysed.tracker), experiment);
+        let row = |(label, values): &(String, Vec<Option<f64>>)| {
+            let printed = |column: &str| {
+                let mine = published.iter().filter(|p| Some(p.tracker.as_str()) == source && p.row == *label);
+                let mut values = mine.flat_map(|p| &p.values);
+                values.find(|(c, _)| c == column).map(|(_, text)| text.clone())
+            };
+            let style = grid.columns.iter().find_map(|c| printed(c)).map(|text| Style::of(&text));
+            let cell = |(column, value): (&String, &Option<f64>)| {
+                let published = printed(column);
+                let number = published.as_deref().and_then(printed_value);
+                let shown = |v: f64| style.map_or_else(|| four_digits(v), |s| s.format(v));
+                let difference =
+                    value.zip(number).zip(style).map(|((v, p), s)| s.format_signed(s.round(v) - p));
+                Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
+            };
+            let cells = grid.columns.iter().zip(values).map(cell).collect();
+            Row { label: label.clone(), goodness: Goodness::Neither, cells }
+        };
+        Group {
+            label: if single { String::new() } else { analysed.tracker.clone() },
+            published_tracker: source.map(str::to_string),
+            has_ours: true,
+            rows: grid.rows.iter().map(row).collect(),
+        }
+    };
+    let suites = found.first().map_or_else(String::new, |(a, _)| {
+        let one = |(name, sequences): &(String, usize)| format!("{name} ({sequences} targets)");
+        a.suites.iter().map(one).collect::<Vec<_>>().join(", ")
+    });
+    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
+    if !caption.ends_with('.') {
+        caption.push('.');
+    }
+    Layout {
+        name: table.name.clone(),
+        caption: format!("{caption} Suites: {suites}; {data_note}."),
+        data: data_note.to_string(),
+        corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
+        columns: found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone()),
+        groups: found.iter().map(group).collect(),
+    }
+}
+
+/// A number with four significant digits, or all digits of a whole one below a million.
+fn four_digits(v: f64) -> String {
+    if v == v.trunc() && v.abs() < 1e6 {
+        return format!("{v}");
+    }
+    let rounded: f64 = format!("{v:.3e}").parse().unwrap_or(v);
+    if (1e-4..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{v:.3e}") }
+}
+
+/// Events of a tracker (the only one when `None`) that the table's methods see; all see the same ones unless
+/// their protocols differ.
+fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
+    let mine = |m: &&Measure| tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method);
+    let m = measures.iter().find(|m| mine(m) && m.done > 0)?;
     Some(m.pooled.counts.tp + m.pooled.counts.fn_)
 }
 

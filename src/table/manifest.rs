@@ -2,6 +2,7 @@
 
 use crate::engine::pass::CellError;
 use crate::engine::run::Outcome;
+use crate::engine::train::{Content, Model};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
 use crate::spec::method::DetectorChoice;
@@ -39,6 +40,9 @@ pub struct Manifest {
     pub trackers: Vec<TrackerRecord>,
     /// Methods with all parameters.
     pub methods: Vec<MethodRecord>,
+    /// What was trained or learned, by method and tracker, in words.
+    #[serde(default)]
+    pub models: Vec<(String, String)>,
     /// Number of cells with a result.
     pub cells_done: usize,
     /// Cells without a result, with the reason.
@@ -79,6 +83,9 @@ pub struct TrackerRecord {
     pub version: u32,
     /// Repetitions.
     pub runs: u32,
+    /// Repetitions on suites that models are learned from.
+    #[serde(default)]
+    pub training_runs: u32,
     /// Parameters, defaults filled in.
     pub params: Value,
 }
@@ -147,6 +154,14 @@ impl Manifest {
                 reason: e.to_string(),
             })
         });
+        let not_analysed = outcome.not_analysed.iter().map(|(name, e)| FailedCell {
+            sequence: "*".to_string(),
+            tracker: String::new(),
+            run: 0,
+            method: format!("analysis {name}"),
+            missing: matches!(e, CellError::Missing(_)),
+            reason: e.to_string(),
+        });
         Self {
             format: FORMAT,
             experiment: experiment.name.clone(),
@@ -170,12 +185,14 @@ impl Manifest {
                     kind: t.kind.to_string(),
                     version: t.version,
                     runs: t.runs,
+                    training_runs: t.training_runs,
                     params: t.setup.params(),
                 })
                 .collect(),
             methods: method_records(experiment, outcome),
+            models: model_records(&outcome.models),
             cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
-            cells_failed: failed.collect(),
+            cells_failed: failed.chain(not_analysed).collect(),
             rules: outcome.rules.clone(),
             differing: outcome.differing.clone(),
             files: BTreeMap::new(),
@@ -194,19 +211,47 @@ impl Manifest {
     }
 }
 
+/// Where each model comes from; a model that several variants share is told in full once.
+fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
+    let mut told: Vec<&'m Value> = Vec::new();
+    let record = |m: &'m Model| {
+        let name = format!("{} ({})", super::records::method_label(&m.method, &m.params), m.tracker);
+        let s = if m.runs == 1 { "" } else { "s" };
+        let mut text = format!("{}, {} run{s}: ", m.suite, m.runs);
+        match &m.content {
+            Content::Chosen { parameter, value, maximise, reached, candidates } => {
+                let reached = reached.map_or("no value".to_string(), |r| format!("{r:.4}"));
+                let tried = candidates.len();
+                text.push_str(&format!("{parameter} = {value} of {tried} values, {maximise} {reached}"));
+            }
+            Content::Learned { model, threshold } => {
+                text.push_str(&threshold.map_or(String::new(), |t| format!("threshold {t}; ")));
+                if told.contains(&model) {
+                    text.push_str("the same model");
+                } else {
+                    told.push(model);
+                    text.push_str(&model.to_string());
+                }
+            }
+        }
+        (name, text)
+    };
+    models.iter().map(record).collect()
+}
+
 fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodRecord> {
     let mut records = Vec::new();
     for method in &experiment.methods {
         for variant in &method.variants {
             let params = variant.params();
-            let (fixed, trained) = match &variant.detector {
-                DetectorChoice::Given(fixed) => (Some(fixed), None),
-                DetectorChoice::Trained(t) => {
-                    let suite = experiment.suites.get(&t.role).cloned().unwrap_or_default();
-                    (t.candidates.first().map(|(_, d)| d), Some((t.key.clone(), suite)))
-                }
+            let fixed = variant.detector.example();
+            let key = match &variant.detector {
+                DetectorChoice::Given(_) => None,
+                DetectorChoice::Trained(t) => Some(t.key.clone()),
+                DetectorChoice::Learned(_) => Some("model".to_string()),
             };
-            let Some(fixed) = fixed else { continue };
+            let suite = variant.detector.role().and_then(|role| experiment.suites.get(role));
+            let trained = key.zip(suite.cloned());
             let mine = outcome.cells.iter().filter(|c| c.method == method.name && c.params == params);
             records.push(MethodRecord {
                 name: method.name.clone(),

@@ -80,9 +80,8 @@ pub fn scores(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<DataFram
     for missing in &outcome.missing {
         for tracker in &experiment.trackers {
             for run in 0..tracker.runs {
-                for (method, variant) in
-                    experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
-                {
+                let methods = experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
+                for (method, variant) in methods.flat_map(|m| m.variants.iter().map(move |v| (m, v))) {
                     rows.push(ScoreRow {
                         sequence: missing.name.clone(),
                         tracker: tracker.label.clone(),

@@ -1,0 +1,80 @@
+//! Analyses of an experiment: a signal, the suites it is looked at on, and what is computed from it.
+
+use super::error::{Source, SpecError};
+use super::method::{RawPlugin, SignalChoice};
+use super::wire;
+use crate::analysis::{ANALYSES, Names};
+use crate::signal::SIGNALS;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// An analysis of an experiment.
+pub struct Analysis {
+    /// Name in the experiment.
+    pub name: String,
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked analysis.
+    pub plugin: Arc<dyn crate::analysis::Analysis>,
+    /// The signal.
+    pub signal: SignalChoice,
+    /// Roles of the suites, in order.
+    pub roles: Vec<String>,
+    /// Labels of the trackers whose tracks are analysed; all when `None`.
+    pub trackers: Option<Vec<String>>,
+}
+
+impl Analysis {
+    /// Whether tracks of a tracker are analysed.
+    pub fn runs_on(&self, tracker: &str) -> bool {
+        self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
+    }
+
+    /// Names of what it finds out.
+    pub fn names(&self) -> Names {
+        self.plugin.names(self.roles.len())
+    }
+}
+
+/// Checks an `[[analysis]]`; `table` is the same as `wire`, with parameters still raw.
+pub(super) fn read(
+    source: Source<'_>,
+    wire: &wire::Analysis,
+    table: &Spanned<DeTable<'_>>,
+    suites: &BTreeMap<String, String>,
+) -> Result<Analysis, SpecError> {
+    let part = |key: &str| match table.get_ref().get(key).map(|value| (value.span(), value.get_ref())) {
+        Some((span, DeValue::Table(t))) => Ok(Spanned::new(span, t.clone())),
+        _ => Err(source.error(wire.name.span(), format!("an [[analysis]] needs a table `{key}`"))),
+    };
+    let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
+    let plugin = RawPlugin::read(source, part("compute")?, "analysis", ANALYSES)?;
+    let (kind, version) = (plugin.entry.kind, plugin.entry.version);
+    let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
+    let signal = SignalChoice {
+        kind: signal.entry.kind,
+        version: signal.entry.version,
+        signal: Arc::from(signal.build(source, Vec::new())?),
+    };
+    for role in wire.suites.get_ref() {
+        if !suites.contains_key(role) {
+            return Err(source.unknown(
+                wire.suites.span(),
+                "suite role",
+                role,
+                suites.keys().map(String::as_str),
+            ));
+        }
+    }
+    let (fewest, most) = plugin.suites();
+    let roles = wire.suites.get_ref().clone();
+    if !(fewest..=most).contains(&roles.len()) {
+        let message = format!("{kind} takes {fewest} to {most} suites, not {}", roles.len());
+        return Err(source.error(wire.suites.span(), message));
+    }
+    Ok(Analysis { name: wire.name.get_ref().clone(), kind, version, plugin, signal, roles, trackers: None })
+}
