@@ -3,6 +3,11 @@
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
+#[cfg(test)]
+mod conformance;
+pub mod cut_values;
+pub mod uncertainty_model;
+
 use crate::detector::Example;
 use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
@@ -91,4 +96,4 @@ pub trait Analysis: Send + Sync {
 }
 
 /// Every analysis, by kind.
-pub static ANALYSES: &[Entry<dyn Analysis>] = &[];
+pub static ANALYSES: &[Entry<dyn Analysis>] = &[uncertainty_model::ENTRY, cut_values::ENTRY];

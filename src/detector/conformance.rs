@@ -25,6 +25,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("arma-forecast", 1, "457709fb4fa7690f"),
     ("naive-forecast", 1, "11a50e49e974cc48"),
     ("level", 1, "1855484e0bedf579"),
+    ("accumulated-validation", 1, "816f2c06de79c795"),
     ("two-model-chi-square", 1, "1d0ad0f43f943791"),
     ("matched-kalman-bank", 1, "887dc0fed0059e5a"),
     ("never", 1, "d20d5d685a1fdb28"),

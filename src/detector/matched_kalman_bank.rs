@@ -33,9 +33,10 @@
 //! level never changes, about 13 in 1000 frames with R2 estimated, and 280 with R2 fixed at 0.05 and no jumps
 //! merged.
 //!
+//! Frames at the start in which the signal is exactly 0 are left out: c_t has no reference there yet.
 //! Samples beyond 1e100 are cut to it, so that squares stay finite.
 
-use super::{Detector, Input, Verdict};
+use super::{Detector, Input, Verdict, consistency};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -257,8 +258,14 @@ impl Detector for MatchedKalmanBank {
     }
 
     fn detect(&self, input: &Input<'_>) -> Verdict {
+        consistency::on_defined_frames(input.signal, |signal| self.follow(signal))
+    }
+}
+
+impl MatchedKalmanBank {
+    fn follow(&self, signal: &[f64]) -> Verdict {
         let Params { noise_variance, start_window, merge, .. } = self.0;
-        let samples: Vec<f64> = input.signal.iter().map(|y| y.clamp(-LARGEST, LARGEST)).collect();
+        let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-LARGEST, LARGEST)).collect();
         let starting = if noise_variance.is_some() { 1 } else { start_window };
         let mut bank = self.run(&[]);
         let mut reported: Vec<usize> = Vec::new();

@@ -2,8 +2,10 @@
 //!
 //! A plugin is one file with parameters, a [`Detector`] and an `ENTRY` in [`DETECTORS`].
 
+pub mod accumulated_validation;
 pub mod always;
 pub mod arma_forecast;
+pub mod consistency;
 pub mod forecasting;
 pub mod labels;
 pub mod learning;
@@ -92,6 +94,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,
     naive_forecast::ENTRY,
     level::ENTRY,
+    accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,
     never::ENTRY,

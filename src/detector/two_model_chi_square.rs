@@ -10,7 +10,8 @@
 //! ```
 //!
 //! `y` is the signal, `m1` and `m2` are in its unit, `v` in its square; `T` has no unit, `t` is a 0-based
-//! frame. High values of `T` are bad; while there are fewer than N + L frames it is 0.
+//! frame. High values of `T` are bad; while there are fewer than N + L frames it is 0. Frames at the start in
+//! which the signal is exactly 0 are left out: c_t has no reference there yet.
 //!
 //! Paper to code: L is `length`, alpha as for the paper's own method. The paper only says that the two
 //! windows differ in length, that one is taken as free of changes and that the data are taken as Gaussian;
@@ -23,7 +24,7 @@
 //! where the one follows the other without a gap. The end of an alarm is no change: the reference window
 //! has only caught up.
 
-use super::{Detector, Input, Verdict};
+use super::{Detector, Input, Verdict, consistency};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -157,14 +158,20 @@ impl Detector for TwoModelChiSquare {
     }
 
     fn detect(&self, input: &Input<'_>) -> Verdict {
+        consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
+    }
+}
+
+impl TwoModelChiSquare {
+    fn compare(&self, signal: &[f64]) -> Verdict {
         let Params { length, reference, least_reference, .. } = self.params;
         let before = (reference * length).max(least_reference);
-        let frames = input.signal.len();
+        let frames = signal.len();
         let mut score = vec![0.0; frames];
         let mut alarm = vec![false; frames];
         let mut changes = vec![0; frames];
         let mut sign = 0;
-        for (window, t) in input.signal.windows(before + length).zip(before + length - 1..) {
+        for (window, t) in signal.windows(before + length).zip(before + length - 1..) {
             let (reference, test) = window.split_at(before);
             let (statistic, rise) = self.statistic(reference, test);
             score[t] = statistic;

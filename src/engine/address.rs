@@ -177,10 +177,11 @@ mod tests {
         ("signal rgb-histogram", "47b6900ccd2d3be6"),
         ("signal rgb-lbp-histogram", "1b2690e309f73d82"),
         ("signal uncertainty", "4552a164cbb321cf"),
-        ("signal uncertainty-change", "fa6f8f708ea62514"),
+        ("signal uncertainty-change", "bec43e4b153d00b2"),
         ("detector arma-forecast", "d6f6b61c0e578b7c"),
         ("detector naive-forecast", "2b4be781e0646eab"),
         ("detector level", "a763eef451a2b735"),
+        ("detector accumulated-validation", "1f91ec9d9485d1f9"),
         ("detector two-model-chi-square", "b662c67db9e5a71f"),
         ("detector matched-kalman-bank", "82f63de4f6655a23"),
         ("detector never", "62538cd3b24119c0"),
@@ -188,6 +189,8 @@ mod tests {
         ("detector periodic", "ac72459775f67436"),
         ("detector random", "bfdb4920211cd397"),
         ("detector oracle", "749c71303801df6e"),
+        ("analysis uncertainty-model", "521dca5c022c1466"),
+        ("analysis cut-values", "e116b57b5d55b47f"),
     ];
 
     fn keys<T: ?Sized>(

@@ -16,6 +16,12 @@
 //! Deviation: a particle filter that starts with all particles on the annotation has no spread in its first
 //! frame, `u` is at its floor there, and 25 frames long every `c_t` would be of the order of 1e12. Frames at
 //! the floor are therefore no reference (`skip_degenerate`), and `c_t` is 0 while there is no other.
+//!
+//! Such a filter then needs some 20 frames until its spread is that of a filter at work; all that time, and
+//! as long as those frames are in the window, c_t is large although nothing is lost. The paper shows c_t of a
+//! consistent filter close to 0 and its uncertainty almost constant (section 5.1, Fig. 4), so its own filter
+//! had no such start. `settling` frames at the start of a track are therefore no reference and have
+//! c_t = 0; 0, the default, takes the formulas as they stand.
 
 use super::uncertainty::{self, Normalise, Spread, Uncertainty};
 use super::{Direction, Reads, Session, Signal};
@@ -52,6 +58,8 @@ pub enum Form {
 pub struct Params {
     /// Frames before the current one that it is compared with, 1 to 100000.
     pub window: usize,
+    /// Frames at the start of a track that are no reference and do not change, 0 to 100000.
+    pub settling: usize,
     /// Which changes count.
     pub form: Form,
     /// Whether frames whose uncertainty is at the floor are no reference.
@@ -68,7 +76,8 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         let uncertainty::Params { components, normalise, floor } = uncertainty::Params::default();
-        Self { window: 25, form: Form::Absolute, skip_degenerate: true, components, normalise, floor }
+        let form = Form::Absolute;
+        Self { window: 25, settling: 0, form, skip_degenerate: true, components, normalise, floor }
     }
 }
 
@@ -86,6 +95,9 @@ impl UncertaintyChange {
     pub fn new(p: Params) -> Result<Self, ParamError> {
         if !(1..=100_000).contains(&p.window) {
             return Err(ParamError::out_of_range("window", "1 to 100000 frames", p.window));
+        }
+        if p.settling > 100_000 {
+            return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
         }
         let Params { components, normalise, floor, .. } = p.clone();
         let uncertainty = Uncertainty::new(uncertainty::Params { components, normalise, floor })?;
@@ -115,9 +127,10 @@ impl Signal for UncertaintyChange {
     }
 
     fn start(&self) -> Box<dyn Session> {
-        let Params { window, form, skip_degenerate, floor, .. } = self.params;
+        let Params { window, settling, form, skip_degenerate, floor, .. } = self.params;
         let degenerate = if skip_degenerate { floor } else { 0.0 };
         Box::new(Change {
+            settling,
             spread: self.uncertainty.spread(),
             changes: Changes::new(window, form, degenerate),
         })
@@ -126,13 +139,21 @@ impl Signal for UncertaintyChange {
 
 /// The change of uncertainty of one track.
 struct Change {
+    /// Frames that are still to be left out.
+    settling: usize,
     spread: Spread,
     changes: Changes,
 }
 
 impl Session for Change {
     fn push(&mut self, frame: &Frame, state: &State) -> f64 {
-        self.changes.push(self.spread.push(frame, state))
+        let u = self.spread.push(frame, state);
+        if self.settling > 0 {
+            self.settling -= 1;
+            // A value that is not finite is an error in any frame.
+            return if u.is_finite() { 0.0 } else { u };
+        }
+        self.changes.push(u)
     }
 }
 
@@ -225,8 +246,17 @@ mod tests {
         assert!(c[0] == 0.0 && near(c[1], 5e11 - 1.0) && near(c[2], 1e12 - 1.0), "{c:?}");
     }
 
+    // By hand: the first two frames are no reference; the fourth is half as much again as the third.
+    #[test]
+    fn settling_frames_are_no_reference_and_do_not_change() {
+        assert_eq!(run("{ settling = 2 }", &[2.0, 16.0, 4.0, 6.0, 4.0]), [0.0, 0.0, 0.0, 0.5, 1.0 / 3.0]);
+        assert_eq!(run("{ settling = 9 }", &[2.0, 16.0, 4.0]), [0.0; 3]);
+        assert!(run("{ components = [5], settling = 9 }", &[2.0])[0].is_nan());
+    }
+
     #[test]
     fn parameters_are_checked() {
+        assert!(ENTRY.build_from_text("{ settling = 100001 }").is_err());
         let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
         assert_eq!(key("{ window = 0 }"), Some("window"));
         assert_eq!(key("{ components = [1, 1] }"), Some("components"));

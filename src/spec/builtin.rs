@@ -61,7 +61,10 @@ mod tests {
 
     #[test]
     fn every_published_method_builds() {
-        assert_eq!(method_names(), ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist"]);
+        assert_eq!(
+            method_names(),
+            ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist", "AVU", "Two-MChi", "M-model", "EmpTh",]
+        );
         for name in method_names() {
             let method = published_method(name).unwrap().unwrap();
             assert_eq!(method.variants.len(), 1, "{name}");

@@ -69,6 +69,39 @@ fn a_wrong_experiment_names_line_and_nearest_word() {
 }
 
 #[test]
+fn methods_of_some_trackers_and_analyses_are_checked() {
+    let method = "name = \"RAW\"\n";
+    let of = |more: &str| format!("name = \"RAW\"\n{more}\n");
+    refused(method, &of("trackers = [\"stil\"]"), 14, "did you mean `still`?");
+    refused(method, &of("protocol = \"khalid2016/9\""), 14, "did you mean `khalid2016/1`?");
+    refused("\"still\"", "\"still\"\nruns = 2000", 11, "`runs` must be 1 to 1000");
+    refused("\"still\"", "\"still\"\ntraining_runs = 0", 11, "`training_runs` must be 1 to 1000");
+    let learns = "\"accumulated-validation\", train = \"training\" }";
+    refused("\"level\", below = 0.9 }", learns, 13, "unknown suite role `training`");
+    let quantiles =
+        |grid: &str| format!("below = {{ train = \"test\", maximise = \"recall\", grid = {{ {grid} }} }}");
+    assert_eq!(with("below = 0.9", &quantiles("quantiles = 9")).0, 0);
+    refused("below = 0.9", &quantiles("quantiles = 1"), 15, "`quantiles` must be 2 to 1000");
+    refused("below = 0.9", &quantiles("quantiles = 9, from = 0.0"), 15, "or `quantiles` alone");
+    let analysis = |compute: &str, suites: &str| {
+        let signal = "signal = { kind = \"uncertainty-change\" }";
+        format!(
+            "[[analysis]]\nname = \"a\"\n{signal}\ncompute = {{ {compute} }}\nsuites = {suites}\n\n[[table]]"
+        )
+    };
+    let kind = "kind = \"cut-values\"";
+    assert_eq!(with("[[table]]", &analysis(kind, "[\"test\"]")).0, 0);
+    refused("[[table]]", &analysis("kind = \"cut-value\"", "[\"test\"]"), 20, "did you mean `cut-values`?");
+    refused("[[table]]", &analysis(kind, "[\"tests\"]"), 21, "did you mean `test`?");
+    refused("[[table]]", &analysis(kind, "[\"test\", \"test\"]"), 21, "takes 1 to 1 suites");
+    let bad = "kind = \"cut-values\", alphas = [0.1, 0.05]";
+    refused("[[table]]", &analysis(bad, "[\"test\"]"), 20, "`alphas` must be");
+    let shows = analysis(kind, "[\"test\"]") + "\nname = \"u\"\nshows = \"a.cut\"\n\n[[table]]";
+    refused("[[table]]", &shows, 25, "did you mean `a.cuts`?");
+    refused("rows = [\"recall\"]\n", "", 18, "a table needs `rows` and `columns`, or `shows`");
+}
+
+#[test]
 fn a_method_twice_is_refused() {
     let twice = "[[method]]\nname = \"RAW\"\n[[method]]";
     refused("[[method]]", twice, 15, "method `RAW` stands there twice");

@@ -9,6 +9,7 @@ mod errors;
 mod fetch;
 mod hostile;
 mod interruption;
+mod learning;
 mod packed;
 mod real;
 mod server;

@@ -1,0 +1,255 @@
+//! How well approximations give the cut value of the sum of L values of c_t (SanMiguel and Cavallaro, CVIU
+//! 131, 2015, section 5.2, Fig. 6 and 12).
+//!
+//! The cut value beta(alpha, L) is where the distribution of s_t of a consistent filter reaches 1 - alpha.
+//! Empirically it is the quantile of s_t over all windows of consistent frames; it is approximated by the
+//! L-fold convolution of the learned mixture and by the central limit theorem.
+//!
+//! | what | paper | from |
+//! |---|---|---|
+//! | charts `distribution-1`, `-2`, `-3` | Fig. 6 | P_2 empirical, convolved and normal, for each of `shown_lengths` |
+//! | charts `cuts-1`, `-2`, `-3` | Fig. 12 | beta over `alphas` for the same lengths |
+//! | table `cuts` | Fig. 12 | beta for every length and rate |
+//! | table `deviations` | text | sum over all lengths and rates of the absolute difference from the empirical cut value (the paper: 34.75 and 86.15; its grid is not stated) |
+
+use super::uncertainty_model::is_ascending;
+use super::{Analysis, Chart, Findings, Grid, Names, Population};
+use crate::detector::consistency::{self, Fitting, consistent_sums};
+use crate::num::accumulation::{self, Accumulated};
+use crate::num::gamma_mixture::FitOptions;
+use crate::num::gamma_mixture::select::Criterion;
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use statrs::function::erf::erfc;
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "cut-values",
+    version: 1,
+    summary: "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
+    example: "{}",
+    build: |raw: RawParams<'_>| Ok(Box::new(CutValues::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Error below which a frame is consistent.
+    pub tau: f64,
+    /// Lengths of the sums.
+    pub lengths: Vec<usize>,
+    /// Lengths that are drawn.
+    pub shown_lengths: [usize; 3],
+    /// Rates of false alarms.
+    pub alphas: Vec<f64>,
+    /// Largest order of the mixture that is tried, 2 to 20.
+    pub max_components: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            tau: 0.9,
+            lengths: vec![1, 5, 10, 20, 30, 40, 50, 60],
+            shown_lengths: [5, 20, 60],
+            alphas: vec![0.001, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05],
+            max_components: 10,
+        }
+    }
+}
+
+/// The analysis.
+#[derive(Debug, Clone)]
+pub struct CutValues(Params);
+
+impl CutValues {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        let show = |list: &dyn std::fmt::Debug| format!("{list:?}");
+        let is_length = |l: &usize| (1..=10_000).contains(l);
+        if !(p.tau > 0.0 && p.tau <= 1.0) {
+            return Err(ParamError::out_of_range("tau", "above 0 and at most 1", p.tau));
+        }
+        if !is_ascending(&p.lengths, is_length) {
+            let rule = "1 to 64 ascending lengths from 1 to 10000";
+            return Err(ParamError::out_of_range("lengths", rule, show(&p.lengths)));
+        }
+        if !is_ascending(&p.shown_lengths, is_length) {
+            let rule = "three ascending lengths from 1 to 10000";
+            return Err(ParamError::out_of_range("shown_lengths", rule, show(&p.shown_lengths)));
+        }
+        if !is_ascending(&p.alphas, |a| *a > 0.0 && *a < 0.5) {
+            let rule = "1 to 64 ascending rates above 0 and below 0.5";
+            return Err(ParamError::out_of_range("alphas", rule, show(&p.alphas)));
+        }
+        if !(2..=20).contains(&p.max_components) {
+            return Err(ParamError::out_of_range("max_components", "2 to 20", p.max_components));
+        }
+        Ok(Self(p))
+    }
+}
+
+/// The ways to a cut value, the empirical first.
+const WAYS: [&str; 3] = ["empirical", "convolution", "CLT"];
+/// Points of a drawn distribution.
+const POINTS: usize = 200;
+
+/// The distribution of the sum of one length, in three ways.
+struct Sum {
+    length: usize,
+    /// Ascending; empty where no track is consistent for so long.
+    empirical: Vec<f64>,
+    convolved: Accumulated,
+    mean: f64,
+    variance: f64,
+}
+
+impl Sum {
+    fn cuts(&self, alpha: f64) -> [Option<f64>; 3] {
+        [
+            accumulation::empirical_quantile(&self.empirical, 1.0 - alpha),
+            self.convolved.upper_quantile(alpha).ok(),
+            Some(accumulation::clt_quantile(self.mean, self.variance, self.length, alpha)),
+        ]
+    }
+
+    fn distributions(&self, v: f64) -> [f64; 3] {
+        let n = self.empirical.len().max(1) as f64;
+        let length = self.length as f64;
+        let share = self.empirical.partition_point(|s| *s <= v) as f64 / n;
+        let deviation = (2.0 * length * self.variance).sqrt();
+        let normal = 0.5 * erfc((length * self.mean - v) / deviation);
+        [share, self.convolved.cdf(v), normal]
+    }
+}
+
+impl Analysis for CutValues {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        let own = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+        let numbers = [
+            "deviation-convolution",
+            "deviation-clt",
+            "deviation-convolution-low",
+            "deviation-convolution-high",
+        ];
+        let mut names =
+            Names { numbers: own(&numbers), tables: own(&["cuts", "deviations"]), charts: Vec::new() };
+        for k in 1..=self.0.shown_lengths.len() {
+            names.charts.extend([format!("distribution-{k}"), format!("cuts-{k}")]);
+        }
+        names
+    }
+
+    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+        let [population] = populations else { return Err("one suite is analysed".to_string()) };
+        let p = &self.0;
+        let how = Fitting {
+            tau: p.tau,
+            components: None,
+            max_components: p.max_components,
+            criterion: Criterion::Bic,
+            options: FitOptions::default(),
+        };
+        let model = consistency::fit(&population.tracks, &how)?.model;
+        let sum = |length: usize| -> Result<Sum, String> {
+            let sums = population.tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length));
+            let mut empirical: Vec<f64> = sums.collect();
+            empirical.sort_by(f64::total_cmp);
+            let convolved = Accumulated::of_mixture(&model.mixture, length, &accumulation::Grid::default());
+            let convolved = convolved.map_err(|e| e.to_string())?;
+            Ok(Sum { length, empirical, convolved, mean: model.mean, variance: model.variance })
+        };
+        let sums = |lengths: &[usize]| lengths.par_iter().map(|l| sum(*l)).collect::<Result<Vec<Sum>, _>>();
+        let mut findings = Findings::default();
+        self.tables(&sums(&p.lengths)?, &mut findings);
+        for (k, sum) in sums(&p.shown_lengths)?.iter().enumerate() {
+            findings.charts.extend(self.charts(k + 1, sum));
+        }
+        Ok(findings)
+    }
+}
+
+impl CutValues {
+    fn tables(&self, sums: &[Sum], findings: &mut Findings) {
+        let alphas = &self.0.alphas;
+        let mut rows = Vec::new();
+        let mut deviations = [0.0; 3];
+        // Of the convolution, at the smallest and at the largest rate.
+        let mut ends = [0.0; 2];
+        for sum in sums {
+            for (i, alpha) in alphas.iter().enumerate() {
+                let cuts = sum.cuts(*alpha);
+                if let [Some(empirical), ..] = cuts {
+                    for (total, cut) in deviations.iter_mut().zip(cuts) {
+                        *total += cut.map_or(0.0, |c| (c - empirical).abs());
+                    }
+                    let convolved = cuts[1].map_or(0.0, |c| (c - empirical).abs());
+                    ends[0] += if i == 0 { convolved } else { 0.0 };
+                    ends[1] += if i + 1 == alphas.len() { convolved } else { 0.0 };
+                }
+                rows.push((format!("L = {}, α = {alpha}", sum.length), cuts.to_vec()));
+            }
+        }
+        findings.tables.push(Grid {
+            name: "cuts".to_string(),
+            corner: "length, rate".to_string(),
+            columns: WAYS.map(String::from).to_vec(),
+            rows,
+        });
+        findings.tables.push(Grid {
+            name: "deviations".to_string(),
+            corner: "from the empirical cut values".to_string(),
+            columns: WAYS[1..].iter().map(|w| w.to_string()).collect(),
+            rows: vec![("total deviation".to_string(), vec![Some(deviations[1]), Some(deviations[2])])],
+        });
+        findings.numbers.extend([
+            ("deviation-convolution".to_string(), deviations[1]),
+            ("deviation-clt".to_string(), deviations[2]),
+            ("deviation-convolution-low".to_string(), ends[0]),
+            ("deviation-convolution-high".to_string(), ends[1]),
+        ]);
+    }
+
+    fn charts(&self, k: usize, sum: &Sum) -> [Chart; 2] {
+        let least = self.0.alphas.first().copied().unwrap_or(0.001);
+        let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);
+        let named = |curves: Vec<Vec<(f64, f64)>>| -> Vec<(String, Vec<(f64, f64)>)> {
+            WAYS.iter().map(|w| w.to_string()).zip(curves).filter(|(_, c)| !c.is_empty()).collect()
+        };
+        let way = |w: usize| -> Vec<(f64, f64)> {
+            if w == 0 && sum.empirical.is_empty() {
+                return Vec::new();
+            }
+            let at = |i: usize| end * i as f64 / POINTS as f64;
+            (0..=POINTS).map(|i| (at(i), sum.distributions(at(i))[w])).collect()
+        };
+        let cut = |w: usize| -> Vec<(f64, f64)> {
+            self.0.alphas.iter().filter_map(|alpha| Some((*alpha, sum.cuts(*alpha)[w]?))).collect()
+        };
+        let chart = |name: &str, x: &str, y: &str, curves| Chart {
+            name: format!("{name}-{k}"),
+            x: format!("{x} (L = {})", sum.length),
+            y: y.to_string(),
+            y_log: false,
+            curves,
+        };
+        [
+            chart("distribution", "sₜ", "P₂", named((0..3).map(way).collect())),
+            chart("cuts", "rate of false alarms α", "cut value β", named((0..3).map(cut).collect())),
+        ]
+    }
+}
