@@ -17,6 +17,20 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("khalid2016/table2", include_str!("../../experiments/khalid2016/table2.toml")),
     ("khalid2016/training", include_str!("../../experiments/khalid2016/training.toml")),
     ("khalid2016/figures", include_str!("../../experiments/khalid2016/figures.toml")),
+    ("sanmiguel2015/model", include_str!("../../experiments/sanmiguel2015/model.toml")),
+    ("sanmiguel2015/convolution", include_str!("../../experiments/sanmiguel2015/convolution.toml")),
+    ("sanmiguel2015/fig13-d1", include_str!("../../experiments/sanmiguel2015/fig13-d1.toml")),
+    ("sanmiguel2015/fig13-d2", include_str!("../../experiments/sanmiguel2015/fig13-d2.toml")),
+    ("sanmiguel2015/fig14", include_str!("../../experiments/sanmiguel2015/fig14.toml")),
+    (
+        "sanmiguel2015/fig13-d1-unsigned",
+        include_str!("../../experiments/sanmiguel2015/fig13-d1-unsigned.toml"),
+    ),
+    ("sanmiguel2015/start-up", include_str!("../../experiments/sanmiguel2015/start-up.toml")),
+    ("sanmiguel2015/model-real", include_str!("../../experiments/sanmiguel2015/model-real.toml")),
+    ("sanmiguel2015/convolution-real", include_str!("../../experiments/sanmiguel2015/convolution-real.toml")),
+    ("sanmiguel2015/fig13-real", include_str!("../../experiments/sanmiguel2015/fig13-real.toml")),
+    ("sanmiguel2015/fig14-real", include_str!("../../experiments/sanmiguel2015/fig14-real.toml")),
 ];
 
 /// The experiment that `trackfail run` runs when none is named.

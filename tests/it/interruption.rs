@@ -126,7 +126,7 @@ impl Drop for Tmpfs {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
-    let Some(small) = Tmpfs::new("a_full_disk", 16_384) else { return };
+    let Some(small) = Tmpfs::new("a_full_disk", 32_768) else { return };
     let copy = tempfile::tempdir().unwrap();
     assert!(start(small.dir.path()).wait().unwrap().success());
     let to = copy.path().join("copy");
@@ -143,7 +143,7 @@ fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
     };
 
     let filler = small.dir.path().join("filler");
-    let mut room = vec![0_u8; 1 << 24];
+    let mut room = vec![0_u8; 1 << 25];
     while std::fs::write(&filler, &room).is_err() && room.len() > 4096 {
         room.truncate(room.len() - 4096);
     }

@@ -61,3 +61,20 @@ fn the_papers_figures_are_drawn_and_the_same_with_one_and_two_threads() {
         }
     }
 }
+
+#[test]
+fn changes_of_the_particle_filter_on_real_sequences_are_scored() {
+    let Some(root) = real_data("sanmiguel2015/fig13-real") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let (results, reports) = (dir.path().join("results"), dir.path().join("reports"));
+    let mut command = trackfail();
+    command.args(["run", "sanmiguel2015/fig13-real", "--runs", "1", "--data-root"]).arg(root);
+    command.arg("--results").arg(&results).arg("--reports").arg(&reports).assert().success();
+    let folder = results.join("sanmiguel2015/fig13-real");
+    let all = rows(&std::fs::read_to_string(folder.join("scores.csv")).unwrap());
+    let of = |method: &str| all.iter().filter(|r| r["sequence"] == "*" && r["method"] == method).count();
+    assert_eq!((of("AVU"), of("Two-MChi"), of("M-model"), of("EmpTh")), (8, 8, 1, 1));
+    assert!(all.iter().all(|r| r["status"] == "ok"));
+    let table = std::fs::read_to_string(folder.join("tables/f-score.md")).unwrap();
+    assert!(table.contains("7 targets, 1 run of 10, 1 run of 100 to learn from"), "{table}");
+}

@@ -109,15 +109,21 @@ fn lists_name_what_there_is() {
             assert!(text.contains(word), "{what}: {word}");
         }
     };
-    contains("experiments", &["quickstart", "khalid2016/table1", "khalid2016/table2"]);
+    contains(
+        "experiments",
+        &["quickstart", "khalid2016/table1", "khalid2016/table2", "sanmiguel2015/fig13-d1"],
+    );
     contains(
         "suites",
-        &["otb-dtef20", "vot2014", "d1-real", "synthetic-otb", "synthetic-vot", "synthetic-d1"],
+        &["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
     );
-    contains("trackers", &["replay", "ncc", "still", "scripted"]);
+    contains("trackers", &["replay", "ncc", "still", "scripted", "color-particle-filter"]);
+    contains("signals", &["uncertainty", "uncertainty-change", "region-covariance"]);
+    contains("detectors", &["accumulated-validation", "two-model-chi-square", "matched-kalman-bank"]);
+    contains("analyses", &["uncertainty-model", "cut-values"]);
     contains("signals", &["distribution-field", "region-covariance", "rgb-histogram", "rgb-lbp-histogram"]);
     contains("detectors", &["arma-forecast", "naive-forecast", "level", "never", "oracle"]);
-    contains("protocols", &["khalid2016/1"]);
+    contains("protocols", &["khalid2016/1", "sanmiguel2015/1"]);
     let (_, json, _) = output(&["list", "detectors", "--format", "json"]);
     assert!(serde_json::from_str::<serde_json::Value>(&json).unwrap().is_array());
 }
