@@ -16,12 +16,11 @@ use super::uncertainty_model::is_ascending;
 use super::{Analysis, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_sums};
 use crate::num::accumulation::{self, Accumulated};
-use crate::num::gamma_mixture::FitOptions;
-use crate::num::gamma_mixture::select::Criterion;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
+use std::collections::BTreeSet;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -119,13 +118,13 @@ impl Sum {
         ]
     }
 
-    fn distributions(&self, v: f64) -> [f64; 3] {
-        let n = self.empirical.len().max(1) as f64;
+    fn distributions(&self, v: f64) -> [Option<f64>; 3] {
+        let n = self.empirical.len();
         let length = self.length as f64;
-        let share = self.empirical.partition_point(|s| *s <= v) as f64 / n;
+        let share = (n > 0).then(|| self.empirical.partition_point(|s| *s <= v) as f64 / n as f64);
         let deviation = (2.0 * length * self.variance).sqrt();
         let normal = 0.5 * erfc((length * self.mean - v) / deviation);
-        [share, self.convolved.cdf(v), normal]
+        [share, Some(self.convolved.cdf(v)), Some(normal)]
     }
 }
 
@@ -157,13 +156,7 @@ impl Analysis for CutValues {
     fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
         let [population] = populations else { return Err("one suite is analysed".to_string()) };
         let p = &self.0;
-        let how = Fitting {
-            tau: p.tau,
-            components: None,
-            max_components: p.max_components,
-            criterion: Criterion::Bic,
-            options: FitOptions::default(),
-        };
+        let how = Fitting::usual(p.tau, p.max_components);
         let model = consistency::fit(&population.tracks, &how)?.model;
         let sum = |length: usize| -> Result<Sum, String> {
             let sums = population.tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length));
@@ -173,10 +166,12 @@ impl Analysis for CutValues {
             let convolved = convolved.map_err(|e| e.to_string())?;
             Ok(Sum { length, empirical, convolved, mean: model.mean, variance: model.variance })
         };
-        let sums = |lengths: &[usize]| lengths.par_iter().map(|l| sum(*l)).collect::<Result<Vec<Sum>, _>>();
+        let lengths: BTreeSet<usize> = p.lengths.iter().chain(&p.shown_lengths).copied().collect();
+        let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, String>>()?;
         let mut findings = Findings::default();
-        self.tables(&sums(&p.lengths)?, &mut findings);
-        for (k, sum) in sums(&p.shown_lengths)?.iter().enumerate() {
+        self.tables(sums.iter().filter(|sum| p.lengths.contains(&sum.length)), &mut findings);
+        let shown = sums.iter().filter(|sum| p.shown_lengths.contains(&sum.length));
+        for (k, sum) in shown.enumerate() {
             findings.charts.extend(self.charts(k + 1, sum));
         }
         Ok(findings)
@@ -184,7 +179,7 @@ impl Analysis for CutValues {
 }
 
 impl CutValues {
-    fn tables(&self, sums: &[Sum], findings: &mut Findings) {
+    fn tables<'s>(&self, sums: impl Iterator<Item = &'s Sum>, findings: &mut Findings) {
         let alphas = &self.0.alphas;
         let mut rows = Vec::new();
         let mut deviations = [0.0; 3];
@@ -227,19 +222,15 @@ impl CutValues {
     fn charts(&self, k: usize, sum: &Sum) -> [Chart; 2] {
         let least = self.0.alphas.first().copied().unwrap_or(0.001);
         let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);
-        let named = |curves: Vec<Vec<(f64, f64)>>| -> Vec<(String, Vec<(f64, f64)>)> {
-            WAYS.iter().map(|w| w.to_string()).zip(curves).filter(|(_, c)| !c.is_empty()).collect()
+        // A curve a way, from the values of all three at each place.
+        let curves = |places: Vec<(f64, [Option<f64>; 3])>| -> Vec<(String, Vec<(f64, f64)>)> {
+            let way = |w: usize| places.iter().filter_map(|(x, y)| Some((*x, y[w]?))).collect::<Vec<_>>();
+            let named = WAYS.iter().enumerate().map(|(w, name)| (name.to_string(), way(w)));
+            named.filter(|(_, points)| !points.is_empty()).collect()
         };
-        let way = |w: usize| -> Vec<(f64, f64)> {
-            if w == 0 && sum.empirical.is_empty() {
-                return Vec::new();
-            }
-            let at = |i: usize| end * i as f64 / POINTS as f64;
-            (0..=POINTS).map(|i| (at(i), sum.distributions(at(i))[w])).collect()
-        };
-        let cut = |w: usize| -> Vec<(f64, f64)> {
-            self.0.alphas.iter().filter_map(|alpha| Some((*alpha, sum.cuts(*alpha)[w]?))).collect()
-        };
+        let at = |i: usize| end * i as f64 / POINTS as f64;
+        let distributions = (0..=POINTS).map(|i| (at(i), sum.distributions(at(i)))).collect();
+        let cuts = self.0.alphas.iter().map(|alpha| (*alpha, sum.cuts(*alpha))).collect();
         let chart = |name: &str, x: &str, y: &str, curves| Chart {
             name: format!("{name}-{k}"),
             x: format!("{x} (L = {})", sum.length),
@@ -248,8 +239,8 @@ impl CutValues {
             curves,
         };
         [
-            chart("distribution", "sₜ", "P₂", named((0..3).map(way).collect())),
-            chart("cuts", "rate of false alarms α", "cut value β", named((0..3).map(cut).collect())),
+            chart("distribution", "sₜ", "P₂", curves(distributions)),
+            chart("cuts", "rate of false alarms α", "cut value β", curves(cuts)),
         ]
     }
 }

@@ -25,8 +25,8 @@ use super::{Analysis, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitted, Fitting, consistent_changes};
 use crate::num::accumulation::{self, Accumulated, AccumulationError};
 use crate::num::distribution::{self, Family};
-use crate::num::gamma_mixture::select::{Criterion, Terms, terms};
-use crate::num::gamma_mixture::{Component, FitOptions, Mixture};
+use crate::num::gamma_mixture::select::{Terms, terms};
+use crate::num::gamma_mixture::{Component, Mixture};
 use crate::num::kolmogorov;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rayon::prelude::*;
@@ -154,17 +154,11 @@ impl Analysis for UncertaintyModel {
 
     fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
         let Some(modelled) = populations.first() else { return Err("no suite".to_string()) };
-        let how = Fitting {
-            tau: self.0.tau,
-            components: None,
-            max_components: self.0.max_components,
-            criterion: Criterion::Bic,
-            options: FitOptions::default(),
-        };
+        let how = Fitting::usual(self.0.tau, self.0.max_components);
         let fitted = consistency::fit(&modelled.tracks, &how)?;
         let mut findings = Findings::default();
         self.model(modelled, &fitted, &mut findings);
-        self.families(modelled, &mut findings)?;
+        self.families(modelled, &mut findings);
         if let [first, second] = populations {
             self.compare(first, second, &mut findings)?;
         }
@@ -283,7 +277,7 @@ impl UncertaintyModel {
     }
 
     /// Rival families for three errors.
-    fn families(&self, population: &Population<'_>, findings: &mut Findings) -> Result<(), String> {
+    fn families(&self, population: &Population<'_>, findings: &mut Findings) {
         let mut rows = Vec::new();
         let mut gamma_best = true;
         for (tau, name) in self.0.family_taus.iter().zip(FITS) {
@@ -316,7 +310,6 @@ impl UncertaintyModel {
             rows,
         });
         findings.numbers.push(("gamma-best".to_string(), f64::from(u8::from(gamma_best))));
-        Ok(())
     }
 
     /// Two suites: distances of the distributions of sums, and of their cut values.
@@ -336,14 +329,15 @@ impl UncertaintyModel {
             let (x, y) = (a.upper_quantile(self.0.alpha)?, b.upper_quantile(self.0.alpha)?);
             Ok((distance, (x - y).abs() / x.min(y)))
         };
-        let of_tau = |tau: &f64| -> Result<Vec<Option<(f64, f64)>>, AccumulationError> {
-            let (a, b) = (changes(first, *tau), changes(second, *tau));
+        let samples: Vec<_> =
+            self.0.taus.par_iter().map(|tau| (changes(first, *tau), changes(second, *tau))).collect();
+        let of_tau = |(a, b): &(Vec<f64>, Vec<f64>)| -> Result<Vec<Option<(f64, f64)>>, AccumulationError> {
             if a.is_empty() || b.is_empty() {
                 return Ok(vec![None; self.0.lengths.len()]);
             }
-            self.0.lengths.iter().map(|length| one(&a, &b, *length).map(Some)).collect()
+            self.0.lengths.iter().map(|length| one(a, b, *length).map(Some)).collect()
         };
-        let values = self.0.taus.par_iter().map(of_tau).collect::<Result<Vec<_>, _>>();
+        let values = samples.par_iter().map(of_tau).collect::<Result<Vec<_>, _>>();
         let values = values.map_err(|e| format!("sums of the two suites: {e}"))?;
         let columns: Vec<String> = self.0.lengths.iter().map(|l| format!("L = {l}")).collect();
         type Pick = fn(&(f64, f64)) -> f64;
@@ -370,42 +364,33 @@ impl UncertaintyModel {
                 rows: taus().map(row).collect(),
             });
         }
-        self.test(first, second, findings);
-        Ok(())
-    }
-
-    /// The two-sample test of c_t itself.
-    fn test(&self, first: &Population<'_>, second: &Population<'_>, findings: &mut Findings) {
-        let mut rows = Vec::new();
-        for tau in self.0.taus.iter().chain(std::iter::once(&self.0.tau)) {
-            let (a, b) = (changes(first, *tau), changes(second, *tau));
-            if a.is_empty() || b.is_empty() {
-                rows.push((tau.to_string(), vec![None; 5]));
-                continue;
-            }
-            let distance = kolmogorov::two_samples(&a, &b);
-            let size = kolmogorov::effective_size(a.len(), b.len());
-            let values = [
-                distance,
-                kolmogorov::critical(LEVEL, size),
-                kolmogorov::p_value(distance, size),
-                a.len() as f64,
-                b.len() as f64,
-            ];
-            rows.push((tau.to_string(), values.into_iter().map(Some).collect()));
-        }
-        // The last row is that of the model.
-        let differs = rows.pop().is_some_and(|(_, v)| v[0].zip(v[1]).is_some_and(|(d, most)| d > most));
-        findings.numbers.push(("different".to_string(), f64::from(u8::from(differs))));
+        let test = |(a, b): &(Vec<f64>, Vec<f64>)| {
+            two_sample_test(a, b).map_or(vec![None; 5], |v| v.map(Some).to_vec())
+        };
         findings.tables.push(Grid {
             name: "test".to_string(),
             corner: "error below τ".to_string(),
             columns: ["distance", "critical at 5 %", "p", "values of the first", "values of the second"]
                 .map(String::from)
                 .to_vec(),
-            rows,
+            rows: self.0.taus.iter().map(f64::to_string).zip(samples.iter().map(test)).collect(),
         });
+        let of_model = two_sample_test(&changes(first, self.0.tau), &changes(second, self.0.tau));
+        let differs = of_model.is_some_and(|[distance, critical, ..]| distance > critical);
+        findings.numbers.push(("different".to_string(), f64::from(u8::from(differs))));
+        Ok(())
     }
+}
+
+/// The two-sample test of ascending samples: distance, critical value, p, and their numbers.
+fn two_sample_test(a: &[f64], b: &[f64]) -> Option<[f64; 5]> {
+    if a.is_empty() || b.is_empty() {
+        return None;
+    }
+    let distance = kolmogorov::two_samples(a, b);
+    let size = kolmogorov::effective_size(a.len(), b.len());
+    let (critical, p) = (kolmogorov::critical(LEVEL, size), kolmogorov::p_value(distance, size));
+    Some([distance, critical, p, a.len() as f64, b.len() as f64])
 }
 
 fn by_order(terms: &[Terms], value: impl Fn(&Terms) -> f64) -> Vec<(f64, f64)> {

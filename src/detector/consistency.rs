@@ -105,6 +105,14 @@ pub struct Fitting {
     pub options: FitOptions,
 }
 
+impl Fitting {
+    /// The order by dBIC, and mixtures as they are usually fitted.
+    pub fn usual(tau: f64, max_components: usize) -> Self {
+        let options = FitOptions::default();
+        Self { tau, components: None, max_components, criterion: Criterion::Bic, options }
+    }
+}
+
 /// A model with everything it was chosen from.
 pub struct Fitted {
     /// The model.

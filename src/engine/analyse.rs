@@ -1,15 +1,13 @@
 //! Analyses of an experiment, each on every tracker: from the store where they are, made where not.
 
 use super::address::{Recipe, Stage};
-use super::judge::signal_of;
 use super::pass::CellError;
-use super::plan::signal_index;
+use super::plan::{PlannedSuite, signal_index};
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
-use super::supervise::{Watch, supervised};
-use super::tracks::{Track, Tracks};
+use super::supervise::alone;
+use super::tracks::{self, Track, Tracks};
 use crate::analysis::{Findings, Population};
-use crate::detector::Example;
 use crate::score::overlap::OVERLAP;
 use crate::spec::analysis::Analysis;
 use rayon::prelude::*;
@@ -29,6 +27,14 @@ pub struct Analysed {
     pub suites: Vec<(String, usize)>,
     /// What came out.
     pub findings: Findings,
+}
+
+impl Analysed {
+    /// What it rests on: `synthetic-d1 (18 targets), synthetic-d2 (51 targets)`.
+    pub fn suites_note(&self) -> String {
+        let one = |(name, targets): &(String, usize)| format!("{name} ({targets} targets)");
+        self.suites.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Name of an analysis that could not be made, and why not.
@@ -68,61 +74,37 @@ fn make(
     let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);
+    let mut suites = Vec::new();
     let mut populations: Vec<(String, Vec<Arc<Track>>)> = Vec::new();
     for role in &analysis.roles {
         let Some(suite) = plan.suite(role) else {
             return Ok(Err(CellError::Missing(format!("no suite in role `{role}`"))));
         };
-        let pairs = plan.learned_from(suite, tracker).into_iter();
-        let mine: Vec<Arc<Track>> =
-            pairs.filter_map(|(s, j)| tracks[suite][s][j].as_ref().ok().cloned()).collect();
+        let mine = tracks::learned_from(plan, tracks, suite, tracker);
         if mine.is_empty() {
             return Ok(Err(CellError::Missing(format!("no track in role `{role}` to analyse"))));
         }
-        let name = plan.suites[suite].name.clone();
-        recipe = recipe.with("suite", &name);
+        let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
+        recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, t| plan.read(t.address, signal).enter(recipe));
-        populations.push((name, mine));
+        suites.push((name.clone(), sequences.len()));
+        populations.push((name.clone(), mine));
     }
     let t = &plan.experiment.trackers[tracker];
-    let analysed = |findings: Findings| {
-        let present = |role: &String| {
-            let suite = &plan.suites[plan.suite(role)?];
-            Some((suite.name.clone(), suite.sequences.len()))
-        };
-        Analysed {
-            analysis: analysis.name.clone(),
-            tracker: t.label.clone(),
-            runs: t.training_runs,
-            suites: analysis.roles.iter().filter_map(present).collect(),
-            findings,
-        }
-    };
+    let (name, runs) = (analysis.name.clone(), t.training_runs);
+    let analysed = |findings| Analysed { analysis: name, tracker: t.label.clone(), runs, suites, findings };
     if let Some(findings) = context.kept::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
         return Ok(Ok(analysed(findings)));
     }
-    let work = move |watch: &Watch, out: &[Option<String>]| {
-        if let Some(Some(reason)) = out.first() {
-            return Ok(Err(reason.clone()));
+    let compute = move || {
+        let mut views = Vec::new();
+        for (suite, tracks) in &populations {
+            views.push(Population { suite, tracks: tracks.iter().map(|t| t.example(signal)).collect() });
         }
-        watch.go_on()?;
-        let signals: Vec<Vec<_>> = populations
-            .iter()
-            .map(|(_, tracks)| tracks.iter().map(|track| signal_of(track, signal)).collect())
-            .collect();
-        let views: Vec<Population<'_>> = populations
-            .iter()
-            .zip(&signals)
-            .map(|((suite, tracks), signals)| {
-                let pairs = signals.iter().zip(tracks);
-                let tracks = pairs.map(|(signal, t)| Example { signal, error: &t.error }).collect();
-                Population { suite, tracks }
-            })
-            .collect();
-        Ok(watch.step(0, || plugin.analyse(&views)).flatten())
+        plugin.analyse(&views)
     };
-    let findings = match supervised(1, &context.options.limits, work)? {
+    let findings = match alone(&context.options.limits, compute)? {
         Ok(findings) => findings,
         Err(reason) => return Ok(Err(CellError::Failed(reason))),
     };

@@ -154,6 +154,24 @@ where
     }
 }
 
+/// Runs a single job of a single step.
+///
+/// # Errors
+/// As [`supervised`]; what goes wrong in the job is inside, in words.
+pub fn alone<T, F>(limits: &Limits, job: F) -> Result<Result<T, String>, Interrupted>
+where
+    T: Send + 'static,
+    F: Fn() -> Result<T, String> + Send + Sync + 'static,
+{
+    supervised(1, limits, move |watch, out| {
+        if let Some(Some(reason)) = out.first() {
+            return Ok(Err(reason.clone()));
+        }
+        watch.go_on()?;
+        Ok(watch.step(0, &job).flatten())
+    })
+}
+
 thread_local! {
     static CATCHING: Cell<bool> = const { Cell::new(false) };
     static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };

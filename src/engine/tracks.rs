@@ -2,10 +2,11 @@
 
 use super::address::{Address, Recipe};
 use super::pass::{CellError, Made, Pass, Task, pass};
-use super::plan::PlannedSequence;
+use super::plan::{Plan, PlannedSequence};
 use super::recipes;
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
+use crate::detector::Example;
 use crate::region::Rect;
 use crate::score::overlap;
 use crate::tracker::{State, Status};
@@ -26,8 +27,28 @@ pub struct Track {
     pub repeated: usize,
 }
 
+impl Track {
+    /// The track with one of its signals, to learn from.
+    pub fn example(&self, signal: Option<usize>) -> Example<'_> {
+        let signal = signal.and_then(|k| self.signals.get(k));
+        Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
+    }
+}
+
 /// The tracks of one sequence, one a job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
+
+/// Those of a suite's tracks of a tracker that are learned from and there, sequence by sequence; `tracks` has
+/// those of every suite.
+pub fn learned_from(
+    plan: &Plan<'_>,
+    tracks: &[Vec<Tracks>],
+    suite: usize,
+    tracker: usize,
+) -> Vec<Arc<Track>> {
+    let pairs = plan.learned_from(suite, tracker).into_iter();
+    pairs.filter_map(|(s, j)| tracks[suite][s][j].as_ref().ok().cloned()).collect()
+}
 
 /// At most so many tracks are made in one pass, for the sake of memory.
 const MOST_TASKS: usize = 64;

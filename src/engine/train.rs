@@ -7,8 +7,8 @@ use super::plan::variants;
 use super::recipes;
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
-use super::supervise::{Limits, Watch, supervised};
-use super::tracks::{Track, Tracks};
+use super::supervise::{Limits, Watch, alone, supervised};
+use super::tracks::{self, Track, Tracks};
 use crate::detector::{Detector, Example};
 use crate::score::Protocol;
 use crate::score::measures::{Counts, Pooled};
@@ -194,9 +194,7 @@ fn make(
         return Ok(Ok(kept));
     }
     let plan = context.plan;
-    let pairs = plan.learned_from(need.suite, need.tracker).into_iter();
-    let mine: Vec<Arc<Track>> =
-        pairs.filter_map(|(s, j)| tracks[need.suite][s][j].as_ref().ok().cloned()).collect();
+    let mine = tracks::learned_from(plan, tracks, need.suite, need.tracker);
     let limits = &context.options.limits;
     let made = match &need.variant.detector {
         DetectorChoice::Given(_) => return Ok(Err(CellError::Failed("nothing to learn".to_string()))),
@@ -272,22 +270,12 @@ fn learn(
     limits: &Limits,
 ) -> Result<Result<String, CellError>, RunError> {
     let (kind, detector) = (fixed.kind, fixed.detector.clone());
-    let work = move |watch: &Watch, out: &[Option<String>]| {
-        if let Some(Some(reason)) = out.first() {
-            return Ok(Err(reason.clone()));
-        }
-        watch.go_on()?;
-        let signals: Vec<_> = tracks.iter().map(|t| signal_of(t, signal)).collect();
-        let examples: Vec<Example<'_>> =
-            signals.iter().zip(&tracks).map(|(signal, t)| Example { signal, error: &t.error }).collect();
-        let learned = watch.step(0, || match detector.learner() {
-            Some(learner) => learner.learn(&examples),
-            None => Err("it does not learn".to_string()),
-        });
-        Ok(learned.flatten())
+    let learn = move || {
+        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
+        detector.learner().ok_or("it does not learn")?.learn(&examples)
     };
     let failed = |reason: String| CellError::Failed(format!("learning of {kind}: {reason}"));
-    Ok(supervised(1, limits, work)?.map(|model| model.to_string()).map_err(failed))
+    Ok(alone(limits, learn)?.map(|model| model.to_string()).map_err(failed))
 }
 
 /// The candidate with the largest pooled measure; the first among equals.

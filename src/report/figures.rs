@@ -15,6 +15,7 @@ use crate::signal::distribution_field::{self, Displacement};
 use crate::spec::table::{self, Figure, FigureKind, Made};
 use crate::table::folder;
 use crate::table::measures::Measure;
+use crate::table::number;
 use std::collections::BTreeMap;
 
 /// A figure drawn.
@@ -53,7 +54,13 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
     let note = folder::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let fail = |error| DrawError::Figure { name: figure.name.clone(), error };
-    let (svg, png, extra) = match &figure.kind {
+    let lines = |curves: Curves, nothing: String| -> Result<Result<_, String>, DrawError> {
+        if curves.series.iter().flat_map(|c| &c.points).all(|p| p.1.is_nan()) {
+            return Ok(Err(nothing));
+        }
+        Ok(Ok((curves.to_svg().map_err(fail)?, curves.to_png().map_err(fail)?, String::new())))
+    };
+    let drawn = match &figure.kind {
         FigureKind::Strips { tracker, sequences, panels, stills } => {
             let tracker = stills::tracker(results, tracker.as_deref());
             let tracks = results.tracks(tracker)?;
@@ -74,22 +81,19 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
                 [] => String::new(),
                 names => format!(" Not here: {}.", names.join(", ")),
             };
-            (strip.to_svg().map_err(fail)?, strip.to_png().map_err(fail)?, extra)
+            Ok((strip.to_svg().map_err(fail)?, strip.to_png().map_err(fail)?, extra))
         }
         FigureKind::Chart(shows) => {
-            let curves = chart(results, shows);
-            if curves.series.is_empty() {
-                return Ok(Err(format!("there is no analysis {}", shows.analysis)));
-            }
-            (curves.to_svg().map_err(fail)?, curves.to_png().map_err(fail)?, String::new())
+            lines(chart(results, shows), format!("there is no analysis {}", shows.analysis))?
         }
         FigureKind::Sweep { metric, x, methods } => {
-            let curves = sweep(results, &note, *metric, x, methods);
-            if curves.series.iter().flat_map(|c| &c.points).all(|p| p.1.is_nan()) {
-                return Ok(Err(format!("{} has no value for any {x}", metric.name())));
-            }
-            (curves.to_svg().map_err(fail)?, curves.to_png().map_err(fail)?, String::new())
+            let nothing = format!("{} has no value for any {x}", metric.name());
+            lines(sweep(results, &note, *metric, x, methods), nothing)?
         }
+    };
+    let (svg, png, extra) = match drawn {
+        Ok(drawn) => drawn,
+        Err(nothing) => return Ok(Err(nothing)),
     };
     let caption = format!("{} ({note}.{extra})", figure.caption.as_deref().unwrap_or(&figure.name));
     Ok(Ok(Drawn { name: figure.name.clone(), caption, svg, png }))
@@ -271,21 +275,29 @@ fn chart(results: &Results, shows: &Made) -> Curves {
         let named = |(name, points): &(String, Vec<(f64, f64)>)| (format!("{who}{name}"), points.clone());
         chart.curves.iter().map(named).collect::<Vec<_>>()
     };
-    let curves = found.iter().flat_map(named).enumerate();
-    let runs = found.first().map_or(0, |(a, _)| a.runs);
-    let suites = found.first().map_or(Vec::new(), |(a, _)| a.suites.clone());
-    let suites: Vec<String> = suites.iter().map(|(name, n)| format!("{name} ({n} targets)")).collect();
+    let of_first = |text: fn(&Chart) -> &str| found.first().map_or("", |(_, c)| text(c));
+    let note = found.first().map(|(a, _)| format!("{}, {}", a.suites_note(), number::runs(a.runs)));
+    let curves = found.iter().flat_map(named).collect();
+    Curves {
+        y_log: found.first().is_some_and(|(_, c)| c.y_log),
+        ..plain(&note.unwrap_or_default(), of_first(|c| &c.x), of_first(|c| &c.y), curves)
+    }
+}
+
+/// Curves by name on linear axes, the vertical one from 0.
+fn plain(note: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Curves {
+    let curve = |(i, (name, points))| Curve { name, points, style: Style::nth(i) };
     Curves {
         title: String::new(),
-        note: format!("{}, {runs} runs", suites.join(", ")),
-        x_label: found.first().map_or_else(String::new, |(_, c)| c.x.clone()),
-        y_label: found.first().map_or_else(String::new, |(_, c)| c.y.clone()),
+        note: note.to_string(),
+        x_label: x.to_string(),
+        y_label: y.to_string(),
         x_log: false,
-        y_log: found.first().is_some_and(|(_, c)| c.y_log),
+        y_log: false,
         x_range: Range::Auto,
         y_range: Range::FromZero,
         square: false,
-        series: curves.map(|(i, (name, points))| Curve { name, points, style: Style::nth(i) }).collect(),
+        series: curves.into_iter().enumerate().map(curve).collect(),
         marks: Vec::new(),
     }
 }
@@ -317,21 +329,8 @@ fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[Stri
             None => curves.push((name, new.collect())),
         }
     }
-    let series = curves.into_iter().enumerate().map(|(i, (name, mut points))| {
+    for (_, points) in &mut curves {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Curve { name, points, style: Style::nth(i) }
-    });
-    Curves {
-        title: String::new(),
-        note: note.to_string(),
-        x_label: x.to_string(),
-        y_label: metric.name().to_string(),
-        x_log: false,
-        y_log: false,
-        x_range: Range::Auto,
-        y_range: Range::FromZero,
-        square: false,
-        series: series.collect(),
-        marks: Vec::new(),
     }
+    plain(note, x, metric.name(), curves)
 }

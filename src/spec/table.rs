@@ -156,6 +156,9 @@ impl Words {
     }
 }
 
+/// Kinds of figures, as experiment files name them.
+const FIGURE_KINDS: [&str; 3] = ["strips", "sweep", "chart"];
+
 /// Most video frames above a strip figure.
 const MOST_STILLS: usize = 12;
 
@@ -253,20 +256,29 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
 /// Checks a `[[figure]]`.
 pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Result<Figure, SpecError> {
     check_file_name(source, &wire.name)?;
-    // A key that the kind does not look at would be a wish that nobody hears.
-    let foreign = |key: &str, span: Option<std::ops::Range<usize>>| match span {
-        Some(span) => Err(source.error(span, format!("a `{}` figure has no `{key}`", wire.kind.get_ref()))),
-        None => Ok(()),
-    };
-    let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
-    if wire.kind.get_ref() != "chart" {
-        foreign("shows", wire.shows.as_ref().map(Spanned::span))?;
+    let word = wire.kind.get_ref().as_str();
+    if !FIGURE_KINDS.contains(&word) {
+        return Err(source.unknown(wire.kind.span(), "figure kind", word, FIGURE_KINDS));
     }
-    let kind = match wire.kind.get_ref().as_str() {
+    // A key that the kind does not look at would be a wish that nobody hears.
+    let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
+    let keys = [
+        ("metric", "sweep", wire.metric.as_ref().map(Spanned::span)),
+        ("x", "sweep", wire.x.as_ref().map(Spanned::span)),
+        ("methods", "sweep", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span()))),
+        ("tracker", "strips", wire.tracker.as_ref().map(Spanned::span)),
+        ("sequences", "strips", first(&wire.sequences)),
+        ("panels", "strips", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span()))),
+        ("stills", "strips", wire.stills.as_ref().map(Spanned::span)),
+        ("shows", "chart", wire.shows.as_ref().map(Spanned::span)),
+    ];
+    for (key, of, span) in keys {
+        if let Some(span) = span.filter(|_| of != word) {
+            return Err(source.error(span, format!("a `{word}` figure has no `{key}`")));
+        }
+    }
+    let kind = match word {
         "strips" => {
-            foreign("metric", wire.metric.as_ref().map(Spanned::span))?;
-            foreign("x", wire.x.as_ref().map(Spanned::span))?;
-            foreign("methods", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())))?;
             if let Some(t) = &wire.tracker
                 && !words.trackers.contains(t.get_ref())
             {
@@ -302,32 +314,18 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
             }
         }
         "sweep" => {
-            foreign("tracker", wire.tracker.as_ref().map(Spanned::span))?;
-            foreign("sequences", first(&wire.sequences))?;
-            foreign("panels", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())))?;
-            foreign("stills", wire.stills.as_ref().map(Spanned::span))?;
             let (Some(m), Some(x)) = (&wire.metric, &wire.x) else {
                 return Err(source.error(wire.name.span(), "a `sweep` figure needs `metric` and `x`"));
             };
             let methods = read_methods(source, wire.methods.as_deref(), words)?;
             FigureKind::Sweep { metric: metric(source, m)?, x: axis(source, x, words)?, methods }
         }
-        "chart" => {
-            foreign("metric", wire.metric.as_ref().map(Spanned::span))?;
-            foreign("x", wire.x.as_ref().map(Spanned::span))?;
-            foreign("methods", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())))?;
-            foreign("tracker", wire.tracker.as_ref().map(Spanned::span))?;
-            foreign("sequences", first(&wire.sequences))?;
-            foreign("panels", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())))?;
-            foreign("stills", wire.stills.as_ref().map(Spanned::span))?;
+        _ => {
             let Some(shows) = &wire.shows else {
                 return Err(source.error(wire.name.span(), "a `chart` figure needs `shows`"));
             };
             let made = words.made(shows.get_ref(), |n| &n.charts);
             FigureKind::Chart(made.map_err(|e| source.error(shows.span(), e))?)
-        }
-        word => {
-            return Err(source.unknown(wire.kind.span(), "figure kind", word, ["strips", "sweep", "chart"]));
         }
     };
     Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind })

@@ -4,7 +4,7 @@ use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
 use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
-use super::{records, render};
+use super::{number, records, render};
 use crate::engine::analyse::Analysed;
 use crate::engine::run::Outcome;
 use crate::engine::store::{self, StoreError};
@@ -103,9 +103,8 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
         let told = |(t, record): (&Tracker, &TrackerRecord)| {
             let (done, asked) = (done(record), asked(t));
             let who = if several { format!("{}: ", t.label) } else { String::new() };
-            let s = if done == 1 { "" } else { "s" };
             let of = if done == asked { String::new() } else { format!(" of {asked}") };
-            (done > 1 || asked > 1).then(|| format!("{who}{done} run{s}{of}{what}"))
+            (done > 1 || asked > 1).then(|| format!("{who}{}{of}{what}", number::runs(done)))
         };
         let told: Vec<String> = trackers().filter_map(told).collect();
         if !told.is_empty() {

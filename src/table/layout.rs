@@ -266,10 +266,7 @@ pub fn analysed(
             rows: grid.rows.iter().map(row).collect(),
         }
     };
-    let suites = found.first().map_or_else(String::new, |(a, _)| {
-        let one = |(name, sequences): &(String, usize)| format!("{name} ({sequences} targets)");
-        a.suites.iter().map(one).collect::<Vec<_>>().join(", ")
-    });
+    let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');

@@ -216,8 +216,7 @@ fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
     let mut told: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {
         let name = format!("{} ({})", super::records::method_label(&m.method, &m.params), m.tracker);
-        let s = if m.runs == 1 { "" } else { "s" };
-        let mut text = format!("{}, {} run{s}: ", m.suite, m.runs);
+        let mut text = format!("{}, {}: ", m.suite, super::number::runs(m.runs));
         match &m.content {
             Content::Chosen { parameter, value, maximise, reached, candidates } => {
                 let reached = reached.map_or("no value".to_string(), |r| format!("{r:.4}"));

@@ -53,6 +53,11 @@ pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
+/// `1 run`, `10 runs`.
+pub fn runs(n: u32) -> String {
+    if n == 1 { "1 run".to_string() } else { format!("{n} runs") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
