@@ -4,6 +4,7 @@ mod decode;
 pub mod distribution;
 mod encode;
 mod frame;
+mod grey;
 mod window;
 
 /// Version of everything between an image file and a [`Frame`]; part of every track's address.
@@ -15,6 +16,7 @@ pub const DECODER: u32 = 1;
 pub use decode::{LARGEST_FILE, LONGEST_SIDE, MOST_PIXELS, decode, size};
 pub use encode::encode_png;
 pub use frame::{Frame, ImageError};
+pub use grey::{Grey, luma};
 pub use window::Window;
 
 #[cfg(test)]

@@ -19,7 +19,7 @@
 //! in one of them.
 
 use super::histogram::{Memory, Reference, bin, check_bins, weight};
-use crate::image::{Frame, Window};
+use crate::image::{Frame, Window, luma};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::signal::{Direction, Session, Signal};
 use crate::tracker::State;
@@ -151,8 +151,8 @@ fn read_grey(frame: &Frame, window: &Window, grey: &mut Vec<f64>) {
 }
 
 /// Grey value of a pixel, a whole number from 0 to 255.
-fn grey_value([r, g, b]: [u8; 3]) -> f64 {
-    f64::from((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000)
+fn grey_value(pixel: [u8; 3]) -> f64 {
+    f64::from(luma(pixel))
 }
 
 /// Rotation invariant uniform LBP code of the value at `at`, 0..=9.
