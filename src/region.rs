@@ -4,6 +4,10 @@
 //! `[i, i + 1)`, `x` grows to the right and `y` downwards. Formats that count from 1 (OTB) are shifted
 //! when they are read.
 
+mod overlap;
+
+pub use overlap::Areas;
+
 use serde::{Deserialize, Serialize};
 
 /// An axis-aligned rectangle: left, top, width and height in pixels.
@@ -123,7 +127,7 @@ impl Region {
     pub fn area(&self) -> f64 {
         match self {
             Self::Rect(r) => r.area(),
-            Self::Polygon(p) => signed_area(p).abs(),
+            Self::Polygon(p) => area(p),
         }
     }
 
@@ -167,8 +171,23 @@ impl Region {
             let h = (a.y + a.h).min(b.y + b.h) - a.y.max(b.y);
             return w.max(0.0) * h.max(0.0);
         }
-        clip(&self.corners(), &other.corners())
+        area(&clip(&self.corners(), &other.corners()))
     }
+
+    /// The part of the region that lies in `window`; none where only borders meet.
+    pub fn clipped(&self, window: &Self) -> Option<Self> {
+        if let (Self::Rect(a), Self::Rect(b)) = (self, window) {
+            let (x, y) = (a.x.max(b.x), a.y.max(b.y));
+            let (w, h) = ((a.x + a.w).min(b.x + b.w) - x, (a.y + a.h).min(b.y + b.h) - y);
+            return (w > 0.0 && h > 0.0).then(|| Self::Rect(Rect::new(x, y, w, h)));
+        }
+        let part = clip(&self.corners(), &window.corners());
+        (area(&part) > 0.0).then_some(Self::Polygon(part))
+    }
+}
+
+fn area(p: &[(f64, f64)]) -> f64 {
+    signed_area(p).abs()
 }
 
 fn bounds(p: &[(f64, f64)]) -> (f64, f64, f64, f64) {
@@ -198,7 +217,7 @@ fn is_convex(p: &[(f64, f64)]) -> bool {
 }
 
 /// Sutherland-Hodgman clipping of one convex polygon by another.
-fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> f64 {
+fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let orientation = signed_area(window).signum();
     let mut out = subject.to_vec();
     for i in 0..window.len() {
@@ -217,7 +236,7 @@ fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> f64 {
             }
         }
     }
-    signed_area(&out).abs()
+    out
 }
 
 #[cfg(test)]
