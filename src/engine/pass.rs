@@ -167,6 +167,7 @@ impl Pass {
         let fresh;
         let state = match (&mut running.tracker, &task.states) {
             (Some(tracker), _) => {
+                tracker.at(t);
                 fresh = if t == 0 {
                     tracker.init(frame, self.first_region()?)?
                 } else {

@@ -2,13 +2,17 @@
 //!
 //! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, [`measures`]
 //! turns counts into numbers, and each protocol is one file with the exact rules of one paper under a
-//! versioned name.
+//! versioned name. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`]
+//! (VOT).
 
+pub mod course;
 pub mod khalid2016;
 pub mod matching;
 pub mod measures;
 pub mod overlap;
+pub mod resets;
 pub mod sanmiguel2015;
+pub mod success;
 
 use measures::Counts;
 

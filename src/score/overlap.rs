@@ -27,12 +27,14 @@ pub fn error(tracked: &Region, truth: &Region) -> f64 {
 }
 
 /// O_t of every frame: NaN where the target is not annotated, and 1 in frames that a reset protocol
-/// marked as failed or skipped, because their files do not hold the region that failed.
+/// marked as failed or skipped, because their files do not hold the region that failed. NaN, too, before a
+/// tracker that starts later.
 pub fn errors(states: &[State], truth: &[Option<Region>]) -> Vec<f64> {
     states
         .iter()
         .zip(truth)
         .map(|(state, truth)| match (state.status, truth) {
+            (Status::Waiting, _) => f64::NAN,
             (Status::Failed | Status::Skipped, _) => 1.0,
             (_, None) => f64::NAN,
             (_, Some(truth)) => error(&state.region, truth),

@@ -5,6 +5,7 @@
 
 pub mod color_particle_filter;
 pub mod ncc;
+pub mod protocol;
 pub mod replay;
 pub mod results;
 pub mod scripted;
@@ -27,10 +28,13 @@ pub enum Status {
     Initialised,
     /// An ordinary frame.
     Tracked,
-    /// A reset protocol declared failure in this frame; the region repeats the last one.
+    /// A reset protocol declared failure in this frame; the region is the one that failed, or repeats the last
+    /// one where result files do not hold it.
     Failed,
     /// A reset protocol skipped this frame; the region repeats the last one.
     Skipped,
+    /// The tracker starts later; the region is where it will.
+    Waiting,
 }
 
 /// First and second moments of a multi-hypothesis tracker's posterior.
@@ -105,6 +109,11 @@ pub trait Setup: Send + Sync {
         true
     }
 
+    /// Whether its tracks depend on the run's number in another way than by the seed.
+    fn uses_run(&self) -> bool {
+        false
+    }
+
     /// The files it reads besides the frames; their digests are part of a track's address.
     ///
     /// # Errors
@@ -122,6 +131,10 @@ pub trait Setup: Send + Sync {
 
 /// A tracker at work. `init` comes first; then one `update` a frame, in order.
 pub trait Tracker: Send {
+    /// Says which frame of the sequence, from 0, the next `init` or `update` is about. Frames may be
+    /// left out in between; a tracker that is told nothing gets every frame from its first on.
+    fn at(&mut self, _frame: usize) {}
+
     /// Starts (again) at `frame` with the target at `region`.
     ///
     /// # Errors
