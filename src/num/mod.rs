@@ -5,6 +5,7 @@ pub mod arma;
 pub mod distribution;
 pub mod gamma_mixture;
 pub mod kolmogorov;
+pub mod paired;
 pub mod seed;
 pub mod special;
 
