@@ -1,15 +1,18 @@
-//! Analyses: what the tracks of one or more suites say of a signal itself, before any detector reads it.
-//! Numbers for claims, tables and charts come out.
+//! Analyses: what the tracks of one or more suites say of a signal itself, before any detector reads it, or
+//! of the trackers themselves. Numbers for claims, tables and charts come out.
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
 #[cfg(test)]
 mod conformance;
 pub mod cut_values;
+pub mod resets;
+pub mod success;
 pub mod uncertainty_model;
 
 use crate::detector::Example;
 use crate::plugin::Entry;
+use crate::score::course::Course;
 use serde::{Deserialize, Serialize};
 
 /// The tracks of one suite.
@@ -18,6 +21,17 @@ pub struct Population<'a> {
     pub suite: &'a str,
     /// Its tracks with the analysed signal: sequence by sequence, run by run.
     pub tracks: Vec<Example<'a>>,
+    /// The same tracks as regions, for an analysis that [reads](Analysis::reads) them; empty for others.
+    pub courses: Vec<Course<'a>>,
+}
+
+/// What an analysis looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// One signal on all tracks.
+    Signal,
+    /// The regions of all tracks.
+    Regions,
 }
 
 /// What an analysis found out.
@@ -40,7 +54,8 @@ pub struct Grid {
     pub corner: String,
     /// Column headings.
     pub columns: Vec<String>,
-    /// Row headings with one value a column, empty where there is none.
+    /// Row headings with one value a column, empty where there is none. The only row of a table may be without
+    /// heading: those of several trackers are then shown as the rows of one table.
     pub rows: Vec<(String, Vec<Option<f64>>)>,
 }
 
@@ -55,7 +70,7 @@ pub struct Chart {
     pub y: String,
     /// Whether the vertical axis is logarithmic.
     pub y_log: bool,
-    /// Curves by name: finite points from left to right.
+    /// Curves by name: finite points from left to right. Curves without a name go by their tracker's.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
 }
 
@@ -82,6 +97,11 @@ pub trait Analysis: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
+    /// What it looks at.
+    fn reads(&self) -> Reads {
+        Reads::Signal
+    }
+
     /// Fewest and most suites it takes.
     fn suites(&self) -> (usize, usize);
 
@@ -96,4 +116,5 @@ pub trait Analysis: Send + Sync {
 }
 
 /// Every analysis, by kind.
-pub static ANALYSES: &[Entry<dyn Analysis>] = &[uncertainty_model::ENTRY, cut_values::ENTRY];
+pub static ANALYSES: &[Entry<dyn Analysis>] =
+    &[uncertainty_model::ENTRY, cut_values::ENTRY, success::ENTRY, resets::ENTRY];

@@ -11,9 +11,11 @@ use crate::engine::supervise::Stop;
 use crate::engine::{self, Plan};
 use crate::plugin::Entry;
 use crate::score::PROTOCOLS;
+use crate::score::success::RULES;
 use crate::signal::SIGNALS;
 use crate::spec::builtin;
 use crate::tracker::TRACKERS;
+use crate::tracker::protocol::RunProtocol;
 use std::path::PathBuf;
 
 /// Arguments of `list`.
@@ -68,8 +70,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Detectors => print(&plugin, plugins(DETECTORS)),
         What::Analyses => print(&plugin, plugins(ANALYSES)),
         What::Protocols => {
-            let rows = PROTOCOLS.iter().map(|p| vec![p.name.to_string(), p.summary.to_string()]);
-            print(&["protocol", "summary"], rows.collect())
+            let row = |of: &str, name: &str, summary: &str| [of, name, summary].map(String::from).to_vec();
+            let detectors = PROTOCOLS.iter().map(|p| row("labels of detectors", p.name, p.summary));
+            let trackers = RULES.iter().map(|r| row("boxes of trackers", r.name, r.summary));
+            let runs = RunProtocol::ALL.iter().map(|p| row("running trackers", p.name(), p.summary()));
+            print(&["of", "protocol", "summary"], detectors.chain(trackers).chain(runs).collect())
         }
     }
 }

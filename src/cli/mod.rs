@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 a bug or an I/O error; 2 usage or experiment file; 3 data absent or not what
 //! was pinned; 4 some cells failed; 5 an expectation is not met; 130 interrupted, with what was done kept.
 
+pub mod compare;
 pub mod data;
 pub mod detect;
 pub mod fetch;
@@ -50,6 +51,8 @@ enum Verb {
     Slurm(slurm::Args),
     /// Join the stores of runs with --shard into one
     Merge(merge::Args),
+    /// Compare two trackers, methods or results folders, pair by pair, with intervals
+    Compare(compare::Args),
     /// Tell why cells would or would not be computed again
     Why(why::Args),
 }
@@ -69,6 +72,7 @@ impl Cli {
             Verb::Render(args) => render::run(args),
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
+            Verb::Compare(args) => compare::run(args),
             Verb::Why(args) => why::run(args),
         }
     }

@@ -191,6 +191,8 @@ mod tests {
         ("detector oracle", "749c71303801df6e"),
         ("analysis uncertainty-model", "521dca5c022c1466"),
         ("analysis cut-values", "e116b57b5d55b47f"),
+        ("analysis success", "f25e98d2fde8a01c"),
+        ("analysis resets", "9b0e02570b2863fe"),
     ];
 
     fn keys<T: ?Sized>(

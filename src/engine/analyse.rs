@@ -7,11 +7,15 @@ use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
 use super::supervise::alone;
 use super::tracks::{self, Track, Tracks};
-use crate::analysis::{Findings, Population};
+use crate::analysis::{Findings, Population, Reads};
+use crate::dataset::Sequence;
+use crate::num::hexadecimal;
+use crate::score::course::Course;
 use crate::score::overlap::OVERLAP;
 use crate::spec::analysis::Analysis;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::sync::Arc;
 
 /// One analysis on one tracker.
@@ -34,6 +38,40 @@ impl Analysed {
     pub fn suites_note(&self) -> String {
         let one = |(name, targets): &(String, usize)| format!("{name} ({targets} targets)");
         self.suites.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// A track with what it is a track of.
+struct Seen {
+    track: Arc<Track>,
+    sequence: Arc<Sequence>,
+    run: u32,
+}
+
+impl Seen {
+    /// As tracking protocols look at it.
+    ///
+    /// # Errors
+    /// In words, when the size of the frames cannot be read.
+    fn course(&self) -> Result<Course<'_>, String> {
+        let Sequence { name, truth, attributes, frame_attributes, .. } = &*self.sequence;
+        Ok(Course {
+            sequence: name,
+            run: self.run,
+            regions: &self.track.regions,
+            status: &self.track.status,
+            truth,
+            frame: self.sequence.size().map_err(|e| e.to_string())?,
+            attributes,
+            frame_attributes,
+        })
+    }
+
+    /// Digest of the attributes, which are part of no track.
+    fn attributes(&self) -> String {
+        let Sequence { attributes, frame_attributes, .. } = &*self.sequence;
+        let text = serde_json::to_vec(&(attributes, frame_attributes)).unwrap_or_default();
+        hexadecimal(&Sha256::digest(text)[..8])
     }
 }
 
@@ -70,23 +108,33 @@ fn make(
     tracker: usize,
 ) -> Result<Result<Analysed, CellError>, RunError> {
     let plan = context.plan;
-    let signal = signal_index(&plan.signals, &analysis.signal);
+    let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
+    let reads_regions = analysis.plugin.reads() == Reads::Regions;
     let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);
     let mut suites = Vec::new();
-    let mut populations: Vec<(String, Vec<Arc<Track>>)> = Vec::new();
+    let mut populations: Vec<(String, Vec<Seen>)> = Vec::new();
     for role in &analysis.roles {
         let Some(suite) = plan.suite(role) else {
             return Ok(Err(CellError::Missing(format!("no suite in role `{role}`"))));
         };
-        let mine = tracks::learned_from(plan, tracks, suite, tracker);
+        let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
+        let seen = |(track, s, j): (Arc<Track>, usize, usize)| Seen {
+            track,
+            sequence: sequences[s].sequence.clone(),
+            run: plan.jobs[j].run,
+        };
+        let mine: Vec<Seen> =
+            tracks::learned_from(plan, tracks, suite, tracker).into_iter().map(seen).collect();
         if mine.is_empty() {
             return Ok(Err(CellError::Missing(format!("no track in role `{role}` to analyse"))));
         }
-        let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
         recipe = recipe.with("suite", name);
-        recipe = mine.iter().fold(recipe, |recipe, t| plan.read(t.address, signal).enter(recipe));
+        recipe = mine.iter().fold(recipe, |recipe, seen| {
+            let recipe = plan.read(seen.track.address, signal).enter(recipe);
+            if reads_regions { recipe.with("attributes", seen.attributes()) } else { recipe }
+        });
         suites.push((name.clone(), sequences.len()));
         populations.push((name.clone(), mine));
     }
@@ -99,8 +147,11 @@ fn make(
     }
     let compute = move || {
         let mut views = Vec::new();
-        for (suite, tracks) in &populations {
-            views.push(Population { suite, tracks: tracks.iter().map(|t| t.example(signal)).collect() });
+        for (suite, seen) in &populations {
+            let courses =
+                if reads_regions { seen.iter().map(Seen::course).collect() } else { Ok(Vec::new()) };
+            let tracks = seen.iter().map(|s| s.track.example(signal)).collect();
+            views.push(Population { suite, tracks, courses: courses? });
         }
         plugin.analyse(&views)
     };

@@ -12,6 +12,7 @@ use crate::dataset::lock::{Loaded, Missing};
 use crate::num::seed;
 use crate::plugin;
 use crate::signal::SIGNALS;
+use crate::spec::analysis::Analysis;
 use crate::spec::method::Method;
 use crate::spec::method::{DetectorChoice, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
@@ -51,7 +52,8 @@ fn demands<'a>(
     signals: &[SignalChoice],
     of_variants: &[Option<usize>],
 ) -> Vec<Demand<'a>> {
-    let of_analyses: Vec<_> = experiment.analyses.iter().map(|a| signal_index(signals, &a.signal)).collect();
+    let signal = |a: &Analysis| a.signal.as_ref().and_then(|s| signal_index(signals, s));
+    let of_analyses: Vec<_> = experiment.analyses.iter().map(signal).collect();
     let mut all: Vec<Demand<'a>> = Vec::new();
     let mut add = |demand| {
         if !all.contains(&demand) {
@@ -84,7 +86,7 @@ fn demands<'a>(
 pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     let mut distinct: Vec<SignalChoice> = Vec::new();
     let of_methods = variants(experiment).filter_map(|(_, variant)| variant.signal.as_ref());
-    for choice in of_methods.chain(experiment.analyses.iter().map(|a| &a.signal)) {
+    for choice in of_methods.chain(experiment.analyses.iter().filter_map(|a| a.signal.as_ref())) {
         if signal_index(&distinct, choice).is_none() {
             distinct.push(choice.clone());
         }

@@ -66,7 +66,7 @@ pub fn track(
     }
     let start = Start { sequence, run, seed, data_root };
     let inputs = tracker.setup.inputs(&start)?;
-    if !inputs.is_empty() {
+    if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }
     for path in inputs {

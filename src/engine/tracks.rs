@@ -7,7 +7,7 @@ use super::recipes;
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
 use crate::detector::Example;
-use crate::region::Rect;
+use crate::region::Region;
 use crate::score::overlap;
 use crate::tracker::{State, Status};
 use std::sync::Arc;
@@ -17,8 +17,10 @@ use std::sync::Arc;
 pub struct Track {
     /// Where it is filed.
     pub address: Address,
-    /// The rectangle of each frame's region.
-    pub rects: Vec<Rect>,
+    /// The region of each frame.
+    pub regions: Vec<Region>,
+    /// What happened in each frame.
+    pub status: Vec<Status>,
     /// O_t of each frame; NaN where the target is not annotated.
     pub error: Vec<f64>,
     /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
@@ -38,16 +40,16 @@ impl Track {
 /// The tracks of one sequence, one a job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
 
-/// Those of a suite's tracks of a tracker that are learned from and there, sequence by sequence; `tracks` has
-/// those of every suite.
+/// Those of a suite's tracks of a tracker that are learned from and there, with their sequence and job, sequence
+/// by sequence; `tracks` has those of every suite.
 pub fn learned_from(
     plan: &Plan<'_>,
     tracks: &[Vec<Tracks>],
     suite: usize,
     tracker: usize,
-) -> Vec<Arc<Track>> {
+) -> Vec<(Arc<Track>, usize, usize)> {
     let pairs = plan.learned_from(suite, tracker).into_iter();
-    pairs.filter_map(|(s, j)| tracks[suite][s][j].as_ref().ok().cloned()).collect()
+    pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
 }
 
 /// At most so many tracks are made in one pass, for the sake of memory.
@@ -218,7 +220,8 @@ fn track(planned: &PlannedSequence, found: Found) -> Track {
     let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
     Track {
         address: found.recipe.address(),
-        rects: states.iter().map(|s| s.region.rect()).collect(),
+        regions: states.iter().map(|s| s.region.clone()).collect(),
+        status: states.iter().map(|s| s.status).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),
         signals: found.signals.into_iter().flatten().collect(),
         repeated,

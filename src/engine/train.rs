@@ -195,6 +195,7 @@ fn make(
     }
     let plan = context.plan;
     let mine = tracks::learned_from(plan, tracks, need.suite, need.tracker);
+    let mine: Vec<Arc<Track>> = mine.into_iter().map(|(track, ..)| track).collect();
     let limits = &context.options.limits;
     let made = match &need.variant.detector {
         DetectorChoice::Given(_) => return Ok(Err(CellError::Failed("nothing to learn".to_string()))),
@@ -380,7 +381,8 @@ mod tests {
             |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
         let track = Track {
             address: Address([0; 32]),
-            rects: vec![],
+            regions: vec![],
+            status: vec![],
             error: step(0.2, 1.0),
             signals: vec![step(0.8, 0.1)],
             repeated: 0,

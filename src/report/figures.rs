@@ -141,7 +141,8 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
     let judged = |method: &str| -> TrackScore {
         let (silent, still) = (vec![false; track.error.len()], vec![0; track.error.len()]);
         let said = track.method(method).map_or((&silent, &still), |m| (&m.alarm, &m.changes));
-        (results.experiment.protocol_of(method).score)(&track.error, said.0, said.1)
+        let protocol = results.experiment.protocol_of(method);
+        protocol.map_or_else(TrackScore::default, |p| (p.score)(&track.error, said.0, said.1))
     };
     let lost: Vec<bool> = track.error.iter().map(|e| *e >= 1.0).collect();
     let blank = |label: &str| Panel { spans: spans_where(&lost), ..Panel::new(label, frames) };
@@ -271,8 +272,16 @@ fn chart(results: &Results, shows: &Made) -> Curves {
         .collect();
     let several = found.len() > 1;
     let named = |(analysed, chart): &(&Analysed, &Chart)| {
-        let who = if several { format!("{}, ", analysed.tracker) } else { String::new() };
-        let named = |(name, points): &(String, Vec<(f64, f64)>)| (format!("{who}{name}"), points.clone());
+        let who = &analysed.tracker;
+        let named = |(name, points): &(String, Vec<(f64, f64)>)| {
+            let name = match name.as_str() {
+                "" => who.clone(),
+                value if value.starts_with('[') => format!("{who} {value}"),
+                _ if several => format!("{who}, {name}"),
+                _ => name.clone(),
+            };
+            (name, points.clone())
+        };
         chart.curves.iter().map(named).collect::<Vec<_>>()
     };
     let of_first = |text: fn(&Chart) -> &str| found.first().map_or("", |(_, c)| text(c));

@@ -5,13 +5,14 @@
 //! outside (names of sequences, messages of errors): both outputs show them as text.
 //!
 //! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw its
-//! figures, [`write`](fn@write) fills the page and writes the report.
+//! figures, [`pairs`] has what comparisons rest on, [`write`](fn@write) fills the page and writes the report.
 
 pub mod claims;
 pub mod figures;
 mod fill;
 mod html;
 mod markdown;
+pub mod pairs;
 pub mod results;
 pub mod stills;
 

@@ -15,7 +15,7 @@ use crate::table::folder::{ANALYSES, FolderError};
 use crate::table::frame;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
 use crate::table::measures::Measure;
-use crate::table::records;
+use crate::table::records::{self, CellScore};
 use polars::prelude::DataFrame;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -100,6 +100,16 @@ impl Results {
             Vec::new()
         };
         Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures, analyses })
+    }
+
+    /// Reads the counts of every cell that has any, sequence by sequence.
+    ///
+    /// # Errors
+    /// When the table is absent or lacks a column.
+    pub fn scores(&self) -> Result<Vec<CellScore>, ResultsError> {
+        let bytes = read_whole(&self.folder, &self.manifest, "scores.csv", LARGEST_TABLE)?;
+        let scores = records::read_scores(bytes);
+        Ok(scores.map_err(|e| store::StoreError::new(&self.folder.join("scores.csv"), e))?)
     }
 
     /// Reads the tracks of one tracker's first run.

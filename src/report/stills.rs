@@ -3,6 +3,7 @@
 use super::results::{Results, ResultsError, TrackSeries, read_file};
 use crate::engine::store;
 use crate::image::{self, Frame};
+use crate::score::PROTOCOLS;
 use crate::spec::table::{Figure, FigureKind};
 use std::path::PathBuf;
 
@@ -39,7 +40,9 @@ pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &'a [TrackSeries
 /// Frames in which the tracker failed, by the experiment's protocol.
 pub fn events(results: &Results, track: &TrackSeries) -> Vec<usize> {
     let frames = track.error.len();
-    (results.experiment.protocol.score)(&track.error, &vec![false; frames], &vec![0; frames]).events
+    // Where nothing is detected, failures are those that the first protocol knows.
+    let protocol = results.experiment.protocol.unwrap_or(&PROTOCOLS[0]);
+    (protocol.score)(&track.error, &vec![false; frames], &vec![0; frames]).events
 }
 
 /// `count` frames: around the first tracking error, or spread over a sequence without one.

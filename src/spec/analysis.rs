@@ -3,7 +3,7 @@
 use super::error::{Source, SpecError};
 use super::method::{RawPlugin, SignalChoice};
 use super::wire;
-use crate::analysis::{ANALYSES, Names};
+use crate::analysis::{ANALYSES, Names, Reads};
 use crate::signal::SIGNALS;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,8 +20,8 @@ pub struct Analysis {
     pub version: u32,
     /// The checked analysis.
     pub plugin: Arc<dyn crate::analysis::Analysis>,
-    /// The signal.
-    pub signal: SignalChoice,
+    /// The signal; none for an analysis of regions.
+    pub signal: Option<SignalChoice>,
     /// Roles of the suites, in order.
     pub roles: Vec<String>,
     /// Labels of the trackers whose tracks are analysed; all when `None`.
@@ -51,14 +51,23 @@ pub(super) fn read(
         Some((span, DeValue::Table(t))) => Ok(Spanned::new(span, t.clone())),
         _ => Err(source.error(wire.name.span(), format!("an [[analysis]] needs a table `{key}`"))),
     };
-    let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
     let plugin = RawPlugin::read(source, part("compute")?, "analysis", ANALYSES)?;
     let (kind, version) = (plugin.entry.kind, plugin.entry.version);
     let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
-    let signal = SignalChoice {
-        kind: signal.entry.kind,
-        version: signal.entry.version,
-        signal: Arc::from(signal.build(source, Vec::new())?),
+    let signal = match (plugin.reads(), wire.signal.is_some()) {
+        (Reads::Regions, true) => {
+            let message = format!("{kind} looks at the regions of trackers and takes no `signal`");
+            return Err(source.error(wire.name.span(), message));
+        }
+        (Reads::Regions, false) => None,
+        (Reads::Signal, _) => {
+            let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
+            Some(SignalChoice {
+                kind: signal.entry.kind,
+                version: signal.entry.version,
+                signal: Arc::from(signal.build(source, Vec::new())?),
+            })
+        }
     };
     for role in wire.suites.get_ref() {
         if !suites.contains_key(role) {

@@ -22,6 +22,7 @@ pub use read::parse;
 
 use crate::score::Protocol;
 use crate::tracker::Setup;
+use crate::tracker::protocol::RunProtocol;
 use claim::Claim;
 use method::Method;
 use std::collections::BTreeMap;
@@ -43,8 +44,8 @@ pub struct Experiment {
     pub object: Option<String>,
     /// What a reader must know beside the numbers.
     pub note: Option<String>,
-    /// How labels are scored.
-    pub protocol: &'static Protocol,
+    /// How labels are scored, unless a method says otherwise; none where there is no method.
+    pub protocol: Option<&'static Protocol>,
     /// Base of all seeds.
     pub seed: u64,
     /// Role -> suite name; [`TEST`] is always there.
@@ -77,8 +78,8 @@ impl Experiment {
     }
 
     /// How the labels of a method are scored.
-    pub fn protocol_of(&self, method: &str) -> &'static Protocol {
-        self.methods.iter().find(|m| m.name == method).map_or(self.protocol, |m| m.protocol)
+    pub fn protocol_of(&self, method: &str) -> Option<&'static Protocol> {
+        self.methods.iter().find(|m| m.name == method).map(|m| m.protocol).or(self.protocol)
     }
 }
 
@@ -94,6 +95,8 @@ pub struct Tracker {
     pub runs: u32,
     /// Repetitions on suites that models are learned from.
     pub training_runs: u32,
-    /// The checked tracker.
+    /// How it is run.
+    pub protocol: RunProtocol,
+    /// The checked tracker, under its protocol.
     pub setup: Arc<dyn Setup>,
 }

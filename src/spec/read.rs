@@ -9,6 +9,7 @@ use crate::dataset::text;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
 use crate::tracker::TRACKERS;
+use crate::tracker::protocol::RunProtocol;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -43,7 +44,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     }
     check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
     limits::check_lists(source, &wire)?;
-    let protocol = read_protocol(source, &wire.protocol)?;
+    let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
     let suites = read_suites(source, &wire)?;
     let trackers = read_trackers(source, &wire, tracker_params)?;
     let mut methods: Vec<method::Method> = Vec::new();
@@ -55,7 +56,11 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
             return Err(source.error(m.name.span(), format!("method `{name}` stands there twice")));
         }
         let own = m.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
-        let mut method = method::read(source, name, raw, own.unwrap_or(protocol), room)?;
+        let Some(scored_by) = own.or(protocol) else {
+            let message = format!("`{name}` has no `protocol`, and neither has the experiment");
+            return Err(source.error(m.name.span(), message));
+        };
+        let mut method = method::read(source, name, raw, scored_by, room)?;
         method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
         room -= method.detectors();
         methods.push(method);
@@ -198,7 +203,7 @@ fn split_tracker_params<'i>(
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
         let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            ["name", "label", "runs", "training_runs"].contains(&key.get_ref().as_ref())
+            ["name", "label", "runs", "training_runs", "protocol"].contains(&key.get_ref().as_ref())
         });
         *table = known;
         all.push(Spanned::new(span, params));
@@ -299,6 +304,7 @@ fn read_trackers(
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
         let setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
+        let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
         let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
             None => Ok(default),
             Some(n) if (1..=MOST_RUNS).contains(n.get_ref()) => Ok(*n.get_ref()),
@@ -307,7 +313,7 @@ fn read_trackers(
                 Err(source.error(n.span(), message))
             }
         };
-        let runs = repetitions("runs", t.runs.as_ref(), 1)?;
+        let runs = repetitions("runs", t.runs.as_ref(), protocol.runs().unwrap_or(1))?;
         let training_runs = repetitions("training_runs", t.training_runs.as_ref(), runs)?;
         let span = t.label.as_ref().map_or(t.name.span(), Spanned::span);
         let label = t.label.as_ref().map_or_else(|| entry.kind.to_string(), |l| l.get_ref().clone());
@@ -317,12 +323,36 @@ fn read_trackers(
             return Err(source.error(span, message));
         }
         let (kind, version) = (entry.kind, entry.version);
-        trackers.push(Tracker { label, kind, version, runs, training_runs, setup: Arc::from(setup) });
+        let most = protocol.runs().unwrap_or(MOST_RUNS);
+        if runs.max(training_runs) > most {
+            let message = format!("`{}` has {most} runs", protocol.name());
+            return Err(source.error(t.runs.as_ref().map_or(span, Spanned::span), message));
+        }
+        let setup = protocol.over(Arc::from(setup));
+        trackers.push(Tracker { label, kind, version, runs, training_runs, protocol, setup });
     }
     if trackers.is_empty() {
         return Err(source.error(wire.tracker.span(), "there is no [[tracker]]"));
     }
     Ok(trackers)
+}
+
+/// How a tracker is run; results that are replayed were made under one already.
+fn read_run_protocol(
+    source: Source<'_>,
+    kind: &str,
+    name: Option<&Spanned<String>>,
+) -> Result<RunProtocol, SpecError> {
+    let Some(name) = name else { return Ok(RunProtocol::OnePass) };
+    if kind == "replay" {
+        let message =
+            "results that are replayed were made under a protocol already; it cannot be chosen here";
+        return Err(source.error(name.span(), message));
+    }
+    RunProtocol::from_name(name.get_ref()).ok_or_else(|| {
+        let known = RunProtocol::ALL.iter().map(|p| p.name());
+        source.unknown(name.span(), "protocol of trackers", name.get_ref(), known)
+    })
 }
 
 fn check_roles(

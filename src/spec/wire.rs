@@ -23,9 +23,9 @@ pub struct Experiment {
     pub object: Option<String>,
     /// What a reader must know beside the numbers.
     pub note: Option<String>,
-    /// How labels are scored, e.g. `khalid2016/1`.
-    #[schemars(with = "String")]
-    pub protocol: Spanned<String>,
+    /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
+    #[schemars(with = "Option<String>")]
+    pub protocol: Option<Spanned<String>>,
     /// Base of all seeds.
     #[serde(default)]
     pub seed: u64,
@@ -71,6 +71,9 @@ pub struct Tracker {
     /// Repetitions on suites that models are learned from; as many as `runs` where it is left out.
     #[schemars(with = "Option<u32>")]
     pub training_runs: Option<Spanned<u32>>,
+    /// How it is run: `one-pass` where it is left out, `vot-reset`, `otb-temporal` ...
+    #[schemars(with = "Option<String>")]
+    pub protocol: Option<Spanned<String>>,
 }
 
 /// One `[[method]]`: a signal and a detector under a name.
@@ -137,9 +140,9 @@ pub struct Analysis {
     /// Name in the experiment.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `{ kind = "...", parameters }` of the signal.
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
-    pub signal: toml::Table,
+    /// `{ kind = "...", parameters }` of the signal; left out for an analysis of the trackers' regions.
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
+    pub signal: Option<toml::Table>,
     /// `{ kind = "...", parameters }` of what is computed.
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub compute: toml::Table,

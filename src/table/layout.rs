@@ -266,6 +266,16 @@ pub fn analysed(
             rows: grid.rows.iter().map(row).collect(),
         }
     };
+    let mut groups: Vec<Group> = found.iter().map(group).collect();
+    if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
+        // A row a tracker.
+        let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
+            group.rows.iter_mut().for_each(|row| row.label.clone_from(&analysed.tracker));
+            group.rows
+        };
+        let rows = groups.into_iter().zip(&found).flat_map(named).collect();
+        groups = vec![Group { label: String::new(), published_tracker: None, has_ours: true, rows }];
+    }
     let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
@@ -277,7 +287,7 @@ pub fn analysed(
         data: data_note.to_string(),
         corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
         columns: found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone()),
-        groups: found.iter().map(group).collect(),
+        groups,
     }
 }
 

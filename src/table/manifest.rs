@@ -168,7 +168,7 @@ impl Manifest {
             spec_digest: sha256(experiment.source.as_bytes()),
             version: env!("CARGO_PKG_VERSION").to_string(),
             revision: option_env!("TRACKFAIL_REVISION").map(str::to_string),
-            protocol: experiment.protocol.name.to_string(),
+            protocol: experiment.protocol.map_or_else(String::new, |p| p.name.to_string()),
             seed: experiment.seed,
             suite: SuiteRecord {
                 name: outcome.suite.clone(),

@@ -6,7 +6,8 @@ use super::frame::{self, FrameError};
 use super::measures::{Measure, grouped, pool_counts};
 use crate::engine::pass::CellError;
 use crate::engine::run::{Cell, Outcome};
-use crate::score::measures::{Metric, Pooled};
+use crate::region::Region;
+use crate::score::measures::{Counts, Metric, Pooled};
 use crate::spec::Experiment;
 use polars::prelude::{Column, DataFrame};
 
@@ -132,6 +133,46 @@ fn some_text(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
+/// The counts of one cell, as read back from `scores.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellScore {
+    /// Sequence.
+    pub sequence: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// Method.
+    pub method: String,
+    /// Grid point, empty without a grid.
+    pub params: String,
+    /// What was counted.
+    pub counts: Counts,
+}
+
+/// Reads the cells of `scores.csv` back that have counts; pooled rows are left out.
+///
+/// # Errors
+/// When a column is missing or a count is none.
+pub fn read_scores(bytes: Vec<u8>) -> Result<Vec<CellScore>, FrameError> {
+    let table = frame::from_csv(bytes)?;
+    let text = |name: &str| frame::texts(&table, name);
+    let (sequences, trackers, methods) = (text("sequence")?, text("tracker")?, text("method")?);
+    let (params, status) = (text("params")?, text("status")?);
+    let (tp, fp, fn_, tn) = (text("tp")?, text("fp")?, text("fn")?, text("tn")?);
+    let count = |text: &str| text.parse::<u64>().map_err(|_| FrameError::number(text));
+    let done = (0..sequences.len()).filter(|i| sequences[*i] != "*" && status[*i] == "ok");
+    done.map(|i| {
+        let (tp, fp) = (count(&tp[i])?, count(&fp[i])?);
+        Ok(CellScore {
+            sequence: sequences[i].clone(),
+            tracker: trackers[i].clone(),
+            method: methods[i].clone(),
+            params: params[i].clone(),
+            counts: Counts { tp, fp, fn_: count(&fn_[i])?, tn: count(&tn[i])? },
+        })
+    })
+    .collect()
+}
+
 /// Columns of `measures.csv`, besides one for each metric.
 const MEASURE_METRICS: [Metric; 12] = [
     Metric::Tp,
@@ -196,8 +237,7 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
             "" => Ok(None),
             text => text.parse::<f64>().map(Some).map_err(|_| FrameError::number(text)),
         };
-        let counts =
-            crate::score::measures::Counts { tp: count(2)?, fp: count(3)?, fn_: count(4)?, tn: count(5)? };
+        let counts = Counts { tp: count(2)?, fp: count(3)?, fn_: count(4)?, tn: count(5)? };
         measures.push(Measure {
             tracker: trackers[i].clone(),
             method: methods[i].clone(),
@@ -249,13 +289,15 @@ fn some_frames(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Fold
         };
         let verdict = outcome.verdict(cell, judged)?;
         let name = method_label(&cell.method, &cell.params);
-        keys.push(outcome, cell, track.rects.len());
-        x.extend(track.rects.iter().map(|r| r.x));
-        y.extend(track.rects.iter().map(|r| r.y));
-        w.extend(track.rects.iter().map(|r| r.w));
-        h.extend(track.rects.iter().map(|r| r.h));
+        keys.push(outcome, cell, track.regions.len());
+        for rect in track.regions.iter().map(Region::rect) {
+            x.push(rect.x);
+            y.push(rect.y);
+            w.push(rect.w);
+            h.push(rect.h);
+        }
         error.extend(track.error.iter().map(|e| (!e.is_nan()).then_some(*e)));
-        method.extend(std::iter::repeat_n(name, track.rects.len()));
+        method.extend(std::iter::repeat_n(name, track.regions.len()));
         score.extend_from_slice(&verdict.score);
         label.extend(verdict.alarm.iter().map(|a| i32::from(*a)));
         change.extend_from_slice(&verdict.changes());

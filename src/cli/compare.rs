@@ -1,0 +1,133 @@
+//! `trackfail compare A B --in EXPERIMENT`, or of two results folders: `trackfail compare DIR DIR`
+
+use super::output::{self, Format};
+use super::{Failure, report};
+use crate::num::paired::{self, Compared};
+use crate::plugin;
+use crate::report::pairs::{self, Values};
+use crate::report::results::Results;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `compare`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A tracker or a method (`DTEF`, `AVU[length=20]`) of the experiment, or a results folder
+    #[arg(value_name = "A")]
+    first: String,
+    /// What it is compared with
+    #[arg(value_name = "B")]
+    second: String,
+    /// The experiment whose results are compared; not for two folders
+    #[arg(long = "in", value_name = "EXPERIMENT")]
+    experiment: Option<String>,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    results: PathBuf,
+    /// Methods: only on this tracker; on all, pooled, where it is left out
+    #[arg(long, value_name = "LABEL")]
+    tracker: Option<String>,
+    /// Only this measure: `f_score`, `success_auc`, `failures` ...
+    #[arg(long, value_name = "NAME")]
+    metric: Option<String>,
+    /// Probability that the interval holds the mean difference
+    #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability)]
+    level: f64,
+    /// Bootstrap samples
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    samples: u32,
+    /// Seed of the bootstrap
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|p: &f64| *p > 0.0 && *p < 1.0);
+    number.ok_or_else(|| format!("`{text}` is no number between 0 and 1"))
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let read = |folder: &Path| Results::read(folder).map_err(|e| Failure::Data(e.to_string()));
+    let mut rows = Vec::new();
+    match &args.experiment {
+        Some(name) => {
+            let results = read(&folder_of(args, name)?)?;
+            let of = |side: &str| {
+                let values = pairs::values(&results, side, args.tracker.as_deref());
+                values.map_err(|e| Failure::Usage(e.to_string()))
+            };
+            let (first, second) = (of(&args.first)?, of(&args.second)?);
+            add_rows(args, &mut rows, "", &first, &second);
+        }
+        None => {
+            let folders = [&args.first, &args.second].map(Path::new);
+            if let Some(other) = folders.iter().find(|f| !f.is_dir()) {
+                let message = format!(
+                    "{}: no results folder; trackers and methods are compared in an experiment: --in EXPERIMENT",
+                    other.display()
+                );
+                return Err(Failure::Usage(message));
+            }
+            let [first, second] = [read(folders[0])?, read(folders[1])?];
+            for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
+                let of = |results| pairs::values(results, &name, args.tracker.as_deref());
+                if let (Ok(a), Ok(b)) = (of(&first), of(&second)) {
+                    add_rows(args, &mut rows, &name, &a, &b);
+                }
+            }
+        }
+    }
+    if rows.is_empty() {
+        let what = args.metric.as_deref().map_or("measure".to_string(), |m| format!("measure `{m}`"));
+        let message = format!("{} and {} have no {what} on a common sequence", args.first, args.second);
+        return Err(Failure::Usage(message));
+    }
+    let percent = args.level * 100.0;
+    let (low, high) = (format!("{percent}% from"), format!("{percent}% to"));
+    let headings =
+        ["of", "measure", "sequences", "A", "B", "A - B", &low, &high, "A higher", "equal", "B higher", "p"];
+    output::note(&format!(
+        "A is {}, B is {}; means over sequences, interval by bootstrap over sequences, p of Wilcoxon's signed-rank \
+         test",
+        args.first, args.second
+    ));
+    output::print(args.format, &headings, &rows)
+}
+
+/// The folder of an experiment's results.
+fn folder_of(args: &Args, name: &str) -> Result<PathBuf, Failure> {
+    let finished = report::finished(&args.results);
+    if finished.iter().any(|known| known == name) {
+        return Ok(args.results.join(name));
+    }
+    let known = finished.iter().map(String::as_str);
+    let message = plugin::unknown("finished experiment", name, known);
+    Err(Failure::Usage(format!("{message} (in {})", args.results.display())))
+}
+
+fn add_rows(args: &Args, rows: &mut Vec<Vec<String>>, name: &str, first: &Values, second: &Values) {
+    for (metric, of_first) in first {
+        let wanted = args.metric.as_ref().is_none_or(|m| m == metric);
+        let Some((_, of_second)) = second.iter().find(|(m, _)| m == metric && wanted) else { continue };
+        let pairs: Vec<(f64, f64)> =
+            of_first.iter().filter_map(|(sequence, a)| Some((*a, *of_second.get(sequence)?))).collect();
+        if let Some(compared) = paired::compare(&pairs, args.level, args.samples as usize, args.seed) {
+            rows.push(row(name, metric, &compared, args.format));
+        }
+    }
+}
+
+fn row(name: &str, metric: &str, c: &Compared, format: Format) -> Vec<String> {
+    let number = |v: f64| if format == Format::Table { format!("{v:.4}") } else { v.to_string() };
+    let mut row = vec![name.to_string(), metric.to_string(), c.pairs.to_string()];
+    row.extend([c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(number));
+    row.extend([c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string()));
+    row.push(c.p.map_or_else(String::new, number));
+    row
+}

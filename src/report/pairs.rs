@@ -1,0 +1,99 @@
+//! Measures of a method or tracker, sequence by sequence, from a results folder; what comparisons rest on.
+
+use super::results::{Results, ResultsError};
+use crate::plugin::unknown;
+use crate::score::measures::{Counts, Metric, Pooled};
+use crate::table::records::method_label;
+use std::collections::BTreeMap;
+
+/// Measure -> sequence -> value; sequences without a value are left out.
+pub type Values = Vec<(String, BTreeMap<String, f64>)>;
+
+/// Why there is nothing to compare.
+#[derive(Debug, thiserror::Error)]
+pub enum PairsError {
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// They have no such tracker or method.
+    #[error("{0}")]
+    Unknown(String),
+}
+
+/// Measures of methods that are compared.
+const METRICS: [Metric; 4] = [Metric::FScore, Metric::Precision, Metric::Recall, Metric::Fpr];
+
+/// Everything that can be compared: methods with their grid points, then trackers that were scored themselves.
+pub fn names(results: &Results) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    let methods = results.measures.iter().map(|m| method_label(&m.method, &m.params));
+    for name in methods.chain(results.analyses.iter().map(|a| a.tracker.clone())) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// The measures of a method, or of a tracker that was scored itself. Counts of a method's runs, and of all
+/// trackers unless one is given, are pooled within each sequence.
+///
+/// # Errors
+/// See [`PairsError`].
+pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Values, PairsError> {
+    let of_tracker = of_tracker(results, name);
+    if !of_tracker.is_empty() {
+        return Ok(of_tracker);
+    }
+    if !results.measures.iter().any(|m| method_label(&m.method, &m.params) == name) {
+        let known = names(results);
+        return Err(PairsError::Unknown(unknown(
+            "tracker or method",
+            name,
+            known.iter().map(String::as_str),
+        )));
+    }
+    if let Some(wanted) = tracker
+        && !results.measures.iter().any(|m| m.tracker == wanted)
+    {
+        let known = results.measures.iter().map(|m| m.tracker.as_str());
+        return Err(PairsError::Unknown(unknown("tracker", wanted, known)));
+    }
+    let mut pooled: BTreeMap<String, Counts> = BTreeMap::new();
+    for row in results.scores()? {
+        if method_label(&row.method, &row.params) == name && tracker.is_none_or(|t| t == row.tracker) {
+            let sum = pooled.entry(row.sequence).or_default();
+            *sum = [*sum, row.counts].into_iter().sum();
+        }
+    }
+    let of_metric = |metric: Metric| {
+        let value = |counts: &Counts| Pooled { counts: *counts, score: None }.value(metric);
+        let all = pooled.iter().filter_map(|(sequence, counts)| Some((sequence.clone(), value(counts)?)));
+        (metric.name().to_string(), all.collect())
+    };
+    Ok(METRICS.map(of_metric).into())
+}
+
+/// The columns of the tables `sequences` that analyses made of a tracker.
+fn of_tracker(results: &Results, name: &str) -> Values {
+    let mut values = Values::new();
+    for analysed in results.analyses.iter().filter(|a| a.tracker == name) {
+        for table in analysed.findings.tables.iter().filter(|t| t.name == "sequences") {
+            for (k, column) in table.columns.iter().enumerate() {
+                let measure = measure_name(column);
+                if values.iter().all(|(known, _)| *known != measure) {
+                    let value = |(row, cells): &(String, Vec<Option<f64>>)| {
+                        Some((row.clone(), cells.get(k).copied().flatten()?))
+                    };
+                    values.push((measure, table.rows.iter().filter_map(value).collect()));
+                }
+            }
+        }
+    }
+    values
+}
+
+/// A column's heading as one word: `success AUC` is `success_auc`.
+fn measure_name(column: &str) -> String {
+    column.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect()
+}
