@@ -3,17 +3,26 @@
 //! `results` names a folder under `<data root>/results/`. In it, the file of a sequence and run is the one
 //! that is there of
 //!
-//! | file | format | run `r`, from 0 |
-//! |---|---|---|
-//! | `<Seq>.json` | [`otb_json`] | entry `r` of the list; of a TRE file, segment `r` |
-//! | `<Seq>.txt` | [`otb_text`], counted from 1 | run 0 only |
-//! | `<Seq>_00{r+1}.txt` | the same | its own file |
-//! | `<Seq>/<Seq>_00{r+1}.txt` | [`vot`] | its own file |
+//! | file | format, written by | run `r`, from 0 | first pixel |
+//! |---|---|---|---|
+//! | `<Seq>.json` | [`otb_json`], OTB's authors | entry `r` of the list; of a TRE file, segment `r` | 1 |
+//! | `<Seq>.txt` | [`otb_text`]: OTB, pysot, pytracking, the LaSOT toolkit, got10k | run 0 only | 1 |
+//! | `<Seq>_00{r+1}.txt` | the same | its own file | 1 |
+//! | `<Seq>/<Seq>_00{r+1}.txt` | [`vot`]: VOT, and pysot under `<tracker>/baseline` | its own file | 0 |
+//! | the same name | [`got10k`]: GOT-10k; the first line tells which of the two it is | its own file | 1 |
+//! | `<results>_00{r}/<Seq>.txt`, beside `results` | [`otb_text`]: pytracking with run numbers | its own folder | 1 |
 //!
-//! Two of them at once are an error. `*_time.txt` is not looked at.
+//! Two of them at once are an error. `*_time.txt` and other files of these toolkits are not looked at.
 //!
-//! Which frame a line belongs to: VOT files have exactly the sequence's frames. Text files have either as
-//! many lines as the official range or as many as the range used. JSON states its frames, see
+//! What a result calls its first pixel is what the annotation calls it that the tracker was started with: no
+//! toolkit shifts boxes. OTB, UAV123, LaSOT and GOT-10k count from 1, VOT from 0. Where that is not so, as
+//! for a tracker whose authors subtract 1, `base = 0` or `base = 1` says it for all files of the folder.
+//!
+//! A sequence `Jogging-1` may be spelled `Jogging_1` (pytracking) or `Jogging.1` (got10k) in all of these
+//! names: what stands before a target's number, of one or two digits, differs between toolkits.
+//!
+//! Which frame a line belongs to: VOT files have exactly the sequence's frames. Text and GOT-10k files have
+//! either as many lines as the official range or as many as the range used. JSON states its frames, see
 //! [`align`](super::results::align). The range used must be covered; a run that starts later than the
 //! sequence (TRE segments after the first) is refused, because a track is a region for every frame.
 //!
@@ -25,9 +34,9 @@
 //! All reading is done by `open`. `init` answers with the file's first state, whatever region it is given,
 //! and starts again from the first frame when it is called again.
 
-use super::results::{Base, Boxes, official_span, otb_json, otb_text, vot};
+use super::results::{Base, Boxes, got10k, official_span, otb_json, otb_text, vot};
 use super::{Setup, Start, State, Status, Tracker, TrackerError};
-use crate::dataset::{DatasetError, Sequence};
+use crate::dataset::{DatasetError, Sequence, text};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -54,6 +63,9 @@ pub struct Params {
     /// What to do about a box without area.
     #[serde(default)]
     pub without_area: WithoutArea,
+    /// What the files call the left top pixel, 0 or 1; by default what their format does, see the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<Base>,
 }
 
 /// Checked parameters.
@@ -64,7 +76,7 @@ pub struct Replay(Params);
 pub const ENTRY: Entry<dyn Setup> = Entry {
     kind: "replay",
     version: 1,
-    summary: "regions from result files (OTB JSON or text, VOT)",
+    summary: "regions from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking)",
     example: r#"{ results = "otb/OPE/STRUCK" }"#,
     build: |raw: RawParams<'_>| Ok(Box::new(Replay::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
@@ -98,18 +110,25 @@ impl Replay {
         run: u32,
         data_root: Option<&Path>,
     ) -> Result<Vec<State>, TrackerError> {
-        let broken = |e: DatasetError| TrackerError::Broken(e.to_string());
-        match self.find(sequence, run, data_root)? {
-            Source::Vot(path) => vot::read(&path, &sequence.truth).map_err(broken),
-            Source::Json(path) => {
-                let boxes = otb_json::read(&path, run, sequence.numbering).map_err(broken)?;
-                self.cut(&path, boxes, sequence).map_err(broken)
-            }
-            Source::Text(path) => {
-                let boxes = text_boxes(&path, sequence).map_err(broken)?;
-                self.cut(&path, boxes, sequence).map_err(broken)
-            }
-        }
+        let source = self.find(sequence, run, data_root)?;
+        self.states(&source, sequence, run).map_err(|e| TrackerError::Broken(e.to_string()))
+    }
+
+    fn states(&self, source: &Source, sequence: &Sequence, run: u32) -> Result<Vec<State>, DatasetError> {
+        let path = source.path.as_path();
+        let bytes = text::read_capped(path)?;
+        let base = |of_format| self.0.base.unwrap_or(of_format);
+        let boxes = match source.kind {
+            Kind::Json => otb_json::parse_from(path, &bytes, run, sequence.numbering, base(Base::One))?,
+            Kind::Text => text_boxes(path, &bytes, sequence, base(Base::One))?,
+            Kind::OwnFolder => match got10k::kind(path, &bytes)? {
+                got10k::Kind::Vot => {
+                    return vot::parse_from(path, &bytes, &sequence.truth, base(Base::Zero));
+                }
+                got10k::Kind::Boxes => text_boxes(path, &bytes, sequence, base(Base::One))?,
+            },
+        };
+        self.cut(path, boxes, sequence)
     }
 
     fn find(&self, sequence: &Sequence, run: u32, data_root: Option<&Path>) -> Result<Source, TrackerError> {
@@ -119,26 +138,36 @@ impl Replay {
                 "results `{results}` need a data root; give --data-root or TRACKFAIL_DATA"
             )));
         };
-        let folder = results.split('/').fold(root.join("results"), |path, part| path.join(part));
-        let name = &sequence.name;
-        let numbered = format!("{name}_{:03}.txt", run + 1);
-        let mut found = vec![Source::Json(folder.join(format!("{name}.json")))];
-        if run == 0 {
-            found.push(Source::Text(folder.join(format!("{name}.txt"))));
+        let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
+        let (folder, of_run) = (below(results), format!("{results}_{run:03}"));
+        let mut found = Vec::new();
+        let mut looked_for = Vec::new();
+        for name in spellings(&sequence.name) {
+            let numbered = format!("{name}_{:03}.txt", run + 1);
+            let mut look = |kind, shown: String| {
+                found.push(Source { kind, path: shown.split('/').fold(folder.clone(), |p, s| p.join(s)) });
+                looked_for.push(shown);
+            };
+            look(Kind::Json, format!("{name}.json"));
+            if run == 0 {
+                look(Kind::Text, format!("{name}.txt"));
+            }
+            look(Kind::Text, numbered.clone());
+            look(Kind::OwnFolder, format!("{name}/{numbered}"));
+            let path = below(&of_run).join(format!("{name}.txt"));
+            found.push(Source { kind: Kind::Text, path });
         }
-        found.push(Source::Text(folder.join(&numbered)));
-        found.push(Source::Vot(folder.join(name).join(&numbered)));
-        let looked_for: Vec<_> = found.iter().map(Source::file_name).collect();
-        found.retain(|s| s.path().is_file());
+        found.retain(|s| s.path.is_file());
         match (found.pop(), found.pop()) {
             (Some(one), None) => Ok(one),
             (Some(a), Some(b)) => Err(TrackerError::Broken(format!(
                 "both {} and {} exist; keep the one that is meant",
-                a.path().display(),
-                b.path().display()
+                a.path.display(),
+                b.path.display()
             ))),
             (None, _) => Err(TrackerError::Missing(format!(
-                "no result of `{results}` for {name}, run {run}: {} has none of {}",
+                "no result of `{results}` for {}, run {run}: {} has none of {}, and {of_run} beside it has none",
+                sequence.name,
                 folder.display(),
                 looked_for.join(", ")
             ))),
@@ -180,33 +209,35 @@ impl Replay {
     }
 }
 
-enum Source {
-    Json(PathBuf),
-    Text(PathBuf),
-    Vot(PathBuf),
+/// How a file is read.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Json,
+    Text,
+    /// In a folder of the sequence's own: VOT or GOT-10k.
+    OwnFolder,
 }
 
-impl Source {
-    fn path(&self) -> &Path {
-        match self {
-            Self::Json(path) | Self::Text(path) | Self::Vot(path) => path,
-        }
-    }
-
-    fn file_name(&self) -> String {
-        let name = self.path().file_name().unwrap_or_default().to_string_lossy();
-        match self {
-            Self::Vot(path) => {
-                let folder = path.parent().and_then(Path::file_name).unwrap_or_default();
-                format!("{}/{name}", folder.to_string_lossy())
-            }
-            _ => name.into_owned(),
-        }
-    }
+struct Source {
+    kind: Kind,
+    path: PathBuf,
 }
 
-fn text_boxes(path: &Path, sequence: &Sequence) -> Result<Boxes, DatasetError> {
-    let rows = otb_text::rows(path)?;
+/// A sequence's name, and where it ends in a target's number also the other ways to write that.
+fn spellings(name: &str) -> Vec<String> {
+    let mut all = vec![name.to_owned()];
+    if let Some((head, number)) = name.rsplit_once('-') {
+        // Three digits would be a run's number.
+        let short = (1..=2).contains(&number.len()) && number.bytes().all(|b| b.is_ascii_digit());
+        if short && !head.is_empty() {
+            all.extend([format!("{head}_{number}"), format!("{head}.{number}")]);
+        }
+    }
+    all
+}
+
+fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Result<Boxes, DatasetError> {
+    let rows = otb_text::parse_rows(path, bytes)?;
     let span = official_span(sequence.numbering);
     let start = match rows.len() {
         n if n as u64 == span => sequence.numbering.official.0,
@@ -221,7 +252,7 @@ fn text_boxes(path: &Path, sequence: &Sequence) -> Result<Boxes, DatasetError> {
         }
     };
     let regions = rows.into_iter().map(|(line, row)| {
-        Region::from_numbers(&row).map(|r| Base::One.to_zero(r)).map_err(|e| format!("line {line}: {e}"))
+        Region::from_numbers(&row).map(|r| base.to_zero(r)).map_err(|e| format!("line {line}: {e}"))
     });
     Ok(Boxes { first: start, regions: regions.collect() })
 }
@@ -236,7 +267,7 @@ impl Setup for Replay {
     }
 
     fn inputs(&self, start: &Start<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(vec![self.find(start.sequence, start.run, start.data_root)?.path().to_path_buf()])
+        Ok(vec![self.find(start.sequence, start.run, start.data_root)?.path])
     }
 
     fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
@@ -329,10 +360,69 @@ mod tests {
             ("S_003.txt", four, 2, [1.0, 2.0]),
             ("S/S_001.txt", "1\n4,4,2,2", 0, [9.0, 4.0]),
             ("S/S_012.txt", "1\n2", 11, [9.0, 9.0]),
+            // GOT-10k, three repetitions; of the official range and of the range used.
+            ("S/S_001.txt", "1.000,1.000,1.000,1.000\n2,1,1,1\n3,1,1,1\n4,1,1,1\n", 0, [1.0, 2.0]),
+            ("S/S_003.txt", "\u{feff}7,1,1,1\r\n8,1,1,1\r\n", 2, [6.0, 7.0]),
+            // pytracking, without a run's number and with.
+            ("S.txt", "7\t1\t1\t1\n8\t1\t1\t1\n", 0, [6.0, 7.0]),
+            ("../a_000/S.txt", "7\t1\t1\t1\n8\t1\t1\t1\n", 0, [6.0, 7.0]),
+            ("../a_004/S.txt", "7\t1\t1\t1\n8\t1\t1\t1\n", 4, [6.0, 7.0]),
+            // pysot, and blanks.
+            ("S.txt", "7.5,1.5,1.0,1.0\n8.25,1,1,1\n", 0, [6.5, 7.25]),
+            ("S.txt", "7 1 1,  1\n8 1\t1 1", 0, [6.0, 7.0]),
         ] {
             let root = with_files(&[(file, text), ("S/S_001_time.txt", "1\n1"), ("S_time.txt", "0.1")]);
             let states = replay("a").read(&sequence(), run, Some(root.path()));
             assert_eq!(lefts(&states.unwrap()), want, "{file}");
+        }
+    }
+
+    #[test]
+    fn the_first_pixel_may_be_given() {
+        for (file, text, default, other) in [
+            ("S.txt", "7,1,1,1\n8,1,1,1", [6.0, 7.0], (0, [7.0, 8.0])),
+            ("S.json", JSON, [1.0, 2.0], (0, [2.0, 3.0])),
+            ("S/S_001.txt", "7,1,1,1\n8,1,1,1", [6.0, 7.0], (0, [7.0, 8.0])),
+            // The truth of the first frame is no part of the file and does not move.
+            ("S/S_001.txt", "1\n8,1,1,1", [9.0, 8.0], (1, [9.0, 7.0])),
+        ] {
+            let root = with_files(&[(file, text)]);
+            let read = |params: String| {
+                let replay = Replay::new(read_params(RawParams::parse(&params).unwrap()).unwrap()).unwrap();
+                lefts(&replay.read(&sequence(), 0, Some(root.path())).unwrap())
+            };
+            assert_eq!(read("{ results = \"a\" }".into()), default, "{file}");
+            let (base, moved) = other;
+            assert_eq!(read(format!("{{ results = \"a\", base = {base} }}")), moved, "{file}");
+            assert_eq!(read(format!("{{ results = \"a\", base = {} }}", 1 - base)), default, "{file}");
+        }
+        for bad in ["2", "-1", "\"0\"", "0.5", "true"] {
+            assert!(ENTRY.build_from_text(&format!("{{ results = \"a\", base = {bad} }}")).is_err(), "{bad}");
+        }
+        let setup = ENTRY.build_from_text("{ results = \"a\", base = 0 }").unwrap();
+        assert_eq!(setup.params()["base"], 0);
+        // Not given is no key of an address, so that those of before stay.
+        assert!(ENTRY.build_from_text(ENTRY.example).unwrap().params().get("base").is_none());
+    }
+
+    #[test]
+    fn a_targets_number_may_be_spelled_otherwise() {
+        assert_eq!(spellings("Jogging-1"), ["Jogging-1", "Jogging_1", "Jogging.1"]);
+        assert_eq!(spellings("car-racing-12"), ["car-racing-12", "car-racing_12", "car-racing.12"]);
+        for plain in ["Girl2", "-1", "GOT-10k_Val_000001", "car-001", "a-b", "a-"] {
+            assert_eq!(spellings(plain), [plain]);
+        }
+        let boxes = "7,1,1,1\n8,1,1,1";
+        let second = Sequence { name: "S-2".into(), ..sequence() };
+        for file in ["S-2.txt", "S_2.txt", "S.2.txt", "S_2_001.txt", "S_2/S_2_001.txt", "../a_000/S_2.txt"] {
+            let root = with_files(&[(file, boxes), ("S.txt", "1,1,1,1"), ("S_1.txt", "")]);
+            let states = replay("a").read(&second, 0, Some(root.path())).unwrap();
+            assert_eq!(lefts(&states), [6.0, 7.0], "{file}");
+        }
+        let root = with_files(&[("S_2.txt", boxes), ("S.2.txt", boxes)]);
+        match replay("a").read(&second, 0, Some(root.path())) {
+            Err(TrackerError::Broken(m)) => assert!(m.contains("S_2.txt") && m.contains("S.2.txt"), "{m}"),
+            other => panic!("{other:?}"),
         }
     }
 
@@ -345,7 +435,8 @@ mod tests {
         };
         assert!(missing(replay("a").read(&sequence(), 0, None)).contains("--data-root"));
         assert!(missing(replay("b").read(&sequence(), 0, Some(root.path()))).contains("S/S_001.txt"));
-        assert!(missing(replay("a").read(&sequence(), 1, Some(root.path()))).contains("S_002.txt"));
+        let second = missing(replay("a").read(&sequence(), 1, Some(root.path())));
+        assert!(second.contains("S_002.txt") && second.contains("a_001 beside"), "{second}");
     }
 
     #[test]
@@ -360,6 +451,15 @@ mod tests {
             (&[("S.txt", "")], 0, "empty"),
             (&[("S/S_001.txt", "1")], 0, "1 lines for 2"),
             (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("S.json", JSON)], 0, "both"),
+            (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("../a_000/S.txt", "1,1,1,1\n1,1,1,1")], 0, "a_000/S.txt"),
+            (&[("S/S_001.txt", "0\n1")], 0, "S_001.txt, line 1: neither"),
+            (&[("S/S_001.txt", "1,1\n1,1")], 0, "S_001.txt, line 1: neither"),
+            (&[("S/S_001.txt", "5,5,1,1\n1")], 0, "S_001.txt, line 2: 1 numbers"),
+            (&[("S/S_001.txt", "5,5,1,1\n5,5,1,inf")], 0, "S_001.txt, line 2"),
+            (&[("S/S_001.txt", "5,5,1,1\n5,5,1,0")], 0, "S_001.txt: line 2"),
+            (&[("S/S_001.txt", "5,5,1,1\n5,5,1,1\n5,5,1,1")], 0, "3 boxes"),
+            (&[("S/S_001.txt", "5,5,1,1")], 0, "1 boxes"),
+            (&[("../a_001/S.txt", "7\t1\t1\t1\n8\t1\t0\t1")], 1, "S.txt: line 2"),
         ] {
             let root = with_files(files);
             match replay("a").read(&sequence(), run, Some(root.path())) {

@@ -3,6 +3,7 @@
 //! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with a box that is no
 //! box, is an error that names the file and the line or entry.
 
+pub mod got10k;
 pub mod otb_json;
 pub mod otb_text;
 pub mod vot;

@@ -5,7 +5,7 @@
 //!    "res": [[x, y, w, h], ...], ... }]
 //! ```
 //!
-//! `rect` boxes count pixels from 1. `ivtAff` and `affine_ivt` rows are six affine values `p` that map a
+//! `rect` boxes count pixels from 1, unless the caller says otherwise. `ivtAff` and `affine_ivt` rows are six affine values `p` that map a
 //! template of `tmplsize` = `(w, h)` into the image, as that code draws them:
 //!
 //! ```text
@@ -47,6 +47,20 @@ pub fn read(path: &Path, run: u32, numbering: Numbering) -> Result<Boxes, Datase
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, bytes: &[u8], run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
+    parse_from(path, bytes, run, numbering, Base::One)
+}
+
+/// As [`parse`]; `base` is what the file calls the left top pixel.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse_from(
+    path: &Path,
+    bytes: &[u8],
+    run: u32,
+    numbering: Numbering,
+    base: Base,
+) -> Result<Boxes, DatasetError> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let entries: Vec<Wire> = serde_json::from_slice(bytes).map_err(|e| {
         // It quotes the text that it did not expect, whole.
@@ -93,7 +107,7 @@ pub fn parse(path: &Path, bytes: &[u8], run: u32, numbering: Numbering) -> Resul
             None => Region::from_numbers(row),
             Some(template) => Region::from_numbers(&affine_corners(row, template)),
         };
-        regions.push(region.map(|r| Base::One.to_zero(r)).map_err(|e| {
+        regions.push(region.map(|r| base.to_zero(r)).map_err(|e| {
             // Where it stands, for whoever needs this very frame.
             format!("entry {}, box {}: {e}", run + 1, i + 1)
         }));

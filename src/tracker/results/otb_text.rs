@@ -1,17 +1,46 @@
 //! Plain text boxes: `x,y,w,h` a line, as the OTB code base and most trackers write them.
+//!
+//! Toolkits differ in what separates the numbers, and in little else: pysot and the LaSOT toolkit write commas,
+//! pytracking tabs between integers (its writer cuts the fractions off), others blanks. None of them shifts
+//! anything, so a result counts pixels as the annotation did that the tracker was started with. pysot's first
+//! line is half a pixel right of and below that annotation, its other lines are not.
 
 use crate::dataset::{DatasetError, text};
 use crate::region::Region;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What the left top pixel is called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What the left top pixel is called; `0` or `1` in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(try_from = "u8", into = "u8")]
+#[schemars(extend("enum" = [0, 1]))]
 pub enum Base {
     /// `(0, 0)`.
     Zero,
     /// `(1, 1)`, as in OTB.
     #[default]
     One,
+}
+
+impl From<Base> for u8 {
+    fn from(base: Base) -> Self {
+        match base {
+            Base::Zero => 0,
+            Base::One => 1,
+        }
+    }
+}
+
+impl TryFrom<u8> for Base {
+    type Error = String;
+
+    fn try_from(number: u8) -> Result<Self, String> {
+        match number {
+            0 => Ok(Self::Zero),
+            1 => Ok(Self::One),
+            other => Err(format!("{other}; pixels are counted from 0 or from 1")),
+        }
+    }
 }
 
 impl Base {
@@ -50,11 +79,7 @@ pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>,
 }
 
 /// The four numbers of each line, with the line's number; any finite numbers.
-pub(crate) fn rows(path: &Path) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
-    parse_rows(path, &text::read_capped(path)?)
-}
-
-fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
+pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
     let mut lines = text::lines(path, text::decode(path, bytes)?)?;
     if lines.first().is_some_and(|(_, line)| is_header(line)) {
         lines.remove(0);

@@ -2,9 +2,10 @@
 //!
 //! A line with one number is a mark: `1`, initialised with the ground truth; `2`, failure in this frame; `0`,
 //! skipped or unknown. Other lines are regions: 4 values `x,y,w,h` or the corners of a polygon, in the
-//! ground truth's coordinates. The box that failed is not in the file, so frames marked `2` and `0` repeat
+//! ground truth's coordinates, which count from 0 unless the caller says otherwise. The box that failed is not in the file, so frames marked `2` and `0` repeat
 //! the last region, with a status that says so.
 
+use super::Base;
 use crate::dataset::{DatasetError, text};
 use crate::region::Region;
 use crate::tracker::{State, Status};
@@ -24,6 +25,19 @@ pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<State>, Dataset
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<State>, DatasetError> {
+    parse_from(path, bytes, truth, Base::Zero)
+}
+
+/// As [`parse`]; `base` is what the file's regions call the left top pixel. The truth is counted from 0.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse_from(
+    path: &Path,
+    bytes: &[u8],
+    truth: &[Option<Region>],
+    base: Base,
+) -> Result<Vec<State>, DatasetError> {
     let rows = text::lines(path, text::decode(path, bytes)?)?;
     if rows.len() != truth.len() {
         let message = format!(
@@ -53,7 +67,10 @@ pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<
             _ if states.is_empty() => {
                 return Err(fault("the run does not begin with an initialisation (a line `1`)"));
             }
-            _ => State::tracked(Region::from_numbers(&values).map_err(|e| fault(&e.to_string()))?),
+            _ => {
+                let region = Region::from_numbers(&values).map_err(|e| fault(&e.to_string()))?;
+                State::tracked(base.to_zero(region))
+            }
         });
     }
     Ok(states)
