@@ -14,15 +14,21 @@ pub enum Format {
     Vot,
     /// See [`crate::dataset::cvml`].
     Cvml,
+    /// See [`crate::dataset::got10k`].
+    Got10k,
+    /// See [`crate::dataset::lasot`].
+    Lasot,
 }
 
 impl Format {
     /// The word for it.
-    fn word(self) -> &'static str {
+    pub(super) fn word(self) -> &'static str {
         match self {
             Self::Otb => "otb",
             Self::Vot => "vot",
             Self::Cvml => "cvml",
+            Self::Got10k => "got10k",
+            Self::Lasot => "lasot",
         }
     }
 }

@@ -164,6 +164,11 @@ impl Format {
         match self {
             Self::Otb => name.starts_with("groundtruth_rect") && ending == "txt" || name == "attributes.txt",
             Self::Vot => name == "groundtruth.txt" || ending == "label",
+            Self::Got10k => {
+                ["groundtruth.txt", "meta_info.ini"].contains(&name)
+                    || ["absence.label", "cover.label", "cut_by_image.label"].contains(&name)
+            }
+            Self::Lasot => ["groundtruth.txt", "full_occlusion.txt", "out_of_view.txt"].contains(&name),
             Self::Cvml => ending == "xml" || crate::dataset::cvml::is_video_name(name),
         }
     }

@@ -4,7 +4,7 @@ use super::entry::words;
 use super::text::Pinned;
 use super::{Entry, Format, Missing};
 use crate::dataset::files::{image_folder, numbered_images};
-use crate::dataset::{DatasetError, Sequence, cvml, otb, sorted, video, vot};
+use crate::dataset::{DatasetError, Sequence, cvml, got10k, lasot, otb, sorted, video, vot};
 use std::path::{Path, PathBuf};
 
 impl Pinned {
@@ -21,7 +21,36 @@ impl Pinned {
             let message = format!("{} frames, pinned are {frames}; fetch it again", s.len());
             return Err(DatasetError::content(&entry.path(root), message));
         }
+        // Some layouts have no way to take a part of a sequence.
+        if let (Ok(s), Some(root), Some((first, last))) = (&loaded, data_root, entry.range) {
+            let (from, to) = (s.number(0), s.number(s.len().saturating_sub(1)));
+            if (from, to) != (first, last) {
+                let message = format!("frames {from} to {to}, pinned are {first} to {last}");
+                return Err(DatasetError::content(&entry.path(root), message));
+            }
+        }
         Ok(loaded)
+    }
+
+    /// The entry with the facts of what is under the data root: ranges, number of frames, size, digest.
+    pub(super) fn facts(
+        &self,
+        entry: &Entry,
+        data_root: Option<&Path>,
+    ) -> Result<Result<Entry, Missing>, DatasetError> {
+        let s = match self.load_unchecked(entry, data_root)? {
+            Ok(sequence) => sequence,
+            Err(missing) => return Ok(Err(missing)),
+        };
+        let last = s.number(s.len().saturating_sub(1));
+        Ok(Ok(Entry {
+            range: Some((s.numbering.first, last)),
+            official: Some(s.numbering.official),
+            frames: Some(s.len()),
+            size: Some(s.size()?),
+            digest: Some(s.digest()?.to_owned()),
+            ..entry.clone()
+        }))
     }
 
     /// Layout of the entry's folder.
@@ -56,6 +85,8 @@ impl Pinned {
         }
         let mut sequence = match self.format(entry) {
             Format::Vot => vot::load(&folder, Some(&entry.name))?,
+            Format::Got10k => got10k::load(&folder, Some(&entry.name))?,
+            Format::Lasot => lasot::load(&folder, Some(&entry.name))?,
             Format::Otb => {
                 let options = otb::Options {
                     name: Some(entry.name.clone()),
@@ -87,7 +118,7 @@ impl Pinned {
         let Some((first, last)) = entry.range else { return Ok(None) };
         let images = self.format(entry).image_folder(folder);
         let cuttable = match self.format(entry) {
-            Format::Vot => false,
+            Format::Vot | Format::Got10k | Format::Lasot => false,
             Format::Otb => true,
             Format::Cvml => !cvml::is_video(folder)?,
         };
@@ -104,8 +135,8 @@ impl Format {
     /// Where a sequence's images are.
     pub(super) fn image_folder(self, folder: &Path) -> PathBuf {
         match self {
-            Self::Vot => folder.to_path_buf(),
-            Self::Otb => image_folder(folder, &["img"]),
+            Self::Vot | Self::Got10k => folder.to_path_buf(),
+            Self::Otb | Self::Lasot => image_folder(folder, &["img"]),
             Self::Cvml => image_folder(folder, &cvml::IMAGE_FOLDERS),
         }
     }

@@ -15,18 +15,23 @@
 //! Of the synthetic suites that stand in for a paper's data the file has names, lengths, sizes and attributes
 //! (`format = "synthetic"`), which the renderer takes from there.
 //!
+//! Who has other sequences names them in a file of the same kind in the data root, see [`read_own`].
+//!
 //! OTB attributes are kept in the file by their published codes and given to sequences spelled out
 //! (`occlusion`, `scale-variation` ...), with the type of the target beside them (`target-car`,
-//! `target-person`, `target-face`, `target-other`). VOT sequences have the names of their labels.
+//! `target-person`, `target-face`, `target-other`). VOT sequences have the names of their labels, and
+//! so have those of GOT-10k and LaSOT.
 
 mod entry;
 mod files;
 mod load;
+mod own;
 mod text;
 mod verify;
 
 pub use entry::{Entry, Format, TargetType, attribute_word};
 pub(crate) use entry::{below, words};
+pub use own::{OWN_LOCK, Wanted, add_own, check_name, gather, own_text, read_own, with_sections};
 pub use text::LOCK;
 pub(crate) use text::{RenderedEntry, rendered};
 pub use verify::{Checked, Finding};
@@ -88,9 +93,9 @@ pub fn archive(name: &str) -> Option<&'static Archive> {
     text::archives().iter().find(|a| a.name == name)
 }
 
-/// The names of all suites, those on disk first.
+/// The names of all suites: those on disk, rendered ones, and one's own.
 pub fn names() -> Vec<&'static str> {
-    text::names().chain(synthetic::SUITES.iter().map(|r| r.name)).collect()
+    text::names().chain(synthetic::SUITES.iter().map(|r| r.name)).chain(own::names()).collect()
 }
 
 /// The suite of a name.
@@ -100,7 +105,8 @@ pub fn names() -> Vec<&'static str> {
 pub fn suite(name: &str) -> Result<Suite, DatasetError> {
     let on_disk = text::suite(name).map(Content::Pinned);
     let rendered = || synthetic::SUITES.iter().find(|r| r.name == name).map(Content::Rendered);
-    match on_disk.or_else(rendered) {
+    let own = || own::suite(name).map(Content::Pinned);
+    match on_disk.or_else(rendered).or_else(own) {
         Some(content) => Ok(Suite { content }),
         None => Err(DatasetError::UnknownSuite(unknown("suite", name, names()))),
     }
@@ -199,19 +205,7 @@ impl Suite {
         let lines: Vec<Option<String>> = p
             .sequence
             .par_iter()
-            .map(|entry| {
-                let Ok(s) = p.load_unchecked(entry, data_root)? else { return Ok(None) };
-                let last = s.number(s.len().saturating_sub(1));
-                let facts = Entry {
-                    range: Some((s.numbering.first, last)),
-                    official: Some(s.numbering.official),
-                    frames: Some(s.len()),
-                    size: Some(s.size()?),
-                    digest: Some(s.digest()?.to_owned()),
-                    ..entry.clone()
-                };
-                Ok(Some(facts.line()))
-            })
+            .map(|entry| Ok(p.facts(entry, data_root)?.ok().map(|facts| facts.line())))
             .collect::<Result<_, DatasetError>>()?;
         Ok(lines.into_iter().flatten().collect())
     }

@@ -1,0 +1,102 @@
+//! Sequences in the layout of GOT-10k (Huang, Zhao, Huang: GOT-10k: A Large High-Diversity Benchmark for
+//! Generic Object Tracking in the Wild, PAMI 2021).
+//!
+//! ```text
+//! GOT-10k_Train_000001/00000001.jpg ...      frames from 1 on
+//! GOT-10k_Train_000001/groundtruth.txt       x,y,w,h a line, one a frame
+//! GOT-10k_Train_000001/absence.label         a frame a line: 1 where the target is absent
+//! GOT-10k_Train_000001/cover.label           a frame a line: 0 to 8, how much of it is visible
+//! GOT-10k_Train_000001/cut_by_image.label    a frame a line: 1 where the image's border cuts it
+//! GOT-10k_Train_000001/meta_info.ini         lines `key: value`
+//! ```
+//!
+//! Coordinates count pixels from 1 (the authors, got-10k/toolkit#6) and are counted from 0 in memory. Levels of
+//! cover are 0, nothing; 1 to 7, up to 15, 30, 45, 60, 75, 90 and below 100 %; 8, all of it. A frame has no
+//! truth where the target is absent, where nothing of it is visible, and where the box is four zeros or has a
+//! NaN; the first two are what the authors' evaluation leaves out. Other boxes without area are errors.
+//!
+//! Frame attributes: `absence` and `cut_by_image` as labelled; `occlusion` at levels 1 to 7, and
+//! `heavy-occlusion` at 1 to 3, where at most 45 % are visible. Sequence attributes are those that some frame
+//! has, and of `meta_info.ini` `class-<object_class>` and `motion-<motion_class>`, in small letters. Each of
+//! the four files beside the truth may be missing; the attributes that it gives are then, too.
+//!
+//! Images, lines of truth and labels must be as many. Of the test set only the first box is published, so its
+//! sequences are refused.
+
+use super::labelled::{labels, one_based, sequence, truth};
+use super::{DatasetError, Sequence, text};
+use crate::region::Region;
+use std::path::Path;
+
+/// What nothing of is covered.
+const WHOLE: u8 = 8;
+
+/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+///
+/// # Errors
+/// Missing frames, a broken or absent ground truth, and files of another length than it.
+pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
+    let path = folder.join("groundtruth.txt");
+    let bytes = text::read_capped(&path)?;
+    let lines = text::lines(&path, text::decode(&path, &bytes)?)?.len();
+    let flags = |file: &str| {
+        let found = labels(&folder.join(file), lines, 1)?;
+        Ok(found.map(|labels| labels.into_iter().map(|l| l == 1).collect::<Vec<bool>>()))
+    };
+    let absence = flags("absence.label")?;
+    let cut = flags("cut_by_image.label")?;
+    let cover = labels(&folder.join("cover.label"), lines, WHOLE)?;
+
+    let absent: Vec<bool> = (0..lines)
+        .map(|t| absence.as_ref().is_some_and(|a| a[t]) || cover.as_ref().is_some_and(|c| c[t] == 0))
+        .collect();
+    let truth = parse_truth(&path, &bytes, &absent)?;
+    let mut attributes = Vec::new();
+    if let Some(cover) = cover {
+        let at = |levels: std::ops::RangeInclusive<u8>| cover.iter().map(|c| levels.contains(c)).collect();
+        attributes.push(("occlusion".to_owned(), at(1..=WHOLE - 1)));
+        attributes.push(("heavy-occlusion".to_owned(), at(1..=3)));
+    }
+    attributes.extend(absence.map(|flags| ("absence".to_owned(), flags)));
+    attributes.extend(cut.map(|flags| ("cut_by_image".to_owned(), flags)));
+    sequence(folder, folder, name, truth, attributes, meta(&folder.join("meta_info.ini"))?)
+}
+
+/// The rows of a ground-truth file; none in frames that `absent` names. `path` names it in messages.
+///
+/// # Errors
+/// The first line that is neither a box nor one of those without annotation.
+pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Option<Region>>, DatasetError> {
+    truth(path, bytes, absent, one_based)
+}
+
+/// What `meta_info.ini` says of the target; nothing without the file.
+fn meta(path: &Path) -> Result<Vec<String>, DatasetError> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let mut words = Vec::new();
+    for (k, line) in text::read(path)?.lines().enumerate().map(|(k, line)| (k + 1, line.trim())) {
+        if line.is_empty() || line.starts_with('[') {
+            continue;
+        }
+        let Some((key, value)) = line.split_once([':', '=']) else {
+            let message = format!("`{}`; a line is `key: value`", text::shorten(line));
+            return Err(DatasetError::line(path, k, message));
+        };
+        let prefix = match key.trim() {
+            "object_class" => "class",
+            "motion_class" => "motion",
+            _ => continue,
+        };
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let value: String = value.trim().to_lowercase().chars().map(plain).collect();
+        if !value.is_empty() {
+            words.push(format!("{prefix}-{}", text::shorten(&value)));
+        }
+    }
+    Ok(words)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! What layouts with label files beside the truth have in common: GOT-10k and LaSOT.
+//!
+//! A label file has one small number a frame. Where it is not there the sequence lacks that label; where it is
+//! there, it has as many entries as the truth has lines.
+
+use super::files::{numbered_images, take_range};
+use super::otb::folder_name;
+use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::region::Region;
+use std::path::Path;
+
+/// The entries of a label file, `0..=largest`, separated by commas, blanks or line ends; `None` without one.
+///
+/// # Errors
+/// An unreadable file, an entry that is none, and another number of them than frames.
+pub(super) fn labels(path: &Path, frames: usize, largest: u8) -> Result<Option<Vec<u8>>, DatasetError> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    parse_labels(path, &text::read_capped(path)?, frames, largest).map(Some)
+}
+
+fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result<Vec<u8>, DatasetError> {
+    let mut found = Vec::with_capacity(frames.min(bytes.len()));
+    for (k, line) in text::decode(path, bytes)?.lines().enumerate() {
+        let words = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        for word in words {
+            let value = word.parse().ok().filter(|v| *v <= largest);
+            found.push(value.ok_or_else(|| {
+                let message = format!("`{}`; a label here is 0 to {largest}", text::shorten(word));
+                DatasetError::line(path, k + 1, message)
+            })?);
+        }
+    }
+    if found.len() != frames {
+        let message = format!("{} labels for {frames} lines of truth; one a frame is needed", found.len());
+        return Err(DatasetError::content(path, message));
+    }
+    Ok(found)
+}
+
+/// The rows of a ground-truth file of four numbers each, 0-based; in frames that `absent` says the target is
+/// absent from there is no truth, whatever box stands there.
+///
+/// # Errors
+/// The first line that has other numbers than four, or of which `box_of` says why it is no box.
+pub(super) fn truth(
+    path: &Path,
+    bytes: &[u8],
+    absent: &[bool],
+    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
+) -> Result<Vec<Option<Region>>, DatasetError> {
+    let rows = text::rows(path, bytes, |row| {
+        let values: Vec<f64> = text::numbers(row)?;
+        <[f64; 4]>::try_from(values).map_err(|v| format!("{} numbers; a box is x,y,w,h", v.len()))
+    })?;
+    let region = |(k, row): (usize, [f64; 4])| {
+        let gone = absent.get(k).copied().unwrap_or(false) || row.iter().any(|v| v.is_nan());
+        let found = if gone || row == [0.0; 4] { Ok(None) } else { box_of(row) };
+        // There are no empty lines between rows, so the line is the row's.
+        found.map_err(|message| DatasetError::line(path, k + 1, message))
+    };
+    rows.into_iter().enumerate().map(region).collect()
+}
+
+/// A box that counts pixels from 1.
+///
+/// # Errors
+/// Infinite numbers and sizes of zero or below.
+pub(super) fn one_based(row: [f64; 4]) -> Result<Option<Region>, String> {
+    Region::from_numbers(&row).map(|r| Some(r.shifted(-1.0, -1.0))).map_err(|e| e.to_string())
+}
+
+/// A sequence of all images of a folder, from number 1 on, that has as many of them as `truth` has entries.
+///
+/// # Errors
+/// Missing frames, and another number of them.
+pub(super) fn sequence(
+    folder: &Path,
+    images: &Path,
+    name: Option<&str>,
+    truth: Vec<Option<Region>>,
+    mut frame_attributes: Vec<(String, Vec<bool>)>,
+    attributes: Vec<String>,
+) -> Result<Sequence, DatasetError> {
+    let files = numbered_images(images)?;
+    if files.len() != truth.len() {
+        let hint = if truth.len() == 1 {
+            "; one line is all that is published of a test set, whose sequences cannot be used here"
+        } else {
+            ""
+        };
+        let message = format!("{} images, but {} lines in groundtruth.txt{hint}", files.len(), truth.len());
+        return Err(DatasetError::content(images, message));
+    }
+    let last = truth.len() as u32;
+    let frames = take_range(images, &files, (1, last))?;
+    frame_attributes.sort();
+    let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(n, _)| n.clone());
+    Ok(Sequence {
+        name: name.map_or_else(|| folder_name(folder), String::from),
+        numbering: Numbering { first: 1, official: (1, last) },
+        attributes: super::sorted(ever.chain(attributes)),
+        truth,
+        frame_attributes,
+        digest: Digest::default(),
+        frames: Frames::Files(frames.into()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(text: &[u8], frames: usize) -> Result<Vec<u8>, DatasetError> {
+        parse_labels(Path::new("a.label"), text, frames, 8)
+    }
+
+    #[test]
+    fn one_a_line_or_all_on_one() {
+        for text in ["0\n8\n1\n", "0,8,1", "\u{feff}0\r\n8\r\n1", "0 8\t1", "0, 8, 1,\n", "0,8\n1"] {
+            assert_eq!(parse(text.as_bytes(), 3).unwrap(), [0, 8, 1], "{text:?}");
+        }
+        // 11397 frames, as the longest sequence of LaSOT has, are more than a line of numbers may have.
+        let long = vec!["0"; 11_397].join(",");
+        assert_eq!(parse(long.as_bytes(), 11_397).unwrap().len(), 11_397);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        for (text, word) in [
+            ("0\n9\n1", "line 2: `9`; a label here is 0 to 8"),
+            ("0\n-1\n1", "line 2"),
+            ("0\n1\n0.5", "line 3"),
+            ("0,x,1", "line 1: `x`"),
+            ("0\n1", "2 labels for 3 lines of truth"),
+            ("0\n1\n1\n1", "4 labels for 3"),
+            ("", "0 labels for 3"),
+        ] {
+            let error = parse(text.as_bytes(), 3).unwrap_err().to_string();
+            assert!(error.starts_with("a.label") && error.contains(word), "{text:?}: {error}");
+        }
+        assert!(matches!(parse(b"1\n\xFF", 2), Err(DatasetError::Line { line: 2, .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn written_labels_are_read_back(labels in prop::collection::vec(0..=8_u8, 0..60), s in 0..3_usize) {
+            let words: Vec<String> = labels.iter().map(u8::to_string).collect();
+            let text = words.join([",", "\n", "\r\n"][s]);
+            prop_assert_eq!(parse(text.as_bytes(), labels.len()).unwrap(), labels);
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), n in 0..9_usize) {
+            if let Ok(labels) = parse(&bytes, n) {
+                prop_assert!(labels.len() == n && labels.iter().all(|l| *l <= 8));
+            }
+        }
+    }
+}
