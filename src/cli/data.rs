@@ -1,9 +1,11 @@
-//! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned.
+//! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned; and
+//! suites of one's own.
 
 use super::Failure;
 use super::output::{self, Format};
 use crate::dataset::lock::{self, Finding, Suite};
-use crate::dataset::{DatasetError, Sequence};
+use crate::dataset::{DatasetError, Sequence, text, vot};
+use crate::engine::store;
 use clap::Subcommand;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -40,11 +42,56 @@ enum Verb {
     },
     /// Downloads missing sequences, unpacks and checks them
     Fetch(super::fetch::Args),
+    /// Makes a suite of sequences of your own, in a datasets.lock in the data root
+    Add(AddArgs),
     /// Prints the lines of datasets.lock and datasets.files for local sequences, with digests
     Lock {
         /// Suites; all that are read from disk by default
         suites: Vec<String>,
     },
+}
+
+/// Arguments of `trackfail data add`.
+#[derive(Debug, clap::Args)]
+struct AddArgs {
+    /// Name of the suite, as `[suites]` of an experiment gives it
+    name: String,
+    /// Folder under the data root that has the sequences, up to three folders down: `lasot/test`
+    folder: String,
+    /// Layout of the sequences
+    #[arg(long, value_enum)]
+    format: Layout,
+    /// File with the names of the sequences to take, one a line; all that are there otherwise
+    #[arg(long, value_name = "FILE")]
+    list: Option<PathBuf>,
+    /// One line about the suite
+    #[arg(long)]
+    title: Option<String>,
+}
+
+/// Layouts whose folders are sequences.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Layout {
+    /// `img/0001.jpg` and `groundtruth_rect.txt`
+    Otb,
+    /// `00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on
+    Vot,
+    /// `00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence
+    #[value(name = "got10k")]
+    Got10k,
+    /// `img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion
+    Lasot,
+}
+
+impl From<Layout> for lock::Format {
+    fn from(layout: Layout) -> Self {
+        match layout {
+            Layout::Otb => Self::Otb,
+            Layout::Vot => Self::Vot,
+            Layout::Got10k => Self::Got10k,
+            Layout::Lasot => Self::Lasot,
+        }
+    }
 }
 
 /// Runs the verb.
@@ -63,6 +110,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
         Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
         Verb::Fetch(args) => super::fetch::run(args, root),
+        Verb::Add(args) => add(&mut out, args, root),
         Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
     };
     output::write(&String::from_utf8_lossy(&out))?;
@@ -277,6 +325,38 @@ fn verify(
         return Err(Failure::Data(format!("{count} sequences are missing; --allow-missing goes on without")));
     }
     Ok(())
+}
+
+fn add(out: &mut impl Write, args: &AddArgs, root: Option<&Path>) -> Result<(), Failure> {
+    let Some(root) = root else {
+        return Err(Failure::Usage(
+            "`data add` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
+        ));
+    };
+    let data = |e: DatasetError| Failure::Data(e.to_string());
+    lock::check_name(&args.name)
+        .map_err(|m| Failure::Usage(format!("{}: {m}", text::visible(&args.name))))?;
+    let path = root.join(lock::OWN_LOCK);
+    if lock::names().contains(&args.name.as_str()) {
+        let message = format!("{} is in {}; remove its section there first", args.name, path.display());
+        return Err(Failure::Usage(message));
+    }
+    let only = args.list.as_deref().map(vot::read_list).transpose().map_err(data)?;
+    let wanted = lock::Wanted {
+        name: &args.name,
+        title: args.title.as_deref(),
+        format: args.format.into(),
+        folder: args.folder.trim_end_matches('/'),
+        only: only.as_deref(),
+    };
+    let section = lock::gather(&wanted, root).map_err(data)?;
+    let before = if path.exists() { text::read(&path).map_err(data)? } else { String::new() };
+    let whole = lock::with_sections(&before, &section);
+    lock::add_own(&path, whole.as_bytes()).map_err(data)?;
+    store::write(&path, whole.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
+    let count = lock::suite(&args.name).map_or(0, |s| s.entries().len());
+    let what = if count == 1 { "sequence" } else { "sequences" };
+    written(writeln!(out, "{}: {count} {what}, in {}", args.name, path.display()))
 }
 
 fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {

@@ -29,7 +29,7 @@ pub struct Args {
     /// Folder that results are looked for in (experiments)
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
-    /// Folder of real sequences and result files (experiments); TRACKFAIL_DATA otherwise
+    /// Folder of real sequences and result files (experiments, suites); TRACKFAIL_DATA otherwise
     #[arg(long, value_name = "DIR")]
     data_root: Option<PathBuf>,
 }
@@ -60,6 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&headings, experiments(args)?)
         }
         What::Suites => {
+            super::data_root(args.data_root.as_deref())?;
             let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
             let row =
                 |s: lock::Suite| vec![s.name().into(), s.load(None).wanted.to_string(), s.title().into()];

@@ -88,15 +88,19 @@ fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> 
     Ok(threads.install(work))
 }
 
-/// The data root: what was given, else TRACKFAIL_DATA unless it is empty.
+/// The data root: what was given, else TRACKFAIL_DATA unless it is empty. The suites of its own
+/// datasets.lock are known from then on.
 ///
 /// # Errors
-/// [`Failure::Data`] when it is no folder.
+/// [`Failure::Data`] when it is no folder, or when that file is wrong.
 fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
     let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
     let root = given.map(Path::to_path_buf).or(named);
     if let Some(root) = root.as_ref().filter(|r| !r.is_dir()) {
         return Err(Failure::Data(format!("{}: the data root is no folder", root.display())));
+    }
+    if let Some(root) = &root {
+        crate::dataset::lock::read_own(root).map_err(|e| Failure::Data(e.to_string()))?;
     }
     Ok(root)
 }

@@ -4,14 +4,14 @@
 //! and must have the digest that the manifest states; names in the manifest are compared and never opened.
 //! Links are followed for reading.
 
-use crate::dataset::{DatasetError, text};
+use crate::dataset::{DatasetError, lock, text};
 use crate::engine::analyse::Analysed;
 use crate::engine::store;
 use crate::engine::supervise::catch;
 use crate::region::{Rect, Region};
 use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};
-use crate::table::folder::{ANALYSES, FolderError};
+use crate::table::folder::{ANALYSES, FolderError, OWN_SUITES};
 use crate::table::frame;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
 use crate::table::measures::Measure;
@@ -87,6 +87,11 @@ impl Results {
         let spec = folder.join("experiment.toml");
         let text = String::from_utf8(read_whole(folder, &manifest, "experiment.toml", LONGEST as u64)?)
             .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
+        if manifest.files.contains_key(OWN_SUITES) {
+            let suites = read_whole(folder, &manifest, OWN_SUITES, text::LARGEST_TEXT)?;
+            lock::add_own(&folder.join(OWN_SUITES), &suites)
+                .map_err(|e| store::StoreError::new(&folder.join(OWN_SUITES), e))?;
+        }
         let experiment = spec::parse(&spec.display().to_string(), &text)?;
         let measures = read_whole(folder, &manifest, "measures.csv", LARGEST_TABLE)?;
         let measures = records::read_measures(measures)

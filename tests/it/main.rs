@@ -10,6 +10,7 @@ mod fetch;
 mod hostile;
 mod interruption;
 mod learning;
+mod own_data;
 mod packed;
 mod real;
 mod server;

@@ -88,6 +88,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Checks everything that could make a script wrong.
 fn plan(args: &Args) -> Result<Plan, Failure> {
+    // Its suites may be those of an experiment.
+    let data_root = super::data_root(args.data_root.as_deref())?;
     let mut specs = Vec::new();
     for name in &args.specs {
         read_spec(name)?;
@@ -95,7 +97,6 @@ fn plan(args: &Args) -> Result<Plan, Failure> {
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }
     let program = std::env::current_exe().map_err(|e| Failure::Io(format!("path of this program: {e}")))?;
-    let data_root = super::data_root(args.data_root.as_deref())?;
     let folder = std::path::absolute(&args.output).map_err(|e| unusable(&args.output, &e))?;
     Ok(Plan {
         program: Word::path(&program).map_err(usage)?,

@@ -1,0 +1,136 @@
+//! Sequences of the user's own: from a folder to a suite, an experiment, and its report.
+
+use crate::tools::{output, rows};
+use std::path::Path;
+
+fn write(root: &Path, path: &str, text: &str) {
+    let path = root.join(path);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, text).unwrap();
+}
+
+const FRAMES: usize = 30;
+
+/// Two GOT-10k sequences whose target moves two pixels a frame, with three repetitions of a tracker that
+/// loses it from frame 16 on in the second sequence.
+fn data_root(root: &Path) {
+    for (name, lost) in [("GOT-10k_Val_000001", FRAMES), ("GOT-10k_Val_000002", 15)] {
+        let folder = root.join("got/val").join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        let (mut truth, mut boxes) = (String::new(), String::new());
+        for t in 0..FRAMES {
+            let x = 2 * t as u32;
+            let image = image::RgbImage::from_fn(96, 48, |u, v| {
+                let inside = (x..x + 16).contains(&u) && (10..26).contains(&v);
+                image::Rgb([u as u8, v as u8, if inside { 255 } else { 0 }])
+            });
+            image.save(folder.join(format!("{:08}.png", t + 1))).unwrap();
+            // Pixels count from 1.
+            truth += &format!("{}.0000,11.0000,16.0000,16.0000\n", x + 1);
+            boxes += &format!("{:.3},11.000,16.000,16.000\n", if t < lost { x + 1 } else { 80 });
+        }
+        write(root, &format!("got/val/{name}/groundtruth.txt"), &truth);
+        for (file, label) in [("absence", "0\n"), ("cover", "8\n"), ("cut_by_image", "0\n")] {
+            write(root, &format!("got/val/{name}/{file}.label"), &label.repeat(FRAMES));
+        }
+        for run in 1..=3 {
+            write(root, &format!("results/got/T/{name}/{name}_00{run}.txt"), &boxes);
+        }
+        write(root, &format!("results/got/T/{name}/{name}_time.txt"), "0.1,0.1,0.1\n");
+    }
+}
+
+const SPEC: &str = r#"schema = 1
+name = "mine/got"
+title = "My own sequences"
+protocol = "khalid2016/1"
+
+[suites]
+test = "my-got"
+
+[[tracker]]
+name = "replay"
+results = "got/T"
+label = "T"
+runs = 3
+
+[[method]]
+name = "CovF"
+
+[[table]]
+name = "t"
+rows = ["recall", "events"]
+columns = "method"
+"#;
+
+#[test]
+fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let root = dir.path();
+    data_root(root);
+    let at = |name: &str| root.join(name).to_str().unwrap().to_owned();
+    let (data, spec) = (root.to_str().unwrap(), at("spec.toml"));
+    write(root, "spec.toml", SPEC);
+    let run = ["run", &spec, "--data-root", data, "--results", &at("r"), "--reports", &at("p")];
+
+    let (code, _, told) = output(&run);
+    assert!(code == 2 && told.contains("unknown suite `my-got`"), "{code} {told}");
+    let add = ["data", "add", "my-got", "got/val", "--format", "got10k", "--data-root", data];
+    let (code, said, told) = output(&add);
+    assert!(code == 0 && said.starts_with("my-got: 2 sequences, in "), "{code} {said} {told}");
+    let (code, _, told) = output(&add);
+    assert!(code == 2 && told.contains("my-got is in "), "{code} {told}");
+    let (_, listed, _) = output(&["list", "suites", "--data-root", data]);
+    assert!(listed.contains("my-got"), "{listed}");
+    let (code, checked, _) = output(&["data", "verify", "my-got", "--data-root", data]);
+    assert_eq!((code, checked.matches("  ok\n").count()), (0, 2), "{checked}");
+    let (_, listed, _) = output(&["data", "list", "my-got", "--data-root", data]);
+    assert!(listed.contains("2 of 2 sequences are here"), "{listed}");
+
+    let (code, _, told) = output(&run);
+    assert_eq!(code, 0, "{told}");
+    let scores = std::fs::read_to_string(root.join("r/mine/got/scores.csv")).unwrap();
+    let events: Vec<(String, String)> = rows(&scores)
+        .into_iter()
+        .filter(|r| r["method"] == "CovF" && r["sequence"] != "*")
+        .map(|r| (r["sequence"].clone(), r["events"].clone()))
+        .collect();
+    let lost = |name: &str| events.iter().filter(|(n, e)| n == name && e == "1").count();
+    assert_eq!((lost("GOT-10k_Val_000001"), lost("GOT-10k_Val_000002"), events.len()), (0, 3, 6));
+
+    // The report needs neither the data root nor its suites.
+    std::fs::remove_file(root.join("datasets.lock")).unwrap();
+    let (code, _, told) = output(&["report", "--results", &at("r"), "--reports", &at("again")]);
+    assert_eq!(code, 0, "{told}");
+    assert!(root.join("again/mine/got/index.html").is_file());
+}
+
+#[test]
+fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let root = dir.path();
+    data_root(root);
+    let data = root.to_str().unwrap();
+    let wrong = "schema = 2\n\n[[suite]]\nname = \"x\"\nformat = \"oct\"\n";
+    write(root, "datasets.lock", wrong);
+    for verb in [
+        &["data", "add", "my-got", "got/val", "--format", "got10k", "--data-root", data][..],
+        &["data", "list", "--data-root", data],
+        &["run", "--data-root", data],
+    ] {
+        let (code, _, told) = output(verb);
+        assert!(code == 3 && told.contains("datasets.lock, line 5"), "{verb:?}: {code} {told}");
+    }
+    assert_eq!(std::fs::read_to_string(root.join("datasets.lock")).unwrap(), wrong);
+    for (name, folder, code, words) in [
+        ("otb-100", "got/val", 2, "built-in suite"),
+        ("mine", "got/nothing", 3, "no folder under the data root"),
+        ("mine", "results", 3, "no sequence"),
+    ] {
+        std::fs::remove_file(root.join("datasets.lock")).ok();
+        let add = ["data", "add", name, folder, "--format", "got10k", "--data-root", data];
+        let (got, _, told) = output(&add);
+        assert!(got == code && told.contains(words), "{name}, {folder}: {got} {told}");
+        assert!(!root.join("datasets.lock").exists());
+    }
+}
