@@ -1,4 +1,4 @@
-//! Messages of the TraX protocol, versions 1 to 3: how an evaluator (client) and a tracker (server) talk
+//! Messages of the TraX protocol, versions 1 to 4: how an evaluator (client) and a tracker (server) talk
 //! over a pair of streams. Only the messages; who starts which process and how long to wait is elsewhere.
 //!
 //! ```text
@@ -17,11 +17,15 @@
 //! Regions: `x,y,w,h`; corners `x1,y1,...` of a convex polygon; a single integer is a code of the VOT
 //! protocol; masks are refused. Coordinates are taken as they are. Images: `file://` and a path as it is
 //! (nothing in it is escaped), or the path alone; one image a frame (version 2 can send depth beside it).
-//! Version 4 splits `initialize` in two messages and is refused.
+//! Version 4 tells image and region apart: `initialize` has a region alone and is not answered, the `frame`
+//! after it has the image and is; of its several objects one is spoken of here. [`server`] is the side of a
+//! tracker, [`process`](super::process) has the other.
 //!
 //! The other side is any program, so lines are capped and anything unexpected is an error that ends the
 //! talk, as the specification wants it. Specification: <https://trax.readthedocs.io/en/latest/protocol.html>;
 //! Cehovin, TraX: The visual Tracking eXchange protocol and library, Neurocomputing 260, 2017.
+
+pub mod server;
 
 use crate::dataset::text::shorten_to;
 use crate::region::{Region, RegionError};
@@ -33,7 +37,7 @@ use std::path::{Path, PathBuf};
 /// Longest message that is read, in bytes.
 pub const LONGEST_MESSAGE: usize = 64 << 10;
 /// The latest version that is spoken here.
-pub const LATEST_VERSION: u32 = 3;
+pub const LATEST_VERSION: u32 = 4;
 
 const PREFIX: &str = "@@TRAX:";
 const SCHEME: &str = "file://";
@@ -48,8 +52,8 @@ pub enum Message {
     Hello(Hello),
     /// Client: start (again) on this image with the target here.
     Initialize {
-        /// Image file.
-        image: PathBuf,
+        /// Image file; none in version 4, where a frame with it follows.
+        image: Option<PathBuf>,
         /// Where the target is.
         region: Region,
         /// Anything else.
@@ -209,11 +213,14 @@ pub fn parse(line: &[u8]) -> Result<Option<Message>, TraxError> {
     let message = match (kind.to_ascii_lowercase().as_str(), arguments.as_slice()) {
         ("hello", []) => Message::Hello(hello(&mut properties)?),
         ("hello", _) => return Err(wrong("`hello` with named arguments alone")),
-        ("initialize", [at, place]) => match answer(place)? {
-            Answer::Region(region) => Message::Initialize { image: image(at)?, region, properties },
+        ("initialize", [before @ .., place]) if before.len() <= 1 => match answer(place)? {
+            Answer::Region(region) => {
+                let image = before.first().map(|at| image(at)).transpose()?;
+                Message::Initialize { image, region, properties }
+            }
             Answer::Code(_) => return Err(wrong("a place to start from")),
         },
-        ("initialize", _) => return Err(wrong("`initialize` with one image and one region")),
+        ("initialize", _) => return Err(wrong("`initialize` with one region, before it one image or none")),
         ("frame", [at]) => Message::Frame { image: image(at)?, properties },
         ("frame", _) => return Err(wrong("`frame` with one image")),
         ("state" | "status", [place]) => Message::State { answer: answer(place)?, properties },
@@ -331,7 +338,9 @@ pub fn write(message: &Message) -> Result<String, TraxError> {
         }
         Message::Initialize { image, region, properties } => {
             line.push_str("initialize");
-            push_image(&mut line, image)?;
+            if let Some(image) = image {
+                push_image(&mut line, image)?;
+            }
             push_quoted(&mut line, &numbers(region))?;
             properties
         }
@@ -364,7 +373,8 @@ pub fn write(message: &Message) -> Result<String, TraxError> {
     Ok(line)
 }
 
-fn numbers(region: &Region) -> String {
+/// A region as numbers separated by commas.
+pub(super) fn numbers(region: &Region) -> String {
     let values: Vec<f64> = match region {
         Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
         Region::Polygon(corners) => corners.iter().flat_map(|c| [c.0, c.1]).collect(),

@@ -42,10 +42,15 @@ fn messages_are_read() {
     assert_eq!(
         one("@@TRAX:initialize \"file:///data/a b/0001.jpg\" 10,20.5,30,40 \"x=1\"\r\n"),
         Message::Initialize {
-            image: "/data/a b/0001.jpg".into(),
+            image: Some("/data/a b/0001.jpg".into()),
             region: rect(),
             properties: properties(&[("x", "1")])
         }
+    );
+    // Version 4.
+    assert_eq!(
+        one("@@TRAX:initialize 10,20.5,30,40"),
+        Message::Initialize { image: None, region: rect(), properties: Properties::new() }
     );
     // Neither a path nor its `=` is a property: a key has no slash.
     assert_eq!(
@@ -84,12 +89,13 @@ fn what_is_wrong_says_what_came_and_what_was_expected() {
         ("@@TRAX:", "expected hello"),
         ("@@TRAX: quit", "expected hello"),
         ("@@TRAX:hello now", "named arguments alone"),
-        ("@@TRAX:hello trax.version=4", "received `trax.version=4`; expected a version from 1 to 3"),
-        ("@@TRAX:hello trax.version=0", "a version from 1 to 3"),
-        ("@@TRAX:hello trax.version=-1", "a version from 1 to 3"),
-        ("@@TRAX:hello trax.version=9999999999999999999", "a version from 1 to 3"),
-        ("@@TRAX:initialize 1,2,3,4", "one image and one region"),
-        ("@@TRAX:initialize a.jpg depth.png 1,2,3,4", "one image and one region"),
+        ("@@TRAX:hello trax.version=5", "received `trax.version=5`; expected a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=0", "a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=-1", "a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=9999999999999999999", "a version from 1 to 4"),
+        ("@@TRAX:initialize", "one region, before it one image or none"),
+        ("@@TRAX:initialize a.jpg", "separated by commas"),
+        ("@@TRAX:initialize a.jpg depth.png 1,2,3,4", "one region, before it one image or none"),
         ("@@TRAX:initialize a.jpg 0", "a place to start from"),
         ("@@TRAX:frame", "one image"),
         ("@@TRAX:frame \"\"", "file://"),
@@ -171,8 +177,12 @@ fn a_message_without_end_is_refused_and_not_stored() {
 fn messages_are_written_as_the_library_writes_them() {
     let frame = Message::Frame { image: "/d/\"a\\\n.jpg".into(), properties: properties(&[("k", "v w")]) };
     assert_eq!(write(&frame).unwrap(), "@@TRAX:frame \"file:///d/\\\"a\\\\\\n.jpg\" \"k=v w\"\n");
-    let start = Message::Initialize { image: "/a.jpg".into(), region: rect(), properties: Properties::new() };
-    assert_eq!(write(&start).unwrap(), "@@TRAX:initialize \"file:///a.jpg\" \"10,20.5,30,40\"\n");
+    let start = |image| Message::Initialize { image, region: rect(), properties: Properties::new() };
+    assert_eq!(
+        write(&start(Some("/a.jpg".into()))).unwrap(),
+        "@@TRAX:initialize \"file:///a.jpg\" \"10,20.5,30,40\"\n"
+    );
+    assert_eq!(write(&start(None)).unwrap(), "@@TRAX:initialize \"10,20.5,30,40\"\n");
     let quit = |key: &str, value: &str| write(&Message::Quit { properties: properties(&[(key, value)]) });
     assert_eq!(quit("trax.reason", "").unwrap(), "@@TRAX:quit \"trax.reason=\"\n");
     assert!(quit("a b", "").unwrap_err().to_string().contains("the key `a b`"));
@@ -180,7 +190,7 @@ fn messages_are_written_as_the_library_writes_them() {
     assert!(quit("a", &"b".repeat(LONGEST_MESSAGE)).is_err());
     let nowhere = Message::Frame { image: PathBuf::new(), properties: Properties::new() };
     assert!(write(&nowhere).is_err());
-    let hello = Hello { version: 4, images: vec![], regions: vec![], properties: Properties::new() };
+    let hello = Hello { version: 5, images: vec![], regions: vec![], properties: Properties::new() };
     assert!(write(&Message::Hello(hello)).is_err());
 }
 
@@ -195,10 +205,11 @@ fn messages() -> impl Strategy<Value = Message> {
         let rect = Rect::new(x, y, w, h);
         if polygon { Region::Polygon(rect.corners().to_vec()) } else { Region::Rect(rect) }
     });
-    (0..5, named, texts(), region, any::<i64>()).prop_map(|(kind, properties, name, region, code)| {
+    (0..6, named, texts(), region, any::<i64>()).prop_map(|(kind, properties, name, region, code)| {
         let image = PathBuf::from(format!("/{name}"));
         match kind {
-            0 => Message::Initialize { image, region, properties },
+            0 => Message::Initialize { image: Some(image), region, properties },
+            5 => Message::Initialize { image: None, region, properties },
             1 => Message::Frame { image, properties },
             2 => Message::State { answer: Answer::Region(region), properties },
             3 => Message::State { answer: Answer::Code(code), properties },
