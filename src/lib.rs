@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
 //! | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
-//! | [`tracker`] | a sequence | a region a frame: built-in trackers and replayed result files |
+//! | [`tracker`] | a sequence | a region a frame: built-in trackers, replayed result files, foreign programs |
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
 //! | [`analysis`] | a signal and errors on whole suites | numbers, tables and charts about the signal itself |

@@ -15,6 +15,7 @@ use crate::score::success::RULES;
 use crate::signal::SIGNALS;
 use crate::spec::builtin;
 use crate::tracker::TRACKERS;
+use crate::tracker::process::{self, Programs};
 use crate::tracker::protocol::RunProtocol;
 use std::path::PathBuf;
 
@@ -32,6 +33,9 @@ pub struct Args {
     /// Folder of real sequences and result files (experiments, suites); TRACKFAIL_DATA otherwise
     #[arg(long, value_name = "DIR")]
     data_root: Option<PathBuf>,
+    /// File of programs (trackers); TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    #[arg(long, value_name = "FILE")]
+    plugins: Option<PathBuf>,
 }
 
 /// What can be listed.
@@ -66,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 |s: lock::Suite| vec![s.name().into(), s.load(None).wanted.to_string(), s.title().into()];
             print(&["suite", "targets", "title"], suites.map(row).collect())
         }
-        What::Trackers => print(&plugin, plugins(TRACKERS)),
+        What::Trackers => print(&plugin, trackers(args)?),
         What::Signals => print(&plugin, plugins(SIGNALS)),
         What::Detectors => print(&plugin, plugins(DETECTORS)),
         What::Analyses => print(&plugin, plugins(ANALYSES)),
@@ -87,7 +91,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let store = Store::look(&args.results).map_err(|e| io(&e))?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
-        let e = run::read_spec(name)?;
+        let e = run::read_spec(name, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
         let suites = engine::run::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
         let plan = Plan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
@@ -109,6 +113,18 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
             state.to_string(),
         ]);
     }
+    Ok(rows)
+}
+
+/// The built-in trackers, and the programs behind them.
+fn trackers(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
+    let programs = super::programs(args.plugins.as_deref())?;
+    let mut rows = plugins(TRACKERS);
+    rows.extend(programs.list.iter().map(|p| {
+        let summary = format!("speaks {}, from {}", p.protocol.word(), programs.file);
+        let parameters = format!("program = \"{}\"", p.name);
+        vec![process::ENTRY.kind.to_string(), p.version.clone(), summary, parameters]
+    }));
     Ok(rows)
 }
 

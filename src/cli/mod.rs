@@ -13,9 +13,12 @@ pub mod output;
 pub mod render;
 pub mod report;
 pub mod run;
+pub mod serve_trax;
 pub mod slurm;
 pub mod why;
 
+use crate::spec::programs;
+use crate::tracker::process::Programs;
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
 
@@ -53,6 +56,8 @@ enum Verb {
     Merge(merge::Args),
     /// Compare two trackers, methods or results folders, pair by pair, with intervals
     Compare(compare::Args),
+    /// Let programs that speak TraX use a built-in tracker
+    ServeTrax(serve_trax::Args),
     /// Tell why cells would or would not be computed again
     Why(why::Args),
 }
@@ -73,6 +78,7 @@ impl Cli {
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Compare(args) => compare::run(args),
+            Verb::ServeTrax(args) => serve_trax::run(args),
             Verb::Why(args) => why::run(args),
         }
     }
@@ -103,6 +109,23 @@ fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
         crate::dataset::lock::read_own(root).map_err(|e| Failure::Data(e.to_string()))?;
     }
     Ok(root)
+}
+
+/// The file of programs: what was given, else TRACKFAIL_PLUGINS unless it is empty, else `plugins.toml` in
+/// the current folder if it is there.
+fn plugins_file(given: Option<&Path>) -> Option<PathBuf> {
+    let named = std::env::var_os("TRACKFAIL_PLUGINS").filter(|name| !name.is_empty()).map(PathBuf::from);
+    let here = || Some(PathBuf::from("plugins.toml")).filter(|path| path.is_file());
+    given.map(Path::to_path_buf).or(named).or_else(here)
+}
+
+/// The programs of [`plugins_file`].
+///
+/// # Errors
+/// [`Failure::Usage`] when it cannot be read or is wrong.
+fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
+    let read = |path: PathBuf| programs::read(&path).map_err(|e| Failure::Usage(e.to_string()));
+    plugins_file(given).map_or_else(|| Ok(Programs::default()), read)
 }
 
 /// Why a verb ends without success; the exit code is the kind's.

@@ -16,6 +16,7 @@ use crate::report::{self, stills};
 use crate::spec::{self, Experiment, builtin};
 use crate::table::manifest::FailedCell;
 use crate::table::{folder, frame, render};
+use crate::tracker::process::Programs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,9 @@ pub struct Args {
     /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
     #[arg(long, value_name = "DIR")]
     data_root: Option<PathBuf>,
+    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    #[arg(long, value_name = "FILE")]
+    plugins: Option<PathBuf>,
     /// Folder that results are written to
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
@@ -85,11 +89,11 @@ fn positive(text: &str) -> Result<f64, String> {
 /// At most so many failed cells are listed.
 const MOST_TOLD: usize = 50;
 
-/// Reads an experiment from a file, or a built-in one by name.
+/// Reads an experiment from a file, or a built-in one by name; it may run `programs`.
 ///
 /// # Errors
 /// When there is no such file, or it is wrong.
-pub fn read_spec(name: &str) -> Result<Experiment, Failure> {
+pub fn read_spec(name: &str, programs: &Programs) -> Result<Experiment, Failure> {
     let path = Path::new(name);
     let text = if path.is_file() {
         spec::read_text(path).map_err(|e| Failure::Usage(e.to_string()))?
@@ -102,7 +106,7 @@ pub fn read_spec(name: &str) -> Result<Experiment, Failure> {
             plugin::unknown("built-in experiment", name, known)
         )));
     };
-    spec::parse(name, &text).map_err(|e| Failure::Usage(e.to_string()))
+    spec::parse_with(name, &text, programs).map_err(|e| Failure::Usage(e.to_string()))
 }
 
 /// Runs the verb.
@@ -113,8 +117,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let args = &Args { data_root: super::data_root(args.data_root.as_deref())?, ..args.clone() };
     let names =
         if args.specs.is_empty() { vec![builtin::QUICKSTART.to_string()] } else { args.specs.clone() };
+    let programs = super::programs(args.plugins.as_deref())?;
     // All files are checked before the first is run.
-    let mut experiments = names.iter().map(|name| read_spec(name)).collect::<Result<Vec<_>, _>>()?;
+    let mut experiments =
+        names.iter().map(|name| read_spec(name, &programs)).collect::<Result<Vec<_>, _>>()?;
     if let Some(runs) = args.runs {
         experiments.iter_mut().for_each(|e| e.limit_runs(runs));
     }

@@ -21,6 +21,9 @@ pub struct Args {
     /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
     #[arg(long, value_name = "DIR")]
     data_root: Option<PathBuf>,
+    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    #[arg(long, value_name = "FILE")]
+    plugins: Option<PathBuf>,
     /// Folder of the results whose store is asked
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
@@ -35,7 +38,7 @@ pub struct Args {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
-    let experiment = run::read_spec(&args.experiment)?;
+    let experiment = run::read_spec(&args.experiment, &super::programs(args.plugins.as_deref())?)?;
     let suites =
         crate::engine::run::load(&experiment, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
     for (role, suite) in &suites {

@@ -70,7 +70,9 @@ pub fn track(
         recipe = recipe.with("run", run);
     }
     for path in inputs {
-        let shown = data_root.and_then(|root| path.strip_prefix(root).ok()).unwrap_or(&path);
+        // A file elsewhere goes by its name: where somebody keeps it changes nothing.
+        let below = data_root.and_then(|root| path.strip_prefix(root).ok());
+        let shown = below.or(path.file_name().map(Path::new)).unwrap_or(&path);
         let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
         recipe = recipe.with(format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?);
     }

@@ -2,7 +2,7 @@
 //!
 //! [`wire`] is the file's shape, [`read`] turns it into checked plugins, [`error`] tells where it is
 //! wrong, [`limits`] how large it may be, [`claim`] is the small language of conclusions, [`builtin`] holds the experiments and the
-//! methods that come with the program. A file can name only what the lists of trackers, signals,
+//! methods that come with the program, [`programs`] reads what a user lets run as a tracker. A file can name only what the lists of trackers, signals,
 //! detectors and protocols know; it cannot run code or leave the data root.
 
 pub mod analysis;
@@ -11,6 +11,7 @@ pub mod claim;
 pub mod error;
 pub mod limits;
 pub mod method;
+pub mod programs;
 pub mod read;
 pub mod schema;
 pub mod table;
@@ -18,7 +19,7 @@ pub mod wire;
 
 pub use error::SpecError;
 pub use limits::read_text;
-pub use read::parse;
+pub use read::{parse, parse_with};
 
 use crate::score::Protocol;
 use crate::tracker::Setup;

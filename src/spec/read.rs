@@ -9,6 +9,7 @@ use crate::dataset::text;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
 use crate::tracker::TRACKERS;
+use crate::tracker::process::Programs;
 use crate::tracker::protocol::RunProtocol;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -22,11 +23,24 @@ const SCHEMA: u32 = 1;
 /// Most repetitions of a tracker.
 const MOST_RUNS: u32 = 1000;
 
-/// Reads and checks an experiment; `file` names it in messages.
+/// Reads and checks an experiment; `file` names it in messages. Programs that it names are not looked for
+/// and cannot be run.
 ///
 /// # Errors
 /// The first thing that is wrong.
 pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
+    read(file, text, None)
+}
+
+/// Reads and checks an experiment that may run `programs`.
+///
+/// # Errors
+/// As [`parse`], and a program that is not among them.
+pub fn parse_with(file: &str, text: &str, programs: &Programs) -> Result<Experiment, SpecError> {
+    read(file, text, Some(programs))
+}
+
+fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experiment, SpecError> {
     let source = Source { file, text };
     if text.len() > LONGEST {
         return Err(source.error(0..0, format!("an experiment file has at most {LONGEST} bytes")));
@@ -46,7 +60,7 @@ pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     limits::check_lists(source, &wire)?;
     let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
     let suites = read_suites(source, &wire)?;
-    let trackers = read_trackers(source, &wire, tracker_params)?;
+    let trackers = read_trackers(source, &wire, tracker_params, programs)?;
     let mut methods: Vec<method::Method> = Vec::new();
     let mut room = MOST_DETECTORS;
     for (m, raw) in wire.method.get_ref().iter().zip(&methods_raw) {
@@ -297,13 +311,17 @@ fn read_trackers(
     source: Source<'_>,
     wire: &wire::Experiment,
     params: Vec<Spanned<DeTable<'_>>>,
+    programs: Option<&Programs>,
 ) -> Result<Vec<Tracker>, SpecError> {
     let mut trackers: Vec<Tracker> = Vec::new();
     for (t, params) in wire.tracker.get_ref().iter().zip(params) {
         let kinds = TRACKERS.iter().map(|e| e.kind);
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
-        let setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
+        let mut setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
+        if let Some(programs) = programs {
+            setup.bind(programs).map_err(|e| source.params(&e, &params))?;
+        }
         let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
         let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
             None => Ok(default),

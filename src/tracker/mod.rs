@@ -5,6 +5,7 @@
 
 pub mod color_particle_filter;
 pub mod ncc;
+pub mod process;
 pub mod protocol;
 pub mod replay;
 pub mod results;
@@ -17,7 +18,7 @@ mod conformance;
 
 use crate::dataset::Sequence;
 use crate::image::Frame;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, ParamError};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
@@ -114,6 +115,20 @@ pub trait Setup: Send + Sync {
         false
     }
 
+    /// Whether it answers from the ground truth or from results for a known sequence, so that it cannot
+    /// follow frames that are just coming in.
+    fn needs_truth(&self) -> bool {
+        false
+    }
+
+    /// Gives it the programs that this computer's user allows, where it runs one of them.
+    ///
+    /// # Errors
+    /// When the one it names is not among them.
+    fn bind(&mut self, _programs: &process::Programs) -> Result<(), ParamError> {
+        Ok(())
+    }
+
     /// The files it reads besides the frames; their digests are part of a track's address.
     ///
     /// # Errors
@@ -153,4 +168,4 @@ pub trait Tracker: Send {
 
 /// Every tracker, by kind.
 pub static TRACKERS: &[Entry<dyn Setup>] =
-    &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY, color_particle_filter::ENTRY];
+    &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY, color_particle_filter::ENTRY, process::ENTRY];

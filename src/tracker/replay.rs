@@ -266,6 +266,10 @@ impl Setup for Replay {
         false
     }
 
+    fn needs_truth(&self) -> bool {
+        true
+    }
+
     fn inputs(&self, start: &Start<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         Ok(vec![self.find(start.sequence, start.run, start.data_root)?.path])
     }

@@ -121,6 +121,10 @@ impl Setup for Scripted {
         self.0.jitter > 0.0
     }
 
+    fn needs_truth(&self) -> bool {
+        true
+    }
+
     fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
         let truth = start.sequence.truth.clone();
         Ok(Box::new(Tracking { script: self.clone(), truth, seed: start.seed, next: 0, last: None }))

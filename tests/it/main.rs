@@ -12,6 +12,8 @@ mod interruption;
 mod learning;
 mod own_data;
 mod packed;
+#[cfg(unix)]
+mod process;
 mod real;
 mod server;
 #[cfg(unix)]

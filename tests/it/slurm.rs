@@ -31,6 +31,7 @@ fn plan(program: &Path, root: &str) -> Plan {
         shards: 3,
         results: word(&format!("{root}/results")),
         reports: word(&format!("{root}/reports")),
+        plugins: None,
         data_root: Some(word(&format!("{root}/data"))),
         separate: false,
         allow_missing: false,

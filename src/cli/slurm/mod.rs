@@ -33,6 +33,9 @@ pub struct Args {
     /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
     #[arg(long, value_name = "DIR")]
     data_root: Option<PathBuf>,
+    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    #[arg(long, value_name = "FILE")]
+    plugins: Option<PathBuf>,
     /// Give each task a results folder of its own and merge them at the end
     #[arg(long)]
     separate: bool,
@@ -91,8 +94,9 @@ fn plan(args: &Args) -> Result<Plan, Failure> {
     // Its suites may be those of an experiment.
     let data_root = super::data_root(args.data_root.as_deref())?;
     let mut specs = Vec::new();
+    let programs = super::programs(args.plugins.as_deref())?;
     for name in &args.specs {
-        read_spec(name)?;
+        read_spec(name, &programs)?;
         let is_file = Path::new(name).is_file();
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }
@@ -105,6 +109,7 @@ fn plan(args: &Args) -> Result<Plan, Failure> {
         results: absolute(&args.results)?,
         reports: absolute(&args.reports)?,
         data_root: data_root.as_deref().map(absolute).transpose()?,
+        plugins: super::plugins_file(args.plugins.as_deref()).as_deref().map(absolute).transpose()?,
         separate: args.separate,
         allow_missing: args.allow_missing,
         time: args.time.clone(),

@@ -34,6 +34,8 @@ pub struct Plan {
     pub reports: Word,
     /// Folder of real sequences.
     pub data_root: Option<Word>,
+    /// File of programs that may be run as trackers.
+    pub plugins: Option<Word>,
     /// Whether each task has a results folder of its own, `<results>/shards/<I>`.
     pub separate: bool,
     /// Whether to go on without sequences that are not there.
@@ -155,6 +157,7 @@ impl Plan {
         lines.extend(self.specs.iter().map(Word::to_string));
         lines.extend_from_slice(more);
         lines.extend(self.data_root.as_ref().map(|root| format!("--data-root {root}")));
+        lines.extend(self.plugins.as_ref().map(|file| format!("--plugins {file}")));
         lines.extend(self.allow_missing.then(|| "--allow-missing".to_string()));
         lines.push(format!("--jobs {}", self.cpus));
         lines.join(" \\\n    ") + "\n"
@@ -204,6 +207,7 @@ mod tests {
             results: word("/scratch/ann/results"),
             reports: word("/scratch/ann/reports"),
             data_root: Some(word("/data")),
+            plugins: Some(word("/home/ann/plugins.toml")),
             separate: false,
             allow_missing: false,
             time: Setting::time("04:00:00").unwrap(),
@@ -221,6 +225,7 @@ mod tests {
             separate: true,
             allow_missing: true,
             data_root: None,
+            plugins: None,
             partition: None,
             account: None,
             cpus: 1,
@@ -255,6 +260,7 @@ COMMON
     --shard "$SLURM_ARRAY_TASK_ID"/3 \
     --results '/scratch/ann/results' \
     --data-root '/data' \
+    --plugins '/home/ann/plugins.toml' \
     --jobs 2
 "#;
 
@@ -268,6 +274,7 @@ COMMON
     --results '/scratch/ann/results' \
     --reports '/scratch/ann/reports' \
     --data-root '/data' \
+    --plugins '/home/ann/plugins.toml' \
     --jobs 2
 "#;
 

@@ -1,0 +1,501 @@
+//! Foreign programs as trackers, and our trackers for foreign programs.
+
+use crate::tools::{rows, trackfail};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+use trackfail::dataset::{Frames, Numbering, Sequence};
+use trackfail::image::{Frame, encode_png};
+use trackfail::plugin;
+use trackfail::region::{Rect, Region};
+use trackfail::spec::programs;
+use trackfail::tracker::{Setup, Start, State, TRACKERS};
+
+const FRAMES: u32 = 140;
+
+/// Answers the first region for ever.
+const STILL: &str = "while read -r line; do case $line in quit) exit;; init*) region=$(printf '%s' \"$line\" | \
+                     cut -f 3);; esac; echo \"$region\"; done\n";
+
+const PLUGINS: &str = r#"[tracker.still-in-sh]
+command = ["sh", "tracker.sh"]
+protocol = "lines"
+version = "1"
+deterministic = true
+digest = ["tracker.sh"]
+
+[tracker.served]
+command = ["PROGRAM", "serve-trax", "ncc"]
+version = "1"
+
+[tracker.broken]
+command = ["sh", "-c", "read -r line; echo 1,2,3,4; read -r line; echo 'no memory' >&2; exit 7"]
+protocol = "lines"
+version = "1"
+
+[tracker.hanging]
+command = ["sh", "-c", "echo $$ > hanging.pid; sleep 1000 & echo $! > sleeping.pid; wait"]
+protocol = "lines"
+version = "1"
+"#;
+
+/// The left top corner of the target.
+fn place(t: u32) -> (u32, u32) {
+    (8 + t / 5, 10 + t % 7)
+}
+
+fn frame(t: u32) -> Frame {
+    let (x, y) = place(t);
+    Frame::from_fn(64, 48, |column, row| {
+        let inside = (x..x + 16).contains(&(column as u32)) && (y..y + 12).contains(&(row as u32));
+        let (u, v) = (column as u32 - x.min(column as u32), row as u32 - y.min(row as u32));
+        let texture = ((u * 31 + v * 17) % 64) as u8;
+        if inside { [200, 3 * texture, 60] } else { [((column * 13 + row * 7) % 64) as u8, 90, 120] }
+    })
+}
+
+/// A data root with one sequence in OTB layout, and a folder with `plugins.toml`.
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let place = Self { dir: tempfile::tempdir().unwrap() };
+        let folder = place.path("data/otb/Couple");
+        std::fs::create_dir_all(folder.join("img")).unwrap();
+        let mut truth = String::new();
+        for t in 0..FRAMES {
+            std::fs::write(place.image(t), encode_png(&frame(t)).unwrap()).unwrap();
+            let (x, y) = self::place(t);
+            truth += &format!("{},{},16,12\n", x + 1, y + 1);
+        }
+        std::fs::write(folder.join("groundtruth_rect.txt"), truth).unwrap();
+        std::fs::create_dir(place.path("programs")).unwrap();
+        std::fs::write(place.path("programs/tracker.sh"), STILL).unwrap();
+        place.plugins(PLUGINS);
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn image(&self, t: u32) -> PathBuf {
+        self.path(&format!("data/otb/Couple/img/{:04}.png", t + 1))
+    }
+
+    fn plugins(&self, text: &str) {
+        let text = text.replace("PROGRAM", env!("CARGO_BIN_EXE_trackfail"));
+        std::fs::write(self.path("programs/plugins.toml"), text).unwrap();
+    }
+
+    /// A run of a built-in tracker beside a program.
+    fn command(&self, built_in: &str, program: &str) -> assert_cmd::Command {
+        let text = format!(
+            "schema = 1\nname = \"mine/try\"\ntitle = \"A try\"\nprotocol = \"khalid2016/1\"\n\
+             [suites]\ntest = \"otb-dtef20\"\n[[tracker]]\nname = \"{built_in}\"\n\
+             [[tracker]]\nname = \"process\"\nprogram = \"{program}\"\nlabel = \"mine\"\n\
+             [[method]]\nname = \"Hist\"\nsignal = {{ kind = \"rgb-histogram\" }}\n\
+             detector = {{ kind = \"level\", below = 0.97 }}\n\
+             [[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"tracker\"\nmethods = [\"Hist\"]\n"
+        );
+        std::fs::write(self.path("try.toml"), text).unwrap();
+        let mut command = trackfail();
+        command.arg("run").arg(self.path("try.toml")).arg("--data-root").arg(self.path("data"));
+        command.arg("--results").arg(self.path("results")).arg("--reports").arg(self.path("reports"));
+        command.arg("--allow-missing");
+        command
+    }
+
+    fn run(&self, built_in: &str, program: &str) -> Output {
+        let plugins = self.path("programs/plugins.toml");
+        self.command(built_in, program).arg("--plugins").arg(plugins).output().unwrap()
+    }
+
+    /// The rows of the scores without the tracker's name, by tracker.
+    fn scores(&self, tracker: &str) -> Vec<Vec<String>> {
+        let text = std::fs::read_to_string(self.path("results/mine/try/scores.csv")).unwrap();
+        let mine = rows(&text).into_iter().filter(|row| row["tracker"] == tracker);
+        mine.map(|row| row.into_iter().filter(|(k, _)| k != "tracker").map(|(_, v)| v).collect()).collect()
+    }
+
+    /// The sequence in memory.
+    fn sequence(&self) -> Sequence {
+        let (x, y) = self::place(0);
+        let first = Region::Rect(Rect::new(f64::from(x), f64::from(y), 16.0, 12.0));
+        Sequence {
+            name: "Couple".into(),
+            numbering: Numbering { first: 1, official: (1, FRAMES) },
+            truth: (0..FRAMES).map(|t| (t == 0).then(|| first.clone())).collect(),
+            attributes: vec![],
+            frame_attributes: vec![],
+            digest: Default::default(),
+            frames: Frames::Files((0..FRAMES).map(|t| self.image(t)).collect::<Vec<_>>().into()),
+        }
+    }
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Tracks that were computed, not found.
+fn computed(output: &Output) -> usize {
+    let text = stderr(output);
+    assert_eq!(output.status.code(), Some(3), "the sequence is not the pinned one: {text}");
+    let tally = text.lines().find(|l| l.contains("tracks") && l.contains("cached")).expect("a tally");
+    tally.split_once("tracks ").unwrap().1.split(' ').next().unwrap().parse().unwrap()
+}
+
+/// The first `n` frames.
+fn track(setup: &dyn Setup, sequence: &Sequence, n: usize) -> Vec<State> {
+    let start = Start { sequence, run: 0, seed: 5, data_root: None };
+    let mut tracker = setup.open(&start).unwrap();
+    let region = sequence.truth[0].clone().unwrap();
+    let mut step = |t| {
+        tracker.at(t);
+        let frame = sequence.frame(t).unwrap();
+        if t == 0 { tracker.init(&frame, &region) } else { tracker.update(&frame) }
+    };
+    (0..n).map(|t| step(t).unwrap_or_else(|e| panic!("{e}"))).collect()
+}
+
+fn built_in(kind: &str) -> Box<dyn Setup> {
+    plugin::find(TRACKERS, kind).unwrap().build_from_text("{}").unwrap()
+}
+
+/// A program of a file of programs, bound.
+fn program(file: &Path, name: &str) -> Box<dyn Setup> {
+    let text = format!("{{ program = \"{name}\" }}");
+    let mut setup = plugin::find(TRACKERS, "process").unwrap().build_from_text(&text).unwrap();
+    setup.bind(&programs::read(file).unwrap()).unwrap();
+    setup
+}
+
+/// Whether Python has some modules; says so where it has not.
+fn has_python(test: &str, modules: &str) -> bool {
+    let found = Command::new("python3").args(["-c", &format!("import {modules}")]).output();
+    let found = found.is_ok_and(|o| o.status.success());
+    if !found {
+        eprintln!("SKIPPED {test}: no python3 with {modules} (pip install -r tests/requirements.txt)");
+    }
+    found
+}
+
+#[test]
+fn a_program_is_run_once_until_it_or_its_version_changes() {
+    let place = Place::new();
+    assert_eq!(computed(&place.run("still", "still-in-sh")), 2);
+    let scores = place.scores("mine");
+    assert!(!scores.is_empty() && scores == place.scores("still"));
+    assert_eq!(computed(&place.run("still", "still-in-sh")), 0);
+    // Where it is kept is of no importance, nor how long it is waited for.
+    std::fs::rename(place.path("programs"), place.path("elsewhere")).unwrap();
+    std::fs::create_dir(place.path("programs")).unwrap();
+    std::fs::rename(place.path("elsewhere/tracker.sh"), place.path("programs/tracker.sh")).unwrap();
+    place.plugins(&PLUGINS.replace("deterministic", "answer_timeout = 9\ndeterministic"));
+    assert_eq!(computed(&place.run("still", "still-in-sh")), 0);
+    place.plugins(&PLUGINS.replacen("version = \"1\"", "version = \"2\"", 1));
+    assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
+    std::fs::write(place.path("programs/tracker.sh"), format!("# changed\n{STILL}")).unwrap();
+    assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
+    // A report is made of results alone.
+    std::fs::remove_dir_all(place.path("programs")).unwrap();
+    let mut report = trackfail();
+    report
+        .arg("report")
+        .arg("--results")
+        .arg(place.path("results"))
+        .arg("--reports")
+        .arg(place.path("again"));
+    let output = report.output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+}
+
+#[test]
+fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
+    let place = Place::new();
+    let dry = |place: &Place, program: &str| {
+        let mut command = place.command("still", program);
+        command.arg("--dry-run").current_dir(place.dir.path());
+        command
+    };
+    let message = |mut command: assert_cmd::Command| {
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let text = message(dry(&place, "still-in-sh"));
+    assert!(
+        text.contains("try.toml:11: unknown program `still-in-sh`: there is no plugins.toml here"),
+        "{text}"
+    );
+    let file = place.path("programs/plugins.toml");
+    let mut named = dry(&place, "still-in-hs");
+    named.arg("--plugins").arg(&file);
+    let text = message(named);
+    assert!(
+        text.contains("plugins.toml: unknown program `still-in-hs`; did you mean `still-in-sh`?"),
+        "{text}"
+    );
+    let good = |command: &mut assert_cmd::Command| {
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    good(dry(&place, "still-in-sh").arg("--plugins").arg(&file));
+    good(dry(&place, "still-in-sh").env("TRACKFAIL_PLUGINS", &file));
+    std::fs::copy(&file, place.path("plugins.toml")).unwrap();
+    good(&mut dry(&place, "still-in-sh"));
+    let listed = good(trackfail().args(["list", "trackers"]).current_dir(place.dir.path()));
+    let line = listed.lines().find(|l| l.contains("still-in-sh")).unwrap();
+    assert!(line.contains("process") && line.contains("speaks lines, from plugins.toml"), "{line}");
+    std::fs::write(place.path("plugins.toml"), "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n").unwrap();
+    let text = message(dry(&place, "still-in-sh"));
+    assert!(text.contains("plugins.toml:3: unknown field `verson`") && text.contains("`version`?"), "{text}");
+    // An experiment cannot say what is run.
+    let spec = std::fs::read_to_string(place.path("try.toml")).unwrap();
+    std::fs::write(place.path("bad.toml"), spec.replace("label = ", "command = [\"true\"]\nlabel = "))
+        .unwrap();
+    let text = message({
+        let mut command = trackfail();
+        command.arg("run").arg(place.path("bad.toml")).arg("--plugins").arg(&file);
+        command
+    });
+    assert!(text.contains("unknown field `command`"), "{text}");
+    let mut absent = dry(&place, "still-in-sh");
+    absent.args(["--plugins", "absent.toml"]);
+    assert!(message(absent).contains("absent.toml:1: "));
+}
+
+#[test]
+fn a_program_that_breaks_fails_its_cells_alone() {
+    let place = Place::new();
+    let output = place.run("still", "broken");
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    let scores = std::fs::read_to_string(place.path("results/mine/try/scores.csv")).unwrap();
+    let line = scores.lines().find(|l| l.contains(",mine,") && l.contains("Couple")).unwrap();
+    assert!(line.contains("failed: broken: frame 2 of Couple: it ended (exit status: 7)"), "{line}");
+    assert!(line.contains("its stderr ends with: no memory"), "{line}");
+    assert!(scores.lines().any(|l| l.contains(",still,") && l.ends_with(",ok")), "{scores}");
+}
+
+/// The process that a file tells of, once it is there.
+fn pid(path: &Path) -> String {
+    let end = Instant::now() + Duration::from_secs(60);
+    loop {
+        match std::fs::read_to_string(path) {
+            Ok(text) if text.ends_with('\n') => return text.trim().to_string(),
+            _ => assert!(Instant::now() < end, "{} was not written", path.display()),
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn is_running(pid: &str) -> bool {
+    let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap();
+    let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+    !state.is_empty() && !state.starts_with('Z')
+}
+
+#[test]
+fn programs_do_not_outlive_us() {
+    let place = Place::new();
+    let temporary = place.path("tmp");
+    std::fs::create_dir(&temporary).unwrap();
+    for signal in ["-KILL", "-INT"] {
+        let files = ["hanging.pid", "sleeping.pid"].map(|name| place.path("programs").join(name));
+        files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or_default());
+        let command = place.command("still", "hanging");
+        let mut run = Command::new(command.get_program());
+        run.args(command.get_args()).arg("--plugins").arg(place.path("programs/plugins.toml"));
+        let mut run = run.env("TMPDIR", &temporary).stderr(std::process::Stdio::null()).spawn().unwrap();
+        let processes = files.map(|f| pid(&f));
+        assert!(processes.iter().all(|p| is_running(p)));
+        assert!(Command::new("kill").arg(signal).arg(run.id().to_string()).status().unwrap().success());
+        run.wait().unwrap();
+        let end = Instant::now() + Duration::from_secs(30);
+        let left = || std::fs::read_dir(&temporary).unwrap().count();
+        while processes.iter().any(|p| is_running(p)) || left() > 0 {
+            assert!(Instant::now() < end, "{signal}: {processes:?} or {} folders are left", left());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+#[test]
+fn a_served_tracker_is_the_tracker() {
+    let place = Place::new();
+    let sequence = place.sequence();
+    let served = program(&place.path("programs/plugins.toml"), "served");
+    assert_eq!(track(&*served, &sequence, 40), track(&*built_in("ncc"), &sequence, 40));
+    assert_eq!(computed(&place.run("ncc", "served")), 2);
+    assert_eq!(place.scores("mine"), place.scores("ncc"));
+}
+
+/// What `serve-trax` says to some lines: exit code, stdout and stderr.
+fn serve(arguments: &[&str], lines: &str) -> (i32, String, String) {
+    let output = trackfail().arg("serve-trax").args(arguments).write_stdin(lines).output().unwrap();
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    (output.status.code().unwrap_or(-1), stdout, stderr(&output))
+}
+
+#[test]
+fn a_session_ends_well_or_with_a_reason() {
+    let place = Place::new();
+    let image = |t| place.image(t).display().to_string();
+    let (a, b) = (image(0), image(1));
+    let start = format!("@@TRAX:initialize \"file://{a}\" \"8,10,16,12\"\n");
+    let (code, said, _) =
+        serve(&["still"], &format!("{start}@@TRAX:frame \"{b}\"\nnoise\n{start}@@TRAX:quit\n"));
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(code, 0, "{said}");
+    assert!(lines[0].starts_with(
+        "@@TRAX:hello \"trax.version=3\" \"trax.image=path\" \"trax.region=rectangle;polygon\""
+    ));
+    assert!(lines[0].contains("\"trax.name=still\""), "{said}");
+    assert_eq!(lines[1..], ["@@TRAX:state \"8,10,16,12\""; 3]);
+    // A client that hangs up has nothing more to ask.
+    assert_eq!(serve(&["still"], &start).0, 0);
+    // A posterior has a likelihood, and the seed counts.
+    let sampled = |seed: &str| {
+        let polygon = start.replace("8,10,16,12", "8,10,24,10,24,22,8,22");
+        serve(
+            &["color-particle-filter", "--seed", seed, "--params", "{ particles = 50 }"],
+            &format!("{polygon}@@TRAX:frame {b}\n"),
+        )
+    };
+    let (code, said, told) = sampled("1");
+    assert!(code == 0 && said.lines().nth(2).unwrap().contains("\" \"confidence=0."), "{said}{told}");
+    assert!(said == sampled("1").1 && said != sampled("2").1);
+    for (lines, code, reason) in [
+        (format!("@@TRAX:frame \"{b}\"\n"), 1, "expected `initialize` first"),
+        ("@@TRAX:initialize 1,2,3,4\n".to_string(), 1, "an image and a region, as in version 3"),
+        (format!("{start}@@TRAX:state 1,2,3,4\n"), 1, "a client's message"),
+        (format!("{start}@@TRAX:frame\n"), 1, "`frame` with one image"),
+        (format!("{start}@@TRAX:frame /no/such/image.png\n"), 3, "/no/such/image.png: "),
+        (start.replace("8,10", "nan,10"), 1, "not a finite number"),
+    ] {
+        let (got, said, told) = serve(&["still"], &lines);
+        let last = said.lines().last().unwrap();
+        assert_eq!(got, code, "{said}{told}");
+        assert!(last.starts_with("@@TRAX:quit \"trax.reason=") && last.contains(reason), "{last}");
+        assert!(told.starts_with("error: ") && told.contains(reason), "{told}");
+    }
+    for (arguments, reason) in [
+        (&["stil"][..], "unknown tracker `stil`; did you mean `still`?"),
+        (&["replay"], "`replay` answers from ground truth or result files"),
+        (&["scripted"], "`scripted` answers from ground truth or result files"),
+        (&["process"], "let the client start it"),
+        (&["ncc", "--params", "{ searsh = 2 }"], "--params:1: unknown field `searsh`"),
+        (&["ncc", "--params", "{"], "--params:1: "),
+    ] {
+        let (code, said, told) = serve(arguments, "");
+        assert!(code == 2 && said.is_empty() && told.contains(reason), "{said}{told}");
+    }
+}
+
+const PEER_SERVER: &str = r#"
+import sys, trax
+polygon = "polygon" in sys.argv
+formats = [trax.Region.POLYGON] if polygon else [trax.Region.RECTANGLE]
+with trax.Server(formats, [trax.Image.PATH], tracker_name="peer") as server:
+    while True:
+        request = server.wait()
+        if request.type == trax.TraxStatus.QUIT:
+            break
+        if request.type == trax.TraxStatus.INITIALIZE:
+            region, n = request.objects[0][0], 0
+        image = request.image["color"] if request.image else None
+        if image is None:
+            continue
+        if polygon:
+            answer = trax.Polygon.create([(x + n, y) for x, y in region])
+        else:
+            x, y, w, h = region.bounds()
+            answer = trax.Rectangle.create(x + n, y, w, h)
+        n += 1
+        print("looking at", image.path(), file=sys.stderr)
+        server.status([(answer, {"confidence": 0.5})])
+"#;
+
+#[test]
+fn a_tracker_written_with_vot_trax_is_followed() {
+    if !has_python("a_tracker_written_with_vot_trax_is_followed", "trax") {
+        return;
+    }
+    let place = Place::new();
+    std::fs::write(place.path("programs/peer.py"), PEER_SERVER).unwrap();
+    let block = |name: &str, more: &str| {
+        format!("[tracker.{name}]\ncommand = [\"python3\", \"peer.py\"{more}]\nversion = \"1\"\n")
+    };
+    place.plugins(&(block("rectangle", "") + &block("polygon", ", \"polygon\"")));
+    let sequence = place.sequence();
+    for name in ["rectangle", "polygon"] {
+        let states = track(&*program(&place.path("programs/plugins.toml"), name), &sequence, 6);
+        for (t, state) in states.iter().enumerate() {
+            let expected = Rect::new(8.0 + t as f64, 10.0, 16.0, 12.0);
+            assert_eq!(state.region.rect(), expected, "{name}");
+            assert_eq!(matches!(state.region, Region::Polygon(_)), name == "polygon" && t > 0);
+        }
+    }
+}
+
+const PEER_CLIENT: &str = r#"
+import subprocess, sys, trax
+from trax.client import Client
+program, images = sys.argv[1], sys.argv[2:]
+served = subprocess.Popen([program, "serve-trax", "ncc"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+client = Client(stream=(served.stdin.fileno(), served.stdout.fileno()), log=lambda text: None)
+print(client.tracker_name, *client.region_formats, *client.image_formats)
+first = trax.Rectangle.create(8, 10, 16, 12)
+for n, path in enumerate(images):
+    image = {"color": trax.FileImage.create(path)}
+    if n == 0:
+        objects, _ = client.initialize(image, [(first, {})], {})
+    else:
+        objects, _ = client.frame(image, {}, [])
+    print(*objects[0][0].bounds())
+client.quit()
+sys.exit(served.wait(30))
+"#;
+
+#[test]
+fn our_trackers_are_followed_by_the_client_of_vot_trax() {
+    if !has_python("our_trackers_are_followed_by_the_client_of_vot_trax", "trax") {
+        return;
+    }
+    let place = Place::new();
+    std::fs::write(place.path("client.py"), PEER_CLIENT).unwrap();
+    let mut client = Command::new("python3");
+    client.arg(place.path("client.py")).arg(env!("CARGO_BIN_EXE_trackfail"));
+    let output = client.args((0..20).map(|t| place.image(t))).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("ncc rectangle polygon path"));
+    let expected = track(&*built_in("ncc"), &place.sequence(), 20);
+    assert_eq!(lines.clone().count(), expected.len());
+    for (line, state) in lines.zip(expected) {
+        let got: Vec<f64> = line.split(' ').map(|n| n.parse().unwrap()).collect();
+        let r = state.region.rect();
+        // The library computes in single precision.
+        let close = got.iter().zip([r.x, r.y, r.w, r.h]).all(|(a, b)| (a - b).abs() < 1e-3);
+        assert!(close, "{line} is not {r:?}");
+    }
+}
+
+#[test]
+fn the_example_follows_a_target() {
+    if !has_python("the_example_follows_a_target", "numpy, PIL") {
+        return;
+    }
+    let place = Place::new();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plugins.toml");
+    let states = track(&*program(&file, "least-squares"), &place.sequence(), 60);
+    for (t, state) in states.iter().enumerate() {
+        let (x, y) = self::place(t as u32);
+        assert_eq!(state.region.rect(), Rect::new(f64::from(x), f64::from(y), 16.0, 12.0), "frame {t}");
+    }
+}
