@@ -1,4 +1,5 @@
-//! Numerics without files: seeds, filters, time series models, distributions and their fits.
+//! Numerics without files: seeds, filters, time series models, distributions and their fits,
+//! particles.
 
 pub mod accumulation;
 pub mod arma;
@@ -6,6 +7,7 @@ pub mod distribution;
 pub mod gamma_mixture;
 pub mod kolmogorov;
 pub mod paired;
+pub mod particles;
 pub mod seed;
 pub mod special;
 

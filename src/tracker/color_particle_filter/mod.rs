@@ -39,18 +39,16 @@
 //! - An ellipse without a pixel in the frame has `rho = 0`, as has every ellipse when the first one had none:
 //!   all particles are then equal and wander. When all weights underflow they are made equal.
 
-mod filter;
 mod histogram;
 #[cfg(test)]
 mod tests;
 
 use super::{Moments, Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::Frame;
+use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::{Rect, Region};
-pub use filter::Resampling;
-use filter::{Cloud, Limits, likelihood};
 use histogram::{Binning, Ellipse, Grid, Histogram, MOST_A_CHANNEL, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -264,7 +262,7 @@ struct Tracking {
 
 /// The target since the last initialisation.
 struct Target {
-    cloud: Cloud,
+    cloud: Cloud<5>,
     /// `q`, as shares and ready for comparison.
     shares: Vec<f64>,
     model: Model,
@@ -281,7 +279,7 @@ impl Tracker for Tracking {
         let mut cloud = Cloud::new(first, self.params.particles);
         if self.params.initial_spread > 0.0 {
             let wide = self.deviations.map(|d| d * self.params.initial_spread);
-            cloud.diffuse(&wide, &limits, || self.rng.sample(StandardNormal));
+            cloud.diffuse(&wide, |e| limits.keep(e), || self.rng.sample(StandardNormal));
         }
         self.grid.look(frame, &self.binning, [&first]);
         self.sum(frame, &first);
@@ -300,14 +298,14 @@ impl Tracker for Tracking {
         };
         let Target { cloud, shares, model } = &mut target;
         let limits = self.limits(frame);
-        cloud.diffuse(&self.deviations, &limits, || self.rng.sample(StandardNormal));
+        cloud.diffuse(&self.deviations, |e| limits.keep(e), || self.rng.sample(StandardNormal));
         self.grid.look(frame, &self.binning, &cloud.states);
         self.rho.clear();
         for state in &cloud.states {
             self.sum(frame, state);
             self.rho.push(self.histogram.likeness(model));
         }
-        cloud.weigh(&self.rho, self.params.sigma_color);
+        cloud.weigh(relative_likelihoods(&self.rho, self.params.sigma_color));
         let posterior = cloud.posterior();
         self.sum(frame, &posterior.mean);
         let moments = self.moments(cloud, &posterior, self.histogram.likeness(model));
@@ -352,7 +350,7 @@ impl Tracking {
         self.histogram.sum_inside(&self.grid, ellipse, flat);
     }
 
-    fn moments(&self, cloud: &Cloud, posterior: &filter::Posterior, likeness: f64) -> Moments {
+    fn moments(&self, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness: f64) -> Moments {
         let row = |(s, w): (&Ellipse, &f64)| [s[0], s[1], s[2], s[3], s[4], *w];
         let particles = if self.params.keep_particles {
             cloud.states.iter().zip(&cloud.weights).flat_map(row).collect()
@@ -361,12 +359,44 @@ impl Tracking {
         };
         Moments {
             mean: posterior.mean.to_vec(),
-            covariance: posterior.covariance.to_vec(),
+            covariance: posterior.covariance.as_flattened().to_vec(),
             effective_samples: cloud.effective(),
             likelihood: likelihood(likeness, self.params.sigma_color),
             particles,
         }
     }
+}
+
+/// What keeps ellipses within bounds.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    /// Shortest half axis in pixels.
+    shortest: f64,
+    /// Longest half axis in pixels, not below `shortest`.
+    longest: f64,
+    /// Whether the orientation is brought to `(-pi/2, pi/2]`.
+    wrap: bool,
+}
+
+impl Limits {
+    /// The ellipse within the bounds.
+    fn keep(&self, [x, y, hx, hy, theta]: Ellipse) -> Ellipse {
+        let axis = |h: f64| h.min(self.longest).max(self.shortest);
+        let half = std::f64::consts::PI;
+        let turned = if self.wrap { theta - half * (theta / half - 0.5).ceil() } else { theta };
+        [x, y, axis(hx), axis(hy), turned]
+    }
+}
+
+/// Likelihood `exp((rho - 1) / (2 sigma^2))` of a histogram with Bhattacharyya coefficient `rho`.
+fn likelihood(rho: f64, sigma: f64) -> f64 {
+    ((rho - 1.0) / (2.0 * sigma * sigma)).exp()
+}
+
+/// The likelihoods divided by the best one's, which keeps those of a small `sigma` from underflow.
+fn relative_likelihoods(rho: &[f64], sigma: f64) -> impl Iterator<Item = f64> {
+    let best = rho.iter().fold(0.0, |a: f64, &b| a.max(b));
+    rho.iter().map(move |r| likelihood(1.0 + r - best, sigma))
 }
 
 /// The ellipse that touches the sides of a rectangle or turned quadrilateral; of other polygons, of
