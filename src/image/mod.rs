@@ -5,6 +5,7 @@ pub mod distribution;
 mod encode;
 mod frame;
 mod grey;
+pub mod integral;
 mod window;
 
 /// Version of everything between an image file and a [`Frame`]; part of every track's address.

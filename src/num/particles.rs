@@ -111,9 +111,10 @@ impl<const D: usize> Cloud<D> {
                 }
             }
         }
-        for i in 0..D {
-            for j in 0..i {
-                covariance[i][j] = covariance[j][i];
+        for i in 1..D {
+            let (above, row) = covariance.split_at_mut(i);
+            for (lower, upper) in row[0].iter_mut().zip(above) {
+                *lower = upper[i];
             }
         }
         Posterior { mean, covariance }

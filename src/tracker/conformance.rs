@@ -206,6 +206,7 @@ fn the_list_is_in_order() {
 /// transforms may differ in their last bits between processors.
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("color-particle-filter", 1, "903ba88dc38921bc"),
+    ("fragments-particle-filter", 1, "f6b4994276cc080f"),
     ("ncc", 1, "098328b0acb2f7be"),
     ("scripted", 1, "d134c55166cbc1f3"),
     ("still", 1, "53a7173aca7dcdd5"),

@@ -4,6 +4,7 @@
 //! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
 
 pub mod color_particle_filter;
+pub mod fragments_particle_filter;
 pub mod ncc;
 pub mod process;
 pub mod protocol;
@@ -167,5 +168,12 @@ pub trait Tracker: Send {
 }
 
 /// Every tracker, by kind.
-pub static TRACKERS: &[Entry<dyn Setup>] =
-    &[replay::ENTRY, ncc::ENTRY, still::ENTRY, scripted::ENTRY, color_particle_filter::ENTRY, process::ENTRY];
+pub static TRACKERS: &[Entry<dyn Setup>] = &[
+    replay::ENTRY,
+    ncc::ENTRY,
+    still::ENTRY,
+    scripted::ENTRY,
+    color_particle_filter::ENTRY,
+    process::ENTRY,
+    fragments_particle_filter::ENTRY,
+];
