@@ -17,7 +17,13 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 CRITERION = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent.parent / "target")) / "criterion"
-PEERS = ["signals_numpy.py", "arma_statsmodels.py", "color_particle_filter.py", "gamma_mixture.py"]
+PEERS = [
+    "signals_numpy.py",
+    "arma_statsmodels.py",
+    "color_particle_filter.py",
+    "gamma_mixture.py",
+    "reconstructed_trackers.py",
+]
 
 
 def ours(bench, size):

@@ -6,6 +6,8 @@
 pub mod color_particle_filter;
 pub mod fragments_particle_filter;
 pub mod ncc;
+pub mod pixel_lut;
+
 pub mod process;
 pub mod protocol;
 pub mod replay;
@@ -176,4 +178,5 @@ pub static TRACKERS: &[Entry<dyn Setup>] = &[
     color_particle_filter::ENTRY,
     process::ENTRY,
     fragments_particle_filter::ENTRY,
+    pixel_lut::ENTRY,
 ];
