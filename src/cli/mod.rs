@@ -6,6 +6,7 @@
 pub mod compare;
 pub mod data;
 pub mod detect;
+mod export;
 pub mod fetch;
 pub mod list;
 pub mod merge;

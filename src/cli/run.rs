@@ -1,7 +1,7 @@
 //! `trackfail run [SPEC...]`
 
-use super::Failure;
 use super::output::{self, Format};
+use super::{Failure, export};
 use crate::dataset::lock::Loaded;
 use crate::engine::pass::CellError;
 use crate::engine::plan::{PlannedCell, Shard, State, variants};
@@ -59,6 +59,9 @@ pub struct Args {
     /// At most so many repetitions of every tracker, also on suites that are learned from; tables say so
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     runs: Option<u32>,
+    /// Also write every track as a result file: VOT's format for reset protocols, OTB's for one pass
+    #[arg(long, value_name = "DIR")]
+    export_tracks: Option<PathBuf>,
     /// Seconds after which a cell has failed
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = positive)]
     timeout: f64,
@@ -201,6 +204,9 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
         return Err(failure(RunError::Interrupted));
     }
     tell(args, &format!("{}: {}", experiment.name, outcome.tally));
+    if let Some(folder) = &args.export_tracks {
+        export::write(folder, experiment, &outcome)?;
+    }
     let (results, findings, index) = write(args, experiment, &store, &outcome, start)?;
     drop(outcome);
     tell_problems(&store);

@@ -218,6 +218,8 @@ pub struct Outcome<'a> {
     pub wanted: usize,
     /// Tracks, sequences x jobs.
     pub tracks: Vec<Tracks>,
+    /// The jobs.
+    pub jobs: Vec<Job>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
     /// What was trained or learned.
@@ -365,6 +367,7 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
         missing: test.missing.clone(),
         wanted: test.wanted,
         tracks,
+        jobs: plan.jobs.clone(),
         cells,
         models,
         analyses,

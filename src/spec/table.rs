@@ -36,6 +36,8 @@ pub struct Table {
     pub methods: Vec<String>,
     /// The analysis whose table it is, instead of all that.
     pub shows: Option<Made>,
+    /// The column of that table to which the trackers are the columns; all columns when `None`.
+    pub column: Option<String>,
 }
 
 /// A row of numbers as a paper prints it.
@@ -208,7 +210,11 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
             metric: None,
             methods: Vec::new(),
             shows: Some(made),
+            column: wire.column.as_ref().map(|c| c.get_ref().clone()),
         });
+    }
+    if let Some(column) = &wire.column {
+        return Err(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
     }
     let (Some(wire_rows), Some(wire_columns)) = (&wire.rows, &wire.columns) else {
         return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, or `shows`"));
@@ -250,7 +256,16 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         return Err(source.error(wire_columns.span(), "rows and columns are the same"));
     }
     let methods = read_methods(source, wire.methods.as_deref(), words)?;
-    Ok(Table { name, caption: wire.caption.clone(), rows, columns, metric: shown, methods, shows: None })
+    Ok(Table {
+        name,
+        caption: wire.caption.clone(),
+        rows,
+        columns,
+        metric: shown,
+        methods,
+        shows: None,
+        column: None,
+    })
 }
 
 /// Checks a `[[figure]]`.

@@ -172,6 +172,9 @@ pub struct Table {
     /// Instead of rows and columns: a table that an analysis makes, as `ANALYSIS.TABLE`.
     #[schemars(with = "Option<String>")]
     pub shows: Option<Spanned<String>>,
+    /// With `shows`: only this column of it, with a column for each tracker.
+    #[schemars(with = "Option<String>")]
+    pub column: Option<Spanned<String>>,
     /// The metric shown when neither rows nor columns are metrics.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,

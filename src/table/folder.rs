@@ -119,7 +119,7 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     };
     add("", |r| r.runs, |t| t.runs);
     let learns = experiment.methods.iter().flat_map(|m| &m.variants).any(|v| v.detector.role().is_some());
-    if learns || !experiment.analyses.is_empty() {
+    if learns || experiment.analyses.iter().any(|a| a.signal.is_some()) {
         add(" to learn from", |r| r.training_runs, |t| t.training_runs);
     }
     note

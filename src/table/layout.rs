@@ -267,17 +267,26 @@ pub fn analysed(
         }
     };
     let mut groups: Vec<Group> = found.iter().map(group).collect();
-    if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
-        // A row a tracker.
+    let mut columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
+    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
+    if let Some(column) = &table.column {
+        let place = columns.iter().position(|known| known == column);
+        let rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
+        caption.push_str(&match place {
+            Some(_) => format!(": {column}"),
+            None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
+        });
+        columns = found.iter().map(|(analysed, _)| analysed.tracker.clone()).collect();
+        groups = vec![Group { rows, ..ungrouped() }];
+    } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
         let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
             group.rows.iter_mut().for_each(|row| row.label.clone_from(&analysed.tracker));
             group.rows
         };
-        let rows = groups.into_iter().zip(&found).flat_map(named).collect();
-        groups = vec![Group { label: String::new(), published_tracker: None, has_ours: true, rows }];
+        groups =
+            vec![Group { rows: groups.into_iter().zip(&found).flat_map(named).collect(), ..ungrouped() }];
     }
     let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
-    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
     }
@@ -286,9 +295,29 @@ pub fn analysed(
         caption: format!("{caption} Suites: {suites}; {data_note}."),
         data: data_note.to_string(),
         corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
-        columns: found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone()),
+        columns,
         groups,
     }
+}
+
+/// A group without rows, for all trackers together.
+fn ungrouped() -> Group {
+    Group { label: String::new(), published_tracker: None, has_ours: true, rows: Vec::new() }
+}
+
+/// Column `k` of every group as the columns of one; rows in the order in which they are first met.
+fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    for row in groups.iter().flat_map(|g| &g.rows) {
+        if rows.iter().all(|known| known.label != row.label) {
+            let of_group = |g: &Group| {
+                let mine = g.rows.iter().find(|r| r.label == row.label);
+                mine.and_then(|r| r.cells.get(k).cloned()).unwrap_or_default()
+            };
+            rows.push(Row { cells: groups.iter().map(of_group).collect(), ..row.clone() });
+        }
+    }
+    rows
 }
 
 /// A number with four significant digits, or all digits of a whole one below a million.

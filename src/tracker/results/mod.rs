@@ -7,6 +7,7 @@ pub mod got10k;
 pub mod otb_json;
 pub mod otb_text;
 pub mod vot;
+pub mod write;
 
 pub use otb_text::{Base, read_boxes};
 

@@ -1,0 +1,64 @@
+//! Tracks as result files, for `trackfail run --export-tracks DIR`: a folder a tracker, which `replay` reads when it
+//! lies under `results/` of a data root.
+//!
+//! | protocol | file of run r |
+//! |---|---|
+//! | resets | `<tracker>/<Seq>/<Seq>_00{r+1}.txt`, VOT |
+//! | one pass, one run | `<tracker>/<Seq>.txt`, OTB |
+//! | one pass or spatial, several runs | `<tracker>/<Seq>_00{r+1}.txt`, OTB |
+//!
+//! Runs of the temporal protocol start within a sequence, for which neither format has words; they are left out,
+//! and so are tracks that failed.
+
+use super::{Failure, output};
+use crate::engine::Outcome;
+use crate::engine::store;
+use crate::spec::Experiment;
+use crate::tracker::protocol::RunProtocol;
+use crate::tracker::results::write;
+use std::path::Path;
+
+/// Name of a tracker's folder.
+fn folder_name(label: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    label.chars().map(safe).collect()
+}
+
+/// Writes every track of the test suite below `folder`.
+///
+/// # Errors
+/// When two trackers would share a folder, or a file cannot be written.
+pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> Result<(), Failure> {
+    let names: Vec<String> = experiment.trackers.iter().map(|t| folder_name(&t.label)).collect();
+    for (k, name) in names.iter().enumerate() {
+        if let Some(twin) = names[..k].iter().position(|n| n == name) {
+            let [a, b] = [twin, k].map(|t| experiment.trackers[t].label.as_str());
+            return Err(Failure::Usage(format!("trackers `{a}` and `{b}` would share the folder {name}")));
+        }
+    }
+    let (mut written, mut left_out) = (0, 0);
+    for (sequence, tracks) in outcome.sequences.iter().zip(&outcome.tracks) {
+        for (job, track) in outcome.jobs.iter().zip(tracks) {
+            let tracker = &experiment.trackers[job.tracker];
+            let Some(track) = track.as_ref().ok().filter(|_| tracker.protocol != RunProtocol::OtbTemporal)
+            else {
+                left_out += 1;
+                continue;
+            };
+            let (own, name) = (folder.join(&names[job.tracker]), &sequence.name);
+            let numbered = format!("{name}_{:03}.txt", job.run + 1);
+            let (path, text) = match tracker.protocol {
+                RunProtocol::VotReset | RunProtocol::VotReset2014 | RunProtocol::VotRegionNoise => {
+                    (own.join(name).join(numbered), write::vot(&track.regions, &track.status))
+                }
+                _ if tracker.runs == 1 => (own.join(format!("{name}.txt")), write::otb(&track.regions)),
+                _ => (own.join(numbered), write::otb(&track.regions)),
+            };
+            store::write(&path, text.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
+            written += 1;
+        }
+    }
+    let rest = if left_out > 0 { format!(", {left_out} tracks left out") } else { String::new() };
+    output::note(&format!("{written} result files below {}{rest}", folder.display()));
+    Ok(())
+}
