@@ -6,6 +6,8 @@ mod encode;
 mod frame;
 mod grey;
 pub mod integral;
+pub mod hog;
+pub mod patch;
 mod window;
 
 /// Version of everything between an image file and a [`Frame`]; part of every track's address.

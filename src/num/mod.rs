@@ -4,6 +4,7 @@
 pub mod accumulation;
 pub mod arma;
 pub mod distribution;
+pub mod fourier;
 pub mod gamma_mixture;
 pub mod kolmogorov;
 pub mod paired;

@@ -1,0 +1,321 @@
+//! Patches: parts of a frame as planes of `f32`, cut out, resized or sampled at any place and scale.
+//!
+//! Places are continuous as in [`crate::region`] (the centre of pixel `j` is at `j + 0.5`), values are `0..=255`.
+//! Interpolation is bilinear and does not smooth before it shrinks.
+
+use super::{Frame, Window, luma};
+
+/// What a patch keeps of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colors {
+    /// One plane, [`luma`].
+    Grey,
+    /// Three planes: red, green, blue.
+    Rgb,
+}
+
+impl Colors {
+    /// Number of planes.
+    pub fn planes(self) -> usize {
+        match self {
+            Self::Grey => 1,
+            Self::Rgb => 3,
+        }
+    }
+}
+
+/// What lies beyond the border of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outside {
+    /// The nearest pixel of the border.
+    Repeated,
+    /// Zeros, from the centre of the outermost pixels on.
+    Zero,
+}
+
+/// Sample places along one axis: `start + i * step` for `i` in `0..count`, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// First place.
+    pub start: f64,
+    /// Distance of two places.
+    pub step: f64,
+    /// Number of places.
+    pub count: usize,
+}
+
+impl Axis {
+    /// `count` places that divide `length` pixels around `centre` evenly, each in the middle of its part.
+    pub fn around(centre: f64, length: f64, count: usize) -> Self {
+        let step = length / count as f64;
+        Self { start: centre - 0.5 * length + 0.5 * step, step, count }
+    }
+}
+
+/// One to three planes of equal size.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Patch {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Plane after plane, each with its rows from the top.
+    pub values: Vec<f32>,
+}
+
+/// The two pixels a sample lies between, and their shares.
+#[derive(Debug, Clone, Copy)]
+struct Tap {
+    pixels: [usize; 2],
+    shares: [f32; 2],
+}
+
+impl Patch {
+    /// The pixels of a window; the frame's border is repeated beyond it.
+    pub fn cut(frame: &Frame, window: &Window, colors: Colors) -> Self {
+        Self::resized(frame, window, window.w, window.h, colors)
+    }
+
+    /// The pixels of a window as [`Self::cut`] gives them, resized to `width` columns and `height` rows.
+    pub fn resized(frame: &Frame, window: &Window, width: usize, height: usize, colors: Colors) -> Self {
+        let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
+            let ratio = from as f64 / to as f64;
+            (0..to)
+                .map(|i| {
+                    let place = ((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from as f64 - 1.0);
+                    tap(place).on(|j| (start + j).clamp(0, room as i64 - 1))
+                })
+                .collect()
+        };
+        let across = taps(window.x, window.w.max(1), width, frame.width());
+        let down = taps(window.y, window.h.max(1), height, frame.height());
+        Self::from_taps(frame, &across, &down, colors)
+    }
+
+    /// The frame at the places of two axes.
+    pub fn sampled(frame: &Frame, across: &Axis, down: &Axis, outside: Outside, colors: Colors) -> Self {
+        let taps = |axis: &Axis, room: usize| -> Vec<Tap> {
+            let last = room as f64 - 1.0;
+            (0..axis.count)
+                .map(|i| {
+                    let place = axis.start + i as f64 * axis.step - 0.5;
+                    let mut tap = tap(place.clamp(0.0, last)).on(|j| j.min(room as i64 - 1));
+                    if outside == Outside::Zero && !(0.0..=last).contains(&place) {
+                        tap.shares = [0.0; 2];
+                    }
+                    tap
+                })
+                .collect()
+        };
+        Self::from_taps(frame, &taps(across, frame.width()), &taps(down, frame.height()), colors)
+    }
+
+    fn from_taps(frame: &Frame, across: &[Tap], down: &[Tap], colors: Colors) -> Self {
+        let (width, height, planes) = (across.len(), down.len(), colors.planes());
+        let mut values = vec![0.0; planes * width * height];
+        // Rows of the frame, interpolated sideways; the next row usually needs one of them again.
+        let mut lines = [(); 2].map(|()| (usize::MAX, vec![0.0_f32; planes * width]));
+        for (y, tap) in down.iter().enumerate() {
+            if lines[1].0 == tap.pixels[0] {
+                lines.swap(0, 1);
+            }
+            for (line, row) in lines.iter_mut().zip(tap.pixels) {
+                if line.0 != row {
+                    interpolate(frame.row(row), across, colors, &mut line.1);
+                    line.0 = row;
+                }
+            }
+            let [(_, above), (_, below)] = &lines;
+            let [a, b] = tap.shares;
+            for plane in 0..planes {
+                let start = (plane * height + y) * width;
+                let part = plane * width..(plane + 1) * width;
+                let sources = above[part.clone()].iter().zip(&below[part]);
+                for (o, (u, v)) in values[start..start + width].iter_mut().zip(sources) {
+                    *o = a * u + b * v;
+                }
+            }
+        }
+        Self { width, height, values }
+    }
+
+    /// Number of planes.
+    pub fn planes(&self) -> usize {
+        self.values.len() / (self.width * self.height).max(1)
+    }
+
+    /// Rounds all values to whole numbers, halves up.
+    pub fn round(&mut self) {
+        // Values are not negative, so that cutting off is rounding down.
+        self.values.iter_mut().for_each(|v| *v = (*v + 0.5) as u32 as f32);
+    }
+
+    /// Multiplies all values by `factor`.
+    pub fn scale(&mut self, factor: f32) {
+        self.values.iter_mut().for_each(|v| *v *= factor);
+    }
+}
+
+/// A sample at `place`, counted from the centre of the first pixel and at least 0.
+fn tap(place: f64) -> Tap {
+    let first = place.floor();
+    let share = (place - first) as f32;
+    Tap { pixels: [first as usize, first as usize + 1], shares: [1.0 - share, share] }
+}
+
+impl Tap {
+    fn on(self, pixel: impl Fn(i64) -> i64) -> Self {
+        Self { pixels: self.pixels.map(|j| pixel(j as i64) as usize), ..self }
+    }
+}
+
+fn interpolate(row: &[u8], taps: &[Tap], colors: Colors, line: &mut [f32]) {
+    let pixel = |j: usize| [row[3 * j], row[3 * j + 1], row[3 * j + 2]];
+    match colors {
+        Colors::Grey => {
+            for (o, tap) in line.iter_mut().zip(taps) {
+                let [a, b] = tap.pixels.map(|j| f32::from(luma(pixel(j))));
+                *o = tap.shares[0] * a + tap.shares[1] * b;
+            }
+        }
+        Colors::Rgb => {
+            let (red, rest) = line.split_at_mut(taps.len());
+            let (green, blue) = rest.split_at_mut(taps.len());
+            for (((r, g), b), tap) in red.iter_mut().zip(green).zip(blue).zip(taps) {
+                let [p, q] = tap.pixels.map(|j| pixel(j).map(f32::from));
+                let mixed = |c: usize| tap.shares[0] * p[c] + tap.shares[1] * q[c];
+                (*r, *g, *b) = (mixed(0), mixed(1), mixed(2));
+            }
+        }
+    }
+}
+
+/// A frame of half the width and height, rounded up: means of 2 x 2 pixels, rounded half up. The last column
+/// and row of an odd frame count twice.
+pub fn halved(frame: &Frame) -> Frame {
+    let (width, height) = (frame.width().div_ceil(2), frame.height().div_ceil(2));
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    for y in 0..height {
+        let rows = [frame.row(2 * y), frame.row((2 * y + 1).min(frame.height() - 1))];
+        for x in 0..width {
+            let columns = [2 * x, (2 * x + 1).min(frame.width() - 1)];
+            for c in 0..3 {
+                let sum: u16 = rows.iter().flat_map(|r| columns.map(|j| u16::from(r[3 * j + c]))).sum();
+                rgb.push(((sum + 2) / 4) as u8);
+            }
+        }
+    }
+    Frame::new(width, height, rgb)
+}
+
+/// Whether red, green and blue are equal everywhere.
+pub fn is_grey(frame: &Frame) -> bool {
+    frame.bytes().chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A ramp in each color: `x + 2 y`, `3 x`, `200 - 2 y`.
+    fn ramp() -> Frame {
+        Frame::from_fn(40, 30, |x, y| [(x + 2 * y) as u8, (3 * x) as u8, (200 - 2 * y) as u8])
+    }
+
+    #[test]
+    fn a_cut_repeats_the_border() {
+        let frame = ramp();
+        let window = Window { x: -3, y: 27, w: 6, h: 5 };
+        let patch = Patch::cut(&frame, &window, Colors::Rgb);
+        assert_eq!((patch.width, patch.height, patch.planes()), (6, 5, 3));
+        let grey = Patch::cut(&frame, &window, Colors::Grey);
+        for y in 0..5 {
+            for x in 0..6 {
+                let want = frame.pixel_clamped(x as i64 - 3, y as i64 + 27);
+                let got = [0, 1, 2].map(|c| patch.values[(c * 5 + y) * 6 + x]);
+                assert_eq!(got, want.map(f32::from));
+                assert_eq!(grey.values[y * 6 + x], f32::from(luma(want)));
+            }
+        }
+    }
+
+    #[test]
+    fn halves_are_means_of_four() {
+        let frame = Frame::from_fn(3, 3, |x, y| [(10 * x + y) as u8, 7, (x * y) as u8]);
+        let half = halved(&frame);
+        assert_eq!((half.width(), half.height()), (2, 2));
+        // (0 + 10 + 1 + 11) / 4 = 5.5; (0 + 0 + 0 + 1) / 4 = 0.25; beyond the border 20, 20, 21, 21; 2, 2, 4, 4.
+        assert_eq!(half.pixel(0, 0), [6, 7, 0]);
+        assert_eq!(half.pixel(1, 0), [21, 7, 1]);
+        assert_eq!(half.pixel(1, 1), [22, 7, 4]);
+        assert!(!is_grey(&frame) && is_grey(&Frame::new(2, 1, vec![4, 4, 4, 9, 9, 9])));
+    }
+
+    #[test]
+    fn zeros_begin_at_the_outermost_centres() {
+        let frame = Frame::new(4, 1, vec![100; 12]);
+        let across = Axis { start: 0.25, step: 0.25, count: 16 };
+        let down = Axis { start: 0.5, step: 1.0, count: 1 };
+        let sampled = |outside| Patch::sampled(&frame, &across, &down, outside, Colors::Grey).values;
+        assert_eq!(sampled(Outside::Repeated), [100.0; 16]);
+        let zeros = sampled(Outside::Zero);
+        for (i, v) in zeros.iter().enumerate() {
+            let place = 0.25 + 0.25 * i as f64;
+            assert_eq!(*v, if (0.5..=3.5).contains(&place) { 100.0 } else { 0.0 }, "{place}");
+        }
+    }
+
+    #[test]
+    fn rounds_halves_up() {
+        let mut patch = Patch { width: 4, height: 1, values: vec![0.5, 1.49, 254.5, 0.0] };
+        patch.round();
+        assert_eq!(patch.values, [1.0, 1.0, 255.0, 0.0]);
+        patch.scale(0.5);
+        assert_eq!(patch.values, [0.5, 0.5, 127.5, 0.0]);
+    }
+
+    proptest! {
+        // Bilinear interpolation is exact on linear functions.
+        #[test]
+        fn a_ramp_stays_a_ramp(
+            w in 2_usize..20, h in 2_usize..15, width in 1_usize..40, height in 1_usize..40,
+            start in 1.0..20.0, step in 0.05..0.9,
+        ) {
+            let frame = ramp();
+            let window = Window { x: 9, y: 8, w, h };
+            let patch = Patch::resized(&frame, &window, width, height, Colors::Rgb);
+            let place = |i: usize, from: usize, to: usize| {
+                ((i as f64 + 0.5) * from as f64 / to as f64 - 0.5).clamp(0.0, from as f64 - 1.0)
+            };
+            for y in 0..height {
+                for x in 0..width {
+                    let (u, v) = (9.0 + place(x, w, width), 8.0 + place(y, h, height));
+                    let want = [u + 2.0 * v, 3.0 * u, 200.0 - 2.0 * v];
+                    for (c, want) in want.into_iter().enumerate() {
+                        let got = patch.values[(c * height + y) * width + x];
+                        prop_assert!((f64::from(got) - want).abs() < 1e-3, "{} {}", got, want);
+                    }
+                }
+            }
+            let across = Axis { start, step, count: 20 };
+            let down = Axis { start: 12.5, step: 0.5, count: 9 };
+            for outside in [Outside::Repeated, Outside::Zero] {
+                let patch = Patch::sampled(&frame, &across, &down, outside, Colors::Rgb);
+                for k in 0..180 {
+                    let (u, v) = (start + (k % 20) as f64 * step - 0.5, 12.0 + (k / 20) as f64 * 0.5);
+                    prop_assert!((f64::from(patch.values[k]) - u - 2.0 * v).abs() < 1e-3);
+                    prop_assert!((f64::from(patch.values[180 + k]) - 3.0 * u).abs() < 1e-3);
+                }
+            }
+        }
+
+        #[test]
+        fn an_axis_around_a_centre_is_symmetric(centre in -9.0..9.0, length in 0.1..9.0, count in 1_usize..9) {
+            let axis = Axis::around(centre, length, count);
+            let last = axis.start + axis.step * (count as f64 - 1.0);
+            prop_assert!((0.5 * (axis.start + last) - centre).abs() < 1e-9);
+            prop_assert!((axis.step * count as f64 - length).abs() < 1e-9);
+        }
+    }
+}
