@@ -175,6 +175,7 @@ mod tests {
         ("tracker process", "057baa391b19be9a"),
         ("tracker fragments-particle-filter", "759380adf8427e48"),
         ("tracker pixel-lut", "5786871efedf68ff"),
+        ("tracker kcf", "8859d0c0df15ea85"),
         ("signal distribution-field", "a3aa7cb80f545afb"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),

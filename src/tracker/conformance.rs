@@ -207,6 +207,7 @@ fn the_list_is_in_order() {
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("color-particle-filter", 1, "903ba88dc38921bc"),
     ("fragments-particle-filter", 1, "f6b4994276cc080f"),
+    ("kcf", 1, "742f231b58208290"),
     ("ncc", 1, "098328b0acb2f7be"),
     ("pixel-lut", 1, "f275f1ffd3a63c02"),
     ("scripted", 1, "d134c55166cbc1f3"),

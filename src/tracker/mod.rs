@@ -5,6 +5,8 @@
 
 pub mod color_particle_filter;
 pub mod fragments_particle_filter;
+mod correlation;
+pub mod kcf;
 pub mod ncc;
 pub mod pixel_lut;
 
@@ -179,4 +181,5 @@ pub static TRACKERS: &[Entry<dyn Setup>] = &[
     process::ENTRY,
     fragments_particle_filter::ENTRY,
     pixel_lut::ENTRY,
+    kcf::ENTRY,
 ];
