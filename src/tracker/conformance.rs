@@ -207,6 +207,7 @@ fn the_list_is_in_order() {
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("color-particle-filter", 1, "903ba88dc38921bc"),
     ("fragments-particle-filter", 1, "f6b4994276cc080f"),
+    ("dsst", 1, "5ca8fd78c14580b6"),
     ("kcf", 1, "742f231b58208290"),
     ("ncc", 1, "098328b0acb2f7be"),
     ("pixel-lut", 1, "f275f1ffd3a63c02"),

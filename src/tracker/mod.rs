@@ -6,6 +6,7 @@
 pub mod color_particle_filter;
 pub mod fragments_particle_filter;
 mod correlation;
+pub mod dsst;
 pub mod kcf;
 pub mod ncc;
 pub mod pixel_lut;
@@ -182,4 +183,5 @@ pub static TRACKERS: &[Entry<dyn Setup>] = &[
     fragments_particle_filter::ENTRY,
     pixel_lut::ENTRY,
     kcf::ENTRY,
+    dsst::ENTRY,
 ];

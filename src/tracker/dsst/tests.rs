@@ -1,0 +1,103 @@
+use super::*;
+use crate::tracker::correlation::testing::{self, texture};
+use proptest::prelude::*;
+
+fn follow(params: &str, region: &Region, frames: &[Frame]) -> Rect {
+    testing::follow(&ENTRY, params, region, frames).rect()
+}
+
+// python3: import numpy as np; rng = np.arange(70); F, G = np.fft.fft2, np.fft.ifft2
+// def look(k): return ((rng * 7919 + k * 104729) * 1664525 % 2**20 >> 10).reshape(2, 5, 7) / 1024
+// w = np.outer(np.hanning(5), np.hanning(7)); s = lambda n: np.array([i - n if 2 * i >= n else i for i in range(n)])
+// Y = F(np.exp(-.5 * (s(5)[:, None]**2 + s(7)**2))); X = [F(w * look(k)) for k in (1, 2, 3)]
+// N = .8 * Y * X[0].conj() + .2 * Y * X[1].conj(); D = (.8 * abs(X[0])**2 + .2 * abs(X[1])**2).sum(0)
+// r = G((N * X[2]).sum(0) / (D + .01)).real; print(r[0, :3], r[3, 4])
+#[test]
+fn responses_agree_with_numpy() {
+    let look = |k: usize| -> Vec<f32> {
+        (0..70).map(|i| (((i * 7919 + k * 104_729) * 1_664_525 % (1 << 20)) >> 10) as f32 / 1024.0).collect()
+    };
+    let mut filter = Filter::new(Fourier::new(7, 5), hann_plane(7, 5), &label(7, 5, 1.0), 2);
+    filter.learn(&look(1), 0.2);
+    filter.learn(&look(2), 0.2);
+    let response = filter.respond(&look(3), 0.01);
+    let got = [response[0], response[1], response[2], response[3 * 7 + 4]];
+    assert!(got.iter().zip(NUMPY).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?}");
+}
+const NUMPY: [f32; 4] = [0.705008, 0.429179, 0.162831, -0.014818];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    // Odd and broken sizes and places included: nothing is rounded on the way.
+    #[test]
+    fn whole_pixels_are_followed_exactly(
+        dx in -9_i32..10, dy in -9_i32..10, x in 60.0..64.0, y in 40.0..44.0, w in 24.0..33.0, h in 24.0..33.0,
+    ) {
+        let (dx, dy) = (f64::from(dx), f64::from(dy));
+        let first = Rect::new(x, y, w, h);
+        let frames = [texture(0.0, 0.0, 1.0, false), texture(dx, dy, 1.0, false)];
+        let got = follow("{}", &Region::Rect(first), &frames);
+        let want = first.shifted(dx, dy);
+        let far = [got.x - want.x, got.y - want.y, got.w - want.w, got.h - want.h];
+        prop_assert!(far.iter().all(|d| d.abs() < 1e-9), "{:?} {:?}", got, want);
+    }
+}
+
+#[test]
+fn grows_and_shrinks_with_its_target() {
+    let first = Rect::new(60.0, 40.0, 40.0, 40.0);
+    for step in [1.02_f64, 1.0 / 1.02] {
+        let frames: Vec<Frame> = (0..15).map(|t| texture(0.0, 0.0, step.powi(t), false)).collect();
+        let got = follow("{}", &Region::Rect(first), &frames);
+        let want = 40.0 * step.powi(14);
+        assert!(
+            (got.w / want - 1.0).abs() < 0.1 && (got.w - got.h).abs() < 1e-9,
+            "{got:?} instead of {want}"
+        );
+        assert!((got.centre().0 - 80.0).abs() < 1.5 && (got.centre().1 - 60.0).abs() < 1.5, "{got:?}");
+        assert_eq!(follow("{ scales = 1 }", &Region::Rect(first), &frames).w, 40.0);
+    }
+}
+
+#[test]
+fn large_targets_start_at_a_larger_scale() {
+    let first = Rect::new(40.0, 30.0, 500.0, 420.0);
+    let frame = |d: f64| {
+        let small = texture(d / 4.0, 0.0, 1.0, false);
+        Frame::from_fn(640, 480, |x, y| small.pixel(x / 4, y / 4))
+    };
+    let target = Target::new(&Params::default(), &frame(0.0), &Region::Rect(first));
+    assert!(target.scale > 1.7 && (target.size.0 * target.size.1) as f64 <= 1.01 * LARGEST);
+    assert_eq!(target.rect(), first);
+    let got = follow("{ scales = 1 }", &Region::Rect(first), &[frame(0.0), frame(12.0)]);
+    assert!((got.x - 52.0).abs() <= 2.0 && (got.y - 30.0).abs() <= 2.0 && got.w == 500.0, "{got:?}");
+}
+
+#[test]
+fn turned_boxes_start_upright_with_their_area() {
+    // Half the area of its bounds, so the sides shrink by the root of a half.
+    let diamond = Region::Polygon(vec![(50.0, 20.0), (80.0, 40.0), (50.0, 60.0), (20.0, 40.0)]);
+    let got = upright(&diamond);
+    let half = 0.5_f64.sqrt();
+    assert!((got.w - 60.0 * half).abs() < 1e-9 && (got.h - 40.0 * half).abs() < 1e-9);
+    assert!((got.centre().0 - 50.0).abs() < 1e-9 && (got.centre().1 - 40.0).abs() < 1e-9);
+}
+
+#[test]
+fn refuses_parameters_out_of_range() {
+    for bad in [
+        "{ window = 0.5 }",
+        "{ lambda = 0.0 }",
+        "{ rate = -0.1 }",
+        "{ label_width = nan }",
+        "{ scales = 32 }",
+        "{ scales = 101 }",
+        "{ scale_step = 1.0 }",
+        "{ scale_label_width = 0.0 }",
+        "{ scale_area = 1.0 }",
+        "{ x = 1 }",
+    ] {
+        assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
+    }
+}
