@@ -177,6 +177,7 @@ mod tests {
         ("tracker pixel-lut", "5786871efedf68ff"),
         ("tracker kcf", "8859d0c0df15ea85"),
         ("tracker dsst", "e1b2c9cf0823191f"),
+        ("tracker samf", "32445769e1e6121e"),
         ("signal distribution-field", "a3aa7cb80f545afb"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),

@@ -1,5 +1,6 @@
 //! Pixels without files: frames, integer windows on them, filters.
 
+pub mod color_names;
 mod decode;
 pub mod distribution;
 mod encode;

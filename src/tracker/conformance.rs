@@ -211,6 +211,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("kcf", 1, "742f231b58208290"),
     ("ncc", 1, "098328b0acb2f7be"),
     ("pixel-lut", 1, "f275f1ffd3a63c02"),
+    ("samf", 1, "eced239009d57018"),
     ("scripted", 1, "d134c55166cbc1f3"),
     ("still", 1, "53a7173aca7dcdd5"),
 ];

@@ -15,6 +15,7 @@ pub mod process;
 pub mod protocol;
 pub mod replay;
 pub mod results;
+pub mod samf;
 pub mod scripted;
 pub mod still;
 pub mod trax;
@@ -184,4 +185,5 @@ pub static TRACKERS: &[Entry<dyn Setup>] = &[
     pixel_lut::ENTRY,
     kcf::ENTRY,
     dsst::ENTRY,
+    samf::ENTRY,
 ];
