@@ -24,6 +24,8 @@ PEERS = [
     "gamma_mixture.py",
     "reconstructed_trackers.py",
 ]
+PEERS = ["signals_numpy.py", "arma_statsmodels.py", "color_particle_filter.py", "gamma_mixture.py"]
+PEERS += ["opencv_trackers.py"]
 
 
 def ours(bench, size):

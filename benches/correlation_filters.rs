@@ -1,0 +1,53 @@
+//! Time a frame of the correlation filter trackers: a target of 64 x 64 pixels in a frame of 640 x 480 that moves by
+//! three pixels a frame and back, one thread.
+//!
+//! `benches/peers/opencv_trackers.py` times OpenCV's trackers on the same frames.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+use trackfail::dataset::synthetic;
+use trackfail::image::Frame;
+use trackfail::region::{Rect, Region};
+use trackfail::tracker::{Start, dsst, kcf, samf};
+
+/// Gradients with texture of +-12 values, as photographs have, moved to the right by `shift`.
+fn frame(shift: usize) -> Frame {
+    Frame::from_fn(640, 480, |x, y| {
+        let x = x + 12 - shift;
+        std::array::from_fn(|c| {
+            let smooth = 110.0
+                + 50.0 * (0.03 * x as f64 + c as f64).sin()
+                + 30.0 * (0.05 * y as f64 + 2.0 * c as f64).cos();
+            let texture = ((x * 7919 + y * 104_729 + c * 1299) * 2_654_435_761 % 4_294_967_296) >> 16;
+            (smooth + (texture % 25) as f64 - 12.0).clamp(0.0, 255.0) as u8
+        })
+    })
+}
+
+fn filters(criterion: &mut Criterion) {
+    let frames = [3, 6, 9, 12, 9, 6, 3, 0].map(frame);
+    let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
+    let cases = [
+        ("kcf", &kcf::ENTRY, "{}"),
+        ("kcf-grey", &kcf::ENTRY, "{ features = \"grey\" }"),
+        ("kcf-vot", &kcf::ENTRY, "{ preset = \"vot\" }"),
+        ("dsst", &dsst::ENTRY, "{}"),
+        ("samf", &samf::ENTRY, "{}"),
+    ];
+    for (name, entry, params) in cases {
+        let setup = entry.build_from_text(params).expect("the parameters are valid");
+        let start = Start { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let mut tracker = setup.open(&start).expect("it opens");
+        let region = Region::Rect(Rect::new(288.0, 208.0, 64.0, 64.0));
+        tracker.init(&frames[7], &region).expect("it starts");
+        let mut group = criterion.benchmark_group(name);
+        let mut turn = frames.iter().cycle();
+        group.bench_with_input(BenchmarkId::from_parameter(64), &64, |bencher, _| {
+            bencher.iter(|| turn.next().map(|f| tracker.update(black_box(f)).expect("it goes on")))
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, filters);
+criterion_main!(benches);
