@@ -23,9 +23,8 @@ PEERS = [
     "color_particle_filter.py",
     "gamma_mixture.py",
     "reconstructed_trackers.py",
+    "opencv_trackers.py",
 ]
-PEERS = ["signals_numpy.py", "arma_statsmodels.py", "color_particle_filter.py", "gamma_mixture.py"]
-PEERS += ["opencv_trackers.py"]
 
 
 def ours(bench, size):

@@ -6,8 +6,8 @@ pub mod distribution;
 mod encode;
 mod frame;
 mod grey;
-pub mod integral;
 pub mod hog;
+pub mod integral;
 pub mod patch;
 mod window;
 

@@ -4,13 +4,12 @@
 //! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
 
 pub mod color_particle_filter;
-pub mod fragments_particle_filter;
 mod correlation;
 pub mod dsst;
+pub mod fragments_particle_filter;
 pub mod kcf;
 pub mod ncc;
 pub mod pixel_lut;
-
 pub mod process;
 pub mod protocol;
 pub mod replay;

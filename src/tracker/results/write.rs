@@ -37,7 +37,7 @@ pub fn otb(regions: &[Region]) -> String {
 mod tests {
     use super::*;
     use crate::region::Rect;
-    use crate::tracker::results::{otb_text, vot as read};
+    use crate::tracker::results::{Base, otb_text, vot as read};
     use proptest::prelude::*;
 
     #[test]
@@ -68,9 +68,10 @@ mod tests {
             prop_assert_eq!(back.iter().map(|s| s.region.clone()).collect::<Vec<_>>(), regions.clone());
             prop_assert_eq!(back.iter().map(|s| s.status).collect::<Vec<_>>(), status);
             std::fs::write(&path, otb(&regions)).unwrap();
-            let rows = otb_text::rows(&path).unwrap();
-            for ((_, row), region) in rows.iter().zip(&regions) {
-                prop_assert_eq!(Region::from_numbers(row).unwrap(), region.shifted(1.0, 1.0));
+            let back = otb_text::read_boxes(&path, Base::One).unwrap();
+            for (back, region) in back.iter().zip(&regions) {
+                // One is added and taken away again.
+                prop_assert_eq!(back, &region.shifted(1.0, 1.0).shifted(-1.0, -1.0));
             }
         }
     }
