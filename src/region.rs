@@ -143,7 +143,7 @@ impl Region {
         };
         let (x0, y0, x1, y1) = bounds(p);
         if p.len() != 4 || p.iter().all(|c| (c.0 == x0 || c.0 == x1) && (c.1 == y0 || c.1 == y1)) {
-            return Rect::new(x0, y0, x1 - x0, y1 - y0);
+            return self.bounds();
         }
         let side = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0).hypot(b.1 - a.1);
         let (s0, s1) =
@@ -154,6 +154,17 @@ impl Region {
         let cx = p.iter().map(|c| c.0).sum::<f64>() / 4.0;
         let cy = p.iter().map(|c| c.1).sum::<f64>() / 4.0;
         Rect::new(cx - w / 2.0, cy - h / 2.0, w, h)
+    }
+
+    /// The smallest upright rectangle around the region.
+    pub fn bounds(&self) -> Rect {
+        match self {
+            Self::Rect(r) => *r,
+            Self::Polygon(p) => {
+                let (x0, y0, x1, y1) = bounds(p);
+                Rect::new(x0, y0, x1 - x0, y1 - y0)
+            }
+        }
     }
 
     /// The same region moved by `(dx, dy)`.

@@ -372,14 +372,7 @@ fn upright(region: &Region) -> Rect {
     let Region::Polygon(corners) = region else { return region.rect() };
     let n = corners.len() as f64;
     let mean = |k: fn(&(f64, f64)) -> f64| corners.iter().map(k).sum::<f64>() / n;
-    let extent = |k: fn(&(f64, f64)) -> f64| {
-        let (low, high) = corners
-            .iter()
-            .map(k)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        high - low
-    };
-    let (w, h) = (extent(|c| c.0), extent(|c| c.1));
+    let Rect { w, h, .. } = region.bounds();
     let factor = (region.area() / (w * h)).sqrt();
     let (w, h) = (w * factor, h * factor);
     Rect::new(mean(|c| c.0) - 0.5 * w, mean(|c| c.1) - 0.5 * h, w, h)

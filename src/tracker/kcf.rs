@@ -216,7 +216,7 @@ struct Target {
 
 impl Target {
     fn new(p: &Checked, frame: &Frame, region: &Region) -> Self {
-        let first = if p.scale_step > 1.0 { bounds(region) } else { region.rect() };
+        let first = region.bounds();
         let (width, height) = (frame.width() as f64, frame.height() as f64);
         let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
         let cell = if p.features == Features::Hog { p.cell } else { 1 };
@@ -347,16 +347,6 @@ impl Target {
         let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
         Region::Rect(Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h))
     }
-}
-
-/// The smallest upright rectangle around a region.
-fn bounds(region: &Region) -> Rect {
-    let corners = region.corners();
-    let side =
-        |f: fn(f64, f64) -> f64, start: f64, k: fn(&(f64, f64)) -> f64| corners.iter().map(k).fold(start, f);
-    let (x0, y0) = (side(f64::min, f64::INFINITY, |c| c.0), side(f64::min, f64::INFINITY, |c| c.1));
-    let (x1, y1) = (side(f64::max, f64::NEG_INFINITY, |c| c.0), side(f64::max, f64::NEG_INFINITY, |c| c.1));
-    Rect::new(x0, y0, x1 - x0, y1 - y0)
 }
 
 impl Tracker for Tracking {

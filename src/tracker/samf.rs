@@ -176,7 +176,7 @@ struct Target {
 
 impl Target {
     fn new(p: &Params, frame: &Frame, region: &Region) -> Self {
-        let first = region.rect();
+        let first = region.bounds();
         let (width, height) = (frame.width() as f64, frame.height() as f64);
         let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
         let times = halvings((w * h).sqrt());
