@@ -9,6 +9,7 @@ mod grey;
 pub mod hog;
 pub mod integral;
 pub mod patch;
+pub mod warp;
 mod window;
 
 /// Version of everything between an image file and a [`Frame`]; part of every track's address.

@@ -6,9 +6,11 @@ pub mod arma;
 pub mod distribution;
 pub mod fourier;
 pub mod gamma_mixture;
+pub mod incremental_pca;
 pub mod kolmogorov;
 pub mod paired;
 pub mod particles;
+pub mod lasso;
 pub mod seed;
 pub mod special;
 

@@ -1,0 +1,298 @@
+//! Principal components that are updated batch by batch, with the mean (Ross, Lim, Lin and Yang,
+//! "Incremental learning for robust visual tracking", IJCV 77, 2008, section 3.1, their algorithm R-SVD with
+//! mean update).
+//!
+//! ```text
+//! batch of m vectors with mean b; so far n vectors with mean a, basis U, singular values D
+//! B = [x_1 - b, ..., x_m - b, sqrt(m n / (m + n)) (a - b)]          the last column only when n > 0
+//! [f U D, B] = U' D' V'                                             (SVD)
+//! U <- U',  D <- D',  a <- (f n a + m b) / (f n + m),  n <- f n + m
+//! ```
+//!
+//! With the forgetting factor `f = 1` and all components kept, `U` and `D` are those of all vectors minus their
+//! mean, in one matrix of a column each. With `f < 1` older batches count less and less. Components with
+//! `D_k^2 < 1e-6 sum D^2` are dropped, and all beyond the number asked for.
+//!
+//! Choices: the source first brings the wide matrix to a small one by a QR decomposition, which has the same
+//! `U'` and `D'`. Here the columns themselves are turned until they are orthogonal (Hestenes, "Inversion
+//! of matrices by biorthogonalization", J. SIAM 6, 1958), which is exact also where they depend on each
+//! other. The first batch is cut by the same bound. The trackers' code keeps as many components as the first
+//! batch has vectors, of which the last is made of rounding errors.
+
+/// Least share of a component in the sum of squared singular values.
+const LEAST: f64 = 1e-6;
+/// Largest cosine between two columns that counts as a right angle.
+const UPRIGHT: f64 = 1e-14;
+/// Most passes through the pairs of columns; about ten are needed.
+const PASSES: usize = 60;
+const LANES: usize = 8;
+
+/// Mean, basis and singular values of the vectors so far.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IncrementalPca {
+    mean: Vec<f64>,
+    basis: Vec<Vec<f64>>,
+    singular_values: Vec<f64>,
+    count: f64,
+}
+
+impl IncrementalPca {
+    /// Of no vectors yet, each of which will have `dimension` numbers: mean 0, no basis.
+    pub fn new(dimension: usize) -> Self {
+        Self { mean: vec![0.0; dimension], basis: Vec::new(), singular_values: Vec::new(), count: 0.0 }
+    }
+
+    /// The mean, `dimension` numbers.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// The components, orthonormal vectors of `dimension` numbers, in the order of the singular values.
+    pub fn basis(&self) -> &[Vec<f64>] {
+        &self.basis
+    }
+
+    /// Singular values of the centred vectors, descending.
+    pub fn singular_values(&self) -> &[f64] {
+        &self.singular_values
+    }
+
+    /// Takes in a batch of vectors, keeping at most `most` components; `forgetting` is above 0, at most 1.
+    ///
+    /// A batch that is empty, has a number that is not finite or overflows changes nothing.
+    ///
+    /// # Panics
+    /// When a vector has another dimension: a mistake in the caller.
+    pub fn update(&mut self, batch: &[Vec<f64>], forgetting: f64, most: usize) {
+        let dimension = self.mean.len();
+        assert!(batch.iter().all(|x| x.len() == dimension), "dimension of a batch");
+        if batch.is_empty() {
+            return;
+        }
+        let size = batch.len() as f64;
+        let mut mean = vec![0.0; dimension];
+        for x in batch {
+            mean.iter_mut().zip(x).for_each(|(m, x)| *m += x / size);
+        }
+        let difference = |x: &[f64], by: f64| x.iter().zip(&mean).map(|(x, m)| by * (x - m)).collect();
+        let mut columns: Vec<Vec<f64>> = batch.iter().map(|x| difference(x, 1.0)).collect();
+        if self.count > 0.0 {
+            columns.push(difference(&self.mean, (size * self.count / (size + self.count)).sqrt()));
+        }
+        for (u, d) in self.basis.iter().zip(&self.singular_values) {
+            columns.push(u.iter().map(|u| forgetting * d * u).collect());
+        }
+        if !columns.iter().all(|c| dot(c, c).is_finite()) {
+            return;
+        }
+        orthogonalise(&mut columns);
+
+        let mut spread: Vec<(f64, Vec<f64>)> = columns.into_iter().map(|c| (dot(&c, &c), c)).collect();
+        spread.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let total: f64 = spread.iter().map(|(square, _)| square).sum();
+        spread.truncate(most);
+        spread.retain(|(square, _)| *square > 0.0 && *square >= LEAST * total);
+        self.singular_values = spread.iter().map(|(square, _)| square.sqrt()).collect();
+        self.basis = spread
+            .into_iter()
+            .map(|(square, column)| column.into_iter().map(|v| v / square.sqrt()).collect())
+            .collect();
+        let old = forgetting * self.count;
+        for (a, b) in self.mean.iter_mut().zip(&mean) {
+            *a = (old * *a + size * b) / (old + size);
+        }
+        self.count = old + size;
+    }
+}
+
+/// Turns pairs of columns until all are orthogonal to each other; their span and the sum of their outer
+/// products stay.
+fn orthogonalise(columns: &mut [Vec<f64>]) {
+    for _ in 0..PASSES {
+        let mut turned = false;
+        let mut squares: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
+        for j in 1..columns.len() {
+            let (before, after) = columns.split_at_mut(j);
+            let Some(b) = after.first_mut() else { continue };
+            for (i, a) in before.iter_mut().enumerate() {
+                let product = dot(a, b);
+                if product.abs() <= UPRIGHT * (squares[i] * squares[j]).sqrt() {
+                    continue;
+                }
+                turned = true;
+                let cotangent = (squares[j] - squares[i]) / (2.0 * product);
+                let tangent = 1.0_f64.copysign(cotangent) / (cotangent.abs() + cotangent.hypot(1.0));
+                let cosine = 1.0 / tangent.hypot(1.0);
+                let sine = cosine * tangent;
+                for (a, b) in a.iter_mut().zip(b.iter_mut()) {
+                    (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+                }
+                squares[i] = (squares[i] - tangent * product).max(0.0);
+                squares[j] = (squares[j] + tangent * product).max(0.0);
+            }
+        }
+        if !turned {
+            return;
+        }
+    }
+}
+
+/// The sum of products, in lanes.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sum = [0.0; LANES];
+    for (a, b) in a.zip(b) {
+        for l in 0..LANES {
+            sum[l] += a[l] * b[l];
+        }
+    }
+    sum.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Numbers with a falling spectrum: row `t` of the matrix in the Python calls below.
+    fn vector(t: usize) -> Vec<f64> {
+        (0..12)
+            .map(|j| {
+                let (t, j) = (t as f64, j as f64);
+                (1..6)
+                    .map(|k| (1.3 * k as f64 * t + 0.2 * j).sin() * (0.7 * k as f64 * j).cos() / k as f64)
+                    .sum::<f64>()
+                    + 0.1 * j
+            })
+            .collect()
+    }
+
+    fn batches(sizes: &[usize], forgetting: f64, most: usize) -> IncrementalPca {
+        let mut pca = IncrementalPca::new(12);
+        let mut next = 0;
+        for size in sizes {
+            let batch: Vec<_> = (next..next + size).map(vector).collect();
+            pca.update(&batch, forgetting, most);
+            next += size;
+        }
+        pca
+    }
+
+    // python3: import numpy as np; t,j,k=np.ogrid[:20,:12,1:6]
+    // X=(np.sin(1.3*k*t+.2*j)*np.cos(.7*k*j)/k).sum(2)+.1*np.arange(12)
+    // U,D,V=np.linalg.svd(X-X.mean(0)); print(D); print(V[0]*np.sign(V[0,0]),X.mean(0))
+    #[test]
+    fn batches_give_what_numpy_gives_at_once() {
+        for sizes in [&[20][..], &[5, 5, 5, 5], &[1, 13, 6]] {
+            let pca = batches(sizes, 1.0, 99);
+            assert_eq!(pca.singular_values().len(), SINGULAR.len());
+            for (ours, theirs) in pca.singular_values().iter().zip(SINGULAR) {
+                assert!((ours - theirs).abs() < 1e-12 * SINGULAR[0], "{sizes:?}: {ours} {theirs}");
+            }
+            let first = &pca.basis()[0];
+            for j in 0..12 {
+                assert!((first[j] * first[0].signum() - FIRST[j]).abs() < 1e-12, "{sizes:?}");
+                assert!((pca.mean()[j] - MEAN[j]).abs() < 1e-13, "{sizes:?}");
+            }
+        }
+    }
+    const SINGULAR: [f64; 10] = [
+        6.305867325651224,
+        5.124947299305144,
+        3.0855497043165987,
+        2.249889183480727,
+        2.113487612332826,
+        1.7515499088596138,
+        1.4940909126958248,
+        0.5576043609593111,
+        0.06121592219681809,
+        0.02052323253776541,
+    ];
+    const FIRST: [f64; 12] = [
+        0.20814248238652944,
+        0.17661834491952766,
+        0.12100540851808464,
+        -0.24485889677425418,
+        -0.43317139583895675,
+        -0.454080306620532,
+        -0.26653993387287445,
+        0.09164766353081677,
+        0.3418942100670213,
+        0.4404245159556466,
+        0.25807747633641465,
+        -0.012077934680828475,
+    ];
+    const MEAN: [f64; 12] = [
+        0.023047976048677754,
+        0.06125631364250581,
+        0.231759158648905,
+        0.2773955191467329,
+        0.3887243798262505,
+        0.48405209876105604,
+        0.5890611770873427,
+        0.6741806187920079,
+        0.8453832348752046,
+        0.9389338132298217,
+        1.053037242186953,
+        1.0498287225351235,
+    ];
+
+    // python3, as above: f=.9; m,n=X[:8].mean(0),8; U,D,_=np.linalg.svd((X[:8]-m).T,full_matrices=False)
+    // B=np.c_[(X[8:]-X[8:].mean(0)).T,np.sqrt(12*n/(12+n))*(m-X[8:].mean(0))]
+    // np.linalg.svd(np.c_[f*U*D,B])[1][:4], ((f*n*m+12*X[8:].mean(0))/(f*n+12))[:2]
+    #[test]
+    fn forgetting_shrinks_the_older_part() {
+        let pca = batches(&[8, 12], 0.9, 99);
+        for (ours, theirs) in pca.singular_values()[..4].iter().chain(&pca.mean()[..2]).zip(FORGOTTEN) {
+            assert!((ours - theirs).abs() < 1e-12, "{ours} {theirs}");
+        }
+    }
+    const FORGOTTEN: [f64; 6] = [
+        6.0705759139060715,
+        4.963862351975791,
+        2.96598323056888,
+        2.2052195968681714,
+        0.013408389509485173,
+        0.058642659518653883,
+    ];
+
+    #[test]
+    fn what_has_no_spread_has_no_components() {
+        let mut pca = IncrementalPca::new(3);
+        for _ in 0..3 {
+            pca.update(&[vec![1.0, 2.0, 4.0], vec![1.0, 2.0, 4.0]], 1.0, 9);
+            assert_eq!((pca.mean(), pca.basis().len()), (&[1.0, 2.0, 4.0][..], 0));
+        }
+        let before = pca.clone();
+        pca.update(&[], 1.0, 9);
+        pca.update(&[vec![1.0, f64::NAN, 0.0]], 1.0, 9);
+        pca.update(&[vec![1e300, 0.0, 0.0], vec![-1e300, 0.0, 0.0]], 1.0, 9);
+        assert_eq!(pca, before);
+        pca.update(&[vec![1.0, 2.0, 5.0]], 1.0, 9);
+        assert_eq!(pca.basis().len(), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn the_basis_stays_orthonormal(
+            numbers in prop::collection::vec(-1.0..1.0_f64, 6 * 24),
+            sizes in prop::collection::vec(1_usize..5, 1..7),
+            forgetting in 0.5..=1.0_f64,
+            most in 1_usize..6,
+        ) {
+            let mut pca = IncrementalPca::new(6);
+            let mut rows = numbers.chunks_exact(6).map(<[f64]>::to_vec);
+            for size in sizes {
+                pca.update(&rows.by_ref().take(size).collect::<Vec<_>>(), forgetting, most);
+                prop_assert!(pca.basis().len() <= most && pca.singular_values().is_sorted_by(|a, b| a >= b));
+                for (i, u) in pca.basis().iter().enumerate() {
+                    for (j, v) in pca.basis().iter().enumerate() {
+                        let one = if i == j { 1.0 } else { 0.0 };
+                        prop_assert!((dot(u, v) - one).abs() < 1e-10);
+                    }
+                }
+            }
+        }
+    }
+}
