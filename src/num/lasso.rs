@@ -1,21 +1,37 @@
-//! Sparse coding: least squares with an L1 penalty, by coordinate descent (Friedman, Hastie and Tibshirani,
-//! "Regularization paths for generalized linear models via coordinate descent", J. Stat. Softw. 33(1), 2010,
-//! Eq. 5 and section 2.2, "covariance updates").
+//! Sparse coding: least squares with an L1 penalty.
 //!
 //! ```text
 //! minimise  1/2 |y - D b|^2 + lambda |b|_1                   over all b, or over b >= 0
 //! g = D'(y - D b) = c - G b,        c = D'y,  G = D'D        the residual's correlations
-//! b_j <- S(g_j + G_jj b_j, lambda) / G_jj                    S(v, l) = sign(v) max(|v| - l, 0); max(v - l, 0)
 //! ```
 //!
 //! `b` is a minimum exactly when `g_j = lambda sign(b_j)` where `b_j` is not 0 and `|g_j| <= lambda` (free) or
-//! `g_j <= lambda` (non-negative) elsewhere. The largest violation of this is the *residual*; the descent stops
-//! when it is at most `tolerance`, or after `sweeps` passes. A pass goes through the coordinates in order;
-//! between passes through all of them only those that are not 0 are visited, until these are at rest.
+//! `g_j <= lambda` (non-negative) elsewhere. The largest violation of this is the *residual*; a solution is good
+//! when it is at most `tolerance`.
 //!
-//! [`Lasso::solve`] takes the dictionary as its Gram matrix, for many signals and one dictionary.
-//! [`Lasso::with_errors`] takes a few orthonormal atoms together with one atom a pixel (the identity), as
-//! models of occlusion do, without writing the large matrix down.
+//! [`Lasso::solve`] takes the dictionary as its Gram matrix, for many signals and one dictionary. It keeps a set
+//! A of active coordinates with signs s (Lee, Battle, Raina and Ng, "Efficient sparse coding algorithms", NIPS
+//! 2006, algorithm 1; with `b >= 0` that of Lawson and Hanson, "Solving least squares problems", 1974,
+//! chapter 23):
+//!
+//! ```text
+//! the largest violation outside A enters it
+//! G_AA x = c_A - lambda s_A                                  Cholesky
+//! b_A <- x when the signs are s; else as far towards x as they are, what is 0 there leaves A, and again
+//! ```
+//!
+//! This ends with the minimum after about as many rounds as it has coefficients. Coordinate descent alone needs
+//! hundreds of passes where atoms resemble each other as patches of successive frames do. It does the rest where
+//! active atoms depend on each other (Friedman, Hastie and Tibshirani, "Regularization paths for generalized
+//! linear models via coordinate descent", J. Stat. Softw. 33(1), 2010, Eq. 5):
+//!
+//! ```text
+//! b_j <- S(g_j + G_jj b_j, lambda) / G_jj                    S(v, l) = sign(v) max(|v| - l, 0); max(v - l, 0)
+//! ```
+//!
+//! in order, between passes through all coordinates only through those that are not 0. [`Lasso::with_errors`] takes
+//! a few orthonormal atoms together with one atom a pixel (the identity), as models of occlusion do, and
+//! descends without writing the large matrix down.
 
 use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
@@ -65,17 +81,28 @@ pub struct Lasso {
     pub sign: Sign,
     /// Largest residual of a solution, above 0; below about 1e-6 of the correlations is rounding.
     pub tolerance: f32,
-    /// Most passes through the coordinates.
-    pub sweeps: usize,
+    /// Most rounds: solutions for an active set, and passes through coordinates.
+    pub rounds: usize,
 }
 
 /// How a descent ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Passes through all or the active coordinates.
-    pub sweeps: usize,
-    /// The residual, at most the tolerance unless the passes ran out.
+    /// Solutions for an active set and passes through coordinates.
+    pub rounds: usize,
+    /// The residual, at most the tolerance unless the rounds ran out.
     pub residual: f32,
+}
+
+/// Buffers of [`Lasso::solve`], whatever they hold.
+#[derive(Debug, Clone, Default)]
+pub struct Work {
+    gradient: Vec<f32>,
+    active: Vec<usize>,
+    /// The Cholesky factor of `G_AA`, row by row.
+    factor: Vec<f64>,
+    /// The solution `x`.
+    target: Vec<f64>,
 }
 
 /// The Gram matrix `G = D'D` of a dictionary.
@@ -119,27 +146,27 @@ impl Gram {
 /// When `y` is empty: a mistake in the caller.
 #[multiversion(targets("x86_64+avx2"))]
 pub fn correlate(dictionary: &[f32], y: &[f32], correlations: &mut [f32]) {
+    let n = y.len();
+    let (whole, rest) = y.as_chunks::<LANES>();
+    let mut quads = dictionary.chunks_exact(4 * n);
+    let mut outs = correlations.chunks_exact_mut(4);
     // Four atoms at once share what is loaded of `y`.
-    let (n, mut atoms) = (y.len(), 0);
-    for (quad, out) in dictionary.chunks_exact(4 * n).zip(correlations.chunks_exact_mut(4)) {
-        let mut sums = [[0.0_f32; LANES]; 4];
-        let whole = n - n % LANES;
-        for at in (0..whole).step_by(LANES) {
-            let y = &y[at..at + LANES];
-            for (k, sum) in sums.iter_mut().enumerate() {
-                let d = &quad[k * n + at..k * n + at + LANES];
-                for l in 0..LANES {
-                    sum[l] += d[l] * y[l];
-                }
-            }
+    for (quad, out) in (&mut quads).zip(&mut outs) {
+        let (ab, cd) = quad.split_at(2 * n);
+        let ((a, b), (c, d)) = (ab.split_at(n), cd.split_at(n));
+        let [(a, at), (b, bt), (c, ct), (d, dt)] = [a, b, c, d].map(|v| v.as_chunks::<LANES>());
+        let (mut p, mut q, mut r, mut s) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for ((((y, a), b), c), d) in whole.iter().zip(a).zip(b).zip(c).zip(d) {
+            accumulate(&mut p, a, y);
+            accumulate(&mut q, b, y);
+            accumulate(&mut r, c, y);
+            accumulate(&mut s, d, y);
         }
-        for (k, (out, sum)) in out.iter_mut().zip(sums).enumerate() {
-            let rest: f32 = (whole..n).map(|at| quad[k * n + at] * y[at]).sum();
-            *out = fold(sum) + rest;
+        for ((out, sum), tail) in out.iter_mut().zip([p, q, r, s]).zip([at, bt, ct, dt]) {
+            *out = fold(sum) + tail.iter().zip(rest).map(|(d, y)| d * y).sum::<f32>();
         }
-        atoms += 4;
     }
-    for (d, out) in dictionary.chunks_exact(n).zip(correlations).skip(atoms) {
+    for (d, out) in quads.remainder().chunks_exact(n).zip(outs.into_remainder()) {
         *out = dot_of(d, y);
     }
 }
@@ -148,25 +175,17 @@ impl Lasso {
     /// Improves `b`, one number an atom, from where it is (zeros are a good start) to a minimum for the
     /// correlations `c` with the atoms. Where the start is not allowed it is taken as 0.
     ///
-    /// Atoms of length 0 keep the coefficient 0. `gradient` is a buffer, whatever it holds.
+    /// Atoms of length 0 keep their coefficient.
     ///
     /// # Panics
     /// When `correlations` or `b` have not as many numbers as there are atoms: a mistake in the caller.
-    pub fn solve(
-        &self,
-        gram: &Gram,
-        correlations: &[f32],
-        b: &mut [f32],
-        gradient: &mut Vec<f32>,
-    ) -> Outcome {
+    pub fn solve(&self, gram: &Gram, correlations: &[f32], b: &mut [f32], work: &mut Work) -> Outcome {
         assert_eq!((correlations.len(), b.len()), (gram.atoms, gram.atoms), "numbers of a solution");
         if self.sign == Sign::NonNegative {
             b.iter_mut().for_each(|b| *b = b.max(0.0));
         }
-        gradient.clear();
-        gradient.extend_from_slice(correlations);
-        gradient.resize(gram.stride, 0.0);
-        descend(self, gram, b, gradient)
+        let rounds = activate(self, gram, correlations, b, work);
+        descend(self, gram, b, &mut work.gradient, rounds)
     }
 
     /// Codes `x` by orthonormal `atoms` and an error a pixel, `x = sum_k z_k u_k + e` as nearly as the L1 norm of
@@ -181,8 +200,8 @@ impl Lasso {
         let (mut z, mut e) = (vec![0.0; atoms.len()], vec![0.0; x.len()]);
         // What is left of `x`.
         let mut rest = x.to_vec();
-        let mut outcome = Outcome { sweeps: 0, residual: f32::INFINITY };
-        while outcome.sweeps < self.sweeps && outcome.residual > self.tolerance {
+        let mut outcome = Outcome { rounds: 0, residual: f32::INFINITY };
+        while outcome.rounds < self.rounds && outcome.residual > self.tolerance {
             for (z, u) in z.iter_mut().zip(atoms) {
                 let new = self.sign.shrink(dot(u, &rest) + *z, self.lambda);
                 let change = new - *z;
@@ -198,22 +217,143 @@ impl Lasso {
             outcome.residual = z.iter().zip(atoms).fold(0.0, |worst: f32, (z, u)| {
                 worst.max(self.sign.violation(dot(u, &rest), *z, self.lambda))
             });
-            outcome.sweeps += 1;
+            outcome.rounds += 1;
         }
         (z, e, outcome)
     }
 }
 
-/// The descent of [`Lasso::solve`]; `gradient` holds `c`, padded with zeros.
+/// Least square of an atom's distance from the others that are active, in units of its own square.
+const INDEPENDENT: f64 = 1e-6;
+
+/// The rounds of the active set; leaves `work.gradient` as that of `b`.
 #[multiversion(targets("x86_64+avx2"))]
-fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32]) -> Outcome {
-    let Lasso { lambda, sign, tolerance, sweeps } = *lasso;
-    let row = |j: usize| &gram.values[j * gram.stride..(j + 1) * gram.stride];
-    for (j, b) in b.iter().enumerate().filter(|(_, b)| **b != 0.0) {
-        shift(gradient, -*b, row(j));
-    }
-    let mut active = Vec::with_capacity(b.len());
+fn activate(lasso: &Lasso, gram: &Gram, correlations: &[f32], b: &mut [f32], work: &mut Work) -> usize {
+    let Lasso { lambda, sign, tolerance, rounds } = *lasso;
+    let Work { gradient, active, factor, target } = work;
+    let (n, stride) = (gram.atoms, gram.stride);
+    active.clear();
+    active.extend((0..n).filter(|&j| b[j] != 0.0));
+    factor.resize(n * n, 0.0);
+    let mut factored = 0;
     let mut done = 0;
+    loop {
+        gradient.clear();
+        gradient.extend_from_slice(correlations);
+        gradient.resize(stride, 0.0);
+        for (j, b) in b.iter().enumerate().filter(|(_, b)| **b != 0.0) {
+            shift(gradient, -*b, &gram.values[j * stride..(j + 1) * stride]);
+        }
+        // A start with coefficients is brought to its minimum before others enter.
+        if done > 0 || active.is_empty() {
+            let mut best = [0.0_f32; LANES];
+            for g in gradient.as_chunks::<LANES>().0 {
+                for l in 0..LANES {
+                    let v = if sign == Sign::Free { g[l].abs() } else { g[l] };
+                    best[l] = best[l].max(v);
+                }
+            }
+            let best = best.iter().fold(0.0_f32, |a, b| a.max(*b));
+            let enters = gradient.iter().position(|g| *g == best || (sign == Sign::Free && -*g == best));
+            match enters {
+                Some(j) if best > lambda + tolerance && !active.contains(&j) => active.push(j),
+                _ => return done,
+            }
+        }
+        loop {
+            if done >= rounds {
+                return done;
+            }
+            done += 1;
+            let independent = extend(gram, active, factored, factor);
+            factored = active.len();
+            if !independent {
+                return done;
+            }
+            // What has just entered is 0 and has the sign of its correlation.
+            let signed =
+                |j: usize| if b[j] != 0.0 { lambda.copysign(b[j]) } else { lambda.copysign(gradient[j]) };
+            target.clear();
+            target.extend(active.iter().map(|&j| f64::from(correlations[j] - signed(j))));
+            substitute(factor, n, target);
+            let mut reach = 1.0_f64;
+            let mut leaves = None;
+            for (k, (&j, x)) in active.iter().zip(target.iter()).enumerate() {
+                let b = f64::from(b[j]);
+                if x * f64::from(signed(j)) <= 0.0 {
+                    let upto = if b == 0.0 { 0.0 } else { b / (b - x) };
+                    if leaves.is_none() || upto < reach {
+                        (reach, leaves) = (upto, Some(k));
+                    }
+                }
+            }
+            for (&j, x) in active.iter().zip(target.iter()) {
+                b[j] = (f64::from(b[j]) + reach * (x - f64::from(b[j]))) as f32;
+            }
+            let Some(k) = leaves else { break };
+            // What rounding has not brought to 0 exactly.
+            b[active[k]] = 0.0;
+            active.remove(k);
+            factored = k;
+            if reach == 0.0 && k == active.len() {
+                // It has only just entered: nothing is gained any more.
+                return done;
+            }
+        }
+    }
+}
+
+/// Completes the Cholesky factor from row `from` on; whether all active atoms are independent.
+#[inline(always)]
+fn extend(gram: &Gram, active: &[usize], from: usize, factor: &mut [f64]) -> bool {
+    let n = gram.atoms;
+    for i in from..active.len() {
+        let row = &gram.values[active[i] * gram.stride..];
+        let (known, new) = factor.split_at_mut(i * n);
+        let own = f64::from(row[active[i]]);
+        let mut pivot = own;
+        for j in 0..i {
+            let mut sum = f64::from(row[active[j]]);
+            for (a, b) in new[..j].iter().zip(&known[j * n..j * n + j]) {
+                sum -= a * b;
+            }
+            new[j] = sum * known[j * n + j];
+            pivot -= new[j] * new[j];
+        }
+        if pivot <= INDEPENDENT * own {
+            return false;
+        }
+        // The diagonal is kept as its reciprocal.
+        new[i] = pivot.sqrt().recip();
+    }
+    true
+}
+
+/// Solves `L L' x = x` in place.
+#[inline(always)]
+fn substitute(factor: &[f64], n: usize, x: &mut [f64]) {
+    for i in 0..x.len() {
+        let (before, rest) = x.split_at_mut(i);
+        let row = &factor[i * n..i * n + i + 1];
+        let sum: f64 = before.iter().zip(row).map(|(x, l)| x * l).sum();
+        rest[0] = (rest[0] - sum) * row[i];
+    }
+    for i in (0..x.len()).rev() {
+        let (before, rest) = x.split_at_mut(i);
+        let row = &factor[i * n..i * n + i + 1];
+        rest[0] *= row[i];
+        for (x, l) in before.iter_mut().zip(row) {
+            *x -= l * rest[0];
+        }
+    }
+}
+
+/// The descent, from the gradient of `b` and after so many rounds.
+#[multiversion(targets("x86_64+avx2"))]
+fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32], mut done: usize) -> Outcome {
+    let Lasso { lambda, sign, tolerance, rounds } = *lasso;
+    let row = |j: usize| &gram.values[j * gram.stride..(j + 1) * gram.stride];
+    let mut active = Vec::with_capacity(b.len());
     loop {
         // The residual before the pass is that of the solution so far.
         let mut residual = 0.0_f32;
@@ -222,8 +362,8 @@ fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32]) -> O
                 residual = residual.max(sign.violation(gradient[j], *b, lambda));
             }
         }
-        if residual <= tolerance || done >= sweeps {
-            return Outcome { sweeps: done, residual };
+        if residual <= tolerance || done >= rounds {
+            return Outcome { rounds: done, residual };
         }
         active.clear();
         for j in 0..b.len() {
@@ -233,7 +373,7 @@ fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32]) -> O
             }
         }
         done += 1;
-        while done < sweeps {
+        while done < rounds {
             let mut worst = 0.0_f32;
             for &j in &active {
                 worst = worst.max(sign.violation(gradient[j], b[j], lambda));
@@ -266,7 +406,7 @@ fn step(sign: Sign, lambda: f32, row: &[f32], j: usize, b: &mut [f32], gradient:
 /// `to += by * x` on whole lanes.
 #[inline(always)]
 fn shift(to: &mut [f32], by: f32, x: &[f32]) {
-    for (to, x) in to.chunks_exact_mut(LANES).zip(x.chunks_exact(LANES)) {
+    for (to, x) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(x.as_chunks::<LANES>().0) {
         for l in 0..LANES {
             to[l] += by * x[l];
         }
@@ -281,178 +421,26 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 
 #[inline(always)]
 fn dot_of(a: &[f32], b: &[f32]) -> f32 {
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let ((a, at), (b, bt)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sum = [0.0; LANES];
-    for (a, b) in a.zip(b) {
-        for l in 0..LANES {
-            sum[l] += a[l] * b[l];
-        }
+    for (a, b) in a.iter().zip(b) {
+        accumulate(&mut sum, a, b);
     }
-    fold(sum) + rest
+    fold(sum) + at.iter().zip(bt).map(|(a, b)| a * b).sum::<f32>()
 }
 
-/// The sum of the lanes.
 #[inline(always)]
+fn accumulate(sum: &mut [f32; LANES], a: &[f32; LANES], b: &[f32; LANES]) {
+    for l in 0..LANES {
+        sum[l] += a[l] * b[l];
+    }
+}
+
+/// The sum of the lanes. Not inlined: its shuffles would reach back into the loops before.
+#[inline(never)]
 fn fold(s: [f32; LANES]) -> f32 {
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    const LENGTH: usize = 21;
-
-    fn lasso(lambda: f32, sign: Sign) -> Lasso {
-        Lasso { lambda, sign, tolerance: 1e-6, sweeps: 100_000 }
-    }
-
-    /// The dictionary and the signal of the Python calls below.
-    fn example() -> (Vec<f32>, Vec<f32>) {
-        let dictionary =
-            (0..9).flat_map(|k| (0..LENGTH).map(move |i| ((7 * k + 3 * i + k * i) as f32).sin())).collect();
-        let y = (0..LENGTH).map(|i| (0.3 * i as f32).cos() + 0.2 * ((5 * i) as f32).sin()).collect();
-        (dictionary, y)
-    }
-
-    fn solved(lasso: &Lasso, dictionary: &[f32], y: &[f32], b: &mut [f32]) -> Outcome {
-        let mut c = vec![0.0; b.len()];
-        correlate(dictionary, y, &mut c);
-        lasso.solve(&Gram::new(dictionary, b.len(), y.len()), &c, b, &mut vec![])
-    }
-
-    // python3: import numpy as np; from sklearn.linear_model import Lasso; i=np.arange(21.)[:,None]; k=np.arange(9)
-    // D=np.sin(7*k+3*i+k*i); y=np.cos(.3*i[:,0])+.2*np.sin(5*i[:,0])
-    // for positive in (False,True): print(Lasso(alpha=.1/21,fit_intercept=False,positive=positive,tol=1e-14,
-    //   max_iter=10**6).fit(D,y).coef_)
-    #[test]
-    fn agrees_with_scikit_learn() {
-        let (dictionary, y) = example();
-        for (sign, want) in [(Sign::Free, FREE), (Sign::NonNegative, POSITIVE)] {
-            let mut b = vec![0.0; 9];
-            solved(&lasso(0.1, sign), &dictionary, &y, &mut b);
-            for (b, want) in b.iter().zip(want) {
-                assert!((f64::from(*b) - want).abs() < 2e-5, "{sign:?}: {b} {want}");
-            }
-        }
-    }
-    const FREE: [f64; 9] = [
-        -0.0,
-        0.00011844146706669386,
-        0.07291597238533679,
-        0.664897771652466,
-        -0.06826918782148321,
-        -0.03200192715686501,
-        -0.0,
-        -0.03984781806821826,
-        -0.02006842492649003,
-    ];
-    const POSITIVE: [f64; 9] = [0.0, 0.0, 0.08402870529283697, 0.6823360277052, 0.0, 0.0, 0.0, 0.0, 0.0];
-
-    const FREE_ERRORS: [f64; 6] = [2.9152151888023425, -0.0, 0.0, 0.020345061014852603, -0.0, 0.0];
-    const POSITIVE_ERRORS: [f64; 6] = [3.1068299030031215, 0.0, 0.0, 0.0, 0.0, 0.0];
-
-    // python3, as above: t=2*np.pi*i/21; U=np.sqrt(2/21)*np.c_[np.cos(t),np.sin(t),np.cos(2*t)]
-    // Lasso(alpha=.08/21,...).fit(np.c_[U,np.eye(21)],y).coef_[[0,1,2,3,8,20]], for both signs
-    #[test]
-    fn with_errors_agrees_with_scikit_learn() {
-        let (_, y) = example();
-        let atoms = [0, 1, 2].map(|k| {
-            let wave = |i: usize| {
-                let t = std::f64::consts::TAU * i as f64 / 21.0;
-                ((2.0_f64 / 21.0).sqrt() * [t.cos(), t.sin(), (2.0 * t).cos()][k]) as f32
-            };
-            (0..LENGTH).map(wave).collect()
-        });
-        for (sign, want) in [(Sign::Free, FREE_ERRORS), (Sign::NonNegative, POSITIVE_ERRORS)] {
-            let (z, e, outcome) = lasso(0.08, sign).with_errors(&atoms, &y);
-            assert!(outcome.residual <= 1e-6);
-            for (ours, want) in [z[0], z[1], z[2], e[0], e[5], e[17]].into_iter().zip(want) {
-                assert!((f64::from(ours) - want).abs() < 2e-5, "{sign:?}: {ours} {want}");
-            }
-        }
-    }
-
-    // By hand: orthogonal atoms of length 2 decouple, b = S(c, lambda) / 4.
-    #[test]
-    fn orthogonal_atoms_are_solved_in_one_pass() {
-        let mut b = [0.0; 4];
-        let dictionary = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
-        let free = lasso(1.0, Sign::Free);
-        let outcome = solved(&free, &dictionary, &[1.5, -2.5, 0.25], &mut b);
-        assert_eq!((b, outcome), ([0.5, -1.0, 0.0, 0.0], Outcome { sweeps: 1, residual: 0.0 }));
-        solved(&lasso(1.0, Sign::NonNegative), &dictionary, &[1.5, -2.5, 0.25], &mut b);
-        assert_eq!(b, [0.5, 0.0, 0.0, 0.0]);
-        // A pass too few: what is left is said.
-        let none = Lasso { sweeps: 0, ..free };
-        b.fill(0.0);
-        assert_eq!(
-            solved(&none, &dictionary, &[1.5, -2.5, 0.25], &mut b),
-            Outcome { sweeps: 0, residual: 4.0 }
-        );
-    }
-
-    fn signs() -> impl Strategy<Value = Sign> {
-        prop_oneof![Just(Sign::Free), Just(Sign::NonNegative)]
-    }
-
-    proptest! {
-        // The conditions of a minimum, from the definition and in f64.
-        #[test]
-        fn solutions_are_minima(
-            dictionary in prop::collection::vec(-1.0..1.0_f32, 12 * LENGTH),
-            y in prop::collection::vec(-1.0..1.0_f32, LENGTH),
-            start in prop::collection::vec(0.0..1.0_f32, 12),
-            lambda in 0.01..2.0_f32,
-            sign in signs(),
-        ) {
-            let mut b = start;
-            let outcome = solved(&lasso(lambda, sign), &dictionary, &y, &mut b);
-            prop_assert!(outcome.residual <= 1e-6 || outcome.sweeps == 100_000);
-            let rest: Vec<f64> = (0..LENGTH)
-                .map(|i| f64::from(y[i]) - (0..12).map(|k| f64::from(b[k]) * f64::from(dictionary[k * LENGTH + i])).sum::<f64>())
-                .collect();
-            for k in 0..12 {
-                let g: f64 = (0..LENGTH).map(|i| rest[i] * f64::from(dictionary[k * LENGTH + i])).sum();
-                let (b, lambda) = (f64::from(b[k]), f64::from(lambda));
-                let slack = 1e-4;
-                if b != 0.0 {
-                    prop_assert!((g - lambda * b.signum()).abs() < slack, "{k}: {b} {g}");
-                } else {
-                    prop_assert!(g <= lambda + slack && (sign == Sign::NonNegative || g >= -lambda - slack));
-                }
-                prop_assert!(sign == Sign::Free || b >= 0.0);
-            }
-        }
-
-        #[test]
-        fn both_forms_agree(
-            x in prop::collection::vec(-1.0..1.0_f32, LENGTH),
-            angles in prop::array::uniform2(0.0..6.3_f32),
-            lambda in 0.01..0.5_f32,
-            sign in signs(),
-        ) {
-            // Two orthonormal atoms and the identity, written down.
-            let mut atoms = vec![vec![0.0; LENGTH]; 2];
-            for (k, angle) in angles.into_iter().enumerate() {
-                (atoms[k][10 * k], atoms[k][10 * k + 7]) = (angle.cos(), angle.sin());
-            }
-            let mut dictionary: Vec<f32> = atoms.concat();
-            dictionary.extend((0..LENGTH * LENGTH).map(|n| if n % LENGTH == n / LENGTH { 1.0 } else { 0.0 }));
-            let problem = lasso(lambda, sign);
-            let mut b = vec![0.0; LENGTH + 2];
-            solved(&problem, &dictionary, &x, &mut b);
-            let (z, e, _) = problem.with_errors(&atoms, &x);
-            // Minimisers need not be unique, minima are.
-            let value = |z: &[f32], e: &[f32]| -> f64 {
-                let square: f64 = (0..LENGTH)
-                    .map(|i| f64::from(x[i] - e[i] - z[0] * atoms[0][i] - z[1] * atoms[1][i]).powi(2))
-                    .sum();
-                square / 2.0 + f64::from(lambda) * z.iter().chain(e).map(|v| f64::from(v.abs())).sum::<f64>()
-            };
-            prop_assert!((value(&b[..2], &b[2..]) - value(&z, &e)).abs() < 1e-4);
-        }
-    }
-}
+mod tests;
