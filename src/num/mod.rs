@@ -8,9 +8,9 @@ pub mod fourier;
 pub mod gamma_mixture;
 pub mod incremental_pca;
 pub mod kolmogorov;
+pub mod lasso;
 pub mod paired;
 pub mod particles;
-pub mod lasso;
 pub mod seed;
 pub mod special;
 

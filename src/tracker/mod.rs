@@ -3,10 +3,13 @@
 //! A plugin is one file with parameters, a [`Setup`] and an `ENTRY` in [`TRACKERS`]. A setup is shared
 //! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
 
+pub mod adaptive_local_sparse;
+mod affine_candidates;
 pub mod color_particle_filter;
 mod correlation;
 pub mod dsst;
 pub mod fragments_particle_filter;
+pub mod ivt;
 pub mod kcf;
 pub mod ncc;
 pub mod pixel_lut;
@@ -16,6 +19,7 @@ pub mod replay;
 pub mod results;
 pub mod samf;
 pub mod scripted;
+pub mod sparse_prototypes;
 pub mod still;
 pub mod trax;
 
@@ -185,4 +189,7 @@ pub static TRACKERS: &[Entry<dyn Setup>] = &[
     kcf::ENTRY,
     dsst::ENTRY,
     samf::ENTRY,
+    sparse_prototypes::ENTRY,
+    ivt::ENTRY,
+    adaptive_local_sparse::ENTRY,
 ];

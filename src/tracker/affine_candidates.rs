@@ -1,0 +1,212 @@
+//! What trackers share that look at a fixed number of affine windows around their last estimate: the
+//! windows, their weights and the moments of these.
+//!
+//! ```text
+//! g_i = g + diag(d) n_i,  n_i ~ N(0, I),  i = 1..N          g: the last estimate, as in `image::warp`
+//! w_i = L_i / sum L
+//! m = sum w g_i,  C = sum w (g_i - m)(g_i - m)'              of the components with d > 0, in their order
+//! ```
+//!
+//! Nothing is carried over from frame to frame but the estimate: the covariance tells how sharp the
+//! likelihood is around it, not how uncertain a history has become. Components without noise are left
+//! out, since their variance 0 would make every covariance singular.
+
+use super::Moments;
+use crate::image::Frame;
+use crate::image::warp::{Geometry, Template};
+use crate::plugin::ParamError;
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+
+/// Side of the square template of these trackers, in pixels.
+pub const SIDE: usize = 32;
+/// The template.
+pub const TEMPLATE: Template = Template { width: SIDE, height: SIDE };
+/// Number of its pixels.
+pub const PIXELS: usize = SIDE * SIDE;
+
+/// Sides of the target, in pixels, that candidates keep to.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    longest: f64,
+}
+
+impl Limits {
+    /// From 1 pixel to four times the frame's longer side.
+    pub fn of(frame: &Frame) -> Self {
+        Self { longest: 4.0 * frame.width().max(frame.height()) as f64 }
+    }
+
+    /// The geometry within the limits.
+    pub fn keep(&self, [x, y, s, theta, r, phi]: Geometry) -> Geometry {
+        let width = (s * SIDE as f64).clamp(1.0, self.longest);
+        // The aspect is exact where the height is within its limits.
+        let aspect = r.clamp(1.0 / width, self.longest / width);
+        [x, y, width / SIDE as f64, theta, aspect, phi]
+    }
+}
+
+/// Candidates and the noise they are drawn with.
+#[derive(Debug, Clone)]
+pub struct Candidates {
+    /// N geometries.
+    pub states: Vec<Geometry>,
+    deviations: Geometry,
+    /// The components with noise.
+    moving: Vec<usize>,
+}
+
+impl Candidates {
+    /// `n` candidates, all at 0 until they are drawn.
+    pub fn new(n: usize, deviations: Geometry) -> Self {
+        let moving = (0..6).filter(|&k| deviations[k] > 0.0).collect();
+        Self { states: vec![[0.0; 6]; n], deviations, moving }
+    }
+
+    /// Draws all candidates around an estimate, six normal numbers each, in order.
+    pub fn draw(&mut self, around: &Geometry, limits: &Limits, rng: &mut impl Rng) {
+        for state in &mut self.states {
+            let noise: Geometry = std::array::from_fn(|_| rng.sample(StandardNormal));
+            *state = limits.keep(std::array::from_fn(|k| around[k] + self.deviations[k] * noise[k]));
+        }
+    }
+
+    /// Moments of the candidates with these weights, which sum to 1.
+    pub fn moments(&self, weights: &[f64], likelihood: f64) -> Moments {
+        let d = self.moving.len();
+        // Relative to the first candidate, so that equal candidates have covariance 0 exactly.
+        let first = self.states.first().copied().unwrap_or_default();
+        let mut mean = first;
+        for (state, w) in self.states.iter().zip(weights) {
+            for (k, m) in mean.iter_mut().enumerate() {
+                *m += w * (state[k] - first[k]);
+            }
+        }
+        let mut covariance = vec![0.0; d * d];
+        for (state, w) in self.states.iter().zip(weights) {
+            for (row, &i) in self.moving.iter().enumerate() {
+                for (column, &j) in self.moving.iter().enumerate().skip(row) {
+                    covariance[d * row + column] += w * (state[i] - mean[i]) * (state[j] - mean[j]);
+                }
+            }
+        }
+        for row in 0..d {
+            for column in 0..row {
+                covariance[d * row + column] = covariance[d * column + row];
+            }
+        }
+        let squares: f64 = weights.iter().map(|w| w * w).sum();
+        Moments {
+            mean: self.moving.iter().map(|&k| mean[k]).collect(),
+            covariance,
+            effective_samples: squares.recip().clamp(1.0, weights.len().max(1) as f64),
+            likelihood,
+            particles: Vec::new(),
+        }
+    }
+
+    /// Moments of the first frame: all candidates at the annotation, with equal weights.
+    pub fn certain(&self, at: &Geometry, likelihood: f64) -> Moments {
+        let d = self.moving.len();
+        Moments {
+            mean: self.moving.iter().map(|&k| at[k]).collect(),
+            covariance: vec![0.0; d * d],
+            effective_samples: self.states.len() as f64,
+            likelihood,
+            particles: Vec::new(),
+        }
+    }
+}
+
+/// Weights that sum to 1 from the logarithms of likelihoods, which are finite, and the first of the best.
+pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
+    let mut best = 0;
+    for (i, l) in logarithms.iter().enumerate() {
+        if *l > logarithms[best] {
+            best = i;
+        }
+    }
+    // Relative to the best, so that the sum cannot vanish.
+    let weights: Vec<f64> = logarithms.iter().map(|l| (l - logarithms[best]).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    (weights.into_iter().map(|w| w / sum).collect(), best)
+}
+
+/// Checks the number of candidates and the deviations of their noise.
+///
+/// # Errors
+/// For fewer than 2 or more than 10000 candidates, deviations outside 0 to 1000 or 0 altogether.
+pub fn check(samples: usize, noise: &Geometry) -> Result<(), ParamError> {
+    if !(2..=10_000).contains(&samples) {
+        return Err(ParamError::out_of_range("samples", "from 2 to 10000", samples));
+    }
+    if noise.iter().any(|d| !(0.0..=1000.0).contains(d)) || noise.iter().all(|d| *d == 0.0) {
+        let rule = "six deviations from 0 to 1000, not all 0";
+        return Err(ParamError::out_of_range("noise", rule, format!("{noise:?}")));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::seed;
+
+    // python3: import numpy as np; g=np.array([[3,5,.9,.1],[4,2,1.1,-.2],[7,3,1.,.4]]); w=np.array([.5,.3,.2])
+    // m=w@g; print(m); C=(w*(g-m).T)@(g-m); print(C[np.ix_([0,1,3],[0,1,3])]); print(1/(w@w))
+    #[test]
+    fn moments_agree_with_numpy() {
+        let mut candidates = Candidates::new(3, [4.0, 4.0, 0.0, 0.02, 0.0, 0.0]);
+        candidates.states = vec![
+            [3.0, 5.0, 0.9, 0.1, 1.0, 0.0],
+            [4.0, 2.0, 1.1, -0.2, 1.0, 0.0],
+            [7.0, 3.0, 1.0, 0.4, 1.0, 0.0],
+        ];
+        let m = candidates.moments(&[0.5, 0.3, 0.2], 0.25);
+        let near = |ours: &[f64], theirs: &[f64]| {
+            assert_eq!(ours.len(), theirs.len());
+            ours.iter().zip(theirs).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{ours:?}"));
+        };
+        near(&m.mean, &[4.1, 3.7, 0.07]);
+        near(&m.covariance, &COVARIANCE);
+        near(&[m.effective_samples, m.likelihood], &[2.6315789473684212, 0.25]);
+    }
+    const COVARIANCE: [f64; 9] = [
+        2.29,
+        -1.07,
+        0.18300000000000005,
+        -1.07,
+        1.81,
+        0.11099999999999999,
+        0.18300000000000002,
+        0.11099999999999999,
+        0.04410000000000001,
+    ];
+
+    #[test]
+    fn weights_are_shares_of_the_likelihood() {
+        let (weights, best) = weigh(&[-1000.0, -999.0, -5000.0, -999.0]);
+        let e = 1.0_f64.exp();
+        for (w, want) in weights.iter().zip([1.0, e, 0.0, e].map(|l| l / (1.0 + 2.0 * e))) {
+            assert!((w - want).abs() < 1e-15);
+        }
+        assert_eq!(best, 1);
+    }
+
+    // Standard errors of a deviation from N draws: 1 / sqrt(2 N).
+    #[test]
+    fn candidates_have_the_noise_asked_for() {
+        let deviations = [4.0, 3.0, 0.02, 0.01, 0.005, 0.001];
+        let mut candidates = Candidates::new(10_000, deviations);
+        let limits = Limits::of(&Frame::new(320, 240, vec![0; 3 * 320 * 240]));
+        let around = [100.0, 80.0, 1.5, 0.2, 0.8, 0.0];
+        candidates.draw(&around, &limits, &mut seed::rng(3));
+        let m = candidates.moments(&vec![1e-4; 10_000], 0.0);
+        for (k, d) in deviations.into_iter().enumerate() {
+            assert!((m.mean[k] - around[k]).abs() < 5.0 * d / 100.0, "{k}");
+            assert!((m.covariance[7 * k].sqrt() / d - 1.0).abs() < 0.04, "{k}");
+        }
+        let least = limits.keep([0.0, 0.0, -3.0, 0.0, 1e9, 0.0]);
+        assert_eq!((least[2] * 32.0, least[2] * least[4] * 32.0), (1.0, 1280.0));
+    }
+}
