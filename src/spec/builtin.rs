@@ -31,6 +31,10 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("sanmiguel2015/convolution-real", include_str!("../../experiments/sanmiguel2015/convolution-real.toml")),
     ("sanmiguel2015/fig13-real", include_str!("../../experiments/sanmiguel2015/fig13-real.toml")),
     ("sanmiguel2015/fig14-real", include_str!("../../experiments/sanmiguel2015/fig14-real.toml")),
+    ("sanmiguel2015/table6", include_str!("../../experiments/sanmiguel2015/table6.toml")),
+    ("sanmiguel2015/table6-d2", include_str!("../../experiments/sanmiguel2015/table6-d2.toml")),
+    ("compare/otb", include_str!("../../experiments/compare/otb.toml")),
+    ("compare/vot2014", include_str!("../../experiments/compare/vot2014.toml")),
 ];
 
 /// The experiment that `trackfail run` runs when none is named.

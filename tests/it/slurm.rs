@@ -339,7 +339,7 @@ fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
         assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
         // The report had nothing left to compute.
         let log = std::fs::read_to_string(root.join(name).join("report.log")).unwrap();
-        assert!(log.contains("tracks 0 computed, 58 cached; signals 0 computed, 118 cached"), "{log}");
+        assert!(log.contains("tracks 0 computed, 78 cached; signals 0 computed, 198 cached"), "{log}");
         for folder in ["results/quickstart", "reports"] {
             assert_same_files(&root.join(name).join(folder), &root.join("plain").join(folder));
         }

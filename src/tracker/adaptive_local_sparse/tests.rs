@@ -35,7 +35,7 @@ fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<State> {
 #[test]
 fn a_target_that_moves_by_whole_pixels_is_followed() {
     let frames: Vec<Frame> = (0..22).map(|t| scene(30 + 2 * t, 20 + t)).collect();
-    for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"free\" }"] {
+    for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"non-negative\" }"] {
         let states = track(text, &frames, 5);
         for (t, state) in (0..).map(f64::from).zip(&states) {
             let (x, y) = state.region.rect().centre();
@@ -70,7 +70,7 @@ fn every_fifth_window_replaces_a_template() {
         (0..PIXELS).map(|n| 0.5 + 0.3 * (0.01 * (n * (t % 13 + 1)) as f32).sin()).collect()
     };
     let mut target = Target::new([0.0; 6], window(0));
-    let setup = Params { update_sign: Sign::Free, ..Params::default() };
+    let setup = Params::default();
     let coder = Lasso { lambda: 1e-4, sign: Sign::NonNegative, tolerance: 1e-6, rounds: 10_000 };
     for t in 1..10 {
         target.learn(window(t), &setup, &coder, || panic!("no template is replaced yet"));
