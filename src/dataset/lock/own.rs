@@ -290,14 +290,16 @@ pub fn gather(wanted: &Wanted<'_>, data_root: &Path) -> Result<String, DatasetEr
         sequence: found,
     };
     check(&suite).map_err(&fault)?;
-    let facts: Vec<Entry> = suite
+    let facts: Vec<Result<Entry, DatasetError>> = suite
         .sequence
         .par_iter()
         .map(|entry| match suite.facts(entry, Some(data_root))? {
             Ok(facts) => Ok(facts),
             Err(missing) => Err(DatasetError::content(&entry.path(data_root), missing.how_to_get)),
         })
-        .collect::<Result<_, _>>()?;
+        .collect();
+    // The first in order, whichever was read first.
+    let facts = facts.into_iter().collect::<Result<Vec<Entry>, _>>()?;
     suite.sequence = facts;
     Ok(section(&suite))
 }
