@@ -10,7 +10,7 @@
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers, replayed result files, foreign programs |
 //! | [`signal`] | frames and regions | one number a frame |
 //! | [`detector`] | a signal | a label a frame |
-//! | [`analysis`] | a signal and errors on whole suites | numbers, tables and charts about the signal itself |
+//! | [`analysis`] | a signal, or regions, on whole suites | numbers, tables and charts about the signal itself, or about trackers |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |

@@ -1,7 +1,7 @@
 //! KCF (Henriques, Caseiro, Martins and Batista, "High-speed tracking with kernelized correlation filters",
 //! PAMI 37(3), 2015): a kernel ridge regression over all cyclic shifts of a window around the target.
 //!
-//! The filter and its equations are in [`super::correlation`]. In every frame the window at the last place
+//! The filter and its equations are in `tracker/correlation.rs`. In every frame the window at the last place
 //! is looked at, the target moves by the shift of the highest response times the side of a cell, and the filter
 //! learns the window at the new place.
 //!

@@ -1,7 +1,7 @@
 //! SAMF (Li and Zhu, "A scale adaptive kernel correlation filter tracker with feature integration", ECCV workshops
 //! 2014): the filter of [`super::kcf`] on gradients, color names and grey values, at seven scales.
 //!
-//! The filter and its equations are in [`super::correlation`] (Gaussian kernel, linear update). In every frame
+//! The filter and its equations are in `tracker/correlation.rs` (Gaussian kernel, linear update). In every frame
 //! windows of `floor(2.5 * size * s)` pixels around the last place, for the seven `s` from 0.985 to 1.015, are
 //! resized to that of the first frame; the highest of all responses decides shift and scale. Place and size are real
 //! numbers that accumulate. Channels of a cell of 4 pixels:
