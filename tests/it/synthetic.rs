@@ -46,7 +46,8 @@ fn quickstart_writes_the_same_files_with_one_and_two_threads() {
     let cells: Vec<_> = rows.iter().filter(|r| r["sequence"] != "*").collect();
     assert!(cells.iter().all(|r| r["status"] == "ok"));
     for pooled in rows.iter().filter(|r| r["sequence"] == "*") {
-        let mine = cells.iter().filter(|r| r["method"] == pooled["method"]);
+        let same = |key: &str, r: &std::collections::BTreeMap<String, String>| r[key] == pooled[key];
+        let mine = cells.iter().filter(|r| same("method", r) && same("tracker", r));
         for key in ["tp", "fp", "fn", "tn", "events", "detections"] {
             let sum: u64 = mine.clone().map(|r| number(r, key)).sum();
             assert_eq!(sum, number(pooled, key), "{key} of {}", pooled["method"]);
