@@ -121,7 +121,7 @@ fn print(sequence: &Sequence, methods: &[Method], signals: &[Vec<f64>]) -> Resul
             continue;
         };
         let seed = seed::seed(0, &[&method.name]);
-        let verdict = fixed.detector.detect(&Input { signal, error: &unknown, seed });
+        let verdict = fixed.detector.detect(&Input { signal, error: &unknown, seed, reverse: None });
         number.extend((0..sequence.len()).map(|t| i64::from(sequence.number(t))));
         name.extend(std::iter::repeat_n(method.name.as_str(), sequence.len()));
         score.extend_from_slice(&verdict.score);

@@ -111,7 +111,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(params: Params, signal: &[f64]) -> Verdict {
-        ArmaForecast::new(params).unwrap().detect(&Input { signal, error: &[], seed: 0 })
+        ArmaForecast::new(params).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
     }
 
     // A step of 0.02 at frame 30, itself the first frame of a block: the model of the level before it cannot

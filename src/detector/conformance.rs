@@ -1,6 +1,6 @@
 //! What every detector in the list must do, whatever it does.
 
-use super::{DETECTORS, Detector, Input, Verdict};
+use super::{DETECTORS, Detector, Input, Quality, Verdict};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -84,6 +84,10 @@ fn cut(verdict: &Verdict, frames: usize) -> Verdict {
         alarm: verdict.alarm[..frames].to_vec(),
         forecast: verdict.forecast.as_ref().map(|f| f[..frames].to_vec()),
         changes: verdict.changes.as_ref().map(|c| c[..frames].to_vec()),
+        quality: verdict.quality.as_ref().map(|q| Quality {
+            condition: q.condition[..frames].to_vec(),
+            checks: q.checks.iter().filter(|c| c.frame < frames).copied().collect(),
+        }),
     }
 }
 
@@ -119,7 +123,7 @@ fn verdicts_are_as_long_as_the_signal() {
     for (kind, text, detector) in everyone() {
         let label = format!("{kind} {text}");
         for frames in [0, 1, 2, 20, 21, 120] {
-            let input = Input { signal: &signal[..frames], error: &error[..frames], seed: 3 };
+            let input = Input { signal: &signal[..frames], error: &error[..frames], seed: 3, reverse: None };
             check_shape(&label, &detector.detect(&input), frames);
         }
     }
@@ -134,7 +138,7 @@ fn hard_signals_give_finite_scores() {
     let cases = [vec![0.0; 60], vec![0.04; 60], vec![-7e300; 60], alternating, tiny, spike, line];
     for (kind, text, detector) in everyone() {
         for signal in &cases {
-            let input = Input { signal, error: &[f64::NAN; 60], seed: 3 };
+            let input = Input { signal, error: &[f64::NAN; 60], seed: 3, reverse: None };
             check_shape(&format!("{kind} {text}"), &detector.detect(&input), 60);
         }
     }
@@ -143,7 +147,8 @@ fn hard_signals_give_finite_scores() {
 #[test]
 fn forecasts_of_a_constant_are_exact() {
     for (kind, text, detector) in everyone() {
-        let verdict = detector.detect(&Input { signal: &[0.04; 60], error: &[0.0; 60], seed: 3 });
+        let verdict =
+            detector.detect(&Input { signal: &[0.04; 60], error: &[0.0; 60], seed: 3, reverse: None });
         if verdict.forecast.is_some() {
             assert!(verdict.score.iter().all(|&z| z == 0.0), "{kind} {text}");
         }
@@ -153,7 +158,7 @@ fn forecasts_of_a_constant_are_exact() {
 #[test]
 fn the_same_input_gives_the_same_verdict() {
     let (signal, error) = series();
-    let input = Input { signal: &signal, error: &error, seed: 3 };
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
     for ((kind, text, one), (_, _, two)) in everyone().into_iter().zip(everyone()) {
         let first = digest(&one.detect(&input));
         assert_eq!(first, digest(&one.detect(&input)), "{kind} {text}: second call");
@@ -166,8 +171,8 @@ fn anchors_do_not_read_the_signal() {
     let (signal, error) = series();
     let other = vec![-3.5; signal.len()];
     for (kind, text, detector) in everyone().into_iter().filter(|d| !d.2.needs_signal()) {
-        let [a, b] =
-            [&signal, &other].map(|signal| detector.detect(&Input { signal, error: &error, seed: 3 }));
+        let [a, b] = [&signal, &other]
+            .map(|signal| detector.detect(&Input { signal, error: &error, seed: 3, reverse: None }));
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
         assert!(a.score.iter().zip(&a.alarm).all(|(&s, &a)| s == f64::from(u8::from(a))), "{kind} {text}");
         assert_eq!(detector.threshold(), None, "{kind} {text}");
@@ -178,8 +183,8 @@ fn anchors_do_not_read_the_signal() {
 fn only_anchors_read_error_and_seed() {
     let (signal, error) = series();
     for (kind, text, detector) in everyone().into_iter().filter(|d| d.2.needs_signal()) {
-        let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3 });
-        let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4 });
+        let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
+        let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4, reverse: None });
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
         // What is compared with no threshold finds its changes itself.
         assert!(detector.threshold().is_some() || a.changes.is_some(), "{kind} {text}");
@@ -203,7 +208,7 @@ fn unknown_parameters_are_refused() {
 #[test]
 fn checked_parameters_make_the_same_detector() {
     let (signal, error) = series();
-    let input = Input { signal: &signal, error: &error, seed: 3 };
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
     for (kind, text, detector) in everyone() {
         let params = detector.params();
         let table = toml::Value::try_from(&params).unwrap().to_string();
@@ -221,7 +226,8 @@ fn golden_verdicts() {
         .iter()
         .map(|entry| {
             let detector = entry.build_from_text(entry.example).unwrap();
-            let verdict = detector.detect(&Input { signal: &signal, error: &error, seed: 2016 });
+            let verdict =
+                detector.detect(&Input { signal: &signal, error: &error, seed: 2016, reverse: None });
             (entry.kind, entry.version, digest(&verdict))
         })
         .collect();
@@ -241,8 +247,9 @@ fn golden_verdicts() {
 fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
     let (signal, error) = series();
     for (kind, text, detector) in everyone() {
-        let labels =
-            [1, 2].map(|seed| digest(&detector.detect(&Input { signal: &signal, error: &error, seed })));
+        let labels = [1, 2].map(|seed| {
+            digest(&detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None }))
+        });
         assert_eq!(detector.uses_seed(), labels[0] != labels[1], "{kind} {text}: `uses_seed` is not true");
     }
 }
@@ -260,8 +267,8 @@ proptest! {
         let error: Vec<f64> = pairs.iter().map(|p| p.1.min(1.0)).collect();
         let frames = (at * signal.len() as f64) as usize;
         for (kind, text, detector) in everyone() {
-            let whole = detector.detect(&Input { signal: &signal, error: &error, seed });
-            let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed });
+            let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None });
+            let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None });
             prop_assert_eq!(digest(&cut(&whole, frames)), digest(&part), "{} {}", kind, text);
         }
     }
@@ -283,7 +290,7 @@ proptest! {
             let entry = crate::plugin::find(DETECTORS, kind).unwrap();
             let [few, many] = if key == "below" { [low, high] } else { [high, low] }.map(|value| {
                 let detector = entry.build_from_text(&format!("{{ {key} = {value:?} }}")).unwrap();
-                detector.detect(&Input { signal: &signal, error: &[], seed: 0 })
+                detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None })
             });
             prop_assert_eq!(&few.score, &many.score);
             prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f), "{} {}", kind, key);

@@ -95,7 +95,11 @@ mod tests {
     use super::*;
 
     fn alarms(text: &str, signal: &[f64]) -> Vec<bool> {
-        ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0 }).alarm
+        ENTRY
+            .build_from_text(text)
+            .unwrap()
+            .detect(&Input { signal, error: &[], seed: 0, reverse: None })
+            .alarm
     }
 
     #[test]

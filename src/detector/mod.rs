@@ -16,6 +16,7 @@ pub mod never;
 pub mod oracle;
 pub mod periodic;
 pub mod random;
+pub mod track_quality;
 pub mod two_model_chi_square;
 
 #[cfg(test)]
@@ -23,12 +24,23 @@ mod conformance;
 
 pub use labels::{changes, run_starts};
 pub use learning::{Example, Learner};
+pub use track_quality::{Check, Condition, Quality};
 
 use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
 
+/// Runs a tracker backwards in time, for detectors that hold a track against itself.
+pub trait Reverse {
+    /// Tracking error, in `[0, 1]`, between what the tracker said of frame `to` on its way forward and what it
+    /// says of it when it starts in the later frame `from` with what it believed there and goes back frame by
+    /// frame; frames count from 0, and 0 is agreement. The frames after `from` are not looked at.
+    ///
+    /// `None` when the run breaks; whoever lent this throws the verdict away then.
+    fn error(&self, from: usize, to: usize) -> Option<f64>;
+}
+
 /// What a detector is given.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Input<'a> {
     /// One finite value a frame, from the track's first frame.
     pub signal: &'a [f64],
@@ -37,6 +49,8 @@ pub struct Input<'a> {
     pub error: &'a [f64],
     /// Seed made from names; only the `random` anchor uses it.
     pub seed: u64,
+    /// The tracker backwards, for detectors that [need](Detector::needs_reverse) it.
+    pub reverse: Option<&'a dyn Reverse>,
 }
 
 /// What a detector says, each field as long as the signal.
@@ -51,6 +65,8 @@ pub struct Verdict {
     /// The changes (+1, -1, 0), from detectors that find them directly and may find two of one sign in a
     /// row; elsewhere they are where the label changes.
     pub changes: Option<Vec<i32>>,
+    /// How it came to its labels, from detectors that follow the condition of the tracker.
+    pub quality: Option<Quality>,
 }
 
 impl Verdict {
@@ -72,6 +88,11 @@ pub trait Detector: Send + Sync {
 
     /// Whether its labels depend on the seed; where they do not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
+        false
+    }
+
+    /// Whether it runs the tracker backwards; without [`Input::reverse`] no check of it succeeds.
+    fn needs_reverse(&self) -> bool {
         false
     }
 

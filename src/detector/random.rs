@@ -93,7 +93,10 @@ mod tests {
 
     fn alarms(rate: f64, seed: u64, frames: usize) -> Vec<bool> {
         let signal = vec![0.0; frames];
-        Random::new(Params { rate }).unwrap().detect(&Input { signal: &signal, error: &[], seed }).alarm
+        Random::new(Params { rate })
+            .unwrap()
+            .detect(&Input { signal: &signal, error: &[], seed, reverse: None })
+            .alarm
     }
 
     // P(alarm) = rate in every frame. Over 200000 frames the standard deviation of the mean is below

@@ -196,7 +196,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> Verdict {
-        ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0 })
+        ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
     }
 
     const SIGNAL: [f64; 25] = [
@@ -332,7 +332,7 @@ mod tests {
             let test = if energy { Test::Energy } else { Test::Mean };
             let run = |y: &[f64], variance_floor: f64| {
                 let params = Params { length: 3, least_reference: 4, variance_floor, test, ..Params::default() };
-                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0 })
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None })
             };
             let by = 2.0_f64.powi(power);
             let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
@@ -351,7 +351,7 @@ mod tests {
         ) {
             let [few, many] = [one.min(two), one.max(two)].map(|alpha| {
                 let params = Params { alpha, ..Params::default() };
-                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: &y, error: &[], seed: 0 })
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: &y, error: &[], seed: 0, reverse: None })
             });
             prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f));
         }

@@ -7,7 +7,7 @@ use super::run::{Context, RunError, Work};
 use super::store::{self, Name, Record};
 use super::supervise::{Watch, supervised};
 use super::tracks::Track;
-use crate::detector::{Detector, Input, Verdict};
+use crate::detector::{Detector, Input, Quality, Verdict};
 use crate::score::{Protocol, TrackScore};
 use crate::spec::method::FixedDetector;
 use serde::{Deserialize, Serialize};
@@ -38,14 +38,15 @@ pub struct StoredVerdict {
     alarm: Vec<bool>,
     forecast: Option<Vec<f64>>,
     changes: Option<Vec<i32>>,
+    quality: Option<Quality>,
 }
 
 impl StoredVerdict {
     fn new(verdict: &Verdict, signal: &[f64]) -> Self {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
-        let Verdict { alarm, forecast, changes, .. } = verdict.clone();
-        Self { score, alarm, forecast, changes }
+        let Verdict { alarm, forecast, changes, quality, .. } = verdict.clone();
+        Self { score, alarm, forecast, changes, quality }
     }
 
     /// The verdict on a signal, if it is one of its length.
@@ -54,9 +55,10 @@ impl StoredVerdict {
         let whole = score.len() == signal.len()
             && self.alarm.len() == signal.len()
             && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len())
-            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len());
-        let Self { alarm, forecast, changes, .. } = self;
-        whole.then_some(Verdict { score, alarm, forecast, changes })
+            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
+            && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len());
+        let Self { alarm, forecast, changes, quality, .. } = self;
+        whole.then_some(Verdict { score, alarm, forecast, changes, quality })
     }
 }
 
@@ -110,7 +112,7 @@ pub fn detect(
     protocol: &Protocol,
 ) -> (Verdict, TrackScore) {
     let signal = signal_of(track, signal);
-    let verdict = detector.detect(&Input { signal: &signal, error: &track.error, seed });
+    let verdict = detector.detect(&Input { signal: &signal, error: &track.error, seed, reverse: None });
     let score = (protocol.score)(&track.error, &verdict.alarm, &verdict.changes());
     (verdict, score)
 }
@@ -162,7 +164,12 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
                     Some(reason) => Err(reason.clone()),
                     None => watch.step(k, || {
                         let signal = signal_of(&case.track, case.signal);
-                        let input = Input { signal: &signal, error: &case.track.error, seed: case.seed };
+                        let input = Input {
+                            signal: &signal,
+                            error: &case.track.error,
+                            seed: case.seed,
+                            reverse: None,
+                        };
                         case.armed.fixed.detector.detect(&input)
                     }),
                 });

@@ -179,7 +179,8 @@ impl By {
 
 /// Version of the form in which verdicts are kept.
 /// - 2: with changes.
-const VERDICT: u32 = 2;
+/// - 3: with the tracker's condition.
+const VERDICT: u32 = 3;
 
 /// Of labels.
 pub fn labels(read: Read, by: &By, seed: u64) -> Recipe {
