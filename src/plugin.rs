@@ -38,6 +38,21 @@ pub fn read_params<P: DeserializeOwned>(raw: RawParams<'_>) -> Result<P, ParamEr
     })
 }
 
+/// Checks parameters against closed ranges: each has its key, its value, and the least and the largest good value.
+///
+/// # Errors
+/// For the first one outside its range; NaN is outside every range.
+pub fn check_ranges<T: PartialOrd + std::fmt::Display>(
+    ranges: &[(&'static str, T, T, T)],
+) -> Result<(), ParamError> {
+    ranges.iter().try_for_each(|(key, value, low, high)| {
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value))
+    })
+}
+
 /// Checked parameters, with defaults filled in, as they enter keys and manifests.
 pub fn show_params<P: serde::Serialize>(params: &P) -> serde_json::Value {
     serde_json::to_value(params).unwrap_or(serde_json::Value::Null)
@@ -95,5 +110,24 @@ pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k s
     match nearest(word, known.iter().copied()) {
         Some(near) => format!("unknown {what} `{word}`; did you mean `{near}`?"),
         None => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_value_outside_its_range_is_refused() {
+        assert_eq!(check_ranges(&[("a", 0.5, 0.5, 1.0), ("b", 1.0, 0.5, 1.0)]), Ok(()));
+        let error =
+            check_ranges(&[("a", 0.7, 0.5, 1.0), ("b", 1.5, 0.5, 1.0), ("c", 9.0, 0.0, 1.0)]).unwrap_err();
+        assert_eq!(error, ParamError::out_of_range("b", "from 0.5 to 1", 1.5));
+        assert_eq!((error.key, error.message.as_str()), (Some("b"), "`b` must be from 0.5 to 1, not 1.5"));
+        for bad in [f64::NAN, f64::NEG_INFINITY, 0.499] {
+            assert!(check_ranges(&[("a", bad, 0.5, 1.0)]).is_err(), "{bad}");
+        }
+        assert_eq!(check_ranges(&[("n", 3_usize, 3, 3)]), Ok(()));
+        assert!(check_ranges(&[("n", 4_usize, 1, 3)]).is_err());
     }
 }

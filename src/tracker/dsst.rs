@@ -32,7 +32,7 @@ use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_grey};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complex, Fourier, hann, hann_plane};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
@@ -90,7 +90,7 @@ impl Dsst {
     /// # Errors
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let ranges = [
+        check_ranges(&[
             ("window", p.window, 1.0, 6.0),
             ("lambda", p.lambda, 1e-6, 100.0),
             ("rate", p.rate, 0.0, 1.0),
@@ -98,12 +98,7 @@ impl Dsst {
             ("scale_step", p.scale_step, 1.001, 1.2),
             ("scale_label_width", p.scale_label_width, 0.01, 2.0),
             ("scale_area", p.scale_area, 16.0, 10_000.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         if !(1..=99).contains(&p.scales) || p.scales.is_multiple_of(2) {
             return Err(ParamError::out_of_range("scales", "odd and from 1 to 99", p.scales));
         }

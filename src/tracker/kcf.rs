@@ -30,7 +30,7 @@ use super::{Setup, Start, State, Tracker, TrackerError};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch};
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
@@ -143,7 +143,7 @@ impl Kcf {
             scale_weight: p.scale_weight.unwrap_or(0.95),
             sub_cell: p.sub_cell.unwrap_or(vot),
         };
-        let ranges = [
+        check_ranges(&[
             ("window", c.window, 1.0, 6.0),
             ("label_width", c.label_width, 0.01, 1.0),
             ("kernel_width", c.kernel_width, 0.01, 10.0),
@@ -151,12 +151,7 @@ impl Kcf {
             ("rate", c.rate, 0.0, 1.0),
             ("scale_step", c.scale_step, 1.0, 1.5),
             ("scale_weight", c.scale_weight, 0.0, 1.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         if !(1..=16).contains(&c.cell) {
             return Err(ParamError::out_of_range("cell", "from 1 to 16", c.cell));
         }

@@ -30,7 +30,7 @@ use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch, is_grey};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
@@ -83,18 +83,13 @@ impl Samf {
     /// # Errors
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let ranges = [
+        check_ranges(&[
             ("window", p.window, 1.0, 6.0),
             ("lambda", p.lambda, 1e-6, 1.0),
             ("rate", p.rate, 0.0, 1.0),
             ("label_width", p.label_width, 0.01, 1.0),
             ("kernel_width", p.kernel_width, 0.01, 10.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         if !(1..=MOST_SCALES).contains(&p.scales.len()) {
             let rule = format!("1 to {MOST_SCALES} numbers");
             return Err(ParamError::out_of_range("scales", &rule, p.scales.len()));

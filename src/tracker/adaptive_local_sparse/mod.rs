@@ -49,7 +49,7 @@ use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use coding::{Coding, Dictionary, PATCHES, normalise};
 use rand::RngExt;
@@ -112,22 +112,16 @@ impl AdaptiveLocalSparse {
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
         check(p.samples, &p.noise)?;
-        for (key, value, low, high) in [
+        check_ranges(&[
             ("lambda", p.lambda, 1e-4, 1.0),
             ("tolerance", p.tolerance, 1e-6, 1.0),
             ("weight_exponent", p.weight_exponent, 0.1, 1000.0),
-        ] {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
-        for (key, value, high) in
-            [("rounds", p.rounds, 100_000), ("batch", p.batch, 1000), ("max_basis", p.max_basis, 256)]
-        {
-            if !(1..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from 1 to {high}"), value));
-            }
-        }
+        ])?;
+        check_ranges(&[
+            ("rounds", p.rounds, 1, 100_000),
+            ("batch", p.batch, 1, 1000),
+            ("max_basis", p.max_basis, 1, 256),
+        ])?;
         Ok(Self(p))
     }
 }

@@ -47,7 +47,7 @@ use super::{Moments, Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use histogram::{Binning, Ellipse, Grid, Histogram, MOST_A_CHANNEL, Model};
 use rand::RngExt;
@@ -174,7 +174,7 @@ impl ColorParticleFilter {
     /// # Errors
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let ranges = [
+        check_ranges(&[
             ("sigma_position", p.sigma_position, 0.0, 1000.0),
             ("sigma_axes", p.sigma_axes, 0.0, 1000.0),
             ("sigma_orientation", p.sigma_orientation, 0.0, 180.0),
@@ -184,12 +184,7 @@ impl ColorParticleFilter {
             ("update_above", p.update_above, 0.0, 1.0),
             ("initial_spread", p.initial_spread, 0.0, 100.0),
             ("minimum_axis", p.minimum_axis, 1.0, 1000.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         if !(2..=10_000).contains(&p.particles) {
             return Err(ParamError::out_of_range("particles", "from 2 to 10000", p.particles));
         }

@@ -44,7 +44,7 @@ use super::{Moments, Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use evidence::{Evidence, Place};
 pub use layout::Layout;
@@ -129,18 +129,13 @@ impl FragmentsParticleFilter {
     /// # Errors
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let ranges = [
+        check_ranges(&[
             ("reliability_rate", p.reliability_rate, 0.0, 1.0),
             ("drop_below", p.drop_below, 0.0, 0.99),
             ("sigma_likelihood", p.sigma_likelihood, 0.01, 10.0),
             ("sigma_position", p.sigma_position, 0.0, 1000.0),
             ("sigma_scale", p.sigma_scale, 0.0, 1.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         if !(2..=10_000).contains(&p.particles) {
             return Err(ParamError::out_of_range("particles", "from 2 to 10000", p.particles));
         }

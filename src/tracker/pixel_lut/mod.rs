@@ -52,7 +52,7 @@ mod tests;
 
 use super::{Setup, Start, State, Tracker, TrackerError};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use codes::Codes;
 use colors::Colors;
@@ -124,7 +124,7 @@ impl PixelLut {
     /// # Errors
     /// For parameters outside their range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let ranges = [
+        check_ranges(&[
             ("flat_below", p.flat_below, 0.0, 400.0),
             ("aggressiveness", p.aggressiveness, 0.001, 1000.0),
             ("learn_above", p.learn_above, 0.0, 1.0),
@@ -132,25 +132,15 @@ impl PixelLut {
             ("mask_floor", p.mask_floor, 0.01, 1.0),
             ("color_rate", p.color_rate, 0.0, 1.0),
             ("size_rate", p.size_rate, 0.0, 1.0),
-        ];
-        for (key, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
-        let counts = [
+        ])?;
+        check_ranges(&[
             ("cells", p.cells, 2, 64),
             ("search_radius", p.search_radius, 1, 100),
             ("violators", p.violators, 1, 200),
             ("memory", p.memory, 2, 500),
             ("remember_every", p.remember_every, 1, 1000),
             ("rounds", p.rounds, 1, 100),
-        ];
-        for (key, value, low, high) in counts {
-            if !(low..=high).contains(&value) {
-                return Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value));
-            }
-        }
+        ])?;
         Ok(Self(p))
     }
 }

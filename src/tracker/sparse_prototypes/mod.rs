@@ -47,7 +47,7 @@ use crate::image::warp::Geometry;
 use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use likelihood::{Alternation, Comparison, Subspace, error};
 use rand_chacha::ChaCha8Rng;
@@ -119,11 +119,7 @@ impl SparsePrototypes {
         if !(1..=1000).contains(&p.iterations) {
             return Err(ParamError::out_of_range("iterations", "from 1 to 1000", p.iterations));
         }
-        for (key, value) in [("tolerance", p.tolerance), ("low", p.low)] {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(ParamError::out_of_range(key, "from 0 to 1", value));
-            }
-        }
+        check_ranges(&[("tolerance", p.tolerance, 0.0, 1.0), ("low", p.low, 0.0, 1.0)])?;
         if !(p.low..=1.0).contains(&p.high) {
             return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
         }
