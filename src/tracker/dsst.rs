@@ -22,9 +22,16 @@
 //! upright rectangle with its centre, the sides' ratio of its bounds and its own area, as in the VOT2014 entry.
 //!
 //! Deviations: the region is the first rectangle scaled and moved, without the release's rounding to whole pixels, which
-//! moves boxes with odd sides by half a pixel. For safety: windows are at most 512 x 512 pixels in area (larger targets
-//! start at a scale above 1) and 4 x 4 pixels or more; the target stays in touch with the frame; the lower limit
-//! does not enlarge a target that starts below it; a scale sample has at least one cell.
+//! moves boxes with odd sides by half a pixel, and without the pixel that the entry adds to each side of a
+//! quadrilateral. Patches shrink bilinearly like the entry's; the release takes means of areas. For safety: windows are
+//! at most 512 x 512 pixels in area (larger targets start at a scale above 1) and 4 x 4 pixels or more; the target stays
+//! in touch with the frame; the lower limit does not enlarge a target that starts below it; a scale sample has at least
+//! one cell.
+//!
+//! Checked against a separate NumPy version of this description: on gymnastics of VOT2014 one pixel of the start decides.
+//! From the annotated start and from one pixel right, left, below and above, this one fails 5, 2, 4, 5 and 5 times, that
+//! one 1 (5 when it shrinks by means of areas, as OpenCV does), 2, 4, 5 and 5 times; on Couple of OTB both have a
+//! precision of 0.107.
 
 use super::correlation::{label, peak};
 use super::{Setup, Start, State, Tracker, TrackerError};

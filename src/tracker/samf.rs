@@ -23,6 +23,10 @@
 //! [`crate::image::color_names`]; cells have the mean of their pixels (the original: a bicubic resize); halving as
 //! in [`super::kcf`], with its other safety rules: at least 3 cells each way, targets not larger than the frame and in
 //! touch with it, no move without contrast. The region keeps its offset from the tracked pixel.
+//!
+//! Checked against a separate NumPy version of this description: on diving of VOT2014 both fail in frames 58, 98, 175 and
+//! 194, that one also with the learned table and bicubic cells and without color names; on Couple of OTB responses are so
+//! nearly equal that a grey level of noise moves its precision from 0.74 to 0.35 or 0.30.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
 use super::{Setup, Start, State, Tracker, TrackerError};
