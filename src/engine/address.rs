@@ -180,7 +180,7 @@ mod tests {
         ("tracker samf", "32445769e1e6121e"),
         ("tracker sparse-prototypes", "0f4a5c8ea275229d"),
         ("tracker ivt", "4b483e366b078a60"),
-        ("tracker adaptive-local-sparse", "7175caa7e34bdc80"),
+        ("tracker adaptive-local-sparse", "799638e800046cc3"),
         ("signal distribution-field", "a3aa7cb80f545afb"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),

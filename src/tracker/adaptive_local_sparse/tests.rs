@@ -35,7 +35,7 @@ fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<State> {
 #[test]
 fn a_target_that_moves_by_whole_pixels_is_followed() {
     let frames: Vec<Frame> = (0..22).map(|t| scene(30 + 2 * t, 20 + t)).collect();
-    for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"non-negative\" }"] {
+    for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"free\" }"] {
         let states = track(text, &frames, 5);
         for (t, state) in (0..).map(f64::from).zip(&states) {
             let (x, y) = state.region.rect().centre();
