@@ -178,7 +178,7 @@ mod tests {
         ("tracker kcf", "8859d0c0df15ea85"),
         ("tracker dsst", "e1b2c9cf0823191f"),
         ("tracker samf", "32445769e1e6121e"),
-        ("tracker sparse-prototypes", "0f4a5c8ea275229d"),
+        ("tracker sparse-prototypes", "f677d8e597865229"),
         ("tracker ivt", "4b483e366b078a60"),
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
         ("signal distribution-field", "a3aa7cb80f545afb"),

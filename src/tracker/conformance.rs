@@ -216,7 +216,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("pixel-lut", 1, "f275f1ffd3a63c02"),
     ("samf", 1, "eced239009d57018"),
     ("scripted", 1, "d134c55166cbc1f3"),
-    ("sparse-prototypes", 1, "c18af4c6ac5c4ca7"),
+    ("sparse-prototypes", 2, "c18af4c6ac5c4ca7"),
     ("still", 1, "53a7173aca7dcdd5"),
 ];
 

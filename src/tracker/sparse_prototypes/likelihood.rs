@@ -79,7 +79,8 @@ impl Subspace {
     pub fn occluded_distance(&self, window: &[f32], how: &Alternation, work: &mut Comparison) -> f32 {
         let Alternation { lambda, tolerance, iterations } = *how;
         work.look(&self.mean, window);
-        let mut objective = f32::INFINITY;
+        // That of the first iteration counts as 0; see the tracker's module.
+        let mut objective = 0.0_f32;
         for iteration in 0..iterations {
             if iteration == 0 {
                 project(&self.basis, &work.difference, &mut work.coefficients);
@@ -88,11 +89,13 @@ impl Subspace {
                 project(&self.basis, &work.errors, &mut work.coefficients);
             }
             leave(&self.basis, &work.difference, &work.coefficients, &mut work.next);
-            let now = penalised(&work.next, lambda);
-            if iteration > 0 && (objective - now).abs() < tolerance {
-                break;
+            if iteration > 0 {
+                let now = penalised(&work.next, lambda);
+                if (objective - now).abs() < tolerance {
+                    break;
+                }
+                objective = now;
             }
-            objective = now;
             std::mem::swap(&mut work.residuals, &mut work.next);
         }
         cost(&work.residuals, lambda)

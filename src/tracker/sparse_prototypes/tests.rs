@@ -42,13 +42,13 @@ fn window(amount: f64) -> Vec<f32> {
 // U=np.sqrt(2/256)*np.c_[np.cos(t),np.sin(t),np.cos(3*t)]; mu=.4+.1*np.sin(.05*n)
 // def E(amount,tol=1e-3):
 //   d=mu-(mu+.08*np.cos(t)+.03*np.sin(1.7*n)+.02*np.cos(.31*n*n)+amount*((n>=60)&(n<100)))
-//   plain=d-U@(U.T@d); e=0*d; old=None
+//   plain=d-U@(U.T@d); e=0*d; old=(0,)
 //   for i in range(20):
 //     z=U.T@(d-e); new=np.sign(d-U@z)*np.maximum(abs(d-U@z)-L,0); J=((d-U@z-new)**2).sum()+L*abs(new).sum()
 //     if i and abs(J-old[0])<tol: break
-//     old=(J,z,new); e=new
+//     old=(J*(i>0),z,new); e=new
 //   _,z,e=old; s=abs(e)<L; return (plain**2).sum(),((d-U@z-e)[s]**2).sum()+L*(~s).sum(),i
-// print([E(a) for a in (0,.09,.3,-.6)],E(.3,1e-9))
+// print([E(a) for a in (0,.09,.3,-.6)],E(.3,1e-9),E(.3,.05))
 #[test]
 fn costs_agree_with_numpy() {
     let (subspace, mut work) = (subspace(), Comparison::default());
@@ -60,18 +60,22 @@ fn costs_agree_with_numpy() {
     }
     let patient = Alternation { tolerance: 1e-9, ..ALTERNATION };
     near(subspace.occluded_distance(&window(0.3), &patient, &mut work), PATIENT);
+    // The first two objectives are that close, but the first counts as 0.
+    let hasty = Alternation { tolerance: 0.05, ..ALTERNATION };
+    near(subspace.occluded_distance(&window(0.3), &hasty, &mut work), HASTY);
 }
 const COSTS: [(f64, f64); 4] = [
-    (0.16275060539507658, 0.16262732997703885),
+    (0.16275060539507658, 0.16262590317639097),
     (0.3440045609700989, 0.2924145247976998),
     (2.263234602491789, 2.1915916385533953),
     (8.787246712744263, 2.1979489895319206),
 ];
 const PATIENT: f64 = 2.186948453958617;
+const HASTY: f64 = 3.5617254482136764;
 
 // With one iteration the solution is that of e = 0.
 #[test]
-fn the_first_iteration_never_stops_and_the_solution_is_the_one_before() {
+fn the_solution_is_the_one_before_the_last_iteration() {
     let (subspace, mut work) = (subspace(), Comparison::default());
     subspace.distance(&window(0.3), &mut work);
     let projection = work.residuals.clone();
