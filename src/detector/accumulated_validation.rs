@@ -144,6 +144,16 @@ impl AccumulatedValidation {
         }
     }
 
+    /// Itself with a model that it learned.
+    ///
+    /// # Errors
+    /// In words, when it is no such model.
+    pub(super) fn ready(&self, model: &Value) -> Result<Self, String> {
+        let model = Learned::deserialize(model).map_err(|e| format!("no model of consistency: {e}"))?;
+        let beta = self.cut(&model)?;
+        Ok(Self { params: self.params.clone(), beta: Some(beta) })
+    }
+
     fn cut(&self, model: &Learned) -> Result<f64, String> {
         let Params { length, alpha, approximation, .. } = self.params;
         let grid = Grid::default();
@@ -229,9 +239,7 @@ impl Learner for AccumulatedValidation {
     }
 
     fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, String> {
-        let model = Learned::deserialize(model).map_err(|e| format!("no model of consistency: {e}"))?;
-        let beta = self.cut(&model)?;
-        Ok(Box::new(Self { params: self.params.clone(), beta: Some(beta) }))
+        Ok(Box::new(self.ready(model)?))
     }
 }
 

@@ -16,6 +16,9 @@ const MORE: &[(&str, &str)] = &[
     ("two-model-chi-square", "{ length = 1, reference = 9, variance_floor = 0.01 }"),
     ("matched-kalman-bank", "{ noise_variance = 0.01, life = 0, models = 2, start_level = 1.0 }"),
     ("matched-kalman-bank", "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }"),
+    ("arte", "{ long = 4, short = 2, smoothing = 1, tau_1 = 0.2, settling = 3, locking_in_limit = 2 }"),
+    ("arte", "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }"),
+    ("arte-star", "{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"),
     ("periodic", "{ period = 2, phase = 1 }"),
     ("random", "{ rate = 0.5 }"),
 ];
@@ -28,6 +31,8 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("accumulated-validation", 1, "816f2c06de79c795"),
     ("two-model-chi-square", 1, "1d0ad0f43f943791"),
     ("matched-kalman-bank", 1, "887dc0fed0059e5a"),
+    ("arte", 1, "a39dc94a9708decd"),
+    ("arte-star", 1, "1b5ca0620030071a"),
     ("never", 1, "d20d5d685a1fdb28"),
     ("always", 1, "c36d0fed489c136c"),
     ("periodic", 1, "34547fe21e5b1038"),
@@ -74,6 +79,13 @@ fn digest(verdict: &Verdict) -> String {
     }
     hash.update(verdict.alarm.iter().map(|&a| u8::from(a)).collect::<Vec<_>>());
     hash.update(verdict.changes.iter().flatten().map(|&c| c as u8).collect::<Vec<_>>());
+    if let Some(quality) = &verdict.quality {
+        hash.update(quality.condition.iter().map(|&c| c as u8).collect::<Vec<_>>());
+        for check in &quality.checks {
+            hash.update([check.frame as u64, check.reference as u64].map(u64::to_le_bytes).concat());
+            hash.update([u8::from(check.error.is_some()), u8::from(check.accepted)]);
+        }
+    }
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -99,6 +111,11 @@ fn check_shape(label: &str, verdict: &Verdict, frames: usize) {
     if let Some(changes) = &verdict.changes {
         assert_eq!(changes.len(), frames, "{label}: length of changes");
         assert!(changes.iter().all(|c| (-1..=1).contains(c)), "{label}: a change is none of -1, 0, 1");
+    }
+    if let Some(quality) = &verdict.quality {
+        assert_eq!(quality.condition.len(), frames, "{label}: length of condition");
+        assert!(quality.checks.is_sorted_by_key(|c| c.frame), "{label}: order of checks");
+        assert!(quality.checks.iter().all(|c| c.reference <= c.frame), "{label}: a check runs forwards");
     }
     if let Some(forecast) = &verdict.forecast {
         assert_eq!(forecast.len(), frames, "{label}: length of forecast");

@@ -5,6 +5,8 @@
 pub mod accumulated_validation;
 pub mod always;
 pub mod arma_forecast;
+pub mod arte;
+pub mod arte_star;
 pub mod consistency;
 pub mod forecasting;
 pub mod labels;
@@ -118,6 +120,8 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,
+    arte::ENTRY,
+    arte_star::ENTRY,
     never::ENTRY,
     always::ENTRY,
     periodic::ENTRY,

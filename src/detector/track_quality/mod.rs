@@ -2,6 +2,16 @@
 //! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; SanMiguel and Cavallaro, CVIU 131, 2015,
 //! section 6). What `arte` and `arte-star` have in common.
 
+pub mod machine;
+pub mod recovery;
+
+#[cfg(test)]
+pub(super) mod testing;
+
+use super::Input;
+use crate::plugin::ParamError;
+use machine::{Events, Machine};
+use recovery::Recovery;
 use serde::{Deserialize, Serialize};
 
 /// The condition of a tracker.
@@ -13,6 +23,17 @@ pub enum Condition {
     LockingIn,
     /// Its hypotheses are spread; it looks for its target.
     Scanning,
+}
+
+impl Condition {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LockedOn => "locked-on",
+            Self::LockingIn => "locking-in",
+            Self::Scanning => "scanning",
+        }
+    }
 }
 
 /// A try to find out, by running backwards, whether the tracker has recovered.
@@ -41,5 +62,52 @@ impl Quality {
     /// Frames that the tracker was run backwards, over all checks.
     pub fn reverse_frames(&self) -> usize {
         self.checks.iter().filter(|c| c.error.is_some()).map(|c| c.frame - c.reference).sum()
+    }
+}
+
+/// What follows from events, whatever they are found in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rules {
+    recovery: Recovery,
+    locking_in_limit: usize,
+}
+
+impl Rules {
+    /// Checks the parameters that the detectors share, under the names they have there.
+    ///
+    /// # Errors
+    /// For a parameter outside its range.
+    pub(super) fn new(
+        accept_below: f64,
+        reverse_limit: usize,
+        locking_in_limit: usize,
+    ) -> Result<Self, ParamError> {
+        if !(accept_below > 0.0 && accept_below <= 1.0) {
+            return Err(ParamError::out_of_range("accept_below", "above 0 and at most 1", accept_below));
+        }
+        if reverse_limit > 100_000 {
+            return Err(ParamError::out_of_range("reverse_limit", "0 to 100000 frames", reverse_limit));
+        }
+        if !(1..=100_000).contains(&locking_in_limit) {
+            return Err(ParamError::out_of_range("locking_in_limit", "1 to 100000 frames", locking_in_limit));
+        }
+        Ok(Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit })
+    }
+
+    /// Whether the track is unsuccessful, frame by frame, and how that came about; as long as `events`.
+    pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
+        let mut machine = Machine::new(self.locking_in_limit);
+        let mut quality = Quality::default();
+        let mut alarm = Vec::with_capacity(events.len());
+        for (t, events) in events.iter().enumerate() {
+            machine.step(t, *events, |reference| {
+                let check = self.recovery.check(input.reverse, t, reference);
+                quality.checks.push(check);
+                check.accepted
+            });
+            quality.condition.push(machine.condition());
+            alarm.push(!machine.successful());
+        }
+        (alarm, quality)
     }
 }

@@ -1,0 +1,219 @@
+use super::super::track_quality::testing::{Fake, letters, marks, rows};
+use super::super::track_quality::{Check, Condition};
+use super::*;
+use crate::signal::uncertainty_change::{Form, changes};
+use proptest::prelude::*;
+use rand::RngExt;
+
+fn built(text: &str) -> ArteStar {
+    let params: toml::Table = toml::from_str(&format!("v = {text}")).unwrap();
+    ArteStar::new(params["v"].clone().try_into().unwrap()).unwrap()
+}
+
+fn input<'a>(signal: &'a [f64], reverse: &'a Fake) -> Input<'a> {
+    Input { signal, error: &[], seed: 0, reverse: Some(reverse) }
+}
+
+/// Sums of two, beta_1 = 1, beta_2 = 0.5.
+const PLAIN: &str = "length = 2, beta = 1.0, locking_in_limit = 2";
+
+/// By hand; s is above 1 in frames 1 to 2, 5 to 7, 11 and 14 to 17. Lost in frame 1, a distractor in frame 3,
+/// recovered in frame 8; lost in 11 and recovered in 12 at once; lost in 14, waiting over in 17.
+const SCRIPT: [f64; 19] =
+    [0.0, 1.2, 0.0, 0.0, 0.0, 1.2, 1.2, 0.0, 0.9, 0.0, 0.9, 0.9, 0.05, 0.0, 1.5, 0.0, 1.5, 0.0, 0.0];
+
+#[test]
+fn changes_go_through_the_rows_that_onsets_can_reach() {
+    let reverse = Fake::new(|from, _| Some(if from == 3 { 0.8 } else { 0.5 }));
+    let detector = built(&format!("{{ {PLAIN} }}"));
+    let verdict = detector.detect(&input(&SCRIPT, &reverse));
+    let quality = verdict.quality.as_ref().unwrap();
+    assert_eq!(letters(quality), "osioossiooosoosiioo");
+    assert_eq!(marks(&verdict.alarm), ".xxxxxxx...x..xxx..");
+    assert_eq!(reverse.asked(), [(3, 0), (8, 0), (12, 10), (17, 13)]);
+    let accepted: Vec<bool> = quality.checks.iter().map(|c| c.accepted).collect();
+    assert_eq!(accepted, [false, true, true, true]);
+    // Rows 1 and 4 are increases of a tracker that is not locked on; see the head of the file.
+    let used = rows(2, &detector.events(&input(&SCRIPT, &reverse)).1, quality);
+    assert_eq!(used, [0, 3, 5, 0, 3, 5, 0, 2, 0, 3, 6]);
+}
+
+#[test]
+fn checks_that_cannot_be_made_are_rejected() {
+    let alarm = |text: &str, reverse: Option<&Fake>| {
+        let reverse = reverse.map(|r| r as &dyn crate::detector::Reverse);
+        let verdict = built(text).detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse });
+        marks(&verdict.alarm)
+    };
+    let good = Fake::always(Some(0.0));
+    let text = format!("{{ {PLAIN} }}");
+    assert!(built(&text).needs_reverse());
+    assert_eq!(alarm(&text, None), ".xxxxxxxxxxxxxxxxxx");
+    assert_eq!(alarm(&text, Some(&Fake::always(None))), ".xxxxxxxxxxxxxxxxxx");
+    assert_eq!(alarm(&text, Some(&good)), ".xx..xxx...x..xxx..");
+    // The first loss is three frames long, the second three, the third two, the last four.
+    let good = Fake::always(Some(0.0));
+    assert_eq!(alarm(&format!("{{ {PLAIN}, reverse_limit = 3 }}"), Some(&good)), ".xx..xxxxxxxxxxxxxx");
+    assert_eq!(good.asked(), [(3, 0)]);
+}
+
+#[test]
+fn the_score_and_the_large_changes_are_those_of_avu() {
+    let avu = super::super::accumulated_validation::ENTRY.build_from_text("{ length = 2, beta = 1.0 }");
+    let good = Fake::always(Some(0.0));
+    let theirs = avu.unwrap().detect(&input(&SCRIPT, &good));
+    let detector = built(&format!("{{ {PLAIN} }}"));
+    let (score, events) = detector.events(&input(&SCRIPT, &good));
+    assert_eq!(score, theirs.score);
+    assert_eq!(detector.threshold(), Some(1.0));
+    for (t, change) in theirs.changes().iter().enumerate() {
+        assert_eq!(events[t].contains(Event::LargeIncrease), *change == 1, "{t}");
+        assert_eq!(events[t].contains(Event::LargeDecrease), *change == -1, "{t}");
+    }
+    // By hand: c falls below 0.5 in these frames.
+    let small: Vec<usize> = (0..19).filter(|t| events[*t].contains(Event::SmallDecrease)).collect();
+    assert_eq!(small, [2, 7, 9, 12, 15, 17]);
+}
+
+/// Exponential c_t of mean 0.2, all consistent.
+fn drawn() -> (Vec<f64>, Vec<f64>) {
+    let mut rng = crate::num::seed::rng(3);
+    let signal = (0..600).map(|_| -rng.random_range(1e-9_f64..1.0).ln() * 0.2).collect();
+    (signal, vec![0.4; 600])
+}
+
+#[test]
+fn it_learns_what_avu_learns() {
+    let (signal, error) = drawn();
+    let examples = [Example { signal: &signal, error: &error }];
+    let avu = |length: usize| {
+        let text = format!("{{ train = \"t\", length = {length}, alpha = 0.01, tau = 0.8 }}");
+        super::super::accumulated_validation::ENTRY.build_from_text(&text).unwrap()
+    };
+    let theirs = avu(5);
+    let theirs = theirs.learner().unwrap();
+    let model = theirs.learn(&examples).unwrap();
+    let cut = |length: usize| avu(length).learner().unwrap().with_model(&model).unwrap().threshold();
+    for (beta_2, second) in [("half", cut(5)), ("half-of-one", cut(1))] {
+        let text = format!("{{ train = \"t\", length = 5, alpha = 0.01, tau = 0.8, beta_2 = \"{beta_2}\" }}");
+        let detector = ENTRY.build_from_text(&text).unwrap();
+        assert_eq!(detector.threshold(), None);
+        let learner = detector.learner().unwrap();
+        assert_eq!((learner.role(), learner.params()), ("t", theirs.params()));
+        if beta_2 == "half" {
+            assert_eq!(learner.learn(&examples).unwrap(), model);
+        }
+        let ready = learner.with_model(&model).unwrap();
+        assert_eq!(ready.threshold(), cut(5));
+        assert_eq!(ready.params(), detector.params());
+        assert!(ready.needs_reverse());
+        assert!(learner.with_model(&serde_json::json!({ "beta": 1 })).is_err());
+        // One large value, then one just above or below beta_2 while the sum is still too large.
+        let half = second.unwrap() / 2.0;
+        for (factor, want) in [(1.01, "oss"), (0.99, "osi")] {
+            let series = [0.0, 9.0, half * factor];
+            let verdict = ready.detect(&input(&series, &Fake::always(None)));
+            assert_eq!(letters(verdict.quality.as_ref().unwrap()), want, "{beta_2} {factor}");
+        }
+    }
+    assert!(cut(1) < cut(5));
+}
+
+#[test]
+fn it_is_silent_until_it_has_learned() {
+    let verdict = built("{ train = \"t\" }").detect(&input(&SCRIPT, &Fake::always(Some(0.0))));
+    assert_eq!(letters(verdict.quality.as_ref().unwrap()), "o".repeat(19));
+    assert!(!verdict.alarm.contains(&true));
+    assert!(built("{ beta = 1.0 }").learner().is_none());
+}
+
+#[test]
+fn parameters_are_checked() {
+    for text in [
+        "{}",
+        "{ beta = 1.0, train = \"t\" }",
+        "{ beta = nan }",
+        "{ beta = 1.0, beta_2 = \"half-of-one\" }",
+        "{ beta = 1.0, beta_2 = \"third\" }",
+        "{ beta = 1.0, components = 2 }",
+        "{ train = \"t\", alpha = 0.5 }",
+        "{ train = \"t\", tau = 0.0 }",
+        "{ train = \"t\", length = 0 }",
+        "{ beta = 1.0, accept_below = 0.0 }",
+        "{ beta = 1.0, reverse_limit = 100001 }",
+        "{ beta = 1.0, locking_in_limit = 0 }",
+    ] {
+        assert!(ENTRY.build_from_text(text).is_err(), "{text}");
+    }
+    let refused = ENTRY.build_from_text("{ beta = 1.0, beta_2 = \"half-of-one\" }").err().unwrap();
+    assert_eq!(refused.key, Some("beta_2"));
+}
+
+/// Changes that are small for a while, then large.
+fn series() -> impl Strategy<Value = Vec<f64>> {
+    let piece = (prop_oneof![Just(0.05), Just(0.6), Just(3.0)], prop::collection::vec(0.1..1.0_f64, 1..12));
+    prop::collection::vec(piece, 1..14)
+        .prop_map(|all| all.iter().flat_map(|(level, noise)| noise.iter().map(move |n| level * n)).collect())
+}
+
+/// Answers that depend on the frames alone, about half of them good.
+fn mixed() -> Fake {
+    Fake::new(|from, to| Some(((from * 7 + to * 3) % 16) as f64 / 10.0))
+}
+
+proptest! {
+    #[test]
+    fn a_factor_of_the_uncertainty_changes_nothing(
+        u in prop::collection::vec(0.1..10.0_f64, 1..120), power in -20..20_i32, length in 1..8_usize,
+    ) {
+        let detector = built(&format!("{{ length = {length}, beta = 6.0 }}"));
+        let labels = |by: f64| {
+            let scaled: Vec<f64> = u.iter().map(|u| u * by).collect();
+            detector.detect(&input(&changes(&scaled, 25, Form::Absolute, 0.0), &mixed()))
+        };
+        prop_assert_eq!(labels(1.0), labels(2.0_f64.powi(power)));
+    }
+
+    #[test]
+    fn no_label_uses_a_later_frame(c in series(), share in 0.0..1.0_f64, length in 1..8_usize) {
+        let detector = built(&format!("{{ length = {length}, beta = 1.0 }}"));
+        let frames = (share * c.len() as f64) as usize;
+        let whole = detector.detect(&input(&c, &mixed()));
+        let part = detector.detect(&input(&c[..frames], &mixed()));
+        prop_assert_eq!(&whole.score[..frames], &part.score[..]);
+        prop_assert_eq!(&whole.alarm[..frames], &part.alarm[..]);
+        let (whole, part) = (whole.quality.unwrap(), part.quality.unwrap());
+        prop_assert_eq!(&whole.condition[..frames], &part.condition[..]);
+        let early: Vec<Check> = whole.checks.into_iter().filter(|c| c.frame < frames).collect();
+        prop_assert_eq!(early, part.checks);
+    }
+
+    #[test]
+    fn alarms_begin_with_an_increase_and_end_with_an_accepted_check(
+        c in series(), length in 1..8_usize, limit in 1..8_usize,
+    ) {
+        let detector =
+            built(&format!("{{ length = {length}, beta = 1.0, locking_in_limit = {limit} }}"));
+        let verdict = detector.detect(&input(&c, &mixed()));
+        let quality = verdict.quality.as_ref().unwrap();
+        for t in 0..c.len() {
+            let before = t.checked_sub(1).is_some_and(|t| verdict.alarm[t]);
+            let accepted = quality.checks.iter().any(|c| c.frame == t && c.accepted);
+            if verdict.alarm[t] && !before {
+                prop_assert!(verdict.score[t] > 1.0 && quality.condition[t] == Condition::Scanning);
+            }
+            prop_assert_eq!(before && !verdict.alarm[t], accepted);
+            // Whoever is not locked on is inconsistent, so that nothing can become inconsistent.
+            prop_assert!(quality.condition[t] == Condition::LockedOn || verdict.score[t] > 1.0);
+        }
+        let used = rows(limit, &detector.events(&input(&c, &mixed())).1, quality);
+        prop_assert!(!used.contains(&1) && !used.contains(&4));
+    }
+
+    #[test]
+    fn below_the_cut_value_nothing_happens(c in series()) {
+        let verdict = built("{ beta = 1e300 }").detect(&input(&c, &mixed()));
+        prop_assert!(verdict.quality.unwrap().condition.iter().all(|c| *c == Condition::LockedOn));
+        prop_assert!(!verdict.alarm.contains(&true));
+    }
+}

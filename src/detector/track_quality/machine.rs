@@ -1,0 +1,186 @@
+//! The condition of a tracker as a state machine (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012).
+//!
+//! ```text
+//! LOCKED-ON   large increase   SCANNING     the track is lost
+//! SCANNING    large increase   SCANNING
+//! SCANNING    large decrease   LOCKED-ON    recovery check
+//! SCANNING    small decrease   LOCKING-IN
+//! LOCKING-IN  large increase   SCANNING
+//! LOCKING-IN  large decrease   LOCKED-ON    recovery check
+//! LOCKING-IN  waiting over     LOCKED-ON    recovery check
+//! ```
+//!
+//! It begins LOCKED-ON with a successful track. Events are those of a 0-based frame and have no unit; in a
+//! frame the first row that fits is taken, and no other. When a successful track is lost it becomes
+//! unsuccessful and the frame before becomes the reference; a track that is unsuccessful already keeps its
+//! reference. A check that is accepted makes the track successful. One that is rejected leaves it
+//! unsuccessful and LOCKED-ON, on a distractor, until the next increase and decrease make another check.
+//!
+//! Source: the three conditions, the two statuses and the recovery check are the paper's, the meanings of the
+//! three thresholds those of SanMiguel and Cavallaro, CVIU 131, 2015, section 6. The table is a
+//! reconstruction, as the paper's own was not at hand. Its choices:
+//!
+//! * LOCKING-IN ends after `locking_in_limit` frames without an increase (`waiting over`), as a slow
+//!   re-acquisition, which never is a large decrease, could not be credited otherwise;
+//! * increases come before decreases. After a rise and half a fall the uncertainty can be well above the
+//!   least and well below the largest of one window; the tracker is then not taken to be locked on again.
+//!   This is what the second row is for: without it the machine would swing between LOCKED-ON and SCANNING
+//!   as long as both are in the window, with a check against an ever later reference each time;
+//! * large decreases come before small ones, which they always are too, and before the end of waiting.
+
+use super::Condition::{self, LockedOn, LockingIn, Scanning};
+
+/// What can happen in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Event {
+    /// The uncertainty has risen much: from consistent to inconsistent.
+    LargeIncrease,
+    /// The uncertainty has fallen much: from inconsistent to consistent.
+    LargeDecrease,
+    /// The uncertainty has fallen: the hypotheses become more accurate.
+    SmallDecrease,
+    /// LOCKING-IN has lasted to its limit; the machine itself knows.
+    WaitingOver,
+}
+
+impl Event {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LargeIncrease => "large increase",
+            Self::LargeDecrease => "large decrease",
+            Self::SmallDecrease => "small decrease",
+            Self::WaitingOver => "waiting over",
+        }
+    }
+}
+
+/// The events of one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Events(u8);
+
+impl Events {
+    /// These and, if it `holds`, one more.
+    #[must_use]
+    pub fn with(self, event: Event, holds: bool) -> Self {
+        Self(self.0 | u8::from(holds) << event as u8)
+    }
+
+    /// Whether an event is among them.
+    pub fn contains(self, event: Event) -> bool {
+        self.0 >> event as u8 & 1 == 1
+    }
+}
+
+/// What is done on a transition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Action {
+    /// A successful track becomes unsuccessful, and the frame before is the reference.
+    Lose,
+    /// Recovery check: the track is successful if it is accepted, unsuccessful if not.
+    Check,
+    /// Nothing.
+    Nothing,
+}
+
+impl Action {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lose => "track lost",
+            Self::Check => "recovery check",
+            Self::Nothing => "nothing",
+        }
+    }
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Transition {
+    /// The condition before.
+    pub from: Condition,
+    /// What must happen.
+    pub on: Event,
+    /// The condition from this frame on.
+    pub to: Condition,
+    /// What is done.
+    pub then: Action,
+}
+
+const fn row(from: Condition, on: Event, to: Condition, then: Action) -> Transition {
+    Transition { from, on, to, then }
+}
+
+/// The machine; of the rows that fit in a frame the first counts.
+pub static TRANSITIONS: &[Transition] = &[
+    row(LockedOn, Event::LargeIncrease, Scanning, Action::Lose),
+    row(Scanning, Event::LargeIncrease, Scanning, Action::Nothing),
+    row(Scanning, Event::LargeDecrease, LockedOn, Action::Check),
+    row(Scanning, Event::SmallDecrease, LockingIn, Action::Nothing),
+    row(LockingIn, Event::LargeIncrease, Scanning, Action::Nothing),
+    row(LockingIn, Event::LargeDecrease, LockedOn, Action::Check),
+    row(LockingIn, Event::WaitingOver, LockedOn, Action::Check),
+];
+
+/// A tracker's condition and its track's status, from frame to frame.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    condition: Condition,
+    successful: bool,
+    reference: usize,
+    locking_in_since: usize,
+    locking_in_limit: usize,
+}
+
+impl Machine {
+    /// LOCKED-ON and successful, with frame 0 as reference; LOCKING-IN ends `locking_in_limit` frames after
+    /// the one in which it began.
+    pub fn new(locking_in_limit: usize) -> Self {
+        Self { condition: LockedOn, successful: true, reference: 0, locking_in_since: 0, locking_in_limit }
+    }
+
+    /// The condition in the frame of the last step.
+    pub fn condition(&self) -> Condition {
+        self.condition
+    }
+
+    /// Whether the track is successful in the frame of the last step.
+    pub fn successful(&self) -> bool {
+        self.successful
+    }
+
+    /// The last frame before the track was lost; 0 as long as it never was.
+    pub fn reference(&self) -> usize {
+        self.reference
+    }
+
+    /// Takes the events of frame `t`, which grows from step to step, and gives the row that was taken. If
+    /// that row makes a recovery check, `check` is called with the reference and says whether it is accepted.
+    pub fn step(
+        &mut self,
+        t: usize,
+        events: Events,
+        check: impl FnOnce(usize) -> bool,
+    ) -> Option<&'static Transition> {
+        let waited =
+            self.condition == LockingIn && t.saturating_sub(self.locking_in_since) >= self.locking_in_limit;
+        let events = events.with(Event::WaitingOver, waited);
+        let row = TRANSITIONS.iter().find(|r| r.from == self.condition && events.contains(r.on))?;
+        match row.then {
+            Action::Lose if self.successful => {
+                self.successful = false;
+                self.reference = t.saturating_sub(1);
+            }
+            Action::Check => self.successful = check(self.reference),
+            Action::Lose | Action::Nothing => {}
+        }
+        if row.to == LockingIn {
+            self.locking_in_since = t;
+        }
+        self.condition = row.to;
+        Some(row)
+    }
+}
+
+#[cfg(test)]
+mod tests;
