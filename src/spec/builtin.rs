@@ -81,7 +81,10 @@ mod tests {
     fn every_published_method_builds() {
         assert_eq!(
             method_names(),
-            ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist", "AVU", "Two-MChi", "M-model", "EmpTh",]
+            [
+                "DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist", "AVU", "Two-MChi", "M-model", "EmpTh",
+                "ARTE", "ARTE*",
+            ]
         );
         for name in method_names() {
             let method = published_method(name).unwrap().unwrap();
