@@ -68,6 +68,38 @@ fn trackers_that_use_no_seed_give_the_same_track_with_any() {
     }
 }
 
+/// Those that give a posterior can be started from it.
+#[test]
+fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let mut tracker = open(&*setup, &q, 7);
+        let states = track(&mut *tracker, &frames[..12], &region);
+        let Some(mut same) = tracker.fork(None) else {
+            assert!(states.iter().all(|s| s.posterior.is_none()), "{}: a posterior, but no fork", e.kind);
+            continue;
+        };
+        let go_on = |tracker: &mut dyn Tracker| -> Vec<State> {
+            frames[12..].iter().map(|f| tracker.update(f).unwrap()).collect()
+        };
+        let [mut one, mut again, mut other] = [3, 3, 4].map(|seed| tracker.fork(Some(seed)).unwrap());
+        let reseeded = go_on(&mut *one);
+        let rest = go_on(&mut *tracker);
+        assert_eq!(go_on(&mut *same), rest, "{}: a fork", e.kind);
+        assert_eq!(go_on(&mut *again), reseeded, "{}: two forks of a seed", e.kind);
+        assert_ne!(go_on(&mut *other), reseeded, "{}: forks of two seeds", e.kind);
+        assert_ne!(rest, reseeded, "{}: a fork of another seed", e.kind);
+        assert_eq!(
+            [states, rest].concat(),
+            track(&mut *open(&*setup, &q, 7), &frames, &region),
+            "{}: forked from",
+            e.kind
+        );
+    }
+}
+
 #[test]
 fn answers_are_finite_and_marked() {
     let (q, frames) = excerpt(25);

@@ -172,6 +172,15 @@ pub trait Tracker: Send {
     /// When the tracker breaks; a lost target is no error.
     fn update(&mut self, frame: &Frame) -> Result<State, TrackerError>;
 
+    /// A tracker that goes on from what this one believes now, the model of the target included; the two know
+    /// nothing of each other. Given frames in reverse order it tracks backwards in time. It draws the same random
+    /// numbers as this one would or, with `seed`, those of a track of that seed.
+    ///
+    /// `None` from trackers that cannot be copied; those that give a [`Moments`] can.
+    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        None
+    }
+
     /// Forgets everything, as if newly opened.
     fn reset(&mut self);
 }

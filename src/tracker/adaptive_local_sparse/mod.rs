@@ -163,6 +163,7 @@ impl Setup for AdaptiveLocalSparse {
     }
 }
 
+#[derive(Clone)]
 struct Tracking {
     params: Params,
     candidates: Candidates,
@@ -174,6 +175,7 @@ struct Tracking {
 }
 
 /// The target since the last initialisation.
+#[derive(Clone)]
 struct Target {
     estimate: Geometry,
     /// The window of the frame before, not normalised.
@@ -305,6 +307,15 @@ impl Tracker for Tracking {
         let region = TEMPLATE.region(&target.estimate);
         self.target = Some(target);
         Ok(State { region, status: Status::Tracked, posterior: Some(posterior) })
+    }
+
+    fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        let mut copy = self.clone();
+        if let Some(seed) = seed {
+            copy.seed = seed;
+            copy.rng = seed::rng(seed);
+        }
+        Some(Box::new(copy))
     }
 
     fn reset(&mut self) {

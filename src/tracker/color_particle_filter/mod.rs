@@ -243,6 +243,7 @@ impl Setup for ColorParticleFilter {
     }
 }
 
+#[derive(Clone)]
 struct Tracking {
     params: Params,
     deviations: Ellipse,
@@ -256,6 +257,7 @@ struct Tracking {
 }
 
 /// The target since the last initialisation.
+#[derive(Clone)]
 struct Target {
     cloud: Cloud<5>,
     /// `q`, as shares and ready for comparison.
@@ -317,6 +319,15 @@ impl Tracker for Tracking {
         self.target = Some(target);
         let region = region(&posterior.mean, self.params.output);
         Ok(State { region, status: Status::Tracked, posterior: Some(moments) })
+    }
+
+    fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        let mut copy = self.clone();
+        if let Some(seed) = seed {
+            copy.seed = seed;
+            copy.rng = seed::rng(seed);
+        }
+        Some(Box::new(copy))
     }
 
     fn reset(&mut self) {

@@ -171,6 +171,7 @@ impl Setup for FragmentsParticleFilter {
     }
 }
 
+#[derive(Clone)]
 struct Tracking {
     params: Params,
     seed: u64,
@@ -179,6 +180,7 @@ struct Tracking {
 }
 
 /// The target since the last initialisation.
+#[derive(Clone)]
 struct Target {
     size: (f64, f64),
     cloud: Cloud<3>,
@@ -245,6 +247,15 @@ impl Tracker for Tracking {
         let region = Region::Rect(Rect::new(mean[0] - w / 2.0, mean[1] - h / 2.0, w, h));
         self.target = Some(target);
         Ok(State { region, status: Status::Tracked, posterior: Some(posterior) })
+    }
+
+    fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        let mut copy = self.clone();
+        if let Some(seed) = seed {
+            copy.seed = seed;
+            copy.rng = seed::rng(seed);
+        }
+        Some(Box::new(copy))
     }
 
     fn reset(&mut self) {

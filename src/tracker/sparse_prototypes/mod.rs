@@ -218,6 +218,7 @@ impl Model {
 }
 
 /// A subspace tracker at work.
+#[derive(Clone)]
 pub(super) struct Tracking {
     model: Model,
     seed: u64,
@@ -228,6 +229,7 @@ pub(super) struct Tracking {
 }
 
 /// The target since the last initialisation.
+#[derive(Clone)]
 struct Target {
     estimate: Geometry,
     pca: IncrementalPca,
@@ -332,6 +334,15 @@ impl Tracker for Tracking {
         let region = TEMPLATE.region(&target.estimate);
         self.target = Some(target);
         Ok(State { region, status: Status::Tracked, posterior: Some(posterior) })
+    }
+
+    fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        let mut copy = self.clone();
+        if let Some(seed) = seed {
+            copy.seed = seed;
+            copy.rng = seed::rng(seed);
+        }
+        Some(Box::new(copy))
     }
 
     fn reset(&mut self) {
