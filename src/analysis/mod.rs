@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod conformance;
 pub mod cut_values;
+pub mod processing_time;
 pub mod resets;
 pub mod success;
 pub mod uncertainty_model;
@@ -23,6 +24,8 @@ pub struct Population<'a> {
     pub tracks: Vec<Example<'a>>,
     /// The same tracks as regions, for an analysis that [reads](Analysis::reads) them; empty for others.
     pub courses: Vec<Course<'a>>,
+    /// What methods took on them, for an analysis that reads the clock; empty for others.
+    pub timings: Vec<processing_time::Timing>,
 }
 
 /// What an analysis looks at.
@@ -32,6 +35,8 @@ pub enum Reads {
     Signal,
     /// The regions of all tracks.
     Regions,
+    /// The clock; what it finds out differs from run to run and is not kept.
+    Clock,
 }
 
 /// What an analysis found out.
@@ -102,6 +107,11 @@ pub trait Analysis: Send + Sync {
         Reads::Signal
     }
 
+    /// Methods whose work is timed for it, and how often.
+    fn timed(&self) -> (&[String], usize) {
+        (&[], 0)
+    }
+
     /// Fewest and most suites it takes.
     fn suites(&self) -> (usize, usize);
 
@@ -117,4 +127,4 @@ pub trait Analysis: Send + Sync {
 
 /// Every analysis, by kind.
 pub static ANALYSES: &[Entry<dyn Analysis>] =
-    &[uncertainty_model::ENTRY, cut_values::ENTRY, success::ENTRY, resets::ENTRY];
+    &[uncertainty_model::ENTRY, cut_values::ENTRY, success::ENTRY, resets::ENTRY, processing_time::ENTRY];

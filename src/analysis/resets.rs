@@ -223,7 +223,7 @@ mod tests {
             course(0, &[Start, Tracked, Tracked, Tracked]),
             course(1, &[Start, Tracked, Failed, Skipped]),
         ];
-        let population = Population { suite: "s", tracks: Vec::new(), courses };
+        let population = Population { suite: "s", tracks: Vec::new(), courses, timings: vec![] };
         let findings = resets.analyse(&[population]).unwrap();
         let rows = &findings.tables[2].rows;
         assert_eq!(rows.len(), 1);

@@ -1,37 +1,81 @@
-//! `trackfail detect --frames DIR --boxes FILE [--method NAME]...`
+//! `trackfail detect --frames DIR --boxes FILE [--method NAME]...` and
+//! `trackfail detect --frames DIR --init X,Y,W,H [--method NAME]...`
 
+use super::live::live_tracker;
 use super::{Failure, output};
+use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::{DatasetError, Sequence, otb};
 use crate::detector::Input;
+use crate::engine::reverse::{self, FRAMES_IN_MEMORY, Origin, Reversal};
+use crate::engine::store;
 use crate::num::seed;
+use crate::region::Region;
 use crate::signal::{Reads, Session};
 use crate::spec::builtin;
-use crate::spec::method::{DetectorChoice, Method, Variant};
+use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
 use crate::table::frame;
-use crate::tracker::State;
-use crate::tracker::results::{self, Base};
+use crate::tracker::results::{self, Base, write};
+use crate::tracker::{Start, State};
 use polars::prelude::Column;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Arguments of `detect`.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Prints CSV: frame,method,score,label,change. label is 1 where the track is inconsistent \
-(the tracker has failed), change is 1 where it becomes so and -1 where it recovers. Methods run with their published thresholds."
+(the tracker has failed), change is 1 where it becomes so and -1 where it recovers. Methods run with their published \
+thresholds. With --init the video is tracked first; methods that read a tracker's posterior (AVU, ARTE*, ...) need that. \
+Their model of a consistent filter is built in for the default tracker, learned on rendered sequences; --model takes \
+another one."
 )]
+#[command(group = clap::ArgGroup::new("track").required(true).args(["boxes", "init"]))]
 pub struct Args {
     /// Folder of the video's frames (.jpg or .png, numbered)
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// The tracker's boxes, a line `x,y,w,h` for each frame; a header line is allowed
     #[arg(long, value_name = "FILE")]
-    boxes: PathBuf,
+    boxes: Option<PathBuf>,
+    /// Instead of boxes: where the target is in the first frame, `x,y,w,h`; a built-in tracker follows it
+    #[arg(long, value_name = "BOX", allow_hyphen_values = true)]
+    init: Option<String>,
     /// Method (may be given several times; default: all)
     #[arg(long, value_name = "NAME")]
     method: Vec<String>,
     /// Number of the top left pixel in the boxes: 1 as in OTB, or 0
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
     base: u8,
+    /// With --init: the tracker (see `trackfail list trackers`)
+    #[arg(long, value_name = "KIND", default_value = DEFAULT_TRACKER, requires = "init")]
+    tracker: String,
+    /// With --init: the tracker's parameters as a TOML table
+    #[arg(long, value_name = "TABLE", default_value = "{}", requires = "init")]
+    params: String,
+    /// With --init: seed of trackers that draw random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "init")]
+    seed: u64,
+    /// With --init: a model learned by AVU or ARTE*, a file of the folder `models` of an experiment's results
+    #[arg(long, value_name = "FILE", requires = "init")]
+    model: Option<PathBuf>,
+    /// With --init: where to write the tracker's boxes, a line `x,y,w,h` for each frame
+    #[arg(long, value_name = "FILE", requires = "init")]
+    save_boxes: Option<PathBuf>,
+}
+
+/// The tracker that the built-in model is about.
+const DEFAULT_TRACKER: &str = "color-particle-filter";
+
+/// What AVU learned in `sanmiguel2015/built-in-model`.
+const BUILT_IN_MODEL: &str = include_str!("../../assets/models/color-particle-filter.json");
+
+/// Longest model file, in bytes.
+const LONGEST_MODEL: u64 = 1 << 24;
+
+/// A method that is ready.
+struct Ready {
+    method: Method,
+    detector: FixedDetector,
 }
 
 /// Runs the verb.
@@ -39,89 +83,246 @@ pub struct Args {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut offered = methods_on_boxes()?;
-    let names: Vec<String> = offered.iter().map(|m| m.name.clone()).collect();
-    let mut methods = Vec::new();
-    for name in if args.method.is_empty() { &names } else { &args.method } {
-        if let Some(place) = offered.iter().position(|m| m.name == *name) {
-            methods.push(offered.remove(place));
-        } else if names.contains(name) {
-            return Err(Failure::Usage(format!("method `{name}` is asked for twice")));
-        } else if builtin::method_names().contains(&name.as_str()) {
-            return Err(Failure::Usage(format!(
-                "method `{name}` needs a tracker's posterior and a suite to learn from; of boxes alone can be \
-                 judged with: {}",
-                names.join(", ")
-            )));
-        } else {
-            let known = names.iter().map(String::as_str);
-            return Err(Failure::Usage(crate::plugin::unknown("method", name, known)));
+    let all = published()?;
+    let mut asked: Vec<Method> = Vec::new();
+    for name in &args.method {
+        let again = asked.iter().any(|m| m.name == *name);
+        let method = all.iter().position(|m| m.name == *name);
+        match method {
+            _ if again => return Err(Failure::Usage(format!("method `{name}` is asked for twice"))),
+            None => {
+                let known = all.iter().map(|m| m.name.as_str());
+                return Err(Failure::Usage(crate::plugin::unknown("method", name, known)));
+            }
+            Some(_) => asked.extend(published()?.into_iter().filter(|m| m.name == *name)),
         }
     }
-    let data = |e: DatasetError| Failure::Data(e.to_string());
-    let base = if args.base == 0 { Base::Zero } else { Base::One };
-    let regions = results::read_boxes(&args.boxes, base).map_err(data)?;
+    let is_default = asked.is_empty();
+    let methods = if is_default { all } else { asked };
     let options = otb::Options { truth: otb::Truth::Ignored, ..otb::Options::default() };
-    let sequence = otb::load(&args.frames, &options).map_err(data)?;
-    if regions.len() != sequence.len() {
-        return Err(Failure::Data(format!(
-            "{} has {} boxes, but {} has {} frames; there must be one box for each frame",
-            args.boxes.display(),
-            regions.len(),
-            args.frames.display(),
-            sequence.len()
-        )));
-    }
-    let states: Vec<State> = regions.into_iter().map(State::tracked).collect();
-    let signals = compute_signals(&sequence, &states, &methods)?;
-    print(&sequence, &methods, &signals)
-}
-
-/// The published methods that need nothing but frames and boxes.
-fn methods_on_boxes() -> Result<Vec<Method>, Failure> {
-    let mut methods = Vec::new();
-    for method in builtin::method_names().into_iter().filter_map(builtin::published_method) {
-        let method = method.map_err(|e| Failure::Io(e.to_string()))?;
-        let fits = |v: &Variant| {
-            let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
-            looks && matches!(v.detector, DetectorChoice::Given(_))
-        };
-        if method.variants.iter().all(fits) {
-            methods.push(method);
+    let data = |e: DatasetError| Failure::Data(e.to_string());
+    match (&args.boxes, &args.init) {
+        (Some(boxes), _) => {
+            let methods = on_boxes(methods, is_default)?;
+            let regions = results::read_boxes(boxes, base(args)).map_err(data)?;
+            let sequence = otb::load(&args.frames, &options).map_err(data)?;
+            if regions.len() != sequence.len() {
+                return Err(Failure::Data(format!(
+                    "{} has {} boxes, but {} has {} frames; there must be one box for each frame",
+                    boxes.display(),
+                    regions.len(),
+                    args.frames.display(),
+                    sequence.len()
+                )));
+            }
+            let states: Vec<State> = regions.into_iter().map(State::tracked).collect();
+            let signals = compute_signals(&sequence, &methods, |t, _| Ok(states[t].clone()))?;
+            print(&sequence, &methods, &signals, None)
+        }
+        (None, init) => {
+            let first = first_box(init.as_deref().unwrap_or_default(), base(args))?;
+            let mut sequence = otb::load(&args.frames, &options).map_err(data)?;
+            if let Some(truth) = sequence.truth.first_mut() {
+                *truth = Some(first);
+            }
+            track(args, Arc::new(sequence), methods, is_default)
         }
     }
-    Ok(methods)
 }
 
-/// One series for each method; each frame is decoded once for all of them.
+fn base(args: &Args) -> Base {
+    if args.base == 0 { Base::Zero } else { Base::One }
+}
+
+/// The box of `--init`.
+fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
+    let boxes = results::parse_boxes(Path::new("--init"), text.as_bytes(), base);
+    let boxes = boxes.map_err(|e| Failure::Usage(e.to_string()))?;
+    match boxes.as_slice() {
+        [one] => Ok(one.clone()),
+        _ => Err(Failure::Usage(format!("--init takes one box, x,y,w,h, not `{text}`"))),
+    }
+}
+
+fn published() -> Result<Vec<Method>, Failure> {
+    let methods = builtin::method_names().into_iter().filter_map(builtin::published_method);
+    methods.map(|m| m.map_err(|e| Failure::Io(e.to_string()))).collect()
+}
+
+/// Of some methods those that need nothing but frames and boxes.
+fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<Ready>, Failure> {
+    let fits = |v: &Variant| {
+        let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
+        looks
+            && matches!(v.detector, DetectorChoice::Given(_))
+            && !v.detector.example().detector.needs_reverse()
+    };
+    let mut ready = Vec::new();
+    for method in methods {
+        match method.variants.first().map(|v| (fits(v), &v.detector)) {
+            Some((true, DetectorChoice::Given(fixed))) => {
+                let detector = fixed.clone();
+                ready.push(Ready { method, detector });
+            }
+            _ if is_default => {}
+            _ => {
+                let all = on_boxes(published()?, true)?;
+                let names: Vec<&str> = all.iter().map(|r| r.method.name.as_str()).collect();
+                return Err(Failure::Usage(format!(
+                    "method `{}` needs a tracker's posterior, which boxes do not hold; give --init instead of \
+                     --boxes. Of boxes alone can be judged with: {}",
+                    method.name,
+                    names.join(", ")
+                )));
+            }
+        }
+    }
+    Ok(ready)
+}
+
+/// Follows the target and says where its track cannot be trusted.
+fn track(
+    args: &Args,
+    sequence: Arc<Sequence>,
+    methods: Vec<Method>,
+    is_default: bool,
+) -> Result<(), Failure> {
+    let (entry, setup) = live_tracker(&args.tracker, &args.params)?;
+    let seed = seed::seed(args.seed, &["detect", entry.kind]);
+    let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
+    let broken = |e: &dyn std::fmt::Display| Failure::Data(format!("{}: {e}", entry.kind));
+    let start = Start { sequence: &sequence, run: 0, seed, data_root: None };
+    let mut tracker = setup.open(&start).map_err(|e| broken(&e))?;
+    let first = sequence.truth.first().and_then(Option::as_ref);
+    let first = first.ok_or_else(|| Failure::Data(format!("{} has no frame", args.frames.display())))?;
+    let frame = frames.frame(&sequence, 0).map_err(|e| Failure::Data(e.to_string()))?;
+    let state = tracker.init(&frame, first).map_err(|e| broken(&e))?;
+    let model = Models { args, own: setup.params() == built_in_params() };
+    let ready = ready_for(methods, state.posterior.is_some(), is_default, &model)?;
+    let mut states = vec![state];
+    let signals = compute_signals(&sequence, &ready, |t, frame| {
+        if t > 0 {
+            tracker.at(t);
+            states.push(tracker.update(frame).map_err(|e| broken(&e))?);
+        }
+        Ok(states[t].clone())
+    })?;
+    let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
+    if let Some(path) = &args.save_boxes {
+        store::write(path, write::boxes(&regions, base(args)).as_bytes())
+            .map_err(|e| Failure::Io(e.to_string()))?;
+    }
+    let origin = Origin { sequence: sequence.clone(), frames, setup, run: 0, seed, data_root: None };
+    let reversal = Reversal::new(origin, regions);
+    print(&sequence, &ready, &signals, Some(&reversal))
+}
+
+/// Parameters of the default tracker as the built-in model knows it.
+fn built_in_params() -> serde_json::Value {
+    live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, setup)| setup.params())
+}
+
+/// Where models of a consistent filter come from.
+struct Models<'a> {
+    args: &'a Args,
+    /// Whether the tracker is the one that the built-in model is about.
+    own: bool,
+}
+
+impl Models<'_> {
+    /// The model, where there is one.
+    fn model(&self) -> Result<Option<serde_json::Value>, Failure> {
+        let (name, bytes) = match &self.args.model {
+            Some(path) => {
+                let bytes = crate::dataset::text::read_at_most(path, LONGEST_MODEL);
+                (path.display().to_string(), bytes.map_err(|e| Failure::Data(e.to_string()))?)
+            }
+            None if self.own => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
+            None => return Ok(None),
+        };
+        let data = |e: &dyn std::fmt::Display| Failure::Data(format!("{name}: {e}"));
+        let file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
+        let model = file.get("model").cloned();
+        model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
+    }
+}
+
+/// The methods that can judge a tracker's track, with posterior or without.
+fn ready_for(
+    methods: Vec<Method>,
+    has_posterior: bool,
+    is_default: bool,
+    models: &Models<'_>,
+) -> Result<Vec<Ready>, Failure> {
+    let mut ready = Vec::new();
+    for method in methods {
+        let Some(variant) = method.variants.first() else { continue };
+        let reads_posterior = variant.signal.as_ref().is_some_and(|s| s.signal.reads() == Reads::Posterior);
+        let refuse = |reason: &str| Failure::Usage(format!("method `{}` {reason}", method.name));
+        let found = match &variant.detector {
+            _ if reads_posterior && !has_posterior => {
+                Err(refuse("needs a tracker with a posterior, such as color-particle-filter or ivt"))
+            }
+            DetectorChoice::Given(fixed) => Ok(fixed.clone()),
+            DetectorChoice::Trained(_) => {
+                Err(refuse("has a threshold that is trained on annotated sequences"))
+            }
+            DetectorChoice::Learned(fixed) => match (models.model()?, fixed.detector.learner()) {
+                (Some(model), Some(learner)) => {
+                    let detector = learner.with_model(&model).map_err(|e| Failure::Data(e.to_string()))?;
+                    Ok(FixedDetector { detector: Arc::from(detector), ..fixed.clone() })
+                }
+                _ => Err(refuse("needs a model learned for this tracker; give --model")),
+            },
+        };
+        match found {
+            Ok(detector) => ready.push(Ready { method, detector }),
+            Err(_) if is_default => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(ready)
+}
+
+/// One series for each method; each frame is decoded once for all of them and for `state`, which gives the
+/// tracker's answer.
 fn compute_signals(
     sequence: &Sequence,
-    states: &[State],
-    methods: &[Method],
+    methods: &[Ready],
+    mut state: impl FnMut(usize, &crate::image::Frame) -> Result<State, Failure>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
-    let session = |m: &Method| m.variants.first().and_then(|v| v.signal.as_ref()).map(|s| s.signal.start());
+    let session =
+        |r: &Ready| r.method.variants.first().and_then(|v| v.signal.as_ref()).map(|s| s.signal.start());
     let mut sessions: Vec<Option<Box<dyn Session>>> = methods.iter().map(session).collect();
     let mut signals = vec![Vec::with_capacity(sequence.len()); methods.len()];
-    for (t, state) in states.iter().enumerate() {
+    for t in 0..sequence.len() {
         let frame = sequence.frame(t).map_err(|e| Failure::Data(e.to_string()))?;
-        for (session, series) in sessions.iter_mut().zip(&mut signals) {
-            series.push(session.as_mut().map_or(0.0, |s| s.push(&frame, state)));
+        let state = state(t, &frame)?;
+        for ((session, series), ready) in sessions.iter_mut().zip(&mut signals).zip(methods) {
+            let value = session.as_mut().map_or(0.0, |s| s.push(&frame, &state));
+            if !value.is_finite() {
+                let (name, number) = (&ready.method.name, sequence.number(t));
+                return Err(Failure::Data(format!("method {name}: its signal is {value} in frame {number}")));
+            }
+            series.push(value);
         }
     }
     Ok(signals)
 }
 
-fn print(sequence: &Sequence, methods: &[Method], signals: &[Vec<f64>]) -> Result<(), Failure> {
+fn print(
+    sequence: &Sequence,
+    methods: &[Ready],
+    signals: &[Vec<f64>],
+    reversal: Option<&Reversal>,
+) -> Result<(), Failure> {
     let (mut number, mut name, mut score) = (Vec::new(), Vec::new(), Vec::new());
     let (mut label, mut change) = (Vec::new(), Vec::new());
     // No ground truth is needed: only the oracle anchor looks at the error, and it is not offered here.
     let unknown = vec![f64::NAN; sequence.len()];
-    for (method, signal) in methods.iter().zip(signals) {
-        let Some(DetectorChoice::Given(fixed)) = method.variants.first().map(|v| &v.detector) else {
-            continue;
-        };
-        let seed = seed::seed(0, &[&method.name]);
-        let verdict = fixed.detector.detect(&Input { signal, error: &unknown, seed, reverse: None });
+    for (Ready { method, detector }, signal) in methods.iter().zip(signals) {
+        let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
+        let verdict = reverse::detect(&*detector.detector, input, reversal).map_err(Failure::Data)?;
         number.extend((0..sequence.len()).map(|t| i64::from(sequence.number(t))));
         name.extend(std::iter::repeat_n(method.name.as_str(), sequence.len()));
         score.extend_from_slice(&verdict.score);

@@ -9,6 +9,7 @@ pub mod detect;
 mod export;
 pub mod fetch;
 pub mod list;
+mod live;
 pub mod merge;
 pub mod output;
 pub mod render;

@@ -10,6 +10,7 @@ mod digest;
 mod error;
 pub mod fetch;
 pub mod files;
+pub mod frame_cache;
 pub mod got10k;
 mod labelled;
 pub mod lasot;

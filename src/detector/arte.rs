@@ -96,6 +96,8 @@ pub struct Params {
     /// Frames after which LOCKING-IN ends, 1 to 100000; `long` when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub locking_in_limit: Option<usize>,
+    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    pub reference_lag: usize,
 }
 
 impl Default for Params {
@@ -113,6 +115,7 @@ impl Default for Params {
             accept_below: 0.8,
             reverse_limit: 200,
             locking_in_limit: None,
+            reference_lag: 1,
         }
     }
 }
@@ -162,7 +165,7 @@ impl Arte {
             return Err(ParamError::out_of_range("floor", "1e-100 to 1", p.floor));
         }
         let limit = p.locking_in_limit.unwrap_or(p.long);
-        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit)?, params: p })
+        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit, p.reference_lag)?, params: p })
     }
 
     /// S_t: the mean of the last values of `u` that are above the floor, which it is where there is none.

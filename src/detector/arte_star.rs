@@ -77,6 +77,8 @@ pub struct Params {
     pub reverse_limit: usize,
     /// Frames after which LOCKING-IN ends, 1 to 100000.
     pub locking_in_limit: usize,
+    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    pub reference_lag: usize,
 }
 
 impl Default for Params {
@@ -92,6 +94,7 @@ impl Default for Params {
             accept_below: 0.8,
             reverse_limit: 200,
             locking_in_limit: 25,
+            reference_lag: 1,
         }
     }
 }
@@ -111,7 +114,7 @@ impl ArteStar {
     /// # Errors
     /// For parameters outside their range, without both `beta` and `train`, and for `half-of-one` with `beta`.
     pub fn new(p: Params) -> Result<Self, ParamError> {
-        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit)?;
+        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit, p.reference_lag)?;
         let validation = AccumulatedValidation::new(validation_params(&p, p.length))?;
         if p.beta.is_some() && p.beta_2 == Second::HalfOfOne {
             let message =

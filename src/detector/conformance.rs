@@ -99,6 +99,7 @@ fn cut(verdict: &Verdict, frames: usize) -> Verdict {
         quality: verdict.quality.as_ref().map(|q| Quality {
             condition: q.condition[..frames].to_vec(),
             checks: q.checks.iter().filter(|c| c.frame < frames).copied().collect(),
+            transitions: q.transitions.iter().filter(|t| t.0 < frames).copied().collect(),
         }),
     }
 }

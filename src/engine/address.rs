@@ -193,8 +193,8 @@ mod tests {
         ("detector accumulated-validation", "1f91ec9d9485d1f9"),
         ("detector two-model-chi-square", "b662c67db9e5a71f"),
         ("detector matched-kalman-bank", "82f63de4f6655a23"),
-        ("detector arte", "967acf9a9b4d8cb1"),
-        ("detector arte-star", "4beb77fc25507eca"),
+        ("detector arte", "4e1c481ff4983163"),
+        ("detector arte-star", "39ae89b13692cd9d"),
         ("detector never", "62538cd3b24119c0"),
         ("detector always", "73845e90d884c60d"),
         ("detector periodic", "ac72459775f67436"),
@@ -204,6 +204,7 @@ mod tests {
         ("analysis cut-values", "e116b57b5d55b47f"),
         ("analysis success", "f25e98d2fde8a01c"),
         ("analysis resets", "9b0e02570b2863fe"),
+        ("analysis processing-time", "293d26ffa82b8225"),
     ];
 
     fn keys<T: ?Sized>(

@@ -90,6 +90,7 @@ pub fn analyse(
     let experiment = context.plan.experiment;
     let places: Vec<(usize, usize)> = (0..experiment.analyses.len())
         .flat_map(|a| (0..experiment.trackers.len()).map(move |tracker| (a, tracker)))
+        .filter(|(a, _)| experiment.analyses[*a].plugin.reads() != Reads::Clock)
         .filter(|(a, tracker)| experiment.analyses[*a].runs_on(&experiment.trackers[*tracker].label))
         .collect();
     let one = |(a, tracker): (usize, usize)| {
@@ -151,7 +152,7 @@ fn make(
             let courses =
                 if reads_regions { seen.iter().map(Seen::course).collect() } else { Ok(Vec::new()) };
             let tracks = seen.iter().map(|s| s.track.example(signal)).collect();
-            views.push(Population { suite, tracks, courses: courses? });
+            views.push(Population { suite, tracks, courses: courses?, timings: Vec::new() });
         }
         plugin.analyse(&views)
     };

@@ -3,10 +3,12 @@
 use super::address::Address;
 use super::pass::CellError;
 use super::recipes::{self, By};
+use super::reverse;
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name, Record};
 use super::supervise::{Watch, supervised};
 use super::tracks::Track;
+use crate::detector::track_quality::Effort;
 use crate::detector::{Detector, Input, Quality, Verdict};
 use crate::score::{Protocol, TrackScore};
 use crate::spec::method::FixedDetector;
@@ -20,6 +22,10 @@ pub struct Judged {
     pub verdict: Kept,
     /// What the protocol makes of it.
     pub score: TrackScore,
+    /// How much it had the tracker run backwards.
+    pub effort: Effort,
+    /// Whether the verdict holds a [`Quality`].
+    pub follows: bool,
 }
 
 /// A verdict in memory, or where to find it.
@@ -103,18 +109,19 @@ pub fn signal_of(track: &Track, signal: Option<usize>) -> std::borrow::Cow<'_, [
     }
 }
 
-/// Detects and scores on one track. `seed` is for detectors that draw random numbers.
+/// What a detector says of a track. `seed` is for detectors that draw random numbers.
+///
+/// # Errors
+/// In words, when the tracker had to be run backwards and that broke.
 pub fn detect(
     track: &Track,
     signal: Option<usize>,
     detector: &dyn Detector,
     seed: u64,
-    protocol: &Protocol,
-) -> (Verdict, TrackScore) {
+) -> Result<Verdict, String> {
     let signal = signal_of(track, signal);
-    let verdict = detector.detect(&Input { signal: &signal, error: &track.error, seed, reverse: None });
-    let score = (protocol.score)(&track.error, &verdict.alarm, &verdict.changes());
-    (verdict, score)
+    let input = Input { signal: &signal, error: &track.error, seed, reverse: None };
+    reverse::detect(detector, input, track.reversal.as_deref())
 }
 
 /// A cell that is to be judged.
@@ -162,16 +169,9 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
                 watch.go_on()?;
                 done.push(match out {
                     Some(reason) => Err(reason.clone()),
-                    None => watch.step(k, || {
-                        let signal = signal_of(&case.track, case.signal);
-                        let input = Input {
-                            signal: &signal,
-                            error: &case.track.error,
-                            seed: case.seed,
-                            reverse: None,
-                        };
-                        case.armed.fixed.detector.detect(&input)
-                    }),
+                    None => watch
+                        .step(k, || detect(&case.track, case.signal, &*case.armed.fixed.detector, case.seed))
+                        .flatten(),
                 });
             }
             Ok(done)
@@ -193,7 +193,9 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
     let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<Verdict, CellError>>)| {
         let verdict = verdict.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
         let score = (case.protocol.score)(&case.track.error, &verdict.alarm, &verdict.changes());
-        Ok(Judged { verdict: context.hold(recipe, verdict), score })
+        let effort = verdict.quality.as_ref().map_or_else(Effort::default, Quality::effort);
+        let follows = verdict.quality.is_some();
+        Ok(Judged { verdict: context.hold(recipe, verdict), score, effort, follows })
     };
     Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())
 }

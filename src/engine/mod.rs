@@ -2,9 +2,9 @@
 //! I/O of its own beyond asking sequences for their frames and the store for what is there.
 //!
 //! [`plan`] lays an experiment out and gives every result its [`address`], made from [`recipes`]; [`pass`]
-//! goes once over the frames of one sequence and feeds every tracker and signal, [`supervise`] looks after
-//! those that panic or hang; [`tracks`] and [`judge`] take from the [`store`] what is there and compute
-//! what is not; [`run`](mod@run) does it for all sequences on all cores, or for a share of them;
+//! goes once over the frames of one sequence and feeds every tracker and signal, [`reverse`] runs a tracker
+//! backwards, [`timing`] with a clock beside it, [`supervise`] looks after those that panic or hang; [`tracks`] and [`judge`] take from the
+//! [`store`] what is there and compute what is not; [`run`](mod@run) does it for all sequences on all cores, or for a share of them;
 //! [`why`] tells what a result would be made from now and was made from before.
 
 pub mod address;
@@ -13,9 +13,11 @@ pub mod judge;
 pub mod pass;
 pub mod plan;
 pub mod recipes;
+pub mod reverse;
 pub mod run;
 pub mod store;
 pub mod supervise;
+pub mod timing;
 pub mod tracks;
 pub mod train;
 pub mod why;

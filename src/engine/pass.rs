@@ -3,6 +3,7 @@
 
 use super::supervise::{Interrupted, Limits, Watch, supervised};
 use crate::dataset::Sequence;
+use crate::dataset::frame_cache::FrameCache;
 use crate::region::Region;
 use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
@@ -50,6 +51,8 @@ pub struct Task {
 pub struct Pass {
     /// The sequence.
     pub sequence: Arc<Sequence>,
+    /// Where its frames are had from.
+    pub frames: Arc<FrameCache>,
     /// All signals that may be asked for.
     pub signals: Arc<Vec<SignalChoice>>,
     /// Folder of result files, if the user gave one.
@@ -111,12 +114,12 @@ impl Pass {
             }
             let looked_at = running.iter().zip(&self.tasks).any(|(r, task)| r.is_ok() && self.looks(task));
             let frame = if looked_at {
-                match watch.step(decoder, || self.sequence.frame(t)) {
+                match watch.step(decoder, || self.frames.frame(&self.sequence, t)) {
                     Ok(frame) => frame.map_err(|e| CellError::Failed(e.to_string())),
                     Err(reason) => Err(in_words(reason)),
                 }
             } else {
-                Ok(Frame::from_fn(1, 1, |_, _| [0; 3]))
+                Ok(Arc::new(Frame::from_fn(1, 1, |_, _| [0; 3])))
             };
             for (k, (task, entry)) in self.tasks.iter().zip(&mut running).enumerate() {
                 let Ok(active) = entry else { continue };
@@ -313,6 +316,7 @@ mod tests {
         };
         let one = Pass {
             sequence,
+            frames: Arc::new(FrameCache::new(0)),
             signals: Arc::new(vec![signal]),
             data_root: None,
             tasks: setups.iter().map(task).collect(),

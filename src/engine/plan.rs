@@ -270,6 +270,11 @@ impl<'a> Plan<'a> {
         self.variant_signals.get(variant).copied().flatten()
     }
 
+    /// Whether a method runs trackers backwards.
+    pub fn needs_reverse(&self) -> bool {
+        variants(self.experiment).any(|(_, v)| v.detector.example().detector.needs_reverse())
+    }
+
     /// Whether a job's track is wanted on a suite.
     pub fn wants(&self, suite: usize, job: usize) -> bool {
         self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))

@@ -7,10 +7,13 @@ use super::analyse::{self, Analysed, NotAnalysed};
 use super::judge::{self, Armed, Case, Judged, Kept, Source, StoredVerdict, signal_of};
 use super::pass::CellError;
 use super::plan::{Job, Plan, Shard, variants};
+use super::reverse::FRAMES_IN_MEMORY;
 use super::store::{Name, Record, Store, StoreError};
 use super::supervise::{Interrupted, Limits};
+use super::timing;
 use super::tracks::{self, Track, Tracks};
 use super::train::{self, Model, Ready};
+use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Verdict;
@@ -123,6 +126,8 @@ pub struct Context<'a> {
     pub tally: Tally,
     /// Called once a decoded frame.
     pub on_frame: Arc<dyn Fn() + Send + Sync>,
+    /// Decoded frames, kept where trackers run backwards.
+    pub frames: Arc<FrameCache>,
     held: AtomicUsize,
 }
 
@@ -131,7 +136,8 @@ impl<'a> Context<'a> {
         let (done, progress) = (AtomicU64::new(0), options.progress.clone());
         let on_frame = move || progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
         let tally = Tally::default();
-        Self { plan, store, options, tally, on_frame: Arc::new(on_frame), held: AtomicUsize::new(0) }
+        let frames = Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 }));
+        Self { plan, store, options, tally, on_frame: Arc::new(on_frame), frames, held: AtomicUsize::new(0) }
     }
 
     /// The content of a record that may be used: none when everything is to be computed anew.
@@ -175,7 +181,8 @@ impl<'a> Context<'a> {
 
     /// A verdict in memory as long as there is room, where it is in the store.
     pub fn hold(&self, recipe: &Recipe, verdict: Verdict) -> Kept {
-        let bytes = verdict.score.len() * if verdict.forecast.is_some() { 17 } else { 9 };
+        let extra = [verdict.forecast.is_some(), verdict.quality.is_some()].map(|has| 8 * usize::from(has));
+        let bytes = verdict.score.len() * (9 + extra[0] + extra[1]);
         if self.held.fetch_add(bytes, Ordering::Relaxed) + bytes <= VERDICTS_IN_MEMORY {
             Kept::Here(Arc::new(verdict))
         } else {
@@ -342,17 +349,19 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
         tracks[suite].push(of_sequence);
     }
     let (ready, models) = train::make_ready(&context, &tracks)?;
+    let mut found = analyse::analyse(&context, &tracks)?;
+    let test = plan.test();
+    let judged =
+        (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
+    let cells = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
+    found.extend(timing::measure(&context, &tracks, &ready)?);
     let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
-    for analysed in analyse::analyse(&context, &tracks)? {
+    for analysed in found {
         match analysed {
             Ok(analysed) => analyses.push(analysed),
             Err(failed) => not_analysed.push(failed),
         }
     }
-    let test = plan.test();
-    let judged =
-        (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
-    let cells = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
     let tracks = tracks.swap_remove(0);
     let mut digests = BTreeMap::new();
     for suite in &plan.suites {

@@ -4,6 +4,7 @@ use super::address::{Address, Recipe};
 use super::pass::{CellError, Made, Pass, Task, pass};
 use super::plan::{Plan, PlannedSequence};
 use super::recipes;
+use super::reverse::{Origin, Reversal};
 use super::run::{Context, RunError, Work};
 use super::store::{self, Name};
 use crate::detector::Example;
@@ -27,6 +28,8 @@ pub struct Track {
     pub signals: Vec<Vec<f64>>,
     /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
     pub repeated: usize,
+    /// Its tracker backwards, where a method of the experiment asks for it.
+    pub reversal: Option<Arc<Reversal>>,
 }
 
 impl Track {
@@ -133,6 +136,7 @@ fn some_tracks(
         };
         let one = Pass {
             sequence: planned.sequence.clone(),
+            frames: context.frames.clone(),
             signals: plan.signals.clone(),
             data_root: context.options.data_root.clone(),
             tasks: wanted.iter().filter_map(task).collect(),
@@ -157,7 +161,7 @@ fn some_tracks(
         }
         context.put(records)?;
     }
-    Ok(found.into_iter().map(|found| Ok(Arc::new(track(planned, found?)))).collect())
+    Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
 }
 
 /// Adds what was made to what was found, and to the records to be kept.
@@ -215,15 +219,31 @@ fn unchanged(
     Ok(())
 }
 
-fn track(planned: &PlannedSequence, found: Found) -> Track {
+fn track(context: &Context<'_>, planned: &PlannedSequence, found: Found) -> Track {
+    let plan = context.plan;
     let states = found.states.unwrap_or_default();
+    let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
+    let reversal = plan.needs_reverse().then(|| {
+        let job = plan.jobs[found.job];
+        let tracker = &plan.experiment.trackers[job.tracker];
+        let origin = Origin {
+            sequence: planned.sequence.clone(),
+            frames: context.frames.clone(),
+            setup: tracker.setup.clone(),
+            run: job.run,
+            seed: recipes::track_seed(plan.experiment, &planned.sequence, tracker, job.run),
+            data_root: context.options.data_root.clone(),
+        };
+        Arc::new(Reversal::new(origin, regions.clone()))
+    });
     let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
     Track {
         address: found.recipe.address(),
-        regions: states.iter().map(|s| s.region.clone()).collect(),
+        regions,
         status: states.iter().map(|s| s.status).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),
         signals: found.signals.into_iter().flatten().collect(),
         repeated,
+        reversal,
     }
 }

@@ -295,9 +295,23 @@ fn train(
     let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
     let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
     let maximise = training.maximise;
-    let measure = move |detector: &dyn Detector| {
-        let counts: Counts = tracks.iter().map(|t| detect(t, signal, detector, 0, protocol).1.counts).sum();
-        Pooled { counts, score: None }.value(maximise)
+    if training.example.detector.needs_reverse() {
+        // What is run backwards here, on all cores, is not run again below; what breaks here breaks there too.
+        let run = |track: &Arc<Track>| {
+            let (track, candidates) = (track.clone(), candidates.clone());
+            alone(limits, move || {
+                candidates.iter().try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()))
+            })
+        };
+        tracks.par_iter().with_max_len(1).try_for_each(|track| run(track).map(|_| ()))?;
+    }
+    let measure = move |detector: &dyn Detector| -> Result<Option<f64>, String> {
+        let count = |t: &Arc<Track>| {
+            let verdict = detect(t, signal, detector, 0)?;
+            Ok((protocol.score)(&t.error, &verdict.alarm, &verdict.changes()).counts)
+        };
+        let counts: Counts = tracks.iter().map(count).sum::<Result<_, String>>()?;
+        Ok(Pooled { counts, ..Pooled::default() }.value(maximise))
     };
     let work = move |watch: &Watch, out: &[Option<String>]| {
         let mut measures = Vec::with_capacity(candidates.len());
@@ -306,7 +320,7 @@ fn train(
             if let Some(Some(reason)) = out.first() {
                 return Ok(Err(reason.clone()));
             }
-            match watch.step(0, || measure(&**candidate)) {
+            match watch.step(0, || measure(&**candidate)).flatten() {
                 Ok(measure) => measures.push(measure),
                 Err(reason) => return Ok(Err(reason)),
             }
@@ -386,6 +400,7 @@ mod tests {
             error: step(0.2, 1.0),
             signals: vec![step(0.8, 0.1)],
             repeated: 0,
+            reversal: None,
         };
         let protocol = crate::score::protocol("khalid2016/1").unwrap();
         let train = |tracks| train(&training, tracks, Some(0), protocol, &Limits::default()).unwrap();

@@ -15,12 +15,14 @@ mod font;
 mod legend;
 mod panel;
 mod scene;
+mod states;
 mod strip;
 mod style;
 
 pub use axes::Range;
 pub use curve::{Curve, Curves};
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};
+pub use states::{Arrow, States};
 pub use strip::{BoxStyle, Still, Strip};
 pub use style::{Colour, Dash, Style};
 

@@ -3,10 +3,12 @@
 use super::results::{Results, ResultsError, TrackSeries};
 use super::stills;
 use crate::analysis::Chart;
+use crate::detector::Condition;
+use crate::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 use crate::engine::analyse::Analysed;
 use crate::figure::{
-    BoxStyle, Colour, Curve, Curves, Dash, FigureError, FrameAxis, Panel, Range, Series, Still, Strip, Style,
-    Threshold, spans_where,
+    Arrow, BoxStyle, Colour, Curve, Curves, Dash, FigureError, FrameAxis, Panel, Range, Series, States,
+    Still, Strip, Style, Threshold, spans_where,
 };
 use crate::region::Region;
 use crate::score::TrackScore;
@@ -83,12 +85,20 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
             };
             Ok((strip.to_svg().map_err(fail)?, strip.to_png().map_err(fail)?, extra))
         }
+        FigureKind::Machine => {
+            let states = machine();
+            Ok((states.to_svg().map_err(fail)?, states.to_png().map_err(fail)?, String::new()))
+        }
         FigureKind::Chart(shows) => {
             lines(chart(results, shows), format!("there is no analysis {}", shows.analysis))?
         }
         FigureKind::Sweep { metric, x, methods } => {
             let nothing = format!("{} has no value for any {x}", metric.name());
             lines(sweep(results, &note, *metric, x, methods), nothing)?
+        }
+        FigureKind::Curve { y, x, methods } => {
+            let nothing = format!("{} and {} have no value", y.name(), x.name());
+            lines(curve(results, &note, *y, *x, methods), nothing)?
         }
     };
     let (svg, png, extra) = match drawn {
@@ -193,6 +203,18 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
                 ..blank("label")
             }
         }
+        table::Panel::Condition(methods) => {
+            let lane = |(i, method): (usize, &String)| {
+                let values = track.method(method).map(|m| m.condition.clone()).filter(|c| !c.is_empty());
+                let values = values.unwrap_or_else(|| vec![f64::NAN; track.error.len()]);
+                Series { name: method.clone(), values, style: Style::nth(i) }
+            };
+            Panel {
+                range: Range::Fixed(-0.1, 1.1),
+                series: methods.iter().enumerate().map(lane).collect(),
+                ..blank("condition")
+            }
+        }
         table::Panel::Score(methods) => {
             // A forecast's score is the size of its error z; other scores go by their method's name.
             let label = |name: &String| {
@@ -293,6 +315,22 @@ fn chart(results: &Results, shows: &Made) -> Curves {
     }
 }
 
+/// The state machine of ARTE, drawn from its own table.
+fn machine() -> States {
+    let states = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
+    let place = |c: Condition| states.iter().position(|s| *s == c).unwrap_or(0);
+    let arrow = |row: &Transition| {
+        let done = (row.then != Action::Nothing).then(|| format!("{}: {}", row.on.name(), row.then.name()));
+        Arrow { from: place(row.from), to: place(row.to), label: vec![done.unwrap_or(row.on.name().into())] }
+    };
+    States {
+        title: String::new(),
+        note: "of the events of a frame the first in the table's order counts".into(),
+        states: states.map(|c| c.name().to_string()).into(),
+        arrows: TRANSITIONS.iter().map(arrow).collect(),
+    }
+}
+
 /// Curves by name on linear axes, the vertical one from 0.
 fn plain(note: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Curves {
     let curve = |(i, (name, points))| Curve { name, points, style: Style::nth(i) };
@@ -342,4 +380,38 @@ fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[Stri
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     plain(note, x, metric.name(), curves)
+}
+
+/// One metric over another: for each tracker and method its grid points in the grid's order, along the first
+/// axis; a curve for each combination of the others.
+fn curve(results: &Results, note: &str, y: Metric, x: Metric, methods: &[String]) -> Curves {
+    let shown: Vec<&Measure> = results.measures.iter().filter(|m| methods.contains(&m.method)).collect();
+    let several = shown.iter().any(|m| m.tracker != shown[0].tracker);
+    let mut curves: Vec<(String, Vec<(f64, (f64, f64))>)> = Vec::new();
+    for m in &shown {
+        let point = m.point();
+        let along = point.first().map_or(0.0, |(_, at)| *at);
+        let mut name = vec![m.method.clone()];
+        name.extend(several.then(|| m.tracker.clone()));
+        name.extend(point.iter().skip(1).map(|(axis, v)| format!("{axis} {v}")));
+        let name = name.join(", ");
+        let at = (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN));
+        match curves.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, points)) => points.push((along, at)),
+            None => curves.push((name, vec![(along, at)])),
+        }
+    }
+    let in_order = |(name, mut points): (String, Vec<(f64, (f64, f64))>)| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (name, points.into_iter().map(|(_, at)| at).collect())
+    };
+    let curves: Vec<_> = curves.into_iter().map(in_order).collect();
+    // Rates are shown whole.
+    let is_rate = |v: f64| v.is_nan() || (0.0..=1.0).contains(&v);
+    let range = |side: fn(&(f64, f64)) -> f64| {
+        let mut all = curves.iter().flat_map(|(_, points): &(String, Vec<(f64, f64)>)| points);
+        if all.all(|p| is_rate(side(p))) { Range::Fixed(0.0, 1.0) } else { Range::Auto }
+    };
+    let (x_range, y_range) = (range(|p| p.0), range(|p| p.1));
+    Curves { square: true, x_range, y_range, ..plain(note, x.name(), y.name(), curves.clone()) }
 }

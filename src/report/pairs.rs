@@ -67,7 +67,7 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
         }
     }
     let of_metric = |metric: Metric| {
-        let value = |counts: &Counts| Pooled { counts: *counts, score: None }.value(metric);
+        let value = |counts: &Counts| Pooled { counts: *counts, ..Pooled::default() }.value(metric);
         let all = pooled.iter().filter_map(|(sequence, counts)| Some((sequence.clone(), value(counts)?)));
         (metric.name().to_string(), all.collect())
     };

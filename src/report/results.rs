@@ -15,6 +15,7 @@ use crate::table::folder::{ANALYSES, FolderError, OWN_SUITES};
 use crate::table::frame;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
 use crate::table::measures::Measure;
+use crate::table::quality;
 use crate::table::records::{self, CellScore};
 use polars::prelude::DataFrame;
 use std::collections::BTreeMap;
@@ -124,6 +125,9 @@ impl Results {
     pub fn tracks(&self, tracker: &str) -> Result<Vec<TrackSeries>, ResultsError> {
         let mut tracks = self.read_frames(tracker)?;
         self.add_signals(tracker, &mut tracks)?;
+        if self.manifest.files.contains_key(quality::CONDITIONS) {
+            self.add_conditions(tracker, &mut tracks)?;
+        }
         Ok(tracks)
     }
 
@@ -182,10 +186,23 @@ impl Results {
         let (method, run) = (frame::texts(&table, "method")?, frame::integers(&table, "run")?);
         let (signal, forecast) = (frame::floats(&table, "signal")?, frame::floats(&table, "forecast")?);
         for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
-            let track = tracks.iter_mut().find(|t| t.sequence == sequence[i]);
-            if let Some(m) = track.and_then(|t| t.methods.iter_mut().find(|m| m.name == method[i])) {
+            if let Some(m) = method_of(tracks, &sequence[i], &method[i]) {
                 m.signal.push(signal[i]);
                 m.forecast.push(forecast[i]);
+            }
+        }
+        Ok(())
+    }
+
+    fn add_conditions(&self, wanted: &str, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
+        let table =
+            self.parquet(quality::CONDITIONS, &["sequence", "tracker", "run", "method", "condition"])?;
+        let (sequence, tracker) = (frame::texts(&table, "sequence")?, frame::texts(&table, "tracker")?);
+        let (method, run) = (frame::texts(&table, "method")?, frame::integers(&table, "run")?);
+        let condition = frame::floats(&table, "condition")?;
+        for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
+            if let Some(m) = method_of(tracks, &sequence[i], &method[i]) {
+                m.condition.push(condition[i]);
             }
         }
         Ok(())
@@ -213,6 +230,15 @@ impl Results {
         }
         Ok(truth)
     }
+}
+
+fn method_of<'t>(
+    tracks: &'t mut [TrackSeries],
+    sequence: &str,
+    method: &str,
+) -> Option<&'t mut MethodSeries> {
+    let track = tracks.iter_mut().find(|t| t.sequence == sequence)?;
+    track.methods.iter_mut().find(|m| m.name == method)
 }
 
 /// A manifest from its bytes; `path` names it in messages.
@@ -290,6 +316,8 @@ pub struct MethodSeries {
     pub signal: Vec<f64>,
     /// Forecast, NaN where there is none.
     pub forecast: Vec<f64>,
+    /// Condition of the tracker, from 0 (scanning) to 1 (locked on); empty for methods that do not follow it.
+    pub condition: Vec<f64>,
 }
 
 #[cfg(test)]

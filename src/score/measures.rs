@@ -3,11 +3,14 @@
 //! ```text
 //! precision P = TP / (TP + FP)      recall R = TP / (TP + FN)      FPR = FP / (FP + TN)
 //! F = 2 TP / (2 TP + FP + FN)       the harmonic mean of P and R
+//! accuracy = (TP + TN) / (TP + FP + FN + TN)              informedness J = R - FPR
 //! ```
 //!
-//! All lie in `[0, 1]`; high is good except for FPR. A ratio whose denominator is 0 has no value
+//! All lie in `[0, 1]` but J in `[-1, 1]`, which is 0 for labels that have nothing to do with the truth (Youden,
+//! "Index for rating diagnostic tests", Cancer 3, 1950); high is good except for FPR. A ratio whose denominator is 0 has no value
 //! (`None`), which is never written as 0. Pooled measures come from summed counts.
 
+use crate::detector::track_quality::Effort;
 use serde::{Deserialize, Serialize};
 
 /// True and false positives and negatives.
@@ -58,6 +61,16 @@ impl Counts {
     pub fn fpr(&self) -> Option<f64> {
         ratio(self.fp, self.fp + self.tn)
     }
+
+    /// Share of frames that are labelled rightly.
+    pub fn accuracy(&self) -> Option<f64> {
+        ratio(self.tp + self.tn, self.tp + self.fp + self.fn_ + self.tn)
+    }
+
+    /// Recall less false positive rate.
+    pub fn informedness(&self) -> Option<f64> {
+        Some(self.recall()? - self.fpr()?)
+    }
 }
 
 /// A number that tables can show and training can maximise.
@@ -89,6 +102,14 @@ pub enum Metric {
     Events,
     /// Detections.
     Detections,
+    /// (TP + TN) / all.
+    Accuracy,
+    /// Recall less FPR.
+    Informedness,
+    /// Runs backwards in time.
+    ReverseRuns,
+    /// Frames of all runs backwards.
+    ReverseFrames,
 }
 
 /// Whether large or small values of a metric are good.
@@ -104,7 +125,7 @@ pub enum Goodness {
 }
 
 impl Metric {
-    const ALL: [(Self, &'static str); 13] = [
+    const ALL: [(Self, &'static str); 17] = [
         (Self::Precision, "precision"),
         (Self::Recall, "recall"),
         (Self::FScore, "f_score"),
@@ -118,6 +139,10 @@ impl Metric {
         (Self::Tn, "tn"),
         (Self::Events, "events"),
         (Self::Detections, "detections"),
+        (Self::Accuracy, "accuracy"),
+        (Self::Informedness, "informedness"),
+        (Self::ReverseRuns, "reverse_runs"),
+        (Self::ReverseFrames, "reverse_frames"),
     ];
 
     /// The metric of a name as experiment files use it.
@@ -138,15 +163,30 @@ impl Metric {
     /// Direction of goodness.
     pub fn goodness(self) -> Goodness {
         match self {
-            Self::Precision | Self::Recall | Self::FScore | Self::Tp => Goodness::Up,
-            Self::Fpr | Self::Fp | Self::Fn => Goodness::Down,
+            Self::Precision
+            | Self::Recall
+            | Self::FScore
+            | Self::Tp
+            | Self::Accuracy
+            | Self::Informedness => Goodness::Up,
+            Self::Fpr | Self::Fp | Self::Fn | Self::ReverseRuns | Self::ReverseFrames => Goodness::Down,
             _ => Goodness::Neither,
         }
     }
 
     /// Whether it is a count, shown without decimals.
     pub fn is_count(self) -> bool {
-        matches!(self, Self::Tp | Self::Fp | Self::Fn | Self::Tn | Self::Events | Self::Detections)
+        matches!(
+            self,
+            Self::Tp
+                | Self::Fp
+                | Self::Fn
+                | Self::Tn
+                | Self::Events
+                | Self::Detections
+                | Self::ReverseRuns
+                | Self::ReverseFrames
+        )
     }
 }
 
@@ -157,6 +197,8 @@ pub struct Pooled {
     pub counts: Counts,
     /// Mean and deviation of the normalised scores.
     pub score: Option<(f64, f64)>,
+    /// What trackers did again.
+    pub effort: Effort,
 }
 
 impl Pooled {
@@ -176,6 +218,10 @@ impl Pooled {
             Metric::Tn => Some(c.tn as f64),
             Metric::Events => Some((c.tp + c.fn_) as f64),
             Metric::Detections => Some((c.tp + c.fp) as f64),
+            Metric::Accuracy => c.accuracy(),
+            Metric::Informedness => c.informedness(),
+            Metric::ReverseRuns => Some(self.effort.runs as f64),
+            Metric::ReverseFrames => Some(self.effort.frames as f64),
         }
     }
 }
@@ -223,6 +269,7 @@ mod tests {
         assert_eq!(silent.recall(), Some(0.0));
         assert_eq!(silent.f_score(), Some(0.0));
         assert_eq!(Counts::default().f_score(), None);
+        assert_eq!((Counts::default().accuracy(), silent.informedness()), (None, Some(0.0)));
         assert_eq!(Counts::default().fpr(), None);
     }
 

@@ -12,6 +12,7 @@ pub mod measures;
 pub mod overlap;
 pub mod resets;
 pub mod sanmiguel2015;
+pub mod segmentation;
 pub mod success;
 
 use measures::Counts;
@@ -35,12 +36,15 @@ pub struct Protocol {
     pub name: &'static str,
     /// One line for `trackfail list`.
     pub summary: &'static str,
+    /// What TP + FN counts, in headings of tables.
+    pub positives: &'static str,
     /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.
     pub score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
 }
 
 /// Every protocol, by name.
-pub static PROTOCOLS: &[Protocol] = &[khalid2016::PROTOCOL, sanmiguel2015::SIGNED, sanmiguel2015::UNSIGNED];
+pub static PROTOCOLS: &[Protocol] =
+    &[khalid2016::PROTOCOL, sanmiguel2015::SIGNED, sanmiguel2015::UNSIGNED, segmentation::PROTOCOL];
 
 /// The protocol of a name.
 pub fn protocol(name: &str) -> Option<&'static Protocol> {

@@ -24,6 +24,7 @@ use super::{Protocol, TrackScore, matching};
 pub const SIGNED: Protocol = Protocol {
     name: "sanmiguel2015/1",
     summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
+    positives: "events",
     score: |error, _, changes| score(error, changes, &[1, -1]),
 };
 
@@ -31,6 +32,7 @@ pub const SIGNED: Protocol = Protocol {
 pub const UNSIGNED: Protocol = Protocol {
     name: "sanmiguel2015-unsigned/1",
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
+    positives: "events",
     score: |error, _, changes| score(error, changes, &[0]),
 };
 

@@ -55,11 +55,10 @@ pub(super) fn read(
     let (kind, version) = (plugin.entry.kind, plugin.entry.version);
     let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
     let signal = match (plugin.reads(), wire.signal.is_some()) {
-        (Reads::Regions, true) => {
-            let message = format!("{kind} looks at the regions of trackers and takes no `signal`");
-            return Err(source.error(wire.name.span(), message));
+        (Reads::Regions | Reads::Clock, true) => {
+            return Err(source.error(wire.name.span(), format!("{kind} takes no `signal`")));
         }
-        (Reads::Regions, false) => None,
+        (Reads::Regions | Reads::Clock, false) => None,
         (Reads::Signal, _) => {
             let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
             Some(SignalChoice {

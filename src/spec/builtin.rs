@@ -33,6 +33,13 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("sanmiguel2015/fig14-real", include_str!("../../experiments/sanmiguel2015/fig14-real.toml")),
     ("sanmiguel2015/table6", include_str!("../../experiments/sanmiguel2015/table6.toml")),
     ("sanmiguel2015/table6-d2", include_str!("../../experiments/sanmiguel2015/table6-d2.toml")),
+    ("sanmiguel2015/table4", include_str!("../../experiments/sanmiguel2015/table4.toml")),
+    ("sanmiguel2015/table4-d2", include_str!("../../experiments/sanmiguel2015/table4-d2.toml")),
+    ("sanmiguel2015/table5", include_str!("../../experiments/sanmiguel2015/table5.toml")),
+    ("sanmiguel2015/table7", include_str!("../../experiments/sanmiguel2015/table7.toml")),
+    ("sanmiguel2015/table7-d2", include_str!("../../experiments/sanmiguel2015/table7-d2.toml")),
+    ("sanmiguel2015/fig15", include_str!("../../experiments/sanmiguel2015/fig15.toml")),
+    ("sanmiguel2015/built-in-model", include_str!("../../experiments/sanmiguel2015/built-in-model.toml")),
     ("compare/otb", include_str!("../../experiments/compare/otb.toml")),
     ("compare/vot2014", include_str!("../../experiments/compare/vot2014.toml")),
 ];

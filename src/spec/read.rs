@@ -85,6 +85,11 @@ fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experimen
         check_twice(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
         let mut analysis = analysis::read(source, a, &raw, &suites)?;
         analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
+        let timed = |m: &&method::Method| m.variants.iter().all(|v| v.point.is_empty());
+        let known = || methods.iter().filter(timed).map(|m| m.name.as_str());
+        if let Some(wrong) = analysis.plugin.timed().0.iter().find(|name| !known().any(|k| k == *name)) {
+            return Err(source.unknown(raw.span(), "method without a grid", wrong, known()));
+        }
         analyses.push(analysis);
     }
     if methods.is_empty() && analyses.is_empty() {

@@ -66,6 +66,8 @@ pub enum Panel {
     Score(Vec<String>),
     /// One or more methods' labels, a lane each.
     Labels(Vec<String>),
+    /// The tracker's condition as one or more methods follow it.
+    Condition(Vec<String>),
 }
 
 /// A figure.
@@ -93,8 +95,19 @@ pub enum FigureKind {
         /// Number of video frames.
         stills: usize,
     },
+    /// The states of detectors that follow the condition of a tracker.
+    Machine,
     /// Of an analysis.
     Chart(Made),
+    /// One metric over another, a curve for each method with a grid, a point for each without.
+    Curve {
+        /// What the y axis shows.
+        y: Metric,
+        /// What the x axis shows.
+        x: Metric,
+        /// The methods shown, in the experiment's order.
+        methods: Vec<String>,
+    },
     /// A metric over a grid axis, a line for each combination of the others.
     Sweep {
         /// What the y axis shows.
@@ -159,7 +172,7 @@ impl Words {
 }
 
 /// Kinds of figures, as experiment files name them.
-const FIGURE_KINDS: [&str; 3] = ["strips", "sweep", "chart"];
+const FIGURE_KINDS: [&str; 5] = ["strips", "sweep", "curve", "chart", "machine"];
 
 /// Most video frames above a strip figure.
 const MOST_STILLS: usize = 12;
@@ -278,9 +291,9 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
     // A key that the kind does not look at would be a wish that nobody hears.
     let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
     let keys = [
-        ("metric", "sweep", wire.metric.as_ref().map(Spanned::span)),
-        ("x", "sweep", wire.x.as_ref().map(Spanned::span)),
-        ("methods", "sweep", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span()))),
+        ("metric", "sweep curve", wire.metric.as_ref().map(Spanned::span)),
+        ("x", "sweep curve", wire.x.as_ref().map(Spanned::span)),
+        ("methods", "sweep curve", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span()))),
         ("tracker", "strips", wire.tracker.as_ref().map(Spanned::span)),
         ("sequences", "strips", first(&wire.sequences)),
         ("panels", "strips", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span()))),
@@ -288,7 +301,7 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
         ("shows", "chart", wire.shows.as_ref().map(Spanned::span)),
     ];
     for (key, of, span) in keys {
-        if let Some(span) = span.filter(|_| of != word) {
+        if let Some(span) = span.filter(|_| !of.split(' ').any(|of| of == word)) {
             return Err(source.error(span, format!("a `{word}` figure has no `{key}`")));
         }
     }
@@ -328,13 +341,19 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
                 stills,
             }
         }
-        "sweep" => {
+        "sweep" | "curve" => {
             let (Some(m), Some(x)) = (&wire.metric, &wire.x) else {
-                return Err(source.error(wire.name.span(), "a `sweep` figure needs `metric` and `x`"));
+                let message = format!("a `{word}` figure needs `metric` and `x`");
+                return Err(source.error(wire.name.span(), message));
             };
             let methods = read_methods(source, wire.methods.as_deref(), words)?;
-            FigureKind::Sweep { metric: metric(source, m)?, x: axis(source, x, words)?, methods }
+            let y = metric(source, m)?;
+            match word {
+                "sweep" => FigureKind::Sweep { metric: y, x: axis(source, x, words)?, methods },
+                _ => FigureKind::Curve { y, x: metric(source, x)?, methods },
+            }
         }
+        "machine" => FigureKind::Machine,
         _ => {
             let Some(shows) = &wire.shows else {
                 return Err(source.error(wire.name.span(), "a `chart` figure needs `shows`"));
@@ -377,8 +396,9 @@ fn read_panel(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Resu
         "forecast" => Ok(Panel::Forecast(signal(rest)?)),
         "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
         "labels" => Ok(Panel::Labels(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        "condition" => Ok(Panel::Condition(rest.split('+').map(method).collect::<Result<_, _>>()?)),
         _ => {
-            let known = ["error", "signal", "forecast", "score", "labels"];
+            let known = ["error", "signal", "forecast", "score", "labels", "condition"];
             Err(source.unknown(word.span(), "panel", kind, known))
         }
     }

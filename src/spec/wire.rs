@@ -190,7 +190,8 @@ pub struct Figure {
     /// File name of the figure.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `strips` (series over frames), `sweep` (a metric over a grid axis) or `chart` (of an analysis).
+    /// `strips` (series over frames), `sweep` (a metric over a grid axis), `curve` (a metric over another),
+    /// `chart` (of an analysis) or `machine` (the conditions of a tracker that ARTE follows).
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Text below the figure.
@@ -202,8 +203,8 @@ pub struct Figure {
     #[serde(default)]
     #[schemars(with = "Vec<String>")]
     pub sequences: Vec<Spanned<String>>,
-    /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M`, `score:M+M2` or
-    /// `labels:M+M2`.
+    /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M`, `score:M+M2`, `labels:M+M2` or
+    /// `condition:M+M2`.
     #[serde(default)]
     #[schemars(with = "Vec<Vec<String>>")]
     pub panels: Vec<Vec<Spanned<String>>>,
@@ -213,13 +214,13 @@ pub struct Figure {
     /// chart: what it shows, as `ANALYSIS.CHART`.
     #[schemars(with = "Option<String>")]
     pub shows: Option<Spanned<String>>,
-    /// sweep: metric on the y axis.
+    /// sweep, curve: metric on the y axis.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,
-    /// sweep: grid axis along x.
+    /// sweep: grid axis along x; curve: metric along x.
     #[schemars(with = "Option<String>")]
     pub x: Option<Spanned<String>>,
-    /// sweep: the methods shown; all that have the axis where it is left out.
+    /// sweep, curve: the methods shown; all where it is left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub methods: Option<Vec<Spanned<String>>>,
 }

@@ -4,7 +4,7 @@ use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
 use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
-use super::{number, records, render};
+use super::{number, quality, records, render};
 use crate::dataset::lock;
 use crate::engine::analyse::Analysed;
 use crate::engine::run::Outcome;
@@ -80,6 +80,9 @@ pub fn write(
     keep("frames.parquet", &records::frames(outcome)?)?;
     keep("signals.parquet", &frame::to_parquet(&mut records::signals(outcome)?)?)?;
     keep("truth.parquet", &frame::to_parquet(&mut records::truth(outcome)?)?)?;
+    for (name, bytes) in quality::files(outcome)? {
+        keep(name, &bytes)?;
+    }
     if !outcome.analyses.is_empty() {
         keep(ANALYSES, &to_json(&folder.join(ANALYSES), &outcome.analyses)?)?;
     }

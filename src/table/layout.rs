@@ -173,6 +173,8 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     let columns = steps(&table.columns, table, experiment, measures);
     let context =
         Context { experiment, metric: table.metric, published: &published, rows: &rows, columns: &columns };
+    let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
+    let positives = protocol.map_or("events", |p| p.positives);
     let mut groups = Vec::new();
     let mut shown_trackers: Vec<&str> = Vec::new();
     for (label, place) in group_places(experiment, table, measures) {
@@ -182,8 +184,8 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
             shown_trackers.push(source);
         }
         let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
-            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} events)"),
-            (Some(_), Some(events)) => format!("{label} ({events} events)"),
+            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} {positives})"),
+            (Some(_), Some(events)) => format!("{label} ({events} {positives})"),
             _ => label,
         };
         groups.push(make_group(&context, measures, heading, source, &place));

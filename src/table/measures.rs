@@ -92,8 +92,9 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
     let judged = cells.iter().filter_map(|c| Some((c, c.result.as_ref().ok()?)));
     let verdicts =
         judged.map(|(cell, judged)| outcome.verdict(cell, judged)).collect::<Result<Vec<_>, StoreError>>()?;
-    let counts = pool_counts(cells);
-    Ok(Pooled { counts, score: normalised_mean_std(verdicts.iter().map(|v| &v.score)) })
+    let effort = cells.iter().filter_map(|c| c.result.as_ref().ok()).map(|j| j.effort).sum();
+    let score = normalised_mean_std(verdicts.iter().map(|v| &v.score));
+    Ok(Pooled { counts: pool_counts(cells), score, effort })
 }
 
 /// The counts of cells that have a result, together.

@@ -1,8 +1,8 @@
 //! Results as polars frames and as tables for people.
 //!
-//! [`records`] turns an outcome into the files of a results folder, [`measures`] holds the pooled
-//! numbers, [`manifest`] tells what they rest on, [`folder`] writes it all, [`layout`] arranges them as an experiment's tables ask, [`render`] writes those as CSV,
-//! Markdown and LaTeX.
+//! [`records`] and [`quality`] turn an outcome into the files of a results folder, [`measures`] holds the
+//! pooled numbers, [`manifest`] tells what they rest on, [`folder`] writes it all, [`layout`] arranges them
+//! as an experiment's tables ask, [`render`] writes those as CSV, Markdown and LaTeX.
 
 pub mod folder;
 pub mod frame;
@@ -10,5 +10,6 @@ pub mod layout;
 pub mod manifest;
 pub mod measures;
 pub mod number;
+pub mod quality;
 pub mod records;
 pub mod render;

@@ -4,6 +4,7 @@
 use super::folder::FolderError;
 use super::frame::{self, FrameError};
 use super::measures::{Measure, grouped, pool_counts};
+use crate::detector::track_quality::Effort;
 use crate::engine::pass::CellError;
 use crate::engine::run::{Cell, Outcome};
 use crate::region::Region;
@@ -16,7 +17,7 @@ pub fn method_label(method: &str, params: &str) -> String {
     if params.is_empty() { method.to_string() } else { format!("{method}[{params}]") }
 }
 
-fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
+pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
     let key = |c: &Cell| {
         let name = outcome.sequences[c.sequence].name.clone();
@@ -51,7 +52,7 @@ pub fn scores(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<DataFram
             run: i64::from(cell.run),
             method: cell.method.clone(),
             params: cell.params.clone(),
-            pooled: cell.result.as_ref().ok().map(|j| Pooled { counts: j.score.counts, score: None }),
+            pooled: cell.result.as_ref().ok().map(|j| Pooled { counts: j.score.counts, ..Pooled::default() }),
             status: match &cell.result {
                 Ok(_) => "ok".to_string(),
                 Err(CellError::Missing(m)) => format!("missing: {m}"),
@@ -70,7 +71,7 @@ pub fn scores(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<DataFram
             run: i64::from(cell.run),
             method: cell.method.clone(),
             params: cell.params.clone(),
-            pooled: (done > 0).then(|| Pooled { counts: pool_counts(&group), score: None }),
+            pooled: (done > 0).then(|| Pooled { counts: pool_counts(&group), ..Pooled::default() }),
             status: if complete {
                 "ok".to_string()
             } else {
@@ -129,7 +130,7 @@ pub fn scores(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<DataFram
 }
 
 /// An empty text is a missing value, so that the CSV field is empty and not `""`.
-fn some_text(text: &str) -> Option<&str> {
+pub(super) fn some_text(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
@@ -174,7 +175,7 @@ pub fn read_scores(bytes: Vec<u8>) -> Result<Vec<CellScore>, FrameError> {
 }
 
 /// Columns of `measures.csv`, besides one for each metric.
-const MEASURE_METRICS: [Metric; 12] = [
+const MEASURE_METRICS: [Metric; 14] = [
     Metric::Tp,
     Metric::Fp,
     Metric::Fn,
@@ -187,6 +188,8 @@ const MEASURE_METRICS: [Metric; 12] = [
     Metric::Fpr,
     Metric::ScoreMean,
     Metric::ScoreStd,
+    Metric::ReverseRuns,
+    Metric::ReverseFrames,
 ];
 
 /// `measures.csv`: everything pooled over sequences and runs, one row a tracker and variant.
@@ -224,7 +227,11 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
     let (trackers, methods, params) = (text("tracker")?, text("method")?, text("params")?);
     let mut numbers = Vec::new();
     for name in ["done", "failed"].into_iter().chain(MEASURE_METRICS.iter().map(|m| m.name())) {
-        numbers.push(text(name)?);
+        let is_new = matches!(Metric::from_name(name), Some(Metric::ReverseRuns | Metric::ReverseFrames));
+        // Results of earlier programs, none of whose methods ran trackers backwards, lack these.
+        numbers.push(
+            text(name).or_else(|e| if is_new { Ok(vec![String::new(); trackers.len()]) } else { Err(e) })?,
+        );
     }
     let mut measures = Vec::new();
     for i in 0..trackers.len() {
@@ -242,7 +249,11 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
             tracker: trackers[i].clone(),
             method: methods[i].clone(),
             params: params[i].clone(),
-            pooled: Pooled { counts, score: real(12)?.zip(real(13)?) },
+            pooled: Pooled {
+                counts,
+                score: real(12)?.zip(real(13)?),
+                effort: Effort { runs: count(14)?, frames: count(15)? },
+            },
             done: count(0)? as usize,
             failed: count(1)? as usize,
         });
@@ -386,7 +397,7 @@ pub fn truth(outcome: &Outcome<'_>) -> Result<DataFrame, FrameError> {
 
 /// The leading columns that name a frame of a track.
 #[derive(Default)]
-struct Keys<'a> {
+pub(super) struct Keys<'a> {
     sequence: Vec<&'a str>,
     tracker: Vec<&'a str>,
     run: Vec<i64>,
@@ -394,7 +405,7 @@ struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    fn push(&mut self, outcome: &'a Outcome<'_>, cell: &'a Cell, length: usize) {
+    pub(super) fn push(&mut self, outcome: &'a Outcome<'_>, cell: &'a Cell, length: usize) {
         let sequence = &outcome.sequences[cell.sequence];
         self.sequence.extend(std::iter::repeat_n(sequence.name.as_str(), length));
         self.tracker.extend(std::iter::repeat_n(cell.tracker.as_str(), length));
@@ -402,7 +413,7 @@ impl<'a> Keys<'a> {
         self.frame.extend((0..length).map(|t| i64::from(sequence.number(t))));
     }
 
-    fn columns(self, suite: &str) -> Vec<Column> {
+    pub(super) fn columns(self, suite: &str) -> Vec<Column> {
         vec![
             Column::new("suite".into(), vec![suite; self.frame.len()]),
             Column::new("sequence".into(), self.sequence),

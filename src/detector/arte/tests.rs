@@ -129,7 +129,7 @@ fn a_series_goes_through_every_row() {
     assert_eq!(reverse.asked(), [(7, 2), (11, 2), (18, 13)]);
     let accepted: Vec<bool> = quality.checks.iter().map(|c| c.accepted).collect();
     assert_eq!(accepted, [false, true, true]);
-    assert_eq!(quality.reverse_frames(), 5 + 9 + 5);
+    assert_eq!(quality.effort().frames, 5 + 9 + 5);
     let used = rows(3, &built(&text).events(&SCRIPT).1, quality);
     assert_eq!(used, [0, 1, 3, 4, 2, 0, 3, 5, 0, 3, 6]);
     assert!((0..TRANSITIONS.len()).all(|k| used.contains(&k)));

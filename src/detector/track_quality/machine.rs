@@ -26,6 +26,9 @@
 //!   least and well below the largest of one window; the tracker is then not taken to be locked on again.
 //!   This is what the second row is for: without it the machine would swing between LOCKED-ON and SCANNING
 //!   as long as both are in the window, with a check against an ever later reference each time;
+//! * the reference is the last frame before the change (`reference_lag` = 1). A change that is noticed late
+//!   has its reference in the track that is lost already, to which the way back then leads: such checks are accepted
+//!   although they should not be. A larger lag is the remedy, at the price of a longer way back;
 //! * large decreases come before small ones, which they always are too, and before the end of waiting.
 
 use super::Condition::{self, LockedOn, LockingIn, Scanning};
@@ -130,13 +133,21 @@ pub struct Machine {
     reference: usize,
     locking_in_since: usize,
     locking_in_limit: usize,
+    reference_lag: usize,
 }
 
 impl Machine {
     /// LOCKED-ON and successful, with frame 0 as reference; LOCKING-IN ends `locking_in_limit` frames after
-    /// the one in which it began.
-    pub fn new(locking_in_limit: usize) -> Self {
-        Self { condition: LockedOn, successful: true, reference: 0, locking_in_since: 0, locking_in_limit }
+    /// the one in which it began, and a reference is `reference_lag` frames before the loss, 1 for the last one.
+    pub fn new(locking_in_limit: usize, reference_lag: usize) -> Self {
+        Self {
+            condition: LockedOn,
+            successful: true,
+            reference: 0,
+            locking_in_since: 0,
+            locking_in_limit,
+            reference_lag,
+        }
     }
 
     /// The condition in the frame of the last step.
@@ -149,7 +160,7 @@ impl Machine {
         self.successful
     }
 
-    /// The last frame before the track was lost; 0 as long as it never was.
+    /// The frame, before the track was lost, that checks run back to; 0 as long as it never was.
     pub fn reference(&self) -> usize {
         self.reference
     }
@@ -169,7 +180,7 @@ impl Machine {
         match row.then {
             Action::Lose if self.successful => {
                 self.successful = false;
-                self.reference = t.saturating_sub(1);
+                self.reference = t.saturating_sub(self.reference_lag);
             }
             Action::Check => self.successful = check(self.reference),
             Action::Lose | Action::Nothing => {}

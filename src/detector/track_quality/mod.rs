@@ -10,7 +10,7 @@ pub(super) mod testing;
 
 use super::Input;
 use crate::plugin::ParamError;
-use machine::{Events, Machine};
+use machine::{Events, Machine, TRANSITIONS};
 use recovery::Recovery;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,15 @@ pub enum Condition {
 }
 
 impl Condition {
+    /// The number that stands for it in files and figures.
+    pub fn level(self) -> f64 {
+        match self {
+            Self::LockedOn => 1.0,
+            Self::LockingIn => 0.5,
+            Self::Scanning => 0.0,
+        }
+    }
+
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
@@ -56,12 +65,30 @@ pub struct Quality {
     pub condition: Vec<Condition>,
     /// The checks, in order of frames.
     pub checks: Vec<Check>,
+    /// Frames in which a row of the [table](machine::TRANSITIONS) was taken, with the row.
+    pub transitions: Vec<(usize, usize)>,
 }
 
 impl Quality {
-    /// Frames that the tracker was run backwards, over all checks.
-    pub fn reverse_frames(&self) -> usize {
-        self.checks.iter().filter(|c| c.error.is_some()).map(|c| c.frame - c.reference).sum()
+    /// How much the tracker was run backwards.
+    pub fn effort(&self) -> Effort {
+        let run = self.checks.iter().filter(|c| c.error.is_some());
+        run.map(|c| Effort { runs: 1, frames: (c.frame - c.reference) as u64 }).sum()
+    }
+}
+
+/// What a detector had its trackers do again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// How often a tracker was run backwards.
+    pub runs: u64,
+    /// Over how many frames, together.
+    pub frames: u64,
+}
+
+impl std::iter::Sum for Effort {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |a, b| Self { runs: a.runs + b.runs, frames: a.frames + b.frames })
     }
 }
 
@@ -70,6 +97,7 @@ impl Quality {
 pub(super) struct Rules {
     recovery: Recovery,
     locking_in_limit: usize,
+    reference_lag: usize,
 }
 
 impl Rules {
@@ -81,6 +109,7 @@ impl Rules {
         accept_below: f64,
         reverse_limit: usize,
         locking_in_limit: usize,
+        reference_lag: usize,
     ) -> Result<Self, ParamError> {
         if !(accept_below > 0.0 && accept_below <= 1.0) {
             return Err(ParamError::out_of_range("accept_below", "above 0 and at most 1", accept_below));
@@ -91,20 +120,25 @@ impl Rules {
         if !(1..=100_000).contains(&locking_in_limit) {
             return Err(ParamError::out_of_range("locking_in_limit", "1 to 100000 frames", locking_in_limit));
         }
-        Ok(Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit })
+        if !(1..=100_000).contains(&reference_lag) {
+            return Err(ParamError::out_of_range("reference_lag", "1 to 100000 frames", reference_lag));
+        }
+        Ok(Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag })
     }
 
     /// Whether the track is unsuccessful, frame by frame, and how that came about; as long as `events`.
     pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
-        let mut machine = Machine::new(self.locking_in_limit);
+        let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
         let mut quality = Quality::default();
         let mut alarm = Vec::with_capacity(events.len());
         for (t, events) in events.iter().enumerate() {
-            machine.step(t, *events, |reference| {
+            let row = machine.step(t, *events, |reference| {
                 let check = self.recovery.check(input.reverse, t, reference);
                 quality.checks.push(check);
                 check.accepted
             });
+            let place = row.and_then(|row| TRANSITIONS.iter().position(|known| known == row));
+            quality.transitions.extend(place.map(|place| (t, place)));
             quality.condition.push(machine.condition());
             alarm.push(!machine.successful());
         }

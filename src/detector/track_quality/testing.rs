@@ -53,7 +53,7 @@ pub fn marks(alarm: &[bool]) -> String {
 /// The rows of [`TRANSITIONS`] that these events take a machine through, with a check's answer from
 /// `quality`; the conditions must be those in `quality`.
 pub fn rows(locking_in_limit: usize, events: &[Events], quality: &Quality) -> Vec<usize> {
-    let mut machine = Machine::new(locking_in_limit);
+    let mut machine = Machine::new(locking_in_limit, 1);
     let mut used = Vec::new();
     for (t, events) in events.iter().enumerate() {
         let accepted = |_| quality.checks.iter().any(|c| c.frame == t && c.accepted);

@@ -9,7 +9,7 @@ pub mod otb_text;
 pub mod vot;
 pub mod write;
 
-pub use otb_text::{Base, read_boxes};
+pub use otb_text::{Base, parse_boxes, read_boxes};
 
 use crate::dataset::Numbering;
 use crate::region::Region;

@@ -51,6 +51,14 @@ impl Base {
             Self::One => region.shifted(-1.0, -1.0),
         }
     }
+
+    /// A region that is kept in memory as it is written.
+    pub fn from_zero(self, region: &Region) -> Region {
+        match self {
+            Self::Zero => region.clone(),
+            Self::One => region.shifted(1.0, 1.0),
+        }
+    }
 }
 
 /// Reads `x,y,w,h` a line, after an optional header of four words such as `x,y,w,h`.

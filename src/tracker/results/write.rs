@@ -1,6 +1,7 @@
 //! Result files as the evaluation programs write them, so that other programs and [`super::super::replay`] read
 //! them back. Numbers are written so that reading them gives the same bits.
 
+use super::Base;
 use crate::region::Region;
 use crate::tracker::Status;
 use std::fmt::Write as _;
@@ -30,14 +31,20 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
 
 /// A pass over a sequence as OTB writes it: a region a line, 1-based.
 pub fn otb(regions: &[Region]) -> String {
-    regions.iter().map(|region| numbers(&region.shifted(1.0, 1.0)) + "\n").collect()
+    regions.iter().map(|region| numbers(&Base::One.from_zero(region)) + "\n").collect()
+}
+
+/// The rectangles of regions, `x,y,w,h` a line.
+pub fn boxes(regions: &[Region], base: Base) -> String {
+    let rect = |region: &Region| base.from_zero(&Region::Rect(region.rect()));
+    regions.iter().map(|region| numbers(&rect(region)) + "\n").collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::region::Rect;
-    use crate::tracker::results::{Base, otb_text, vot as read};
+    use crate::tracker::results::{otb_text, vot as read};
     use proptest::prelude::*;
 
     #[test]
@@ -48,7 +55,9 @@ mod tests {
         let regions = [square.clone(), turned, square.clone(), square.clone(), square.clone()];
         let text = vot(&regions, &[Initialised, Tracked, Failed, Skipped, Tracked]);
         assert_eq!(text, "1\n0,0,4,1,3,5\n2\n0\n0.1,-2,3,4.5\n");
-        assert_eq!(otb(&[square]), "1.1,-1,3,4.5\n");
+        assert_eq!(otb(std::slice::from_ref(&square)), "1.1,-1,3,4.5\n");
+        assert_eq!(boxes(std::slice::from_ref(&square), Base::One), "1.1,-1,3,4.5\n");
+        assert_eq!(boxes(&[square], Base::Zero), "0.1,-2,3,4.5\n");
     }
 
     proptest! {

@@ -12,7 +12,7 @@ type Frame<'a> = (&'a [Event], bool, Option<usize>, bool, usize);
 
 /// Plays a script with frames from 0 and gives the rows that it used.
 fn play(limit: usize, script: &[Frame<'_>]) -> Vec<usize> {
-    let mut machine = Machine::new(limit);
+    let mut machine = Machine::new(limit, 1);
     let mut used = Vec::new();
     for (t, (happens, accepted, row, successful, reference)) in script.iter().enumerate() {
         let mut asked = None;
@@ -127,7 +127,7 @@ proptest! {
     fn a_track_is_lost_before_it_is_checked(
         script in prop::collection::vec((0..8_u8, any::<bool>()), 0..80), limit in 1..6_usize,
     ) {
-        let mut machine = Machine::new(limit);
+        let mut machine = Machine::new(limit, 1);
         let mut lost = None;
         for (t, (mask, accepted)) in script.iter().enumerate() {
             let was_successful = machine.successful();

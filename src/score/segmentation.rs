@@ -1,0 +1,90 @@
+//! Protocol `sanmiguel2015-segmentation/1`: how well a track is cut into stretches that can be trusted and
+//! stretches that cannot (SanMiguel and Cavallaro, CVIU 131, 2015, Section 7, "temporal segmentation").
+//!
+//! * Every annotated frame counts. It is positive when the track is successful in it, e_t < 1 (Eq. 18), and
+//!   it is said to be positive when the detector raises no alarm.
+//! * TP: successful and said to be so; FP: lost, but said to be successful; FN: successful, but in doubt; TN:
+//!   lost and in doubt. Recall is the paper's TPR, FPR its FPR.
+//! * For figures and lists, events are the changes of e_t = 1, detections those of the label, in both
+//!   directions, and they match as in `sanmiguel2015/1`; the counts have nothing to do with them.
+//!
+//! Which class is the positive one the paper does not say. That it is success follows from its text: a change that
+//! is noticed late costs false positives there, and fewer false alarms give true positives (section 7.3, 7.4),
+//! both of which hold for that choice only. With the other one, TPR and FPR are 1 - FPR and 1 - TPR of
+//! this one, and accuracy and informedness are the same.
+
+use super::measures::Counts;
+use super::sanmiguel2015::SIGNED;
+use super::{Protocol, TrackScore};
+
+/// The entry.
+pub const PROTOCOL: Protocol = Protocol {
+    name: "sanmiguel2015-segmentation/1",
+    summary: "frames said to be successfully tracked against those with e_t < 1",
+    positives: "successful frames",
+    score,
+};
+
+fn score(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore {
+    let mut counts = Counts::default();
+    for (e, alarm) in error.iter().zip(alarm).filter(|(e, _)| !e.is_nan()) {
+        let place = match (*e < 1.0, !alarm) {
+            (true, true) => &mut counts.tp,
+            (false, true) => &mut counts.fp,
+            (true, false) => &mut counts.fn_,
+            (false, false) => &mut counts.tn,
+        };
+        *place += 1;
+    }
+    TrackScore { counts, ..(SIGNED.score)(error, alarm, changes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::changes;
+    use proptest::prelude::*;
+
+    // By hand: frames 0-3 and 8-9 are successful, 4-7 lost, 5 is not annotated; the alarm is on in 5-8.
+    #[test]
+    fn counts_a_hand_worked_track() {
+        let n = f64::NAN;
+        let error = [0.1, 0.2, 0.99, 0.4, 1.0, n, 1.0, 1.0, 0.3, 0.0];
+        let alarm: Vec<bool> = (0..10).map(|t| (5..9).contains(&t)).collect();
+        let s = (PROTOCOL.score)(&error, &alarm, &changes(&alarm));
+        assert_eq!(s.counts, Counts { tp: 5, fp: 1, fn_: 1, tn: 2 });
+        assert_eq!((s.counts.recall(), s.counts.fpr()), (Some(5.0 / 6.0), Some(1.0 / 3.0)));
+        assert_eq!((s.counts.accuracy(), s.counts.informedness()), (Some(7.0 / 9.0), Some(0.5)));
+        assert_eq!((s.events, s.detections, s.matches), (vec![4, 8], vec![5, 9], vec![(0, 0), (1, 1)]));
+    }
+
+    fn track() -> impl Strategy<Value = Vec<(f64, bool)>> {
+        let error = prop_oneof![4 => Just(1.0), 4 => Just(0.4), 1 => Just(f64::NAN)];
+        proptest::collection::vec((error, any::<bool>()), 1..60)
+    }
+
+    proptest! {
+        // What `always` and `never` say has nothing to do with the truth, what the oracle says is the truth.
+        #[test]
+        fn anchors_have_their_closed_forms(track in track()) {
+            let error: Vec<f64> = track.iter().map(|t| t.0).collect();
+            let of = |alarm: Vec<bool>| (PROTOCOL.score)(&error, &alarm, &changes(&alarm)).counts;
+            let known = error.iter().filter(|e| !e.is_nan()).count() as u64;
+            let lost = error.iter().filter(|e| **e >= 1.0).count() as u64;
+            prop_assert_eq!(of(vec![false; error.len()]), Counts { tp: known - lost, fp: lost, fn_: 0, tn: 0 });
+            prop_assert_eq!(of(vec![true; error.len()]), Counts { tp: 0, fp: 0, fn_: known - lost, tn: lost });
+            let oracle = of(error.iter().map(|e| *e >= 1.0).collect());
+            prop_assert_eq!(oracle, Counts { tp: known - lost, fp: 0, fn_: 0, tn: lost });
+        }
+
+        #[test]
+        fn turning_both_around_swaps_the_classes(track in track()) {
+            let (error, alarm): (Vec<f64>, Vec<bool>) = track.into_iter().unzip();
+            let turned: Vec<f64> = error.iter().map(|e| if *e == 1.0 { 0.4 } else { e * 2.5 }).collect();
+            let silent: Vec<bool> = alarm.iter().map(|a| !a).collect();
+            let one = (PROTOCOL.score)(&error, &alarm, &changes(&alarm)).counts;
+            let other = (PROTOCOL.score)(&turned, &silent, &changes(&silent)).counts;
+            prop_assert_eq!(one, Counts { tp: other.tn, fp: other.fn_, fn_: other.fp, tn: other.tp });
+        }
+    }
+}
