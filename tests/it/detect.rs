@@ -85,3 +85,111 @@ fn nothing_that_lies_beside_the_frames_matters() {
     assert_eq!(String::from_utf8_lossy(&again.stderr), "");
     assert_eq!(again.stdout, clean.stdout);
 }
+
+/// A rendered sequence and the box of its first frame.
+fn drawn(root: &Path, name: &str) -> (std::path::PathBuf, String) {
+    let target = root.join("suite");
+    trackfail().args(["render", "synthetic-d1", "--sequence", name]).arg(&target).assert().success();
+    let truth = std::fs::read_to_string(target.join(name).join("groundtruth_rect.txt")).unwrap();
+    (target.join(name).join("img"), truth.lines().next().unwrap().to_string())
+}
+
+fn follow(frames: &Path, first: &str, more: &[&str]) -> std::process::Output {
+    trackfail().arg("detect").arg("--frames").arg(frames).args(["--init", first]).args(more).output().unwrap()
+}
+
+#[test]
+fn a_target_is_followed_and_doubts_are_told_frame_by_frame() {
+    let root = tempfile::tempdir().unwrap();
+    let (frames, first) = drawn(root.path(), "car-shade");
+    let boxes = root.path().join("boxes.txt");
+    let output = follow(&frames, &first, &["--save-boxes", boxes.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let all = rows(&text);
+    let count = std::fs::read_dir(&frames).unwrap().count();
+    for method in ["DTEF", "AVU", "Two-MChi", "M-model", "ARTE", "ARTE*"] {
+        assert_eq!(all.iter().filter(|r| r["method"] == method).count(), count, "{method}");
+    }
+    assert!(all.iter().all(|r| r["method"] != "EmpTh"));
+    // The target is lost for a while, which ARTE* does not miss.
+    assert!(all.iter().any(|r| r["method"] == "ARTE*" && r["label"] == "1"));
+
+    // The boxes that were saved are those that were judged.
+    assert_eq!(std::fs::read_to_string(&boxes).unwrap().lines().count(), count);
+    let judged = detect(&frames, &boxes, &["--method", "RgbHist"]);
+    assert!(judged.status.success(), "{}", String::from_utf8_lossy(&judged.stderr));
+    let of = |text: &str| -> Vec<f64> {
+        let mine = rows(text).into_iter().filter(|r| r["method"] == "RgbHist");
+        mine.map(|r| r["score"].parse().unwrap()).collect()
+    };
+    for (a, b) in of(&String::from_utf8_lossy(&judged.stdout)).into_iter().zip(of(&text)) {
+        // The file counts pixels from 1, which costs the last digit of a coordinate.
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+
+    // What is said of a frame does not change when the video is cut after it.
+    let cut = root.path().join("cut");
+    std::fs::create_dir(&cut).unwrap();
+    let mut files: Vec<_> = std::fs::read_dir(&frames).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    for file in &files[..count * 2 / 3] {
+        std::fs::copy(file, cut.join(file.file_name().unwrap())).unwrap();
+    }
+    let only = ["--method", "ARTE*", "--method", "ARTE"];
+    let part = String::from_utf8(follow(&cut, &first, &only).stdout).unwrap();
+    let whole = String::from_utf8(follow(&frames, &first, &only).stdout).unwrap();
+    for method in [",ARTE*,", ",ARTE,"] {
+        let of = |text: &str| -> Vec<String> {
+            text.lines().filter(|l| l.contains(method)).map(String::from).collect()
+        };
+        assert_eq!(of(&part), of(&whole)[..count * 2 / 3], "{method}");
+    }
+}
+
+#[test]
+fn what_cannot_be_judged_is_told() {
+    let root = tempfile::tempdir().unwrap();
+    let (frames, first) = drawn(root.path(), "car-shade");
+    let refused = |more: &[&str], code: i32, words: &str| {
+        let output = follow(&frames, &first, more);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
+        assert!(message.contains(words), "{more:?}: {message}");
+    };
+    refused(&["--method", "ARTE*", "--tracker", "kcf"], 2, "needs a tracker with a posterior");
+    refused(&["--method", "EmpTh"], 2, "trained on annotated sequences");
+    refused(&["--method", "AVU", "--params", "{ particles = 50 }"], 2, "give --model");
+    refused(&["--tracker", "kfc"], 2, "did you mean `kcf`?");
+    refused(&["--tracker", "replay"], 2, "ground truth or result files");
+    let bad = root.path().join("model.json");
+    std::fs::write(&bad, "{ \"model\": { \"consistency\": 3 } }").unwrap();
+    refused(&["--method", "AVU", "--model", bad.to_str().unwrap()], 3, "no model of consistency");
+    std::fs::write(&bad, "{}").unwrap();
+    refused(&["--method", "AVU", "--model", bad.to_str().unwrap()], 3, "holds no learned model");
+    for wrong in ["1,2,3", "a,b,c,d", "1,2,3,4\n5,6,7,8"] {
+        let output = follow(&frames, wrong, &[]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
+    let boxes = root.path().join("boxes.txt");
+    std::fs::write(&boxes, "1,2,3,4\n").unwrap();
+    let output = detect(&frames, &boxes, &["--method", "ARTE*"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("give --init instead of --boxes"));
+}
+
+/// The model that comes with the program is what its experiment learns.
+#[test]
+fn the_built_in_model_is_that_of_its_experiment() {
+    let root = tempfile::tempdir().unwrap();
+    let results = root.path().join("results");
+    trackfail()
+        .args(["run", "sanmiguel2015/built-in-model", "--quiet", "--results"])
+        .arg(&results)
+        .current_dir(root.path())
+        .assert()
+        .success();
+    let learned = results.join("sanmiguel2015/built-in-model/models/001-avu-pf.json");
+    let ours = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models/color-particle-filter.json");
+    assert_eq!(std::fs::read_to_string(learned).unwrap(), std::fs::read_to_string(ours).unwrap());
+}

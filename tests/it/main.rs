@@ -20,3 +20,4 @@ mod server;
 mod slurm;
 mod synthetic;
 mod tools;
+mod track_quality;

@@ -1,0 +1,260 @@
+//! ARTE and ARTE* on rendered sequences whose losses, recoveries and distractors are scripted, with the color
+//! particle filter in front and its runs backwards behind.
+
+use crate::tools::{assert_same_files, rows, trackfail};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use trackfail::dataset::frame_cache::FrameCache;
+use trackfail::dataset::{Frames, Numbering, Render, Sequence};
+use trackfail::detector::track_quality::machine::TRANSITIONS;
+use trackfail::detector::{Condition, DETECTORS, Input, Verdict};
+use trackfail::engine::reverse::{self, Origin, Reversal};
+use trackfail::image::Frame;
+use trackfail::plugin;
+use trackfail::region::{Rect, Region};
+use trackfail::signal::SIGNALS;
+use trackfail::tracker::{Setup, Start, State, TRACKERS};
+
+/// Where something colored like the target is in a frame.
+type Place = fn(usize) -> Option<(f64, f64)>;
+
+/// A target, and something that looks like it.
+#[derive(Clone, Copy)]
+struct Scene {
+    frames: usize,
+    target: Place,
+    distractor: Place,
+}
+
+const SIDE: f64 = 28.0;
+
+/// Three squares in each other, so that the colors tell the size.
+fn color(u: f64, v: f64) -> Option<[u8; 3]> {
+    match f64::max(u.abs(), v.abs()) {
+        d if d < 5.0 => Some([30, 190, 60]),
+        d if d < 10.0 => Some([40, 40, 200]),
+        d if d < SIDE / 2.0 => Some([210, 30, 40]),
+        _ => None,
+    }
+}
+
+impl Render for Scene {
+    fn render(&self, t: usize) -> Frame {
+        let places = [(self.distractor)(t), (self.target)(t)];
+        Frame::from_fn(200, 140, |x, y| {
+            let shown = places.iter().flatten().rev();
+            let mut seen = shown.filter_map(|(cx, cy)| color(x as f64 + 0.5 - cx, y as f64 + 0.5 - cy));
+            // A background that is nowhere quite the same.
+            let shade = 110 + ((x * 7 + y * 13) % 23) as u8;
+            seen.next().unwrap_or([shade, shade, shade.wrapping_add(6)])
+        })
+    }
+}
+
+/// The target moves slowly to the right.
+fn path(t: usize) -> (f64, f64) {
+    (60.0 + 0.25 * t as f64, 60.0)
+}
+
+/// Lost for 40 frames, and back where it would have been.
+const RECOVERY: Scene =
+    Scene { frames: 180, target: |t| (!(60..100).contains(&t)).then(|| path(t)), distractor: |_| None };
+
+/// Lost for good; something else that looks like it comes where the filter looks for it.
+const DISTRACTION: Scene = Scene {
+    frames: 180,
+    target: |t| (t < 60).then(|| path(t)),
+    distractor: |t| (t >= 75).then_some((110.0, 95.0)),
+};
+
+/// Lost, distracted and lost again, and found in the end.
+const BOTH: Scene = Scene {
+    frames: 300,
+    target: |t| (t < 60 || t >= 200).then(|| path(t.min(140))),
+    distractor: |t| (75..140).contains(&t).then_some((110.0, 95.0)),
+};
+
+fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
+    let region = |(x, y): (f64, f64)| Region::Rect(Rect::new(x - SIDE / 2.0, y - SIDE / 2.0, SIDE, SIDE));
+    Arc::new(Sequence {
+        name: "scene".into(),
+        numbering: Numbering { first: 1, official: (1, frames as u32) },
+        truth: (0..frames).map(|t| (scene.target)(t).map(region)).collect(),
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: Default::default(),
+        frames: Frames::Rendered(Arc::new(scene), frames),
+    })
+}
+
+/// A method on the first frames of a scene.
+fn judge(scene: Scene, frames: usize, seed: u64, signal: (&str, &str), detector: (&str, &str)) -> Verdict {
+    let sequence = sequence(scene, frames);
+    let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
+    let setup: Arc<dyn Setup> = Arc::from(entry.build_from_text("{}").unwrap());
+    let start = Start { sequence: &sequence, run: 0, seed, data_root: None };
+    let mut tracker = setup.open(&start).unwrap();
+    let mut session = plugin::find(SIGNALS, signal.0).unwrap().build_from_text(signal.1).unwrap().start();
+    let (mut regions, mut values) = (Vec::new(), Vec::new());
+    for t in 0..frames {
+        let frame = sequence.frame(t).unwrap();
+        let first = sequence.truth[0].as_ref().unwrap();
+        let state: State = if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) }.unwrap();
+        values.push(session.push(&frame, &state));
+        regions.push(state.region);
+    }
+    let cache = Arc::new(FrameCache::new(1 << 26));
+    let origin = Origin { sequence, frames: cache, setup, run: 0, seed, data_root: None };
+    let reversal = Reversal::new(origin, regions);
+    let detector = plugin::find(DETECTORS, detector.0).unwrap().build_from_text(detector.1).unwrap();
+    let error = vec![f64::NAN; frames];
+    let input = Input { signal: &values, error: &error, seed: 0, reverse: None };
+    reverse::detect(&*detector, input, Some(&reversal)).unwrap()
+}
+
+const ARTE: [(&str, &str); 2] = [("uncertainty", "{ components = [0, 1] }"), ("arte", "{ settling = 25 }")];
+const ARTE_STAR: [(&str, &str); 2] =
+    [("uncertainty-change", "{ settling = 25 }"), ("arte-star", "{ length = 5, beta = 4.0 }")];
+
+fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> Verdict {
+    judge(scene, scene.frames, seed, signal, detector)
+}
+
+#[test]
+fn a_recovery_is_credited() {
+    for method in [ARTE, ARTE_STAR] {
+        for seed in [1, 2] {
+            let said = on(RECOVERY, method, seed);
+            let quality = said.quality.unwrap();
+            let label = method[1].0;
+            assert!(said.alarm[..60].iter().all(|a| !a), "{label}: an alarm before anything happens");
+            assert!(said.alarm[75..100].iter().all(|a| *a), "{label}: the loss is not noticed");
+            assert!(!said.alarm[179], "{label}: the recovery is not noticed");
+            let accepted = quality.checks.iter().find(|c| c.accepted).unwrap();
+            assert!((100..140).contains(&accepted.frame) && (50..75).contains(&accepted.reference));
+            assert_eq!(quality.condition[179], Condition::LockedOn);
+        }
+    }
+}
+
+#[test]
+fn a_distractor_is_not() {
+    for method in [ARTE, ARTE_STAR] {
+        let said = on(DISTRACTION, method, 1);
+        let quality = said.quality.unwrap();
+        assert!(!quality.checks.is_empty() && quality.checks.iter().all(|c| !c.accepted), "{method:?}");
+        assert!(said.alarm[75..].iter().all(|a| *a), "{method:?}");
+        // It is locked on all the same, only not on its target.
+        assert_eq!(quality.condition[179], Condition::LockedOn, "{method:?}");
+    }
+}
+
+#[test]
+fn after_a_distractor_the_target_is_credited() {
+    for method in [ARTE, ARTE_STAR] {
+        let said = on(BOTH, method, 1);
+        let checks = said.quality.unwrap().checks;
+        assert!(checks.len() >= 2 && !checks[0].accepted, "{method:?} {checks:?}");
+    }
+}
+
+#[test]
+fn what_is_said_of_a_frame_needs_no_later_one() {
+    for method in [ARTE, ARTE_STAR] {
+        let whole = on(RECOVERY, method, 3);
+        for frames in [1, 30, 70, 110, 125, 150] {
+            let part = judge(RECOVERY, frames, 3, method[0], method[1]);
+            let (whole, part) = (&whole.quality, &part.quality);
+            let (whole, part) = (whole.as_ref().unwrap(), part.as_ref().unwrap());
+            assert_eq!(part.condition, whole.condition[..frames]);
+            let before: Vec<_> = whole.checks.iter().filter(|c| c.frame < frames).copied().collect();
+            assert_eq!(part.checks, before);
+        }
+        let cut = judge(RECOVERY, 130, 3, method[0], method[1]);
+        assert_eq!(cut.alarm, whole.alarm[..130]);
+        assert_eq!(cut.score, whole.score[..130]);
+    }
+}
+
+#[test]
+fn every_transition_is_taken_on_some_scene() {
+    // With a small tau_3 the machine is locking in as soon as the particles stop spreading.
+    let eager = [ARTE[0], ("arte", "{ settling = 25, tau_1 = 1.0, tau_3 = -0.05, smoothing = 1 }")];
+    let taken: BTreeSet<usize> = [RECOVERY, DISTRACTION, BOTH]
+        .into_iter()
+        .flat_map(|scene| [ARTE, ARTE_STAR, eager].map(|method| on(scene, method, 1).quality.unwrap()))
+        .flat_map(|quality| quality.transitions.into_iter().map(|(_, row)| row))
+        .collect();
+    assert_eq!(taken, (0..TRANSITIONS.len()).collect());
+}
+
+fn fig15(folder: &std::path::Path, jobs: &str) {
+    let mut command = trackfail();
+    command
+        .args(["run", "sanmiguel2015/fig15", "--runs", "1", "--jobs", jobs, "--quiet"])
+        .current_dir(folder);
+    command.assert().success();
+}
+
+#[test]
+fn the_papers_figure_and_the_state_diagram_are_the_same_with_one_and_two_threads() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    fig15(one.path(), "1");
+    fig15(two.path(), "2");
+    assert_same_files(one.path(), two.path());
+    let results = one.path().join("results/sanmiguel2015/fig15");
+    let checks = std::fs::read_to_string(results.join("checks.csv")).unwrap();
+    let header = "suite,sequence,tracker,run,method,params,frame,reference,error,accepted";
+    assert_eq!(checks.lines().next().unwrap(), header);
+    // Every run backwards that is counted is listed.
+    let measures = rows(&std::fs::read_to_string(results.join("measures.csv")).unwrap());
+    for method in ["ARTE", "ARTE*"] {
+        let row = measures.iter().find(|r| r["method"] == method).unwrap();
+        let listed = rows(&checks);
+        let mine = || listed.iter().filter(|r| r["method"] == method && !r["error"].is_empty());
+        assert_eq!(row["reverse_runs"].parse::<usize>().unwrap(), mine().count());
+        let frames = |r: &std::collections::BTreeMap<String, String>| {
+            r["frame"].parse::<i64>().unwrap() - r["reference"].parse::<i64>().unwrap()
+        };
+        assert_eq!(row["reverse_frames"].parse::<i64>().unwrap(), mine().map(frames).sum::<i64>());
+    }
+    let diagram = one.path().join("reports/sanmiguel2015/fig15/figures/machine.svg");
+    let diagram = std::fs::read_to_string(diagram).unwrap();
+    for row in TRANSITIONS {
+        assert!(diagram.contains(row.on.name()) && diagram.contains(row.from.name()), "{row:?}");
+    }
+}
+
+/// Times differ, but they are there, and what is counted beside them does not.
+#[test]
+fn times_are_told_by_stage() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/sanmiguel2015/table5.toml"),
+    );
+    let text = text.unwrap().replace("repeats = 5", "repeats = 1");
+    std::fs::write(folder.path().join("table5.toml"), text).unwrap();
+    let mut command = trackfail();
+    command.args(["run", "table5.toml", "--runs", "1", "--quiet"]).current_dir(folder.path());
+    command.assert().success();
+    let tables = folder.path().join("results/sanmiguel2015/table5/tables");
+    let table = std::fs::read_to_string(tables.join("table5.csv")).unwrap();
+    for stage in ["signal", "detection", "reverse tracking", "total", "tracking", "reverse runs"] {
+        assert!(table.contains(stage), "{stage}: {table}");
+    }
+    let measures = std::fs::read_to_string(tables.join("../measures.csv")).unwrap();
+    let runs: Vec<f64> = rows(&measures).iter().map(|r| r["reverse_runs"].parse().unwrap()).collect();
+    let frames = std::fs::read_to_string(tables.join("../manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&frames).unwrap();
+    let present = manifest["suite"]["present"].as_array().unwrap();
+    let frames: u64 = present.iter().map(|s| s[1].as_u64().unwrap()).sum();
+    let shown: Vec<f64> = table
+        .lines()
+        .filter_map(|line| line.split_once("reverse runs,"))
+        .filter_map(|(_, rest)| rest.split(',').nth(1)?.parse().ok())
+        .collect();
+    for (runs, shown) in runs.iter().zip(&shown) {
+        assert!((1000.0 * runs / frames as f64 - shown).abs() < 0.01, "{runs} in {frames} frames: {shown}");
+    }
+    assert_eq!((runs.len(), shown.len()), (2, 2));
+}
