@@ -3,9 +3,10 @@
 use super::address::{Recipe, Stage};
 use super::pass::CellError;
 use super::plan::{PlannedSuite, signal_index};
-use super::run::{Context, RunError, Work};
+use super::run::{Context, RunError};
 use super::store::{self, Name};
 use super::supervise::alone;
+use super::tally::Work;
 use super::tracks::{self, Track, Tracks};
 use crate::analysis::{Findings, Population, Reads};
 use crate::dataset::Sequence;

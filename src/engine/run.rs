@@ -6,10 +6,12 @@ use super::address::{Address, Recipe};
 use super::analyse::{self, Analysed, NotAnalysed};
 use super::judge::{self, Armed, Case, Judged, Kept, Source, StoredVerdict, signal_of};
 use super::pass::CellError;
-use super::plan::{Job, Plan, Shard, variants};
+use super::plan::{Job, Plan, variants};
 use super::reverse::FRAMES_IN_MEMORY;
+use super::shard::Shard;
 use super::store::{Name, Record, Store, StoreError};
 use super::supervise::{Interrupted, Limits};
+use super::tally::Tally;
 use super::timing;
 use super::tracks::{self, Track, Tracks};
 use super::train::{self, Model, Ready};
@@ -62,52 +64,6 @@ pub enum RunError {
 impl From<Interrupted> for RunError {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
-    }
-}
-
-/// Stages that are counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
-    /// Tracks.
-    Tracks,
-    /// Signals on tracks.
-    Signals,
-    /// Trained parameters.
-    Models,
-    /// Verdicts.
-    Labels,
-}
-
-/// How many results of each stage were in the store, and how many were computed.
-#[derive(Debug, Default)]
-pub struct Tally([[AtomicUsize; 2]; 4]);
-
-impl Tally {
-    /// Counts one result.
-    pub fn add(&self, work: Work, cached: bool) {
-        self.0[work as usize][usize::from(cached)].fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Computed and cached results of a stage.
-    pub fn of(&self, work: Work) -> (usize, usize) {
-        let [computed, cached] = &self.0[work as usize];
-        (computed.load(Ordering::Relaxed), cached.load(Ordering::Relaxed))
-    }
-}
-
-impl std::fmt::Display for Tally {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let words = [
-            (Work::Tracks, "tracks"),
-            (Work::Signals, "signals"),
-            (Work::Models, "models"),
-            (Work::Labels, "labels"),
-        ];
-        let parts = words.iter().map(|(work, word)| {
-            let (computed, cached) = self.of(*work);
-            format!("{word} {computed} computed, {cached} cached")
-        });
-        f.write_str(&parts.collect::<Vec<_>>().join("; "))
     }
 }
 

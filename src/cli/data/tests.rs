@@ -1,0 +1,122 @@
+use super::*;
+use clap::Parser;
+
+#[derive(Debug, Parser)]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+}
+
+fn parse(words: &[&str]) -> Args {
+    Cli::try_parse_from([&["data"], words].concat()).unwrap().args
+}
+
+fn vot() -> Vec<Suite> {
+    vec![lock::suite("vot2014").unwrap()]
+}
+
+/// A root with one sequence that is too short and 24 missing ones.
+fn root() -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    let ball = root.path().join("vot2014/ball");
+    std::fs::create_dir_all(&ball).unwrap();
+    std::fs::write(ball.join("00000001.jpg"), b"").unwrap();
+    std::fs::write(ball.join("groundtruth.txt"), "1,2,3,4").unwrap();
+    root
+}
+
+#[test]
+fn arguments() {
+    let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x"]);
+    assert!(matches!(&args.verb, Verb::Verify { suites, allow_missing: true } if suites == &["vot2014"]));
+    assert_eq!(args.data_root, Some("/x".into()));
+    assert!(matches!(parse(&["list", "--format", "csv"]).verb, Verb::List { format: Format::Csv, .. }));
+    assert!(Cli::try_parse_from(["data", "list", "--format", "xml"]).is_err());
+}
+
+#[test]
+fn wrong_words_have_their_exit_codes() {
+    let root = root();
+    let at = root.path().to_str().unwrap();
+    assert_eq!(run(&parse(&["list", "vot2104", "--data-root", at])).unwrap_err().code(), 2);
+    assert_eq!(run(&parse(&["list", "--data-root", "/no/such/folder"])).unwrap_err().code(), 3);
+}
+
+#[test]
+fn lists_in_three_formats() {
+    let root = root();
+    let text = |format| {
+        let mut out = Vec::new();
+        list(&mut out, &vot(), Some(root.path()), format).unwrap();
+        String::from_utf8(out).unwrap()
+    };
+    let csv = text(Format::Csv);
+    assert!(csv.starts_with("suite,sequence,status,frames,annotated,digest,folder,attributes,note\n"));
+    assert_eq!(csv.lines().count(), 26);
+    assert!(csv.lines().nth(1).unwrap().starts_with("vot2014,ball,broken,602,,unknown,vot2014/ball,"));
+    let json: Vec<serde_json::Value> = serde_json::from_str(&text(Format::Json)).unwrap();
+    assert_eq!((json.len(), &json[1]["status"]), (25, &"missing".into()));
+    assert_eq!(json[0].as_object().unwrap().len(), COLUMNS.len());
+    let table = text(Format::Table);
+    assert!(table.contains("0 of 25 sequences are here") && table.contains("votchallenge.net"), "{table}");
+}
+
+#[test]
+fn without_a_suite_each_has_one_line() {
+    let root = root();
+    let text = overview(&chosen(&[]).unwrap(), Some(root.path()));
+    assert_eq!(text.lines().count(), lock::names().len() + 2);
+    let line = |name: &str| {
+        let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap();
+        line.split_whitespace().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(line("vot2014 ")[1..5], ["0", "25", "1", "known"]);
+    assert_eq!(line("vot2013 ")[1..4], ["0", "16", "known"]);
+    assert_eq!(line("pets2009-s2l1 ")[1..5], ["0", "19", "by", "hand"]);
+    assert_eq!(line("clemson-heads ")[1..4], ["0", "4", "partly"]);
+    assert_eq!(line("synthetic-vot ")[1..4], ["9", "9", "rendered"]);
+    assert!(text.contains("data list SUITE"));
+}
+
+#[test]
+fn unknown_numbers_of_frames_are_empty() {
+    let mut out = Vec::new();
+    list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Csv).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert!(text.contains("\nvot2013,cup,missing,,,unknown,vot2013/cup,"), "{text}");
+    let mut out = Vec::new();
+    list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Json).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_slice(&out).unwrap();
+    assert!(rows.iter().all(|r| r["frames"].is_null()));
+}
+
+#[test]
+fn verify_tells_missing_from_differing() {
+    let (full, empty) = (root(), tempfile::tempdir().unwrap());
+    let check = |root: &Path, allow| {
+        let mut out = Vec::new();
+        let result = verify(&mut out, &vot(), Some(root), allow);
+        (String::from_utf8(out).unwrap(), result.map_err(|e| (e.code(), e.to_string())))
+    };
+    let (text, result) = check(full.path(), true);
+    assert!(text.starts_with("vot2014/ball  differs: "), "{text}");
+    assert!(matches!(result, Err((3, message)) if message.contains("vot2014/ball")));
+    let (text, result) = check(empty.path(), false);
+    assert_eq!(text.lines().filter(|l| l.contains("  missing: ")).count(), 25);
+    assert!(matches!(result, Err((3, message)) if message.contains("25 sequences")));
+    assert_eq!(check(empty.path(), true).1, Ok(()));
+}
+
+#[test]
+fn real_data_verify_and_pin() {
+    let Some(root) = crate::testing::real_data("real_data_verify_and_pin") else { return };
+    let mut out = Vec::new();
+    verify(&mut out, &chosen(&[]).unwrap(), Some(&root), true).unwrap();
+    let mut lines = Vec::new();
+    pin(&mut lines, &vot(), Some(&root)).unwrap();
+    let lines = String::from_utf8(lines).unwrap();
+    assert!(lines.starts_with("# vot2014\n"));
+    let (lock, files) = lines.split_once("\n# datasets.files\n").unwrap();
+    assert!(lock.lines().skip(1).all(|l| lock::LOCK.contains(l)));
+    assert!(include_str!("../../../datasets.files").contains(files));
+}
