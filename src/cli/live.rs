@@ -7,14 +7,14 @@ use crate::tracker::process;
 use crate::tracker::{Setup, TRACKERS};
 use std::sync::Arc;
 
+/// A tracker and its line in the list.
+pub type Named = (&'static Entry<dyn Setup>, Arc<dyn Setup>);
+
 /// The built-in tracker of a kind; `params` is a TOML table.
 ///
 /// # Errors
 /// `Usage` for a tracker or parameters that there are not, and for one that needs more than frames.
-pub fn live_tracker(
-    kind: &str,
-    params: &str,
-) -> Result<(&'static Entry<dyn Setup>, Arc<dyn Setup>), Failure> {
+pub fn live_tracker(kind: &str, params: &str) -> Result<Named, Failure> {
     let kinds = || TRACKERS.iter().map(|e| e.kind);
     let Some(entry) = plugin::find(TRACKERS, kind) else {
         return Err(Failure::Usage(plugin::unknown("tracker", kind, kinds())));

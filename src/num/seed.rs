@@ -25,6 +25,31 @@ pub fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }
 
+/// The random stream of a tracker, which can begin again and be copied.
+#[derive(Debug, Clone)]
+pub struct Stream {
+    seed: u64,
+    /// Where it has got to.
+    pub rng: ChaCha8Rng,
+}
+
+impl Stream {
+    /// The stream of a seed, at its beginning.
+    pub fn new(seed: u64) -> Self {
+        Self { seed, rng: rng(seed) }
+    }
+
+    /// Goes back to the beginning.
+    pub fn restart(&mut self) {
+        self.rng = rng(self.seed);
+    }
+
+    /// A stream that goes on as this one or, with a seed, that of the seed.
+    pub fn fork(&self, seed: Option<u64>) -> Self {
+        seed.map_or_else(|| self.clone(), Self::new)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -385,33 +385,31 @@ fn sweep(results: &Results, note: &str, metric: Metric, x: &str, methods: &[Stri
 /// One metric over another: for each tracker and method its grid points in the grid's order, along the first
 /// axis; a curve for each combination of the others.
 fn curve(results: &Results, note: &str, y: Metric, x: Metric, methods: &[String]) -> Curves {
-    let shown: Vec<&Measure> = results.measures.iter().filter(|m| methods.contains(&m.method)).collect();
+    let mut shown: Vec<&Measure> = results.measures.iter().filter(|m| methods.contains(&m.method)).collect();
     let several = shown.iter().any(|m| m.tracker != shown[0].tracker);
-    let mut curves: Vec<(String, Vec<(f64, (f64, f64))>)> = Vec::new();
-    for m in &shown {
-        let point = m.point();
-        let along = point.first().map_or(0.0, |(_, at)| *at);
-        let mut name = vec![m.method.clone()];
-        name.extend(several.then(|| m.tracker.clone()));
-        name.extend(point.iter().skip(1).map(|(axis, v)| format!("{axis} {v}")));
-        let name = name.join(", ");
-        let at = (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN));
-        match curves.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, points)) => points.push((along, at)),
-            None => curves.push((name, vec![(along, at)])),
+    let along = |m: &Measure| m.point().first().map_or(0.0, |(_, at)| *at);
+    // Stable, so that methods stay in the order of the experiment.
+    shown.sort_by(|a, b| along(a).total_cmp(&along(b)));
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for method in methods {
+        for m in shown.iter().filter(|m| m.method == *method) {
+            let mut name = vec![m.method.clone()];
+            name.extend(several.then(|| m.tracker.clone()));
+            name.extend(m.point().iter().skip(1).map(|(axis, v)| format!("{axis} {v}")));
+            let name = name.join(", ");
+            let at = (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN));
+            match curves.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, points)) => points.push(at),
+                None => curves.push((name, vec![at])),
+            }
         }
     }
-    let in_order = |(name, mut points): (String, Vec<(f64, (f64, f64))>)| {
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        (name, points.into_iter().map(|(_, at)| at).collect())
-    };
-    let curves: Vec<_> = curves.into_iter().map(in_order).collect();
     // Rates are shown whole.
     let is_rate = |v: f64| v.is_nan() || (0.0..=1.0).contains(&v);
     let range = |side: fn(&(f64, f64)) -> f64| {
-        let mut all = curves.iter().flat_map(|(_, points): &(String, Vec<(f64, f64)>)| points);
+        let mut all = curves.iter().flat_map(|(_, points)| points);
         if all.all(|p| is_rate(side(p))) { Range::Fixed(0.0, 1.0) } else { Range::Auto }
     };
     let (x_range, y_range) = (range(|p| p.0), range(|p| p.1));
-    Curves { square: true, x_range, y_range, ..plain(note, x.name(), y.name(), curves.clone()) }
+    Curves { square: true, x_range, y_range, ..plain(note, x.name(), y.name(), curves) }
 }

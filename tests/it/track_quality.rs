@@ -70,7 +70,7 @@ const DISTRACTION: Scene = Scene {
 /// Lost, distracted and lost again, and found in the end.
 const BOTH: Scene = Scene {
     frames: 300,
-    target: |t| (t < 60 || t >= 200).then(|| path(t.min(140))),
+    target: |t| (!(60..200).contains(&t)).then(|| path(t.min(140))),
     distractor: |t| (75..140).contains(&t).then_some((110.0, 95.0)),
 };
 

@@ -49,12 +49,11 @@ use crate::image::warp::Geometry;
 use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
-use crate::num::seed;
+use crate::num::seed::Stream;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use coding::{Coding, Dictionary, PATCHES, normalise};
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// A grey level.
@@ -155,8 +154,7 @@ impl Setup for AdaptiveLocalSparse {
                 rounds: p.rounds,
             },
             work: Coding::default(),
-            seed: start.seed,
-            rng: seed::rng(start.seed),
+            stream: Stream::new(start.seed),
             params: p.clone(),
             target: None,
         }))
@@ -169,8 +167,7 @@ struct Tracking {
     candidates: Candidates,
     coder: Lasso,
     work: Coding,
-    seed: u64,
-    rng: ChaCha8Rng,
+    stream: Stream,
     target: Option<Target>,
 }
 
@@ -281,7 +278,7 @@ impl Tracker for Tracking {
             return Err(TrackerError::Broken(what.into()));
         };
         let grey = Grey::of(frame);
-        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.rng);
+        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.stream.rng);
         let collecting = target.collecting();
         let mut window = vec![0.0; PIXELS];
         let (mut confidences, mut nearest) = (Vec::new(), (f64::INFINITY, 0));
@@ -303,23 +300,18 @@ impl Tracker for Tracking {
         let posterior = self.candidates.moments(&weights, confidences[chosen]);
         target.estimate = self.candidates.states[chosen];
         TEMPLATE.sample(&grey, &target.estimate, LEVEL, &mut window);
-        target.learn(window, &self.params, &self.coder, || self.rng.random());
+        target.learn(window, &self.params, &self.coder, || self.stream.rng.random());
         let region = TEMPLATE.region(&target.estimate);
         self.target = Some(target);
         Ok(State { region, status: Status::Tracked, posterior: Some(posterior) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        let mut copy = self.clone();
-        if let Some(seed) = seed {
-            copy.seed = seed;
-            copy.rng = seed::rng(seed);
-        }
-        Some(Box::new(copy))
+        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
     }
 
     fn reset(&mut self) {
         self.target = None;
-        self.rng = seed::rng(self.seed);
+        self.stream.restart();
     }
 }

@@ -46,12 +46,11 @@ mod tests;
 use super::{Moments, Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
-use crate::num::seed;
+use crate::num::seed::Stream;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use histogram::{Binning, Ellipse, Grid, Histogram, MOST_A_CHANNEL, Model};
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
@@ -232,8 +231,7 @@ impl Setup for ColorParticleFilter {
         Ok(Box::new(Tracking {
             deviations: self.deviations(),
             params: self.0.clone(),
-            seed: start.seed,
-            rng: seed::rng(start.seed),
+            stream: Stream::new(start.seed),
             grid: Grid::default(),
             histogram: Histogram::new(binning.len()),
             binning,
@@ -247,8 +245,7 @@ impl Setup for ColorParticleFilter {
 struct Tracking {
     params: Params,
     deviations: Ellipse,
-    seed: u64,
-    rng: ChaCha8Rng,
+    stream: Stream,
     binning: Binning,
     grid: Grid,
     histogram: Histogram,
@@ -276,7 +273,7 @@ impl Tracker for Tracking {
         let mut cloud = Cloud::new(first, self.params.particles);
         if self.params.initial_spread > 0.0 {
             let wide = self.deviations.map(|d| d * self.params.initial_spread);
-            cloud.diffuse(&wide, |e| limits.keep(e), || self.rng.sample(StandardNormal));
+            cloud.diffuse(&wide, |e| limits.keep(e), || self.stream.rng.sample(StandardNormal));
         }
         self.grid.look(frame, &self.binning, [&first]);
         self.sum(frame, &first);
@@ -295,7 +292,7 @@ impl Tracker for Tracking {
         };
         let Target { cloud, shares, model } = &mut target;
         let limits = self.limits(frame);
-        cloud.diffuse(&self.deviations, |e| limits.keep(e), || self.rng.sample(StandardNormal));
+        cloud.diffuse(&self.deviations, |e| limits.keep(e), || self.stream.rng.sample(StandardNormal));
         self.grid.look(frame, &self.binning, &cloud.states);
         self.rho.clear();
         for state in &cloud.states {
@@ -314,7 +311,7 @@ impl Tracker for Tracking {
             *model = Model::new(shares);
         }
         if moments.effective_samples < self.params.resample_below * cloud.states.len() as f64 {
-            cloud.resample(self.params.resampling, &mut self.rng);
+            cloud.resample(self.params.resampling, &mut self.stream.rng);
         }
         self.target = Some(target);
         let region = region(&posterior.mean, self.params.output);
@@ -322,17 +319,12 @@ impl Tracker for Tracking {
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        let mut copy = self.clone();
-        if let Some(seed) = seed {
-            copy.seed = seed;
-            copy.rng = seed::rng(seed);
-        }
-        Some(Box::new(copy))
+        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
     }
 
     fn reset(&mut self) {
         self.target = None;
-        self.rng = seed::rng(self.seed);
+        self.stream.restart();
     }
 }
 
@@ -349,7 +341,7 @@ impl Tracking {
             Kernel::Epanechnikov => false,
             Kernel::Uniform => true,
             Kernel::Points => {
-                let (points, rng) = (self.params.points, &mut self.rng);
+                let (points, rng) = (self.params.points, &mut self.stream.rng);
                 return self.histogram.sum_points(frame, &self.binning, ellipse, points, rng);
             }
         };

@@ -43,13 +43,12 @@ mod tests;
 use super::{Moments, Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
-use crate::num::seed;
+use crate::num::seed::Stream;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use evidence::{Evidence, Place};
 pub use layout::Layout;
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
@@ -162,20 +161,14 @@ impl Setup for FragmentsParticleFilter {
     }
 
     fn open(&self, start: &Start<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking {
-            params: self.0.clone(),
-            seed: start.seed,
-            rng: seed::rng(start.seed),
-            target: None,
-        }))
+        Ok(Box::new(Tracking { params: self.0.clone(), stream: Stream::new(start.seed), target: None }))
     }
 }
 
 #[derive(Clone)]
 struct Tracking {
     params: Params,
-    seed: u64,
-    rng: ChaCha8Rng,
+    stream: Stream,
     target: Option<Target>,
 }
 
@@ -220,7 +213,11 @@ impl Tracker for Tracking {
         let p = &self.params;
         let noise = [p.sigma_position, p.sigma_position, p.sigma_scale];
         let (low, high) = scales(*size, frame);
-        cloud.diffuse(&noise, |[x, y, s]| [x, y, s.clamp(low, high)], || self.rng.sample(StandardNormal));
+        cloud.diffuse(
+            &noise,
+            |[x, y, s]| [x, y, s.clamp(low, high)],
+            || self.stream.rng.sample(StandardNormal),
+        );
         evidence.look(frame, &cloud.states);
         let votes = votes(reliabilities, p.drop_below);
         let k = votes.len();
@@ -242,7 +239,7 @@ impl Tracker for Tracking {
         evidence.likeness(&mean, &mut rho);
         let posterior = moments(p, cloud, fuse(p, &rho, &votes, 1.0));
         follow(reliabilities, &rho, p.reliability_rate, p.sigma_likelihood);
-        cloud.resample(Resampling::Systematic, &mut self.rng);
+        cloud.resample(Resampling::Systematic, &mut self.stream.rng);
         let (w, h) = (size.0 * mean[2].exp(), size.1 * mean[2].exp());
         let region = Region::Rect(Rect::new(mean[0] - w / 2.0, mean[1] - h / 2.0, w, h));
         self.target = Some(target);
@@ -250,17 +247,12 @@ impl Tracker for Tracking {
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        let mut copy = self.clone();
-        if let Some(seed) = seed {
-            copy.seed = seed;
-            copy.rng = seed::rng(seed);
-        }
-        Some(Box::new(copy))
+        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
     }
 
     fn reset(&mut self) {
         self.target = None;
-        self.rng = seed::rng(self.seed);
+        self.stream.restart();
     }
 }
 

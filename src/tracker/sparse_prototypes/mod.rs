@@ -52,11 +52,10 @@ use super::{Setup, Start, State, Status, Tracker, TrackerError};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
-use crate::num::seed;
+use crate::num::seed::Stream;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use likelihood::{Alternation, Comparison, Subspace, error};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// A grey level.
@@ -221,8 +220,7 @@ impl Model {
 #[derive(Clone)]
 pub(super) struct Tracking {
     model: Model,
-    seed: u64,
-    rng: ChaCha8Rng,
+    stream: Stream,
     candidates: Candidates,
     work: Comparison,
     target: Option<Target>,
@@ -242,8 +240,7 @@ impl Tracking {
     pub(super) fn new(model: Model, seed: u64) -> Self {
         Self {
             candidates: Candidates::new(model.samples, model.noise),
-            rng: seed::rng(seed),
-            seed,
+            stream: Stream::new(seed),
             work: Comparison::default(),
             target: None,
             model,
@@ -317,7 +314,7 @@ impl Tracker for Tracking {
             return Err(TrackerError::Broken(what));
         };
         let grey = Grey::of(frame);
-        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.rng);
+        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.stream.rng);
         let mut window = vec![0.0; PIXELS];
         let mut logarithms = Vec::with_capacity(self.candidates.states.len());
         for k in 0..self.candidates.states.len() {
@@ -337,16 +334,11 @@ impl Tracker for Tracking {
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        let mut copy = self.clone();
-        if let Some(seed) = seed {
-            copy.seed = seed;
-            copy.rng = seed::rng(seed);
-        }
-        Some(Box::new(copy))
+        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
     }
 
     fn reset(&mut self) {
         self.target = None;
-        self.rng = seed::rng(self.seed);
+        self.stream.restart();
     }
 }
