@@ -27,8 +27,9 @@
 //!   This is what the second row is for: without it the machine would swing between LOCKED-ON and SCANNING
 //!   as long as both are in the window, with a check against an ever later reference each time;
 //! * the reference is the last frame before the change (`reference_lag` = 1). A change that is noticed late
-//!   has its reference in the track that is lost already, where the way back may lead as well. On the stand-in for
-//!   D1 a lag of 25 frames changes little (`sanmiguel2015/table4`);
+//!   has its reference in the track that is lost already, where the way back may lead as well. On the
+//!   stand-ins for D1 and D2 a lag of 25 frames is no better (`sanmiguel2015/table4`): checks are accepted wrongly
+//!   because particles that are spread widely find the target again on their way back;
 //! * large decreases come before small ones, which they always are too, and before the end of waiting.
 
 use super::Condition::{self, LockedOn, LockingIn, Scanning};
