@@ -116,7 +116,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 )));
             }
             let states: Vec<State> = regions.into_iter().map(State::tracked).collect();
-            let signals = compute_signals(&sequence, &methods, |t, _| Ok(states[t].clone()))?;
+            let sequence = Arc::new(sequence);
+            let frames = FrameCache::new(0);
+            let signals = compute_signals(&sequence, &frames, &methods, |t, _| Ok(states[t].clone()))?;
             print(&sequence, &methods, &signals, None)
         }
         (None, init) => {
@@ -200,7 +202,7 @@ fn track(
     let model = Models { args, own: setup.params() == built_in_params() };
     let ready = ready_for(methods, state.posterior.is_some(), is_default, &model)?;
     let mut states = vec![state];
-    let signals = compute_signals(&sequence, &ready, |t, frame| {
+    let signals = compute_signals(&sequence, &frames, &ready, |t, frame| {
         if t > 0 {
             tracker.at(t);
             states.push(tracker.update(frame).map_err(|e| broken(&e))?);
@@ -287,7 +289,8 @@ fn ready_for(
 /// One series for each method; each frame is decoded once for all of them and for `state`, which gives the
 /// tracker's answer.
 fn compute_signals(
-    sequence: &Sequence,
+    sequence: &Arc<Sequence>,
+    frames: &FrameCache,
     methods: &[Ready],
     mut state: impl FnMut(usize, &crate::image::Frame) -> Result<State, Failure>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
@@ -296,7 +299,7 @@ fn compute_signals(
     let mut sessions: Vec<Option<Box<dyn Session>>> = methods.iter().map(session).collect();
     let mut signals = vec![Vec::with_capacity(sequence.len()); methods.len()];
     for t in 0..sequence.len() {
-        let frame = sequence.frame(t).map_err(|e| Failure::Data(e.to_string()))?;
+        let frame = frames.frame(sequence, t).map_err(|e| Failure::Data(e.to_string()))?;
         let state = state(t, &frame)?;
         for ((session, series), ready) in sessions.iter_mut().zip(&mut signals).zip(methods) {
             let value = session.as_mut().map_or(0.0, |s| s.push(&frame, &state));

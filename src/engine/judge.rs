@@ -3,7 +3,7 @@
 use super::address::Address;
 use super::pass::CellError;
 use super::recipes::{self, By};
-use super::reverse;
+use super::reverse::{self, Reversal};
 use super::run::{Context, RunError};
 use super::store::{self, Name, Record};
 use super::supervise::{Watch, supervised};
@@ -178,6 +178,7 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
             Ok(done)
         };
         let made = supervised(wanted.len(), &context.options.limits, work)?;
+        cases.iter().filter_map(|case| case.track.reversal.as_deref()).for_each(Reversal::rest);
         let mut records: Vec<Record> = Vec::new();
         for (k, made) in wanted.into_iter().zip(made) {
             let case = &cases[k];

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Frames between the forks that are kept on the way forward.
-const STRIDE: usize = 16;
+const STRIDE: usize = 32;
 
 /// Bytes of decoded frames that a run keeps for tracks backwards.
 pub const FRAMES_IN_MEMORY: usize = 512 << 20;
@@ -60,9 +60,10 @@ pub struct Reversal {
 struct Memory {
     /// The tracker after some frames of its way forward.
     forward: BTreeMap<usize, Box<dyn Tracker>>,
-    /// By start: the tracker on its way back, and what it said of the frames before its start, the last one
-    /// first.
-    backward: BTreeMap<usize, (Box<dyn Tracker>, Vec<Region>)>,
+    /// By start: the errors of the frames before it, the last one first.
+    backward: BTreeMap<usize, Vec<f64>>,
+    /// The tracker that went back last: its start, and the frame it is in.
+    underway: Option<(usize, usize, Box<dyn Tracker>)>,
 }
 
 /// A detector's use of a [`Reversal`].
@@ -86,6 +87,13 @@ impl Reversal {
     /// To be lent to a detector.
     pub fn asked(&self) -> Asked<'_> {
         Asked { reversal: self, failure: RefCell::new(None) }
+    }
+
+    /// Lets go of the trackers; what they said is kept.
+    pub fn rest(&self) {
+        let mut memory = self.memory();
+        memory.forward.clear();
+        memory.underway = None;
     }
 
     fn memory(&self) -> MutexGuard<'_, Memory> {
@@ -127,20 +135,31 @@ impl Reversal {
         Ok(tracker)
     }
 
-    /// Region of frame `to` on the way back from `from`, later than `to`.
-    fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<Region, String> {
-        if !memory.backward.contains_key(&from) {
-            let start = self.forward(memory, from)?;
-            let fork = start.fork(Some(seed(self.origin.seed, from))).ok_or(CANNOT)?;
-            memory.backward.insert(from, (fork, Vec::new()));
+    /// Error of frame `to` on the way back from `from`, later than `to`.
+    fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<f64, String> {
+        let known = |memory: &Memory| memory.backward.get(&from).and_then(|e| e.get(from - to - 1)).copied();
+        if let Some(error) = known(memory) {
+            return Ok(error);
         }
-        let (tracker, regions) = memory.backward.get_mut(&from).ok_or("no tracker to run backwards")?;
-        while from - regions.len() > to {
-            let t = from - regions.len() - 1;
-            tracker.at(t);
-            regions.push(tracker.update(&*self.frame(t)?).map_err(|e| e.to_string())?.region);
+        let (mut at, mut tracker) = match memory.underway.take() {
+            Some((start, at, tracker)) if start == from => (at, tracker),
+            _ => {
+                let start = self.forward(memory, from)?;
+                (from, start.fork(Some(seed(self.origin.seed, from))).ok_or(CANNOT)?)
+            }
+        };
+        while at > to {
+            at -= 1;
+            tracker.at(at);
+            let state = tracker.update(&*self.frame(at)?).map_err(|e| e.to_string())?;
+            let errors = memory.backward.entry(from).or_default();
+            // What is run again for an earlier frame says the same of the later ones.
+            if errors.len() == from - at - 1 {
+                errors.push(overlap::error(&state.region, &self.regions[at]));
+            }
         }
-        regions.get(from - to - 1).cloned().ok_or_else(|| "a frame was not reached".to_string())
+        memory.underway = Some((from, at, tracker));
+        known(memory).ok_or_else(|| "a frame was not reached".to_string())
     }
 }
 
@@ -154,12 +173,11 @@ impl Asked<'_> {
 impl Reverse for Asked<'_> {
     fn error(&self, from: usize, to: usize) -> Option<f64> {
         let regions = &self.reversal.regions;
-        let back = if to < from && from < regions.len() {
+        let error = if to < from && from < regions.len() {
             self.reversal.backward(&mut self.reversal.memory(), from, to)
         } else {
             Err(format!("there is no way back from frame {from} to frame {to} (from 0)"))
         };
-        let error = back.map(|back| overlap::error(&back, &regions[to]));
         error.map_err(|reason| self.failure.borrow_mut().get_or_insert(reason).clone()).ok()
     }
 }

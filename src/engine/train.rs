@@ -5,6 +5,7 @@ use super::judge::{Armed, Source, detect, signal_of};
 use super::pass::CellError;
 use super::plan::variants;
 use super::recipes;
+use super::reverse::Reversal;
 use super::run::{Context, RunError};
 use super::store::{self, Name};
 use super::supervise::{Limits, Watch, alone, supervised};
@@ -306,6 +307,7 @@ fn train(
         };
         tracks.par_iter().with_max_len(1).try_for_each(|track| run(track).map(|_| ()))?;
     }
+    let learned = tracks.clone();
     let measure = move |detector: &dyn Detector| -> Result<Option<f64>, String> {
         let count = |t: &Arc<Track>| {
             let verdict = detect(t, signal, detector, 0)?;
@@ -328,7 +330,9 @@ fn train(
         }
         Ok(Ok(measures))
     };
-    let measures = match supervised(1, limits, work)? {
+    let judged = supervised(1, limits, work)?;
+    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::rest);
+    let measures = match judged {
         Ok(measures) => measures,
         Err(reason) => return Ok(Err(failed(reason))),
     };

@@ -319,7 +319,9 @@ impl Tracker for Tracking {
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
+        // The grid is made anew for each frame.
+        let copy = Self { stream: self.stream.fork(seed), ..self.clone() };
+        Some(Box::new(Self { grid: Grid::default(), ..copy }))
     }
 
     fn reset(&mut self) {
