@@ -9,7 +9,7 @@
 //! | track | sequence, digest of frames and truth, version of the frame decoder, digest of what a video was decoded into; tracker, its version and parameters; the seed, for trackers that draw random numbers; run and digests, for trackers that read files |
 //! | signal | address of the track; signal, its version and parameters |
 //! | model | a chosen parameter: version of training, protocol, what is trained and made large, the candidates; a learned model: detector, its version and what of its parameters the model depends on; an analysis: its kind, version and parameters; addresses of all signals that are learned from |
-//! | labels | address of the signal (of the track, for methods without one); version of the form that labels are kept in; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the seed, for detectors that draw random numbers |
+//! | labels | address of the signal (of the track, for methods without one); version of the form that labels are kept in; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the version of tracks backwards, for detectors that ask for them; the seed, for detectors that draw random numbers |
 //!
 //! Clock, host, thread count, order and file times are in none of them. Whatever changes a stage's output
 //! must change an ingredient: plugins have a version, and golden digests of their outputs see to it that it

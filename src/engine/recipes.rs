@@ -3,6 +3,7 @@
 use super::address::{Address, Recipe, Stage};
 use super::pass::CellError;
 use super::plan::Job;
+use super::reverse::REVERSAL;
 use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
 use crate::detector::Learner;
 use crate::image::DECODER;
@@ -118,6 +119,7 @@ fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
         .with("parameter", &training.key)
         .with("maximise", training.maximise.name())
         .with("candidates", training.candidates.count());
+    recipe = with_reverse(recipe, &training.example);
     let plugin = |fixed: &FixedDetector| {
         let recipe = Recipe::new(Stage::Model);
         recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params()).address()
@@ -155,11 +157,17 @@ pub struct By {
     uses_seed: bool,
 }
 
+/// What a detector puts into recipes besides itself.
+fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
+    if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
+}
+
 impl By {
     /// A detector with given parameters.
     pub fn given(fixed: &FixedDetector) -> Self {
         let recipe = Recipe::new(Stage::Labels);
         let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
+        let recipe = with_reverse(recipe, fixed);
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
@@ -172,7 +180,7 @@ impl By {
 
     /// A detector with trained parameters; any candidate stands for the others.
     pub fn model(address: Address, candidate: &FixedDetector) -> Self {
-        let recipe = Recipe::new(Stage::Labels).with("model", address);
+        let recipe = with_reverse(Recipe::new(Stage::Labels).with("model", address), candidate);
         Self { ingredients: recipe.ingredients, uses_seed: candidate.detector.uses_seed() }
     }
 }
