@@ -256,6 +256,10 @@ fn load_stills(
     let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };
     let Some(track) = tracks.iter().find(|t| t.sequence == request.sequence) else { return Ok(Vec::new()) };
     let truth: BTreeMap<(String, i64), Region> = results.truth()?;
+    // The region around the target that a distribution field is compared with.
+    let signals =
+        results.experiment.methods.iter().flat_map(|m| &m.variants).filter_map(|v| v.signal.as_ref());
+    let has_background = signals.into_iter().any(|s| s.kind == distribution_field::ENTRY.kind);
     let mut all = Vec::new();
     for t in request.frames {
         // Results of a run that could not decode the frame again have no still; the rest is shown.
@@ -264,10 +268,10 @@ fn load_stills(
         let (past, current) = (&track.rects[..t], &track.rects[t]);
         let history = distribution_field::Params::default().history;
         let background = distribution_field::background_region(past, current, history, Displacement::Past);
-        let mut boxes = vec![
-            (Region::Rect(background), BoxStyle::Background),
-            (Region::Rect(track.rects[t]), BoxStyle::State),
-        ];
+        let mut boxes = vec![(Region::Rect(track.rects[t]), BoxStyle::State)];
+        if has_background {
+            boxes.insert(0, (Region::Rect(background), BoxStyle::Background));
+        }
         if let Some(region) = truth.get(&(track.sequence.clone(), number)) {
             boxes.push((region.clone(), BoxStyle::Truth));
         }

@@ -19,6 +19,7 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("khalid2016/figures", include_str!("../../experiments/khalid2016/figures.toml")),
     ("sanmiguel2015/model", include_str!("../../experiments/sanmiguel2015/model.toml")),
     ("sanmiguel2015/convolution", include_str!("../../experiments/sanmiguel2015/convolution.toml")),
+    ("sanmiguel2015/fig3", include_str!("../../experiments/sanmiguel2015/fig3.toml")),
     ("sanmiguel2015/fig13-d1", include_str!("../../experiments/sanmiguel2015/fig13-d1.toml")),
     ("sanmiguel2015/fig13-d2", include_str!("../../experiments/sanmiguel2015/fig13-d2.toml")),
     ("sanmiguel2015/fig14", include_str!("../../experiments/sanmiguel2015/fig14.toml")),
