@@ -9,7 +9,7 @@
 //! | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
 //! | [`tracker`] | a sequence | a region a frame: built-in trackers, replayed result files, foreign programs |
 //! | [`signal`] | frames and regions | one number a frame |
-//! | [`detector`] | a signal | a label a frame |
+//! | [`detector`] | a signal; for ARTE and ARTE* also the tracker, run backwards by the engine | a label a frame |
 //! | [`analysis`] | a signal, or regions, on whole suites | numbers, tables and charts about the signal itself, or about trackers |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
