@@ -20,14 +20,15 @@ pub fn live_tracker(kind: &str, params: &str) -> Result<Named, Failure> {
         return Err(Failure::Usage(plugin::unknown("tracker", kind, kinds())));
     };
     if entry.kind == process::ENTRY.kind {
-        let message = "a program of one's own is not run here; name a tracker that is built in";
+        let message = "a program of one's own is not run here: of a TraX server let the client start it, and give \
+                       its boxes to `detect`";
         return Err(Failure::Usage(message.into()));
     }
     // Known before its own parameters are: those of such trackers mean nothing here.
     if entry.build_from_text(entry.example).is_ok_and(|example| example.needs_truth()) {
         let kind = entry.kind;
         return Err(Failure::Usage(format!(
-            "`{kind}` answers from ground truth or result files of known sequences; it cannot follow a client's frames"
+            "`{kind}` answers from ground truth or result files of known sequences; it cannot follow frames that nobody has annotated"
         )));
     }
     let setup = entry.build_from_text(params).map_err(|e| {
