@@ -21,7 +21,15 @@ pub struct Workspace {
     root: PathBuf,
     folder: PathBuf,
     // Held, and given back by the system however the process ends.
-    _lock: File,
+    lock: File,
+}
+
+impl Drop for Workspace {
+    fn drop(&mut self) {
+        // A program that was started at this moment has the file open too, until it takes the child's place;
+        // closing it here alone would not give it back.
+        let _ = self.lock.unlock();
+    }
 }
 
 impl Workspace {
@@ -47,7 +55,7 @@ impl Workspace {
                 fs::remove_dir_all(&path).map_err(|e| FetchError::disk(&path, e))?;
             }
         }
-        Ok(Self { root: root.into(), folder, _lock: lock })
+        Ok(Self { root: root.into(), folder, lock })
     }
 
     /// The data root.

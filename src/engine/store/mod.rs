@@ -93,6 +93,16 @@ pub struct Joined {
     pub known: usize,
 }
 
+impl Drop for Store {
+    fn drop(&mut self) {
+        // A program that was started at this moment has the file open too, until it takes the child's place;
+        // closing it here alone would not give it back.
+        if let Some(lock) = &self.lock {
+            let _ = lock.unlock();
+        }
+    }
+}
+
 impl Store {
     /// Opens the store below a results folder, which is made if need be.
     ///
