@@ -6,6 +6,7 @@
 pub mod compare;
 pub mod data;
 pub mod detect;
+pub mod explain;
 mod export;
 pub mod fetch;
 pub mod list;
@@ -62,6 +63,8 @@ enum Verb {
     ServeTrax(serve_trax::Args),
     /// Tell why cells would or would not be computed again
     Why(why::Args),
+    /// From a number of a table down to its sequences, events, detections and frames
+    Explain(explain::Args),
 }
 
 impl Cli {
@@ -82,6 +85,7 @@ impl Cli {
             Verb::Compare(args) => compare::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
             Verb::Why(args) => why::run(args),
+            Verb::Explain(args) => explain::run(args),
         }
     }
 }

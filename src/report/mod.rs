@@ -5,9 +5,10 @@
 //! outside (names of sequences, messages of errors): both outputs show them as text.
 //!
 //! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw its
-//! figures, [`pairs`] has what comparisons rest on, [`write`](fn@write) fills the page and writes the report.
+//! figures, [`pairs`] has what comparisons rest on, [`explain`](mod@explain) takes numbers apart and [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report.
 
 pub mod claims;
+pub mod explain;
 pub mod figures;
 mod fill;
 mod html;
@@ -15,6 +16,7 @@ mod markdown;
 pub mod pairs;
 pub mod results;
 pub mod stills;
+pub mod trace;
 
 pub use fill::{INDEX, OWNED, WriteError, verdict_words, write};
 pub use html::render;

@@ -131,7 +131,12 @@ impl Results {
         Ok(tracks)
     }
 
-    fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
+    /// The bytes of a file of the folder, which must be the one that the run wrote.
+    pub(super) fn bytes(&self, name: &str) -> Result<Vec<u8>, ResultsError> {
+        read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)
+    }
+
+    pub(super) fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
         let bytes = read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)?;
         let fail = |e: &dyn std::fmt::Display| store::StoreError::new(&self.folder.join(name), e);
         // polars panics on some damaged files, and whoever damages one can make its digest fit.

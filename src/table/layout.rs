@@ -5,13 +5,18 @@
 //! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
 //! of their own without numbers of ours.
 
+mod analysed;
+mod place;
+
+pub use analysed::analysed;
+pub use place::{Spot, spots};
+
 use super::measures::Measure;
 use super::number::{Style, printed_value};
-use crate::analysis::Grid;
-use crate::engine::analyse::Analysed;
 use crate::score::measures::{Goodness, Metric};
 use crate::spec::Experiment;
-use crate::spec::table::{Made, Published, Side, Table};
+use crate::spec::table::{Published, Side, Table};
+use place::{Place, find, group_places, merge, steps};
 use serde::Serialize;
 
 /// A table with all texts made.
@@ -70,74 +75,6 @@ pub struct Cell {
     pub best: bool,
     /// Cells that failed behind this number.
     pub failed: usize,
-}
-
-/// A place in the space of all pooled numbers.
-#[derive(Clone, Default)]
-struct Place {
-    tracker: Option<String>,
-    method: Option<String>,
-    metric: Option<Metric>,
-    axes: Vec<(String, f64)>,
-}
-
-/// The steps along one side: label and what it fixes.
-fn steps(side: &Side, table: &Table, experiment: &Experiment, measures: &[Measure]) -> Vec<(String, Place)> {
-    match side {
-        Side::Metrics(metrics) => metrics
-            .iter()
-            .map(|m| (m.name().to_string(), Place { metric: Some(*m), ..Place::default() }))
-            .collect(),
-        Side::Method => table
-            .methods
-            .iter()
-            .map(|m| (m.clone(), Place { method: Some(m.clone()), ..Place::default() }))
-            .collect(),
-        Side::Tracker => experiment
-            .trackers
-            .iter()
-            .filter(|t| {
-                experiment.methods.iter().any(|m| table.methods.contains(&m.name) && m.runs_on(&t.label))
-            })
-            .map(|t| (t.label.clone(), Place { tracker: Some(t.label.clone()), ..Place::default() }))
-            .collect(),
-        Side::Axis(axis) => axis_values(axis, measures)
-            .into_iter()
-            .map(|v| (v.to_string(), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
-            .collect(),
-    }
-}
-
-fn axis_values(axis: &str, measures: &[Measure]) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        measures.iter().flat_map(Measure::point).filter(|(a, _)| a == axis).map(|(_, v)| v).collect();
-    values.sort_by(f64::total_cmp);
-    values.dedup();
-    values
-}
-
-fn merge(places: &[&Place]) -> Place {
-    places.iter().fold(Place::default(), |mut all, p| {
-        all.tracker = p.tracker.clone().or(all.tracker);
-        all.method = p.method.clone().or(all.method);
-        all.metric = p.metric.or(all.metric);
-        all.axes.extend(p.axes.iter().cloned());
-        all
-    })
-}
-
-/// The measure at a place; axes that a method does not have do not matter to it.
-fn find<'a>(
-    measures: &'a [Measure],
-    tracker: &str,
-    method: &str,
-    axes: &[(String, f64)],
-) -> Option<&'a Measure> {
-    measures.iter().find(|m| {
-        m.tracker == tracker
-            && m.method == method
-            && m.point().iter().all(|(axis, v)| axes.iter().any(|(a, w)| a == axis && w == v))
-    })
 }
 
 /// The pooled number a claim speaks of.
@@ -226,161 +163,12 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
 }
 
-/// Lays out a table that an analysis made: a group for each tracker.
-pub fn analysed(
-    experiment: &Experiment,
-    table: &Table,
-    shows: &Made,
-    analyses: &[Analysed],
-    data_note: &str,
-) -> Layout {
-    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
-    let found: Vec<(&Analysed, &Grid)> = analyses
-        .iter()
-        .filter(|a| a.analysis == shows.analysis)
-        .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
-        .collect();
-    let single = found.len() == 1;
-    let group = |(analysed, grid): &(&Analysed, &Grid)| {
-        let source = published_for(&published, Some(&analysed.tracker), experiment);
-        let row = |(label, values): &(String, Vec<Option<f64>>)| {
-            let printed = |column: &str| {
-                let mine = published.iter().filter(|p| Some(p.tracker.as_str()) == source && p.row == *label);
-                let mut values = mine.flat_map(|p| &p.values);
-                values.find(|(c, _)| c == column).map(|(_, text)| text.clone())
-            };
-            let style = grid.columns.iter().find_map(|c| printed(c)).map(|text| Style::of(&text));
-            let cell = |(column, value): (&String, &Option<f64>)| {
-                let published = printed(column);
-                let number = published.as_deref().and_then(printed_value);
-                let shown = |v: f64| style.map_or_else(|| four_digits(v), |s| s.format(v));
-                let difference =
-                    value.zip(number).zip(style).map(|((v, p), s)| s.format_signed(s.round(v) - p));
-                Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
-            };
-            let cells = grid.columns.iter().zip(values).map(cell).collect();
-            Row { label: label.clone(), goodness: Goodness::Neither, cells }
-        };
-        Group {
-            label: if single { String::new() } else { analysed.tracker.clone() },
-            published_tracker: source.map(str::to_string),
-            has_ours: true,
-            rows: grid.rows.iter().map(row).collect(),
-        }
-    };
-    let mut groups: Vec<Group> = found.iter().map(group).collect();
-    let mut columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
-    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
-    if let Some(column) = &table.column {
-        let place = columns.iter().position(|known| known == column);
-        let rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
-        caption.push_str(&match place {
-            Some(_) => format!(": {column}"),
-            None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
-        });
-        columns = found.iter().map(|(analysed, _)| analysed.tracker.clone()).collect();
-        groups = vec![Group { rows, ..ungrouped() }];
-    } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
-        let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
-            group.rows.iter_mut().for_each(|row| row.label.clone_from(&analysed.tracker));
-            group.rows
-        };
-        groups =
-            vec![Group { rows: groups.into_iter().zip(&found).flat_map(named).collect(), ..ungrouped() }];
-    }
-    let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
-    if !caption.ends_with('.') {
-        caption.push('.');
-    }
-    Layout {
-        name: table.name.clone(),
-        caption: format!("{caption} Suites: {suites}; {data_note}."),
-        data: data_note.to_string(),
-        corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
-        columns,
-        groups,
-    }
-}
-
-/// A group without rows, for all trackers together.
-fn ungrouped() -> Group {
-    Group { label: String::new(), published_tracker: None, has_ours: true, rows: Vec::new() }
-}
-
-/// Column `k` of every group as the columns of one; rows in the order in which they are first met.
-fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
-    let mut rows: Vec<Row> = Vec::new();
-    for row in groups.iter().flat_map(|g| &g.rows) {
-        if rows.iter().all(|known| known.label != row.label) {
-            let of_group = |g: &Group| {
-                let mine = g.rows.iter().find(|r| r.label == row.label);
-                mine.and_then(|r| r.cells.get(k).cloned()).unwrap_or_default()
-            };
-            rows.push(Row { cells: groups.iter().map(of_group).collect(), ..row.clone() });
-        }
-    }
-    rows
-}
-
-/// A number with four significant digits, or all digits of a whole one below a million.
-fn four_digits(v: f64) -> String {
-    if v == v.trunc() && v.abs() < 1e6 {
-        return format!("{v}");
-    }
-    let rounded: f64 = format!("{v:.3e}").parse().unwrap_or(v);
-    if (1e-4..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{v:.3e}") }
-}
-
 /// Events of a tracker (the only one when `None`) that the table's methods see; all see the same ones unless
 /// their protocols differ.
 fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
     let mine = |m: &&Measure| tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method);
     let m = measures.iter().find(|m| mine(m) && m.done > 0)?;
     Some(m.pooled.counts.tp + m.pooled.counts.fn_)
-}
-
-/// What varies and is on neither side, every combination with a label.
-fn group_places(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<(String, Place)> {
-    let on_side = |side: &Side| table.rows == *side || table.columns == *side;
-    let mut sides: Vec<Vec<(String, Place)>> = Vec::new();
-    if !on_side(&Side::Tracker) {
-        sides.push(steps(&Side::Tracker, table, experiment, measures));
-    }
-    if !on_side(&Side::Method) {
-        sides.push(steps(&Side::Method, table, experiment, measures));
-    }
-    let shown = measures.iter().filter(|m| table.methods.contains(&m.method));
-    let mut axes: Vec<String> = shown.flat_map(Measure::point).map(|(a, _)| a).collect();
-    axes.sort();
-    axes.dedup();
-    for axis in axes {
-        let side = Side::Axis(axis.clone());
-        if !on_side(&side) {
-            let mut list = steps(&side, table, experiment, measures);
-            for step in &mut list {
-                step.0 = format!("{axis} = {}", step.0);
-            }
-            sides.push(list);
-        }
-    }
-    let mut places = vec![(String::new(), Place::default())];
-    for side in sides {
-        let single = side.len() == 1;
-        places = places
-            .iter()
-            .flat_map(|(label, place)| {
-                side.iter().map(move |(step, fixed)| {
-                    let label = match (single, label.is_empty()) {
-                        (true, _) => label.clone(),
-                        (false, true) => step.clone(),
-                        (false, false) => format!("{label}, {step}"),
-                    };
-                    (label, merge(&[place, fixed]))
-                })
-            })
-            .collect();
-    }
-    places
 }
 
 fn published_for<'a>(

@@ -11,6 +11,8 @@ use polars::prelude::{Column, DataFrame};
 
 /// The condition of the tracker in each frame.
 pub const CONDITIONS: &str = "conditions.parquet";
+/// The runs of the tracker backwards.
+pub const CHECKS: &str = "checks.csv";
 
 /// The cells that have a [`Quality`], in the order of all files.
 fn with_quality<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<(&'a Cell, Quality)>, StoreError> {
@@ -38,7 +40,7 @@ pub fn files(outcome: &Outcome<'_>) -> Result<Vec<(&'static str, Vec<u8>)>, Fold
     }
     Ok(vec![
         (CONDITIONS, frame::to_parquet(&mut conditions(outcome, &cells)?)?),
-        ("checks.csv", frame::to_csv(&mut checks(outcome, &cells)?)?),
+        (CHECKS, frame::to_csv(&mut checks(outcome, &cells)?)?),
     ])
 }
 

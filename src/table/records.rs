@@ -141,6 +141,8 @@ pub struct CellScore {
     pub sequence: String,
     /// Label of the tracker.
     pub tracker: String,
+    /// Repetition.
+    pub run: i64,
     /// Method.
     pub method: String,
     /// Grid point, empty without a grid.
@@ -157,7 +159,7 @@ pub fn read_scores(bytes: Vec<u8>) -> Result<Vec<CellScore>, FrameError> {
     let table = frame::from_csv(bytes)?;
     let text = |name: &str| frame::texts(&table, name);
     let (sequences, trackers, methods) = (text("sequence")?, text("tracker")?, text("method")?);
-    let (params, status) = (text("params")?, text("status")?);
+    let (params, status, run) = (text("params")?, text("status")?, text("run")?);
     let (tp, fp, fn_, tn) = (text("tp")?, text("fp")?, text("fn")?, text("tn")?);
     let count = |text: &str| text.parse::<u64>().map_err(|_| FrameError::number(text));
     let done = (0..sequences.len()).filter(|i| sequences[*i] != "*" && status[*i] == "ok");
@@ -166,6 +168,7 @@ pub fn read_scores(bytes: Vec<u8>) -> Result<Vec<CellScore>, FrameError> {
         Ok(CellScore {
             sequence: sequences[i].clone(),
             tracker: trackers[i].clone(),
+            run: count(&run[i])? as i64,
             method: methods[i].clone(),
             params: params[i].clone(),
             counts: Counts { tp, fp, fn_: count(&fn_[i])?, tn: count(&tn[i])? },

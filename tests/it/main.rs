@@ -6,6 +6,7 @@ mod detect;
 mod download;
 mod engine;
 mod errors;
+mod explain;
 mod fetch;
 mod hostile;
 mod interruption;

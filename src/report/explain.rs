@@ -1,0 +1,196 @@
+//! From a number of a table to the sequences it comes from, from results alone.
+//!
+//! Measures are computed from counts that are summed over sequences, so a sequence has no share of its own in
+//! a ratio. What it contributes is told by the measure without it: `m - m(without it)`, which for a count is
+//! the sequence's count.
+
+use super::results::{Results, ResultsError};
+use super::trace;
+use crate::score::Protocol;
+use crate::score::measures::{Counts, Metric, Pooled, normalised_mean_std};
+use crate::table::layout::Spot;
+use crate::table::records::{CellScore, method_label};
+use std::collections::BTreeMap;
+
+/// A number of a table and what is behind it.
+pub struct Explained {
+    /// Which it is.
+    pub spot: Spot,
+    /// The number as the table has it.
+    pub value: Option<f64>,
+    /// What was counted on all sequences and runs.
+    pub counts: Counts,
+    /// How the number comes about, with the counts filled in.
+    pub formula: String,
+    /// How the counts come about.
+    pub protocol: Option<&'static Protocol>,
+    /// The sequences, those that move the number most first.
+    pub parts: Vec<Part>,
+    /// Cells behind the number without a result: sequence, run and reason.
+    pub failed: Vec<(String, u32, String)>,
+}
+
+/// What a sequence has to do with a number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// The sequence.
+    pub sequence: String,
+    /// Number of runs on it.
+    pub runs: usize,
+    /// What was counted on it.
+    pub counts: Counts,
+    /// The measure on this sequence alone.
+    pub alone: Option<f64>,
+    /// The measure on all the others.
+    pub without: Option<f64>,
+    /// The measure on all less that on the others.
+    pub moves: Option<f64>,
+}
+
+/// What one sequence gives to a pooled number.
+#[derive(Default)]
+struct Given {
+    runs: usize,
+    counts: Counts,
+    scores: Vec<Vec<f64>>,
+}
+
+/// Explains one number; `scores` are those of [`Results::scores`].
+///
+/// # Errors
+/// When the frames are needed and cannot be read.
+pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<Explained, ResultsError> {
+    let label = method_label(&spot.method, &spot.params);
+    let mut given: BTreeMap<String, Given> = BTreeMap::new();
+    let mine =
+        |s: &&CellScore| s.tracker == spot.tracker && s.method == spot.method && s.params == spot.params;
+    for score in scores.iter().filter(mine) {
+        let part = given.entry(score.sequence.clone()).or_default();
+        part.runs += 1;
+        part.counts = [part.counts, score.counts].into_iter().sum();
+    }
+    if matches!(spot.metric, Metric::ScoreMean | Metric::ScoreStd | Metric::ScoreMeanStd) {
+        for track in trace::read(results, &spot.tracker, &label, None)? {
+            if let Some(part) = given.get_mut(&track.sequence) {
+                part.scores.push(track.score);
+            }
+        }
+    }
+    let measure = results
+        .measures
+        .iter()
+        .find(|m| m.tracker == spot.tracker && m.method == spot.method && m.params == spot.params);
+    let value = measure.and_then(|m| m.value(spot.metric));
+    let all: Vec<&Given> = given.values().collect();
+    let part = |(k, (sequence, part)): (usize, (&String, &Given))| {
+        let others: Vec<&Given> = all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, g)| *g).collect();
+        let without = pooled(&others, spot.metric);
+        Part {
+            sequence: sequence.clone(),
+            runs: part.runs,
+            counts: part.counts,
+            alone: pooled(&[part], spot.metric),
+            without,
+            moves: value.zip(without).map(|(all, others)| all - others),
+        }
+    };
+    let mut parts: Vec<Part> = given.iter().enumerate().map(part).collect();
+    let weight = |p: &Part| {
+        let counted = p.counts.tp + p.counts.fp + p.counts.fn_;
+        (p.moves.map_or(f64::INFINITY, f64::abs), counted)
+    };
+    // A sequence without which there is no number at all moves it most. The order of the names stays where
+    // nothing else tells two apart.
+    parts.sort_by(|a, b| {
+        let (a, b) = (weight(a), weight(b));
+        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
+    });
+    let failed = results.manifest.cells_failed.iter();
+    let failed = failed.filter(|c| c.tracker == spot.tracker && c.method == label);
+    let counts = all.iter().map(|g| g.counts).sum();
+    Ok(Explained {
+        spot: spot.clone(),
+        value,
+        counts,
+        formula: formula(spot.metric, counts),
+        protocol: results.experiment.protocol_of(&spot.method),
+        parts,
+        failed: failed.map(|c| (c.sequence.clone(), c.run, c.reason.clone())).collect(),
+    })
+}
+
+/// A metric of some sequences together.
+fn pooled(given: &[&Given], metric: Metric) -> Option<f64> {
+    if given.is_empty() || !by_sequence(metric) {
+        return None;
+    }
+    let counts = given.iter().map(|g| g.counts).sum();
+    let score = normalised_mean_std(given.iter().flat_map(|g| &g.scores));
+    Pooled { counts, score, ..Pooled::default() }.value(metric)
+}
+
+/// Whether results have what a metric is made of sequence by sequence.
+fn by_sequence(metric: Metric) -> bool {
+    !matches!(metric, Metric::ReverseRuns | Metric::ReverseFrames)
+}
+
+/// How a metric comes about, with the counts filled in.
+fn formula(metric: Metric, counts: Counts) -> String {
+    let Counts { tp, fp, fn_, tn } = counts;
+    match metric {
+        Metric::Precision => format!("TP / (TP + FP) = {tp} / ({tp} + {fp})"),
+        Metric::Recall => format!("TP / (TP + FN) = {tp} / ({tp} + {fn_})"),
+        Metric::FScore => format!("2 TP / (2 TP + FP + FN) = {} / ({} + {fp} + {fn_})", 2 * tp, 2 * tp),
+        Metric::Fpr => format!("FP / (FP + TN) = {fp} / ({fp} + {tn})"),
+        Metric::Accuracy => {
+            format!("(TP + TN) / (TP + FP + FN + TN) = ({tp} + {tn}) / ({tp} + {fp} + {fn_} + {tn})")
+        }
+        Metric::Informedness => {
+            format!("TP / (TP + FN) - FP / (FP + TN) = {tp} / ({tp} + {fn_}) - {fp} / ({fp} + {tn})")
+        }
+        Metric::Events => format!("TP + FN = {tp} + {fn_}"),
+        Metric::Detections => format!("TP + FP = {tp} + {fp}"),
+        Metric::Tp | Metric::Fp | Metric::Fn | Metric::Tn => "sum over sequences and runs".to_string(),
+        Metric::ScoreMean | Metric::ScoreStd | Metric::ScoreMeanStd => {
+            "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own \
+             minimum and maximum; runs of constant score are left out"
+                .to_string()
+        }
+        Metric::ReverseRuns | Metric::ReverseFrames => {
+            "sum over sequences and runs; counted while the tracker was run backwards, see checks.csv"
+                .to_string()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::measures::Goodness;
+
+    // By hand: F of (2, 1, 0) and (0, 1, 2) together is 4 / (4 + 2 + 2); F of the first alone 4 / 5.
+    #[test]
+    fn pools_counts_and_never_ratios() {
+        let given = |tp, fp, fn_| Given { counts: Counts { tp, fp, fn_, tn: 9 }, ..Given::default() };
+        let (a, b) = (given(2, 1, 0), given(0, 1, 2));
+        assert_eq!(pooled(&[&a, &b], Metric::FScore), Some(0.5));
+        assert_eq!(pooled(&[&a], Metric::FScore), Some(0.8));
+        assert_eq!(pooled(&[], Metric::FScore), None);
+        assert_eq!(pooled(&[&a], Metric::ReverseRuns), None);
+    }
+
+    #[test]
+    fn every_formula_gives_the_number() {
+        let counts = Counts { tp: 3, fp: 4, fn_: 5, tn: 60 };
+        let pooled = Pooled { counts, ..Pooled::default() };
+        assert_eq!(formula(Metric::FScore, counts), "2 TP / (2 TP + FP + FN) = 6 / (6 + 4 + 5)");
+        assert_eq!(pooled.value(Metric::FScore), Some(6.0 / 15.0));
+        assert_eq!(formula(Metric::Fpr, counts), "FP / (FP + TN) = 4 / (4 + 60)");
+        assert_eq!(pooled.value(Metric::Fpr), Some(4.0 / 64.0));
+        // Every metric with a direction says how it is made.
+        let metrics = Metric::names().filter_map(Metric::from_name);
+        assert!(
+            metrics.filter(|m| m.goodness() != Goodness::Neither).all(|m| !formula(m, counts).is_empty())
+        );
+    }
+}

@@ -1,0 +1,170 @@
+//! Where the numbers of a table come from: tracker, method, grid point and metric of every cell.
+
+use super::super::measures::Measure;
+use crate::score::measures::Metric;
+use crate::spec::Experiment;
+use crate::spec::table::{Side, Table};
+
+/// A cell of a table, and which number it shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spot {
+    /// Label of its row.
+    pub row: String,
+    /// Label of its column.
+    pub column: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// Method.
+    pub method: String,
+    /// Grid point as in `scores.csv`, empty without a grid.
+    pub params: String,
+    /// What it shows of them.
+    pub metric: Metric,
+}
+
+/// The cells of a table that have numbers behind them, group by group, row by row; none for a table of an
+/// analysis.
+pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<Spot> {
+    let (rows, columns) =
+        (steps(&table.rows, table, experiment, measures), steps(&table.columns, table, experiment, measures));
+    let mut spots = Vec::new();
+    for (_, group) in group_places(experiment, table, measures) {
+        for (row, of_row) in &rows {
+            for (column, of_column) in &columns {
+                let at = merge(&[&group, of_row, of_column]);
+                let (Some(tracker), Some(method)) = (&at.tracker, &at.method) else { continue };
+                let Some(measure) = find(measures, tracker, method, &at.axes) else { continue };
+                spots.push(Spot {
+                    row: row.clone(),
+                    column: column.clone(),
+                    tracker: tracker.clone(),
+                    method: method.clone(),
+                    params: measure.params.clone(),
+                    metric: at.metric.or(table.metric).unwrap_or(Metric::FScore),
+                });
+            }
+        }
+    }
+    spots
+}
+
+/// A place in the space of all pooled numbers.
+#[derive(Clone, Default)]
+pub(super) struct Place {
+    pub(super) tracker: Option<String>,
+    pub(super) method: Option<String>,
+    pub(super) metric: Option<Metric>,
+    pub(super) axes: Vec<(String, f64)>,
+}
+
+/// The steps along one side: label and what it fixes.
+pub(super) fn steps(
+    side: &Side,
+    table: &Table,
+    experiment: &Experiment,
+    measures: &[Measure],
+) -> Vec<(String, Place)> {
+    match side {
+        Side::Metrics(metrics) => metrics
+            .iter()
+            .map(|m| (m.name().to_string(), Place { metric: Some(*m), ..Place::default() }))
+            .collect(),
+        Side::Method => table
+            .methods
+            .iter()
+            .map(|m| (m.clone(), Place { method: Some(m.clone()), ..Place::default() }))
+            .collect(),
+        Side::Tracker => experiment
+            .trackers
+            .iter()
+            .filter(|t| {
+                experiment.methods.iter().any(|m| table.methods.contains(&m.name) && m.runs_on(&t.label))
+            })
+            .map(|t| (t.label.clone(), Place { tracker: Some(t.label.clone()), ..Place::default() }))
+            .collect(),
+        Side::Axis(axis) => axis_values(axis, measures)
+            .into_iter()
+            .map(|v| (v.to_string(), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
+            .collect(),
+    }
+}
+
+fn axis_values(axis: &str, measures: &[Measure]) -> Vec<f64> {
+    let mut values: Vec<f64> =
+        measures.iter().flat_map(Measure::point).filter(|(a, _)| a == axis).map(|(_, v)| v).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+pub(super) fn merge(places: &[&Place]) -> Place {
+    places.iter().fold(Place::default(), |mut all, p| {
+        all.tracker = p.tracker.clone().or(all.tracker);
+        all.method = p.method.clone().or(all.method);
+        all.metric = p.metric.or(all.metric);
+        all.axes.extend(p.axes.iter().cloned());
+        all
+    })
+}
+
+/// The measure at a place; axes that a method does not have do not matter to it.
+pub(super) fn find<'a>(
+    measures: &'a [Measure],
+    tracker: &str,
+    method: &str,
+    axes: &[(String, f64)],
+) -> Option<&'a Measure> {
+    measures.iter().find(|m| {
+        m.tracker == tracker
+            && m.method == method
+            && m.point().iter().all(|(axis, v)| axes.iter().any(|(a, w)| a == axis && w == v))
+    })
+}
+
+/// What varies and is on neither side, every combination with a label.
+pub(super) fn group_places(
+    experiment: &Experiment,
+    table: &Table,
+    measures: &[Measure],
+) -> Vec<(String, Place)> {
+    let on_side = |side: &Side| table.rows == *side || table.columns == *side;
+    let mut sides: Vec<Vec<(String, Place)>> = Vec::new();
+    if !on_side(&Side::Tracker) {
+        sides.push(steps(&Side::Tracker, table, experiment, measures));
+    }
+    if !on_side(&Side::Method) {
+        sides.push(steps(&Side::Method, table, experiment, measures));
+    }
+    let shown = measures.iter().filter(|m| table.methods.contains(&m.method));
+    let mut axes: Vec<String> = shown.flat_map(Measure::point).map(|(a, _)| a).collect();
+    axes.sort();
+    axes.dedup();
+    for axis in axes {
+        let side = Side::Axis(axis.clone());
+        if !on_side(&side) {
+            let mut list = steps(&side, table, experiment, measures);
+            for step in &mut list {
+                step.0 = format!("{axis} = {}", step.0);
+            }
+            sides.push(list);
+        }
+    }
+    let mut places = vec![(String::new(), Place::default())];
+    for side in sides {
+        let single = side.len() == 1;
+        places = places
+            .iter()
+            .flat_map(|(label, place)| {
+                side.iter().map(move |(step, fixed)| {
+                    let label = match (single, label.is_empty()) {
+                        (true, _) => label.clone(),
+                        (false, true) => step.clone(),
+                        (false, false) => format!("{label}, {step}"),
+                    };
+                    (label, merge(&[place, fixed]))
+                })
+            })
+            .collect();
+    }
+    places
+}
