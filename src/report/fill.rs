@@ -58,9 +58,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     let layouts =
         folder::layouts(&results.experiment, &results.measures, &results.analyses, &results.manifest);
     stays_here(&results.folder.join("tables"))?;
-    for layout in &layouts {
-        folder::write_table(&results.folder, layout)?;
-    }
+    folder::write_tables(&results.folder, &results.experiment, &layouts)?;
     let mut page = frame(results);
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {

@@ -74,6 +74,7 @@ fn page(name: &str) -> Page {
             columns: vec!["DTEF".into(), "NAIVE".into(), name.into()],
             groups: vec![Group {
                 label: name.into(),
+                key: String::new(),
                 published_tracker: Some(name.into()),
                 has_ours: true,
                 rows: vec![

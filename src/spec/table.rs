@@ -208,6 +208,9 @@ fn read_methods(
 pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
     check_file_name(source, &wire.name)?;
     let name = wire.name.get_ref().clone();
+    if name == "macros" {
+        return Err(source.error(wire.name.span(), "`macros` is the file with the numbers of all tables"));
+    }
     if let Some(shows) = &wire.shows {
         let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
         if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {

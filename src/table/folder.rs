@@ -4,7 +4,7 @@ use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
 use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
-use super::{number, quality, records, render};
+use super::{latex, macros, number, quality, records, render};
 use crate::dataset::lock;
 use crate::engine::analyse::Analysed;
 use crate::engine::run::Outcome;
@@ -143,7 +143,23 @@ pub fn layouts(
     experiment.tables.iter().map(layout).collect()
 }
 
-/// Writes one table as CSV, Markdown and LaTeX.
+/// Writes the tables into `tables`, each as CSV, Parquet, Markdown and LaTeX, and a command for every number of
+/// theirs as `macros.tex`.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_tables(folder: &Path, experiment: &Experiment, layouts: &[Layout]) -> Result<(), FolderError> {
+    for layout in layouts {
+        write_table(folder, layout)?;
+    }
+    if !layouts.is_empty() {
+        let commands = macros::macros(&experiment.name, layouts);
+        store::write(&folder.join("tables").join(macros::FILE), commands.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes one table as CSV, Parquet, Markdown and LaTeX.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -151,6 +167,8 @@ pub fn write_table(folder: &Path, layout: &Layout) -> Result<(), FolderError> {
     let path = |ending: &str| folder.join("tables").join(format!("{}.{ending}", layout.name));
     store::write(&path("csv"), &render::csv(layout)?)?;
     store::write(&path("md"), render::markdown(layout).as_bytes())?;
-    store::write(&path("tex"), render::latex(layout).as_bytes())?;
+    store::write(&path("parquet"), &render::parquet(layout)?)?;
+    store::write(&path("tex"), latex::latex(layout).as_bytes())?;
+    store::write(&path("body.tex"), latex::body(layout).as_bytes())?;
     Ok(())
 }

@@ -41,6 +41,8 @@ pub struct Layout {
 pub struct Group {
     /// Heading; empty for a table's only group.
     pub label: String,
+    /// What the heading names, without counts, so that it stays when results change.
+    pub key: String,
     /// The tracker whose published numbers stand beside ours.
     pub published_tracker: Option<String>,
     /// Whether there are numbers of ours at all.
@@ -120,12 +122,13 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         if let Some(source) = source {
             shown_trackers.push(source);
         }
+        let key = if label.is_empty() { tracker.clone().unwrap_or_default() } else { label.clone() };
         let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
             (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} {positives})"),
             (Some(_), Some(events)) => format!("{label} ({events} {positives})"),
             _ => label,
         };
-        groups.push(make_group(&context, measures, heading, source, &place));
+        groups.push(Group { key, ..make_group(&context, measures, heading, source, &place) });
     }
     let mut others: Vec<&str> = Vec::new();
     for p in &published {
@@ -137,7 +140,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         let label = format!("{tracker} (published; not run here)");
         let place = Place { tracker: Some(tracker.to_string()), ..Place::default() };
         let group = make_group(&context, &[], label, Some(tracker), &place);
-        groups.push(Group { has_ours: false, ..group });
+        groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
     }
     let failed: usize = measures.iter().map(|m| m.failed).sum();
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
@@ -233,7 +236,13 @@ fn make_group(
         });
         Row { label: row_label.clone(), goodness: metric.goodness(), cells }
     });
-    Group { label, published_tracker: source.map(str::to_string), has_ours: true, rows: rows.collect() }
+    Group {
+        key: label.clone(),
+        label,
+        published_tracker: source.map(str::to_string),
+        has_ours: true,
+        rows: rows.collect(),
+    }
 }
 
 fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published: Option<String>) -> Cell {

@@ -1,10 +1,10 @@
-//! A laid-out table as CSV, Markdown and LaTeX.
+//! A laid-out table as CSV, Parquet and Markdown, and for the terminal.
 
 use super::frame::{self, FrameError};
 use super::layout::{Cell, Group, Layout, Row};
 use crate::dataset::text::visible;
 use crate::score::measures::Goodness;
-use polars::prelude::Column;
+use polars::prelude::{Column, DataFrame};
 
 /// `group,published_tracker,row,column,ours,published,difference,data`, one line a cell. `ours` has all its
 /// digits, `published` is the text as printed, `data` what all of them rest on: a CSV file has no caption.
@@ -15,6 +15,18 @@ use polars::prelude::Column;
 /// # Errors
 /// When polars refuses.
 pub fn csv(layout: &Layout) -> Result<Vec<u8>, FrameError> {
+    frame::to_csv(&mut cells(layout)?)
+}
+
+/// The columns of [`csv`] as Parquet: `ours` is a number, all others are texts.
+///
+/// # Errors
+/// When polars refuses.
+pub fn parquet(layout: &Layout) -> Result<Vec<u8>, FrameError> {
+    frame::to_parquet(&mut cells(layout)?)
+}
+
+fn cells(layout: &Layout) -> Result<DataFrame, FrameError> {
     let mut cells: Vec<Placed<'_>> = Vec::new();
     for group in &layout.groups {
         for row in &group.rows {
@@ -24,7 +36,7 @@ pub fn csv(layout: &Layout) -> Result<Vec<u8>, FrameError> {
         }
     }
     let text = |f: fn(&Placed<'_>) -> Option<String>| cells.iter().map(f).collect::<Vec<_>>();
-    let mut table = frame::frame(vec![
+    frame::frame(vec![
         Column::new("group".into(), text(|c| filled(&c.group.label))),
         Column::new("published_tracker".into(), text(|c| c.group.published_tracker.clone())),
         Column::new("row".into(), text(|c| filled(&c.row.label))),
@@ -33,8 +45,7 @@ pub fn csv(layout: &Layout) -> Result<Vec<u8>, FrameError> {
         Column::new("published".into(), text(|c| c.cell.published.clone())),
         Column::new("difference".into(), text(|c| c.cell.difference.clone())),
         Column::new("data".into(), vec![layout.data.as_str(); cells.len()]),
-    ])?;
-    frame::to_csv(&mut table)
+    ])
 }
 
 /// A cell with what it belongs to.
@@ -64,7 +75,7 @@ fn ours(cell: &Cell) -> String {
 }
 
 /// The lines of one row: ours, published, difference, each with its heading, where there is any.
-fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, bool)>)> {
+pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, bool)>)> {
     let mut lines = Vec::new();
     if group.has_ours {
         lines.push((row_heading(row), row.cells.iter().map(|c| (ours(c), c.best)).collect()));
@@ -157,82 +168,11 @@ pub fn plain(layout: &Layout) -> String {
     format!("{}\n{}\n", layout.caption, lines.join("\n"))
 }
 
-/// Text that LaTeX shows as it is. A `[` or `*` at the beginning of a row would be read as the argument of
-/// the line end before it, so braces keep these to themselves.
-pub fn latex_escape(text: &str) -> String {
-    let mut out = String::new();
-    for c in visible(text).chars() {
-        match c {
-            '\\' => out.push_str("\\textbackslash{}"),
-            '{' | '}' | '$' | '&' | '#' | '%' | '_' => {
-                out.push('\\');
-                out.push(c);
-            }
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '<' => out.push_str("\\textless{}"),
-            '>' => out.push_str("\\textgreater{}"),
-            '±' => out.push_str("$\\pm$"),
-            '↑' => out.push_str("$\\uparrow$"),
-            '↓' => out.push_str("$\\downarrow$"),
-            '†' => out.push_str("\\textdagger{}"),
-            '|' => out.push_str("\\textbar{}"),
-            '"' => out.push_str("''"),
-            '[' | ']' | '*' => {
-                out.push('{');
-                out.push(c);
-                out.push('}');
-            }
-            // pdflatex knows neither this character nor what it stands for.
-            '\u{fffd}' => out.push('?'),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-/// A floating table in the style of booktabs.
-pub fn latex(layout: &Layout) -> String {
-    let columns = layout.columns.len();
-    let mut text = String::from("% needs \\usepackage{booktabs}\n\\begin{table}\n\\centering\n");
-    text.push_str(&format!("\\caption{{{}}}\n", latex_escape(&layout.caption)));
-    text.push_str(&format!("\\label{{tab:{}}}\n", layout.name));
-    text.push_str(&format!("\\begin{{tabular}}{{l{}}}\n\\toprule\n", "r".repeat(columns)));
-    text.push_str(&latex_escape(&layout.corner));
-    for column in &layout.columns {
-        text.push_str(&format!(" & {}", latex_escape(column)));
-    }
-    text.push_str(" \\\\\n");
-    for group in &layout.groups {
-        text.push_str("\\midrule\n");
-        if !group.label.is_empty() {
-            let label = latex_escape(&group.label);
-            text.push_str(&format!("\\multicolumn{{{}}}{{l}}{{\\textit{{{label}}}}} \\\\\n", columns + 1));
-        }
-        for row in &group.rows {
-            for (heading, cells) in lines(group, row) {
-                text.push_str(&latex_escape(&heading));
-                for (cell, best) in cells {
-                    let cell = latex_escape(&cell);
-                    text.push_str(&if best {
-                        format!(" & \\textbf{{{cell}}}")
-                    } else {
-                        format!(" & {cell}")
-                    });
-                }
-                text.push_str(" \\\\\n");
-            }
-        }
-    }
-    text.push_str("\\bottomrule\n\\end{tabular}\n\\end{table}\n");
-    text
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn sample() -> Layout {
+    pub fn sample() -> Layout {
         let cell = |ours: &str, published: &str, best| Cell {
             value: ours.parse().ok(),
             ours: Some(ours.into()),
@@ -248,7 +188,8 @@ mod tests {
             corner: "metric".into(),
             columns: vec!["DT|EF".into(), "ARTE*".into()],
             groups: vec![Group {
-                label: "Struck".into(),
+                label: "Struck (3 events)".into(),
+                key: "Struck".into(),
                 published_tracker: Some("SP".into()),
                 has_ours: true,
                 rows: vec![Row {
@@ -267,7 +208,7 @@ mod tests {
 
 | metric | DT&#124;EF | ARTE\\* |
 |:--|--:|--:|
-| **Struck** | | |
+| **Struck (3 events)** | | |
 | precision ↑ | **.120†** | .100 |
 | precision published (SP) | .110 | .090 |
 | precision difference | +.010 | +.010 |
@@ -276,24 +217,25 @@ mod tests {
     }
 
     #[test]
-    fn latex_escapes_everything_special() {
-        let text = latex(&sample());
-        assert!(text.contains("\\caption{A \\& B\\_1. 12 of 21 targets.}"));
-        assert!(text.contains("precision $\\uparrow$ & \\textbf{.120\\textdagger{}} & .100 \\\\"));
-        assert_eq!(
-            latex_escape("\\{$}^~"),
-            "\\textbackslash{}\\{\\$\\}\\textasciicircum{}\\textasciitilde{}"
-        );
-    }
-
-    #[test]
     fn csv_has_a_line_a_cell() {
         let text = String::from_utf8(csv(&sample()).unwrap()).unwrap();
         assert_eq!(
             text,
             "group,published_tracker,row,column,ours,published,difference,data\n\
-             Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
-             Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
+             Struck (3 events),SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
+             Struck (3 events),SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
         );
+    }
+    #[test]
+    fn parquet_has_the_columns_of_the_csv_file() {
+        let bytes = parquet(&sample()).unwrap();
+        assert_eq!(bytes, parquet(&sample()).unwrap());
+        let columns =
+            ["group", "published_tracker", "row", "column", "ours", "published", "difference", "data"];
+        let table = frame::from_parquet(bytes, &columns).unwrap();
+        assert_eq!(frame::floats(&table, "ours").unwrap(), [0.12, 0.1]);
+        assert_eq!(frame::texts(&table, "published").unwrap(), [".110", ".090"]);
+        let empty = Layout { groups: Vec::new(), ..sample() };
+        assert!(frame::from_parquet(parquet(&empty).unwrap(), &columns).unwrap().height() == 0);
     }
 }

@@ -3,7 +3,7 @@
 use crate::tools::trackfail;
 use polars::prelude::{Column, DataType, ParquetReader, ParquetWriter, SerReader};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -96,12 +96,27 @@ fn shows_only_text(text: &str) -> bool {
 
 /// Whether braces match and every command is one that a table of ours has.
 fn is_our_latex(text: &str) -> bool {
-    const COMMANDS: &str = " usepackage begin end centering caption label toprule midrule bottomrule textbf textit \
+    let body = text.strip_prefix("% needs \\usepackage{booktabs,siunitx}\n").unwrap_or(text);
+    is_plain_latex(body) && body.matches("\\begin").count() == 2 && body.matches("\\end").count() == 2
+}
+
+/// Whether every line is a comment or gives a command of letters a number, and no command is given twice.
+fn are_our_macros(text: &str) -> bool {
+    let mut names = BTreeSet::new();
+    text.lines().filter(|l| !l.is_empty() && !l.starts_with("% ")).all(|line| {
+        let inside = line.strip_prefix("\\newcommand{\\").and_then(|l| l.strip_suffix('}'));
+        let Some((name, number)) = inside.and_then(|l| l.split_once("}{")) else { return false };
+        let letters = name.bytes().all(|b| b.is_ascii_alphabetic());
+        letters && names.insert(name) && number.len() < 40 && is_plain_latex(number)
+    })
+}
+
+fn is_plain_latex(text: &str) -> bool {
+    const COMMANDS: &str = " begin end centering caption label toprule midrule bottomrule bfseries textit sisetup \
         multicolumn textbackslash textasciitilde textasciicircum textless textgreater textdagger textbar pm \
-        uparrow downarrow ";
-    let body = text.strip_prefix("% needs \\usepackage{booktabs}\n").unwrap_or(text);
+        times uparrow downarrow ensuremath ifdefined Umathcode else fi ";
     let (mut depth, mut dollars) = (0_i32, 0);
-    let mut rest = body.chars().peekable();
+    let mut rest = text.chars().peekable();
     while let Some(c) = rest.next() {
         match c {
             '\\' => {
@@ -124,10 +139,50 @@ fn is_our_latex(text: &str) -> bool {
             return false;
         }
     }
-    depth == 0
-        && dollars % 2 == 0
-        && body.matches("\\begin").count() == 2
-        && body.matches("\\end").count() == 2
+    depth == 0 && dollars % 2 == 0
+}
+
+/// The first of the engines that can be run here, with the words it needs to stop at no question.
+fn latex_engine() -> Option<Vec<&'static str>> {
+    let engines = [
+        vec!["tectonic"],
+        vec!["pdflatex", "-interaction=nonstopmode", "-halt-on-error"],
+        vec!["xelatex", "-interaction=nonstopmode", "-halt-on-error"],
+    ];
+    let runs = |name: &str| std::process::Command::new(name).arg("--version").output().is_ok();
+    engines.into_iter().find(|e| runs(e[0]))
+}
+
+#[test]
+fn hostile_tables_compile() {
+    let root = tempfile::tempdir().unwrap();
+    assert_eq!(run(root.path(), HOSTILE, "d").code, 0);
+    let folder = root.path().join("results/mine/hostile/tables");
+    let macros = std::fs::read_to_string(folder.join("macros.tex")).unwrap();
+    assert!(are_our_macros(&macros), "{macros}");
+    assert!(!are_our_macros(&macros.replacen("}{", "}{\\input{a}", 1)));
+    assert!(!are_our_macros(&format!("{macros}{macros}")));
+    let Some(engine) = latex_engine() else {
+        eprintln!(
+            "SKIPPED: hostile_tables_compile checks grammar only, because there is no tectonic or pdflatex"
+        );
+        return;
+    };
+    let names: Vec<&str> =
+        macros.lines().filter_map(|l| l.strip_prefix("\\newcommand{")?.split('}').next()).collect();
+    let document = format!(
+        "\\documentclass{{article}}\n\\usepackage{{booktabs,siunitx}}\n\\input{{macros}}\n\\begin{{document}}\n\
+         \\input{{t.tex}}\n\\begin{{tabular}}{{lr}}\\toprule\n\\input{{t.body.tex}}\\bottomrule\n\\end{{tabular}}\n{}\n\
+         \\end{{document}}\n",
+        names.join("{} "),
+    );
+    std::fs::write(folder.join("all.tex"), document).unwrap();
+    let output =
+        std::process::Command::new(engine[0]).args(&engine[1..]).arg("all.tex").current_dir(&folder).output();
+    let output = output.unwrap();
+    let told =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && folder.join("all.pdf").exists(), "{told}");
 }
 
 #[test]

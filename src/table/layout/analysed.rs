@@ -44,6 +44,7 @@ pub fn analysed(
             Row { label: label.clone(), goodness: Goodness::Neither, cells }
         };
         Group {
+            key: analysed.tracker.clone(),
             label: if single { String::new() } else { analysed.tracker.clone() },
             published_tracker: source.map(str::to_string),
             has_ours: true,
@@ -86,7 +87,13 @@ pub fn analysed(
 
 /// A group without rows, for all trackers together.
 fn ungrouped() -> Group {
-    Group { label: String::new(), published_tracker: None, has_ours: true, rows: Vec::new() }
+    Group {
+        label: String::new(),
+        key: String::new(),
+        published_tracker: None,
+        has_ours: true,
+        rows: Vec::new(),
+    }
 }
 
 /// Column `k` of every group as the columns of one; rows in the order in which they are first met.

@@ -1,0 +1,212 @@
+//! A laid-out table as LaTeX: booktabs rules, siunitx columns, numbers as the paper rounds them.
+//!
+//! Columns whose numbers all have a digit before the point are aligned at it by siunitx (`S`). Where a paper
+//! leaves the zero out (`.110`) they are flush right, as siunitx would put the zero back. Everything that is no
+//! number stands in braces, which siunitx leaves alone.
+
+use super::layout::Layout;
+use super::render::lines;
+use crate::dataset::text::visible;
+
+/// What a document that has one of our tables needs.
+const NEEDS: &str = "% needs \\usepackage{booktabs,siunitx}\n";
+
+/// Text that LaTeX shows as it is, whatever engine reads it: characters that pdfTeX does not know are kept for
+/// engines that do and are `?` there.
+pub fn latex_escape(text: &str) -> String {
+    let mut out = String::new();
+    // Characters for other engines that wait for the end of their run.
+    let mut foreign = String::new();
+    for c in visible(text).chars() {
+        if !is_common(c) {
+            foreign.push(c);
+            continue;
+        }
+        end_foreign(&mut out, &mut foreign);
+        match c {
+            '\\' => out.push_str("\\textbackslash{}"),
+            '{' | '}' | '$' | '&' | '#' | '%' | '_' => {
+                out.push('\\');
+                out.push(c);
+            }
+            '~' => out.push_str("\\textasciitilde{}"),
+            '^' => out.push_str("\\textasciicircum{}"),
+            '<' => out.push_str("\\textless{}"),
+            '>' => out.push_str("\\textgreater{}"),
+            '±' => out.push_str("$\\pm$"),
+            '×' => out.push_str("$\\times$"),
+            '↑' => out.push_str("$\\uparrow$"),
+            '↓' => out.push_str("$\\downarrow$"),
+            '†' => out.push_str("\\textdagger{}"),
+            '|' => out.push_str("\\textbar{}"),
+            '"' => out.push_str("''"),
+            // A `[` or `*` at the beginning of a row would be read as the argument of the line end before it,
+            // and these quotes and dashes melt into others.
+            '[' | ']' | '*' | '`' => {
+                out.push('{');
+                out.push(c);
+                out.push('}');
+            }
+            '-' if out.ends_with('-') => out.push_str("{}-"),
+            // No engine has a sign for what this character stands for.
+            '\u{fffd}' => out.push('?'),
+            c => out.push(c),
+        }
+    }
+    end_foreign(&mut out, &mut foreign);
+    out
+}
+
+/// ASCII, letters with accents that every font encoding has, and what has a command of its own.
+fn is_common(c: char) -> bool {
+    c.is_ascii() || (('À'..='ÿ').contains(&c) && !"ÐÞðþ÷".contains(c)) || "±↑↓†\u{fffd}".contains(c)
+}
+
+fn end_foreign(out: &mut String, foreign: &mut String) {
+    if !foreign.is_empty() {
+        let unknown = "?".repeat(foreign.chars().count());
+        // XeTeX and LuaTeX, which read Unicode, have this command.
+        out.push_str(&format!("{{\\ifdefined\\Umathcode {foreign}\\else {unknown}\\fi}}"));
+        foreign.clear();
+    }
+}
+
+/// A number as siunitx reads it: its digits before and after the point, and whether it has a sign.
+fn digits(text: &str) -> Option<(usize, usize, bool)> {
+    let unsigned = text.trim_start_matches(['+', '-']);
+    let (whole, part) = unsigned.split_once('.').unwrap_or((unsigned, ""));
+    let all_digits = |t: &str| t.bytes().all(|b| b.is_ascii_digit());
+    let is_number =
+        text.len() - unsigned.len() <= 1 && !whole.is_empty() && all_digits(whole) && all_digits(part);
+    (is_number && !unsigned.ends_with('.')).then_some((whole.len(), part.len(), unsigned.len() < text.len()))
+}
+
+/// Whether a text is a number without a digit before the point.
+fn is_bare(text: &str) -> bool {
+    let unsigned = text.trim_start_matches(['+', '-']);
+    unsigned.starts_with('.') && digits(&format!("0{unsigned}")).is_some()
+}
+
+/// The mark of numbers that failed cells are missing from.
+const FAILED: char = '†';
+
+/// How each column is aligned: the `table-format` of siunitx, or flush right.
+fn formats(layout: &Layout) -> Vec<Option<String>> {
+    let of_column = |k: usize| {
+        let rows = layout.groups.iter().flat_map(|g| g.rows.iter().map(move |r| (g, r)));
+        let cells = rows.flat_map(|(g, r)| lines(g, r)).filter_map(|(_, cells)| cells.into_iter().nth(k));
+        let texts: Vec<String> = cells.map(|(text, _)| text.trim_end_matches(FAILED).to_string()).collect();
+        if texts.iter().any(|t| is_bare(t)) {
+            return None;
+        }
+        let found: Vec<(usize, usize, bool)> = texts.iter().filter_map(|t| digits(t)).collect();
+        let whole = found.iter().map(|d| d.0).max()?;
+        let part = found.iter().map(|d| d.1).max()?;
+        let sign = if found.iter().any(|d| d.2) { "+" } else { "" };
+        Some(if part == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") })
+    };
+    (0..layout.columns.len()).map(of_column).collect()
+}
+
+/// One cell; `aligned` by siunitx or not.
+fn cell(text: &str, best: bool, aligned: bool) -> String {
+    let number = text.trim_end_matches(FAILED);
+    let bold = if best { "\\bfseries " } else { "" };
+    if aligned && digits(number).is_some() {
+        let failed = if number.len() < text.len() { "{\\textdagger}" } else { "" };
+        return format!("{bold}{number}{failed}");
+    }
+    if text.is_empty() {
+        return String::new();
+    }
+    format!("{{{bold}{}}}", latex_escape(text))
+}
+
+/// The rows between the rules at the top and the bottom, for a `tabular` of one's own.
+pub fn body(layout: &Layout) -> String {
+    let formats = formats(layout);
+    let mut text = latex_escape(&layout.corner);
+    for column in &layout.columns {
+        text.push_str(&format!(" & {{{}}}", latex_escape(column)));
+    }
+    text.push_str(" \\\\\n");
+    for group in &layout.groups {
+        text.push_str("\\midrule\n");
+        if !group.label.is_empty() {
+            let (columns, label) = (layout.columns.len() + 1, latex_escape(&group.label));
+            text.push_str(&format!("\\multicolumn{{{columns}}}{{l}}{{\\textit{{{label}}}}} \\\\\n"));
+        }
+        for row in &group.rows {
+            for (heading, cells) in lines(group, row) {
+                text.push_str(&latex_escape(&heading));
+                for ((shown, best), format) in cells.iter().zip(&formats) {
+                    text.push_str(&format!(" & {}", cell(shown, *best, format.is_some())));
+                }
+                text.push_str(" \\\\\n");
+            }
+        }
+    }
+    text
+}
+
+/// A floating table in the style of booktabs.
+pub fn latex(layout: &Layout) -> String {
+    let columns: String = formats(layout)
+        .into_iter()
+        .map(|format| format.map_or_else(|| "r".to_string(), |f| format!("S[table-format={f}]")))
+        .collect();
+    format!(
+        "{NEEDS}\\begin{{table}}\n\\centering\n\\sisetup{{detect-weight, retain-explicit-plus}}\n\
+         \\caption{{{}}}\n\\label{{tab:{}}}\n\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{}\\bottomrule\n\
+         \\end{{tabular}}\n\\end{{table}}\n",
+        latex_escape(&layout.caption),
+        layout.name,
+        body(layout),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::render::tests::sample;
+    use super::*;
+
+    #[test]
+    fn escapes_everything_special() {
+        let text = latex(&sample());
+        assert!(text.contains("\\caption{A \\& B\\_1. 12 of 21 targets.}"));
+        // The paper leaves zeros out, so nothing is left to siunitx.
+        assert!(text.contains("\\begin{tabular}{lrr}"), "{text}");
+        assert!(
+            text.contains("precision $\\uparrow$ & {\\bfseries .120\\textdagger{}} & {.100} \\\\"),
+            "{text}"
+        );
+        assert_eq!(
+            latex_escape("\\{$}^~"),
+            "\\textbackslash{}\\{\\$\\}\\textasciicircum{}\\textasciitilde{}"
+        );
+        assert_eq!(latex_escape("a--b é"), "a-{}-b é");
+        assert_eq!(
+            latex_escape("a\u{5d0}\u{5d1}b"),
+            "a{\\ifdefined\\Umathcode \u{5d0}\u{5d1}\\else ??\\fi}b"
+        );
+    }
+
+    #[test]
+    fn numbers_with_a_digit_before_the_point_are_left_to_siunitx() {
+        let mut layout = sample();
+        let cells = &mut layout.groups[0].rows[0].cells;
+        cells[0].ours = Some("0.120".into());
+        cells[0].published = Some("12".into());
+        cells[0].difference = Some("-0.010".into());
+        let text = latex(&layout);
+        assert!(text.contains("\\begin{tabular}{lS[table-format=+2.3]r}"), "{text}");
+        assert!(
+            text.contains("& \\bfseries 0.120{\\textdagger} &") && text.contains("difference & -0.010 &")
+        );
+        assert_eq!(digits("-0.5"), Some((1, 1, true)));
+        for none in ["", ".5", "5.", "0.1±0.2", "1e5", "--1", "nan", "1.2.3"] {
+            assert_eq!(digits(none), None, "{none}");
+        }
+        assert!(is_bare("-.5") && !is_bare("0.5") && !is_bare(".") && !is_bare(".a"));
+    }
+}
