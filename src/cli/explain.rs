@@ -10,7 +10,8 @@ use crate::score::measures::Counts;
 use crate::score::segmentation;
 use crate::spec::table::Table;
 use crate::table::layout::{self, Spot};
-use crate::table::records::method_label;
+use crate::table::measures;
+use crate::table::records::{CellScore, method_label};
 use std::path::PathBuf;
 
 /// Arguments of `explain`.
@@ -52,9 +53,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (results, table) = find_table(args)?;
     let table = &results.experiment.tables[table];
-    let spots = find_spots(args, &results, table)?;
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", results.experiment.name));
     let scores = results.scores().map_err(|e| io(&e))?;
+    let spots = find_spots(args, &results, &scores, table)?;
     let mut listed = Listed::default();
     for spot in &spots {
         let explained = explain::explain(&results, &scores, spot).map_err(|e| io(&e))?;
@@ -177,7 +178,12 @@ fn find_table(args: &Args) -> Result<(Results, usize), Failure> {
 }
 
 /// The cells of the table that are meant.
-fn find_spots(args: &Args, results: &Results, table: &Table) -> Result<Vec<Spot>, Failure> {
+fn find_spots(
+    args: &Args,
+    results: &Results,
+    scores: &[CellScore],
+    table: &Table,
+) -> Result<Vec<Spot>, Failure> {
     let name = format!("{}/{}", results.experiment.name, table.name);
     if let Some(shows) = &table.shows {
         return Err(Failure::Usage(format!(
@@ -185,7 +191,9 @@ fn find_spots(args: &Args, results: &Results, table: &Table) -> Result<Vec<Spot>
             results.folder.join(crate::table::folder::ANALYSES).display()
         )));
     }
-    let mut spots = layout::spots(&results.experiment, table, &results.measures);
+    let parts = measures::by_attribute(scores, &results.manifest.suite.attributes);
+    let mut spots =
+        layout::spots(&results.experiment, table, &[results.measures.as_slice(), &parts].concat());
     let label = |s: &Spot| method_label(&s.method, &s.params);
     let mut keep =
         |what: &str, wanted: Option<&String>, is: &dyn Fn(&Spot, &str) -> bool, of: fn(&Spot) -> String| {
@@ -258,6 +266,9 @@ fn heading(results: &Results, table: &Table, explained: &Explained) -> String {
     );
     if let Some(protocol) = explained.protocol {
         text.push_str(&format!("  counted by {}: {}\n", protocol.name, protocol.summary));
+    }
+    if let Some(attribute) = &spot.attribute {
+        text.push_str(&format!("  only sequences with the attribute {attribute}\n"));
     }
     for p in results.experiment.published.iter().filter(|p| p.table == table.name && p.row == spot.row) {
         for (_, printed) in p.values.iter().filter(|(column, _)| *column == spot.column) {

@@ -371,9 +371,7 @@ fn print_measures(results: &Results, format: Format) -> Result<(), Failure> {
 
 fn print_summary(results: &Results, findings: &[Finding], index: &Path) -> Result<(), Failure> {
     let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
-    for layout in
-        folder::layouts(&results.experiment, &results.measures, &results.analyses, &results.manifest)
-    {
+    for layout in results.layouts().map_err(|e| Failure::Io(e.to_string()))? {
         text.push_str(&render::plain(&layout));
         text.push('\n');
     }

@@ -64,7 +64,12 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
     let mut given: BTreeMap<String, Given> = BTreeMap::new();
     let mine =
         |s: &&CellScore| s.tracker == spot.tracker && s.method == spot.method && s.params == spot.params;
-    for score in scores.iter().filter(mine) {
+    let attributes = &results.manifest.suite.attributes;
+    let concerned = |sequence: &str| {
+        let own = attributes.get(sequence);
+        spot.attribute.as_ref().is_none_or(|a| own.is_some_and(|own| own.contains(a)))
+    };
+    for score in scores.iter().filter(mine).filter(|s| concerned(&s.sequence)) {
         let part = given.entry(score.sequence.clone()).or_default();
         part.runs += 1;
         part.counts = [part.counts, score.counts].into_iter().sum();
@@ -80,8 +85,11 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
         .measures
         .iter()
         .find(|m| m.tracker == spot.tracker && m.method == spot.method && m.params == spot.params);
-    let value = measure.and_then(|m| m.value(spot.metric));
     let all: Vec<&Given> = given.values().collect();
+    let value = match spot.attribute {
+        None => measure.and_then(|m| m.value(spot.metric)),
+        Some(_) => pooled(&all, spot.metric),
+    };
     let part = |(k, (sequence, part)): (usize, (&String, &Given))| {
         let others: Vec<&Given> = all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, g)| *g).collect();
         let without = pooled(&others, spot.metric);
@@ -106,7 +114,7 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
         b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
     });
     let failed = results.manifest.cells_failed.iter();
-    let failed = failed.filter(|c| c.tracker == spot.tracker && c.method == label);
+    let failed = failed.filter(|c| c.tracker == spot.tracker && c.method == label && concerned(&c.sequence));
     let counts = all.iter().map(|g| g.counts).sum();
     Ok(Explained {
         spot: spot.clone(),

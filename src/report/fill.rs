@@ -55,8 +55,7 @@ fn view(verdict: &claim::Verdict) -> Verdict {
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteError> {
-    let layouts =
-        folder::layouts(&results.experiment, &results.measures, &results.analyses, &results.manifest);
+    let layouts = results.layouts()?;
     stays_here(&results.folder.join("tables"))?;
     folder::write_tables(&results.folder, &results.experiment, &layouts)?;
     let mut page = frame(results);

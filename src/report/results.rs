@@ -11,8 +11,9 @@ use crate::engine::supervise::catch;
 use crate::region::{Rect, Region};
 use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};
-use crate::table::folder::{ANALYSES, FolderError, OWN_SUITES};
+use crate::table::folder::{self, ANALYSES, FolderError, OWN_SUITES};
 use crate::table::frame;
+use crate::table::layout::Layout;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
 use crate::table::measures::Measure;
 use crate::table::quality;
@@ -106,6 +107,15 @@ impl Results {
             Vec::new()
         };
         Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures, analyses })
+    }
+
+    /// The experiment's tables.
+    ///
+    /// # Errors
+    /// When a table needs the counts of every cell and they cannot be read.
+    pub fn layouts(&self) -> Result<Vec<Layout>, ResultsError> {
+        let scores = if folder::needs_scores(&self.experiment) { self.scores()? } else { Vec::new() };
+        Ok(folder::layouts(&self.experiment, &self.measures, &scores, &self.analyses, &self.manifest))
     }
 
     /// Reads the counts of every cell that has any, sequence by sequence.

@@ -174,6 +174,14 @@ impl Metric {
         }
     }
 
+    /// Whether it is made of counts alone, so that it can be had of any part of a suite.
+    pub fn is_of_counts(self) -> bool {
+        !matches!(
+            self,
+            Self::ScoreMean | Self::ScoreStd | Self::ScoreMeanStd | Self::ReverseRuns | Self::ReverseFrames
+        )
+    }
+
     /// Whether it is a count, shown without decimals.
     pub fn is_count(self) -> bool {
         matches!(

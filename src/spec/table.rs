@@ -1,9 +1,12 @@
 //! Tables, figures and published numbers as an experiment asks for them.
 
+mod panel;
+
 use super::error::{Source, SpecError};
 use super::wire;
 use crate::analysis::Names;
-use crate::score::measures::Metric;
+use crate::score::measures::{Goodness, Metric};
+use panel::read_panel;
 use toml::Spanned;
 
 /// What varies along one side of a table.
@@ -17,6 +20,8 @@ pub enum Side {
     Tracker,
     /// The values of a grid axis.
     Axis(String),
+    /// All sequences, then those with each attribute.
+    Attribute,
 }
 
 /// A table; whatever varies and is on neither side makes groups.
@@ -34,6 +39,8 @@ pub struct Table {
     pub metric: Option<Metric>,
     /// The methods shown, in the experiment's order.
     pub methods: Vec<String>,
+    /// The metric by which the methods are ranked; it has no rows and columns of its own then.
+    pub ranked: Option<Metric>,
     /// The analysis whose table it is, instead of all that.
     pub shows: Option<Made>,
     /// The column of that table to which the trackers are the columns; all columns when `None`.
@@ -171,6 +178,9 @@ impl Words {
     }
 }
 
+/// The side of a table that is the attributes of sequences.
+const ATTRIBUTE: &str = "attribute";
+
 /// Kinds of figures, as experiment files name them.
 const FIGURE_KINDS: [&str; 5] = ["strips", "sweep", "curve", "chart", "machine"];
 
@@ -213,6 +223,7 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
     }
     if let Some(shows) = &wire.shows {
         let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
+        let span = span.or(wire.rank.as_ref().map(Spanned::span));
         if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
             let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
             return Err(source.error(span, message));
@@ -225,6 +236,7 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
             columns: Side::Tracker,
             metric: None,
             methods: Vec::new(),
+            ranked: None,
             shows: Some(made),
             column: wire.column.as_ref().map(|c| c.get_ref().clone()),
         });
@@ -232,19 +244,25 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
     if let Some(column) = &wire.column {
         return Err(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
     }
+    if let Some(rank) = &wire.rank {
+        return read_leaderboard(source, wire, rank, words);
+    }
     let (Some(wire_rows), Some(wire_columns)) = (&wire.rows, &wire.columns) else {
-        return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, or `shows`"));
+        return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, `rank` or `shows`"));
     };
     let rows = match wire_rows.get_ref().as_slice() {
         [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
         [one] if words.axes.contains(one) => Side::Axis(one.clone()),
+        [one] if one == ATTRIBUTE => Side::Attribute,
         list => {
             let mut metrics = Vec::new();
             for word in list {
                 let axes = words.axes.iter().map(String::as_str);
-                let known: Vec<&str> = Metric::names().map(|n| -> &str { n }).chain(axes).collect();
-                let metric = Metric::from_name(word)
-                    .ok_or_else(|| source.unknown(wire_rows.span(), "metric or grid axis", word, known))?;
+                let known: Vec<&str> =
+                    Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes).collect();
+                let metric = Metric::from_name(word).ok_or_else(|| {
+                    source.unknown(wire_rows.span(), "metric, attribute or grid axis", word, known)
+                })?;
                 metrics.push(metric);
             }
             Side::Metrics(metrics)
@@ -254,8 +272,10 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         "method" => Side::Method,
         "tracker" => Side::Tracker,
         word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
+        ATTRIBUTE => Side::Attribute,
         word => {
-            let known = ["method", "tracker"].into_iter().chain(words.axes.iter().map(String::as_str));
+            let known =
+                ["method", "tracker", ATTRIBUTE].into_iter().chain(words.axes.iter().map(String::as_str));
             return Err(source.unknown(wire_columns.span(), "column", word, known));
         }
     };
@@ -268,6 +288,14 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         }
         (_, shown) => Some(shown.unwrap_or(Metric::FScore)),
     };
+    let attribute = [&rows, &columns].contains(&&Side::Attribute);
+    let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { shown.as_slice() };
+    if let Some(m) = metrics.iter().find(|m| attribute && !m.is_of_counts()) {
+        let message =
+            format!("`{}` is not known attribute by attribute, only what is made of counts is", m.name());
+        let span = wire.metric.as_ref().map_or(wire_rows.span(), Spanned::span);
+        return Err(source.error(span, message));
+    }
     if rows == columns {
         return Err(source.error(wire_columns.span(), "rows and columns are the same"));
     }
@@ -279,6 +307,38 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         columns,
         metric: shown,
         methods,
+        ranked: None,
+        shows: None,
+        column: None,
+    })
+}
+
+/// A table of methods in order of a metric.
+fn read_leaderboard(
+    source: Source<'_>,
+    wire: &wire::Table,
+    rank: &Spanned<String>,
+    words: &Words,
+) -> Result<Table, SpecError> {
+    let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
+    if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
+        let message = "a table with a `rank` has no rows, columns or metric of its own";
+        return Err(source.error(span, message));
+    }
+    let metric = metric(source, rank)?;
+    if metric.goodness() == Goodness::Neither || !metric.is_of_counts() {
+        let message =
+            format!("`{}` ranks nothing: it is no measure of counts with a better end", metric.name());
+        return Err(source.error(rank.span(), message));
+    }
+    Ok(Table {
+        name: wire.name.get_ref().clone(),
+        caption: wire.caption.clone(),
+        rows: Side::Metrics(Vec::new()),
+        columns: Side::Tracker,
+        metric: None,
+        methods: read_methods(source, wire.methods.as_deref(), words)?,
+        ranked: Some(metric),
         shows: None,
         column: None,
     })
@@ -368,45 +428,6 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
     Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind })
 }
 
-fn read_panel(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Result<Panel, SpecError> {
-    let text = word.get_ref().as_str();
-    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
-    let method = |name: &str| {
-        if !words.methods.iter().any(|m| m == name) {
-            return Err(source.unknown(
-                word.span(),
-                "method",
-                name,
-                words.methods.iter().map(String::as_str),
-            ));
-        }
-        if !words.drawn.iter().any(|m| m == name) {
-            let message = format!("`{name}` has a grid; only methods without one can be drawn over frames");
-            return Err(source.error(word.span(), message));
-        }
-        Ok(name.to_string())
-    };
-    let signal = |name: &str| {
-        let name = method(name)?;
-        if words.with_signal.contains(&name) {
-            return Ok(name);
-        }
-        Err(source.error(word.span(), format!("`{name}` reads no signal that could be drawn")))
-    };
-    match kind {
-        "error" if rest.is_empty() => Ok(Panel::Error),
-        "signal" => Ok(Panel::Signal(signal(rest)?)),
-        "forecast" => Ok(Panel::Forecast(signal(rest)?)),
-        "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        "labels" => Ok(Panel::Labels(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        "condition" => Ok(Panel::Condition(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        _ => {
-            let known = ["error", "signal", "forecast", "score", "labels", "condition"];
-            Err(source.unknown(word.span(), "panel", kind, known))
-        }
-    }
-}
-
 /// Checks a `[[published]]` against the table it belongs to.
 pub fn read_published(
     source: Source<'_>,
@@ -418,6 +439,11 @@ pub fn read_published(
         let known: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
         return Err(source.unknown(wire.table.span(), "table", name, known));
     };
+    if table.ranked.is_some() {
+        return Err(
+            source.error(wire.table.span(), "a table with a `rank` has no published numbers beside it")
+        );
+    }
     if table.shows.is_none()
         && let Side::Metrics(metrics) = &table.rows
         && !metrics.iter().any(|m| m.name() == wire.row.get_ref())

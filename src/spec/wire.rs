@@ -163,10 +163,10 @@ pub struct Table {
     pub name: Spanned<String>,
     /// Text above the table.
     pub caption: Option<String>,
-    /// Metrics, or one grid axis.
+    /// Metrics, one grid axis, or `attribute`.
     #[schemars(with = "Option<Vec<String>>")]
     pub rows: Option<Spanned<Vec<String>>>,
-    /// `method`, `tracker`, `metric` or a grid axis.
+    /// `method`, `tracker`, `attribute` or a grid axis.
     #[schemars(with = "Option<String>")]
     pub columns: Option<Spanned<String>>,
     /// Instead of rows and columns: a table that an analysis makes, as `ANALYSIS.TABLE`.
@@ -175,6 +175,9 @@ pub struct Table {
     /// With `shows`: only this column of it, with a column for each tracker.
     #[schemars(with = "Option<String>")]
     pub column: Option<Spanned<String>>,
+    /// Instead of rows and columns: the methods in order of this metric, with how sure their ranks are.
+    #[schemars(with = "Option<String>")]
+    pub rank: Option<Spanned<String>>,
     /// The metric shown when neither rows nor columns are metrics.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,

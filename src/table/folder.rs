@@ -4,14 +4,15 @@ use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
 use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
-use super::{latex, macros, number, quality, records, render};
+use super::records::CellScore;
+use super::{latex, leaderboard, macros, number, quality, records, render};
 use crate::dataset::lock;
 use crate::engine::analyse::Analysed;
 use crate::engine::run::Outcome;
 use crate::engine::store::{self, StoreError};
-use crate::spec::table::Table;
+use crate::spec::table::{Side, Table};
 use crate::spec::{Experiment, Tracker};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A results folder that could not be written or read.
@@ -128,19 +129,51 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     note
 }
 
-/// The experiment's tables.
+/// Whether a table needs more than what is pooled over all sequences: the counts of every cell.
+pub fn needs_scores(experiment: &Experiment) -> bool {
+    experiment.tables.iter().any(|t| t.ranked.is_some() || by_attribute(t))
+}
+
+fn by_attribute(table: &Table) -> bool {
+    [&table.rows, &table.columns].contains(&&Side::Attribute)
+}
+
+/// The experiment's tables; `scores` may be empty where no table [needs](needs_scores) them.
 pub fn layouts(
     experiment: &Experiment,
     pooled: &[Measure],
+    scores: &[CellScore],
     analyses: &[Analysed],
     manifest: &Manifest,
 ) -> Vec<Layout> {
     let note = data_note(experiment, manifest);
+    let attributes = &manifest.suite.attributes;
+    let all = [pooled, &measures::by_attribute(scores, attributes)].concat();
     let layout = |t: &Table| match &t.shows {
         Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
+        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, pooled, scores, &note),
+        None if by_attribute(t) => {
+            let mut layout = layout::layout(experiment, t, &all, &note);
+            layout.caption.push_str(&attributes_note(attributes));
+            layout
+        }
         None => layout::layout(experiment, t, pooled, &note),
     };
     experiment.tables.iter().map(layout).collect()
+}
+
+/// How many targets have each attribute.
+fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
+    let mut targets: BTreeMap<&str, usize> = BTreeMap::new();
+    for list in attributes.values() {
+        let different: BTreeSet<&str> = list.iter().map(String::as_str).collect();
+        different.into_iter().for_each(|attribute| *targets.entry(attribute).or_default() += 1);
+    }
+    let told: Vec<String> = targets.iter().map(|(attribute, n)| format!("{attribute} {n}")).collect();
+    if told.is_empty() {
+        return " No attributes are known here.".to_string();
+    }
+    format!(" Targets: {}.", told.join(", "))
 }
 
 /// Writes the tables into `tables`, each as CSV, Parquet, Markdown and LaTeX, and a command for every number of

@@ -87,7 +87,7 @@ pub fn lookup(
     axes: &[(String, f64)],
     metric: Metric,
 ) -> Option<f64> {
-    find(measures, tracker, method, axes)?.value(metric)
+    find(measures, tracker, method, axes, None)?.value(metric)
 }
 
 /// Whether a method is an anchor: a detector that looks at no signal.
@@ -142,7 +142,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         let group = make_group(&context, &[], label, Some(tracker), &place);
         groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
     }
-    let failed: usize = measures.iter().map(|m| m.failed).sum();
+    let failed: usize = measures.iter().filter(|m| m.attribute.is_none()).map(|m| m.failed).sum();
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
@@ -154,6 +154,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
     let corner = match &table.rows {
         Side::Axis(axis) => axis.clone(),
+        Side::Attribute => "attribute".to_string(),
         _ => "metric".to_string(),
     };
     Layout {
@@ -169,7 +170,9 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
 /// Events of a tracker (the only one when `None`) that the table's methods see; all see the same ones unless
 /// their protocols differ.
 fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
-    let mine = |m: &&Measure| tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method);
+    let mine = |m: &&Measure| {
+        m.attribute.is_none() && tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method)
+    };
     let m = measures.iter().find(|m| mine(m) && m.done > 0)?;
     Some(m.pooled.counts.tp + m.pooled.counts.fn_)
 }
@@ -226,14 +229,19 @@ fn make_group(
                 let at = merge(&[place, row, column]);
                 let tracker = at.tracker.as_deref().or(experiment.trackers.first().map(|t| t.label.as_str()));
                 let method = at.method.as_deref().or(experiment.methods.first().map(|m| m.name.as_str()));
-                let measure = tracker.zip(method).and_then(|(t, m)| find(measures, t, m, &at.axes));
+                let attribute = at.attribute.as_deref();
+                let of = |(t, m): (&str, &str)| find(measures, t, m, &at.axes, attribute);
+                let measure = tracker.zip(method).and_then(of);
                 make_cell(measure, metric, style, printed(column_label))
             })
             .collect();
-        mark_best(&mut cells, metric.goodness(), |k| {
-            let name = columns[k].1.method.as_deref();
-            name.is_some_and(|m| is_anchor(experiment, m))
-        });
+        // Parts of a suite do not compete.
+        if columns.iter().all(|c| c.1.attribute.is_none()) {
+            mark_best(&mut cells, metric.goodness(), |k| {
+                let name = columns[k].1.method.as_deref();
+                name.is_some_and(|m| is_anchor(experiment, m))
+            });
+        }
         Row { label: row_label.clone(), goodness: metric.goodness(), cells }
     });
     Group {

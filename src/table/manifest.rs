@@ -70,6 +70,9 @@ pub struct SuiteRecord {
     pub present: Vec<(String, usize)>,
     /// Names of those that were not.
     pub missing: Vec<String>,
+    /// Attributes of those that were, by name; results of earlier programs have none.
+    #[serde(default)]
+    pub attributes: BTreeMap<String, Vec<String>>,
 }
 
 /// A tracker with its parameters.
@@ -175,6 +178,11 @@ impl Manifest {
                 wanted: outcome.wanted,
                 present: outcome.sequences.iter().map(|s| (s.name.clone(), s.len())).collect(),
                 missing: outcome.missing.iter().map(|m| m.name.clone()).collect(),
+                attributes: outcome
+                    .sequences
+                    .iter()
+                    .map(|s| (s.name.clone(), s.attributes.clone()))
+                    .collect(),
             },
             digests: outcome.digests.clone(),
             trackers: experiment

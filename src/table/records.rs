@@ -252,6 +252,7 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
             tracker: trackers[i].clone(),
             method: methods[i].clone(),
             params: params[i].clone(),
+            attribute: None,
             pooled: Pooled {
                 counts,
                 score: real(12)?.zip(real(13)?),

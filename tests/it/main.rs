@@ -20,5 +20,6 @@ mod server;
 #[cfg(unix)]
 mod slurm;
 mod synthetic;
+mod tables;
 mod tools;
 mod track_quality;

@@ -1,6 +1,7 @@
 //! Where the numbers of a table come from: tracker, method, grid point and metric of every cell.
 
 use super::super::measures::Measure;
+use super::super::records::method_label;
 use crate::score::measures::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Side, Table};
@@ -18,6 +19,8 @@ pub struct Spot {
     pub method: String,
     /// Grid point as in `scores.csv`, empty without a grid.
     pub params: String,
+    /// The attribute of the sequences it is about; all of them when `None`.
+    pub attribute: Option<String>,
     /// What it shows of them.
     pub metric: Metric,
 }
@@ -25,6 +28,10 @@ pub struct Spot {
 /// The cells of a table that have numbers behind them, group by group, row by row; none for a table of an
 /// analysis.
 pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<Spot> {
+    if let Some(metric) = table.ranked {
+        let shown = measures.iter().filter(|m| m.attribute.is_none() && table.methods.contains(&m.method));
+        return shown.map(|m| ranked(m, metric)).collect();
+    }
     let (rows, columns) =
         (steps(&table.rows, table, experiment, measures), steps(&table.columns, table, experiment, measures));
     let mut spots = Vec::new();
@@ -33,13 +40,15 @@ pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Ve
             for (column, of_column) in &columns {
                 let at = merge(&[&group, of_row, of_column]);
                 let (Some(tracker), Some(method)) = (&at.tracker, &at.method) else { continue };
-                let Some(measure) = find(measures, tracker, method, &at.axes) else { continue };
+                let attribute = at.attribute.as_deref();
+                let Some(measure) = find(measures, tracker, method, &at.axes, attribute) else { continue };
                 spots.push(Spot {
                     row: row.clone(),
                     column: column.clone(),
                     tracker: tracker.clone(),
                     method: method.clone(),
                     params: measure.params.clone(),
+                    attribute: at.attribute.clone(),
                     metric: at.metric.or(table.metric).unwrap_or(Metric::FScore),
                 });
             }
@@ -48,12 +57,29 @@ pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Ve
     spots
 }
 
+/// The only cell of a method's row in a table of ranks that is a measure.
+fn ranked(measure: &Measure, metric: Metric) -> Spot {
+    Spot {
+        row: method_label(&measure.method, &measure.params),
+        column: metric.name().to_string(),
+        tracker: measure.tracker.clone(),
+        method: measure.method.clone(),
+        params: measure.params.clone(),
+        attribute: None,
+        metric,
+    }
+}
+
+/// The step along the attributes that is all sequences.
+const ALL: &str = "all";
+
 /// A place in the space of all pooled numbers.
 #[derive(Clone, Default)]
 pub(super) struct Place {
     pub(super) tracker: Option<String>,
     pub(super) method: Option<String>,
     pub(super) metric: Option<Metric>,
+    pub(super) attribute: Option<String>,
     pub(super) axes: Vec<(String, f64)>,
 }
 
@@ -82,6 +108,13 @@ pub(super) fn steps(
             })
             .map(|t| (t.label.clone(), Place { tracker: Some(t.label.clone()), ..Place::default() }))
             .collect(),
+        Side::Attribute => {
+            let mut known: Vec<&str> = measures.iter().filter_map(|m| m.attribute.as_deref()).collect();
+            known.sort_unstable();
+            known.dedup();
+            let of = |a: &str| (a.to_string(), Place { attribute: Some(a.to_string()), ..Place::default() });
+            std::iter::once((ALL.to_string(), Place::default())).chain(known.into_iter().map(of)).collect()
+        }
         Side::Axis(axis) => axis_values(axis, measures)
             .into_iter()
             .map(|v| (v.to_string(), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
@@ -102,6 +135,7 @@ pub(super) fn merge(places: &[&Place]) -> Place {
         all.tracker = p.tracker.clone().or(all.tracker);
         all.method = p.method.clone().or(all.method);
         all.metric = p.metric.or(all.metric);
+        all.attribute = p.attribute.clone().or(all.attribute);
         all.axes.extend(p.axes.iter().cloned());
         all
     })
@@ -113,9 +147,11 @@ pub(super) fn find<'a>(
     tracker: &str,
     method: &str,
     axes: &[(String, f64)],
+    attribute: Option<&str>,
 ) -> Option<&'a Measure> {
     measures.iter().find(|m| {
         m.tracker == tracker
+            && m.attribute.as_deref() == attribute
             && m.method == method
             && m.point().iter().all(|(axis, v)| axes.iter().any(|(a, w)| a == axis && w == v))
     })

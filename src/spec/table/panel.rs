@@ -1,0 +1,49 @@
+//! Panels of strip figures: `score:DTEF+RAW`.
+
+use super::{Panel, Words};
+use crate::spec::error::{Source, SpecError};
+use toml::Spanned;
+
+/// Checks a panel of a figure.
+pub(super) fn read_panel(
+    source: Source<'_>,
+    word: &Spanned<String>,
+    words: &Words,
+) -> Result<Panel, SpecError> {
+    let text = word.get_ref().as_str();
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let method = |name: &str| {
+        if !words.methods.iter().any(|m| m == name) {
+            return Err(source.unknown(
+                word.span(),
+                "method",
+                name,
+                words.methods.iter().map(String::as_str),
+            ));
+        }
+        if !words.drawn.iter().any(|m| m == name) {
+            let message = format!("`{name}` has a grid; only methods without one can be drawn over frames");
+            return Err(source.error(word.span(), message));
+        }
+        Ok(name.to_string())
+    };
+    let signal = |name: &str| {
+        let name = method(name)?;
+        if words.with_signal.contains(&name) {
+            return Ok(name);
+        }
+        Err(source.error(word.span(), format!("`{name}` reads no signal that could be drawn")))
+    };
+    match kind {
+        "error" if rest.is_empty() => Ok(Panel::Error),
+        "signal" => Ok(Panel::Signal(signal(rest)?)),
+        "forecast" => Ok(Panel::Forecast(signal(rest)?)),
+        "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        "labels" => Ok(Panel::Labels(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        "condition" => Ok(Panel::Condition(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        _ => {
+            let known = ["error", "signal", "forecast", "score", "labels", "condition"];
+            Err(source.unknown(word.span(), "panel", kind, known))
+        }
+    }
+}

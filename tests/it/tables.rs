@@ -1,0 +1,112 @@
+//! Tables by attribute and tables of ranks, against the scores beside them.
+
+use crate::tools::trackfail;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const SPEC: &str = r#"schema = 1
+name = "small"
+title = "t"
+protocol = "khalid2016/1"
+[suites]
+test = "synthetic-otb"
+[[tracker]]
+name = "still"
+[[method]]
+name = "often"
+detector = { kind = "periodic", period = 10 }
+[[method]]
+name = "level"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", below = 0.9 }
+[[method]]
+name = "strict"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", below = 0.3 }
+[[table]]
+name = "parts"
+rows = ["attribute"]
+columns = "method"
+metric = "recall"
+[[table]]
+name = "turned"
+rows = ["tp", "events"]
+columns = "attribute"
+methods = ["level"]
+[[table]]
+name = "board"
+rank = "recall"
+"#;
+
+fn run(root: &Path, spec: &str) -> (i32, String) {
+    std::fs::write(root.join("a.toml"), spec).unwrap();
+    let output = trackfail().current_dir(root).args(["run", "a.toml", "-q"]).output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// Row and column of a table in CSV -> our number.
+fn table(root: &Path, name: &str) -> BTreeMap<(String, String), f64> {
+    let text = std::fs::read_to_string(root.join(format!("results/small/tables/{name}.csv"))).unwrap();
+    let fields = text.lines().skip(1).map(|l| l.split(',').map(String::from).collect::<Vec<_>>());
+    fields.filter_map(|f| Some(((f[2].clone(), f[3].clone()), f[4].parse().ok()?))).collect()
+}
+
+#[test]
+fn parts_are_pooled_and_ranks_follow_the_measure() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let (code, stderr) = run(root, SPEC);
+    assert_eq!(code, 0, "{stderr}");
+    let manifest = std::fs::read_to_string(root.join("results/small/manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    let attributes = manifest["suite"]["attributes"].as_object().unwrap();
+    let scores = std::fs::read_to_string(root.join("results/small/scores.csv")).unwrap();
+    // TP and FN of a method on the sequences with an attribute, or on all.
+    let counted = |method: &str, attribute: &str| {
+        let has = |sequence: &str| {
+            attribute == "all"
+                || attributes[sequence].as_array().unwrap().iter().any(|a| a.as_str() == Some(attribute))
+        };
+        let rows = scores.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
+        let mine = rows.filter(|f| f[1] != "*" && f[4] == method && has(f[1]));
+        mine.fold((0.0, 0.0), |(tp, fn_), f| {
+            (tp + f[6].parse::<f64>().unwrap(), fn_ + f[8].parse::<f64>().unwrap())
+        })
+    };
+    let (parts, turned, board) = (table(root, "parts"), table(root, "turned"), table(root, "board"));
+    assert!(parts.len() > 6 && parts.contains_key(&("occlusion".to_string(), "level".to_string())));
+    for ((attribute, method), value) in &parts {
+        let (tp, fn_) = counted(method, attribute);
+        assert_eq!(*value, tp / (tp + fn_), "{attribute} {method}");
+    }
+    for ((row, attribute), value) in &turned {
+        let (tp, fn_) = counted("level", attribute);
+        assert_eq!(*value, if row == "tp" { tp } else { tp + fn_ }, "{attribute} {row}");
+    }
+    let of = |method: &str, column: &str| board.get(&(method.to_string(), column.to_string())).copied();
+    for (method, other) in [("level", "strict"), ("strict", "level")] {
+        let (tp, fn_) = counted(method, "all");
+        assert_eq!(of(method, "recall"), Some(tp / (tp + fn_)));
+        let behind = of(other, "recall") > of(method, "recall");
+        assert_eq!(of(method, "rank"), Some(if behind { 2.0 } else { 1.0 }));
+        assert!((0.0..=1.0).contains(&of(method, "first").unwrap()));
+    }
+    // The anchor has a value, and no rank.
+    assert!(of("often", "recall").is_some() && of("often", "rank").is_none());
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    for (from, to, what) in [
+        ("metric = \"recall\"", "metric = \"score_mean\"", "not known attribute by attribute"),
+        ("rank = \"recall\"", "rank = \"events\"", "`events` ranks nothing"),
+        ("rank = \"recall\"", "rank = \"recal\"", "did you mean `recall`?"),
+        ("rank = \"recall\"", "rank = \"recall\"\nrows = [\"tp\"]", "no rows, columns or metric of its own"),
+        ("name = \"board\"", "name = \"macros\"", "the file with the numbers of all tables"),
+        ("columns = \"attribute\"", "columns = \"attribut\"", "did you mean `attribute`?"),
+    ] {
+        let (code, stderr) = run(root.path(), &SPEC.replace(from, to));
+        assert!(code == 2 && stderr.contains(what), "{to}: {code} {stderr}");
+    }
+}
