@@ -1,5 +1,5 @@
 //! Numerics without files: seeds, filters, time series models, distributions and their fits,
-//! particles.
+//! particles, comparisons of methods.
 
 pub mod accumulation;
 pub mod arma;
@@ -11,6 +11,8 @@ pub mod kolmogorov;
 pub mod lasso;
 pub mod paired;
 pub mod particles;
+pub mod pooled;
+pub mod ranks;
 pub mod seed;
 pub mod special;
 

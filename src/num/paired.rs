@@ -38,12 +38,14 @@ pub fn bootstrap_interval(differences: &[f64], level: f64, samples: usize, seed:
     let draw = |_| (0..n).map(|_| differences[rng.random_range(0..n)]).sum::<f64>() / n as f64;
     let mut means: Vec<f64> = (0..samples).map(draw).collect();
     means.sort_by(f64::total_cmp);
-    let at = |q: f64| {
-        let place = q * (samples - 1) as f64;
-        let (low, part) = (place.floor() as usize, place.fract());
-        means[low] + part * (means[(low + 1).min(samples - 1)] - means[low])
-    };
-    Some((at((1.0 - level) / 2.0), at((1.0 + level) / 2.0)))
+    Some((quantile(&means, (1.0 - level) / 2.0), quantile(&means, (1.0 + level) / 2.0)))
+}
+
+/// The quantile `q` in [0, 1] of ascending values, at least one, linear between them.
+pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let place = q * (sorted.len() - 1) as f64;
+    let (low, part) = (place.floor() as usize, place.fract());
+    sorted[low] + part * (sorted[(low + 1).min(sorted.len() - 1)] - sorted[low])
 }
 
 /// Ranks from 1 of the sizes of non-zero differences, ties sharing their mean, with the differences' signs.
