@@ -314,7 +314,7 @@ fn train(
             Ok((protocol.score)(&t.error, &verdict.alarm, &verdict.changes()).counts)
         };
         let counts: Counts = tracks.iter().map(count).sum::<Result<_, String>>()?;
-        Ok(Pooled { counts, ..Pooled::default() }.value(maximise))
+        Ok(Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() }.value(maximise))
     };
     let work = move |watch: &Watch, out: &[Option<String>]| {
         let mut measures = Vec::with_capacity(candidates.len());

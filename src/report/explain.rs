@@ -6,8 +6,8 @@
 
 use super::results::{Results, ResultsError};
 use super::trace;
-use crate::score::Protocol;
-use crate::score::measures::{Counts, Metric, Pooled, normalised_mean_std};
+use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
+use crate::score::{Protocol, TrackScore};
 use crate::table::layout::Spot;
 use crate::table::records::{CellScore, method_label};
 use std::collections::BTreeMap;
@@ -53,6 +53,7 @@ struct Given {
     runs: usize,
     counts: Counts,
     scores: Vec<Vec<f64>>,
+    delays: Vec<i64>,
 }
 
 /// Explains one number; `scores` are those of [`Results::scores`].
@@ -74,9 +75,12 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
         part.runs += 1;
         part.counts = [part.counts, score.counts].into_iter().sum();
     }
-    if matches!(spot.metric, Metric::ScoreMean | Metric::ScoreStd | Metric::ScoreMeanStd) {
+    let protocol = results.experiment.protocol_of(&spot.method);
+    let of_frames = [Metric::ScoreMean, Metric::ScoreStd, Metric::ScoreMeanStd, Metric::DelayMedian];
+    if of_frames.contains(&spot.metric) {
         for track in trace::read(results, &spot.tracker, &label, None)? {
             if let Some(part) = given.get_mut(&track.sequence) {
+                part.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
                 part.scores.push(track.score);
             }
         }
@@ -88,16 +92,16 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
     let all: Vec<&Given> = given.values().collect();
     let value = match spot.attribute {
         None => measure.and_then(|m| m.value(spot.metric)),
-        Some(_) => pooled(&all, spot.metric),
+        Some(_) => pooled(&all, protocol, spot.metric),
     };
     let part = |(k, (sequence, part)): (usize, (&String, &Given))| {
         let others: Vec<&Given> = all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, g)| *g).collect();
-        let without = pooled(&others, spot.metric);
+        let without = pooled(&others, protocol, spot.metric);
         Part {
             sequence: sequence.clone(),
             runs: part.runs,
             counts: part.counts,
-            alone: pooled(&[part], spot.metric),
+            alone: pooled(&[part], protocol, spot.metric),
             without,
             moves: value.zip(without).map(|(all, others)| all - others),
         }
@@ -120,21 +124,22 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
         spot: spot.clone(),
         value,
         counts,
-        formula: formula(spot.metric, counts),
-        protocol: results.experiment.protocol_of(&spot.method),
+        formula: formula(spot.metric, counts, protocol),
+        protocol,
         parts,
         failed: failed.map(|c| (c.sequence.clone(), c.run, c.reason.clone())).collect(),
     })
 }
 
 /// A metric of some sequences together.
-fn pooled(given: &[&Given], metric: Metric) -> Option<f64> {
+fn pooled(given: &[&Given], protocol: Option<&Protocol>, metric: Metric) -> Option<f64> {
     if given.is_empty() || !by_sequence(metric) {
         return None;
     }
     let counts = given.iter().map(|g| g.counts).sum();
     let score = normalised_mean_std(given.iter().flat_map(|g| &g.scores));
-    Pooled { counts, score, ..Pooled::default() }.value(metric)
+    let delay = median_delay(given.iter().flat_map(|g| g.delays.iter().copied()).collect());
+    Pooled { counts, score, delay, chance: protocol.map(|p| p.chance), ..Pooled::default() }.value(metric)
 }
 
 /// Whether results have what a metric is made of sequence by sequence.
@@ -143,7 +148,7 @@ fn by_sequence(metric: Metric) -> bool {
 }
 
 /// How a metric comes about, with the counts filled in.
-fn formula(metric: Metric, counts: Counts) -> String {
+fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> String {
     let Counts { tp, fp, fn_, tn } = counts;
     match metric {
         Metric::Precision => format!("TP / (TP + FP) = {tp} / ({tp} + {fp})"),
@@ -155,6 +160,23 @@ fn formula(metric: Metric, counts: Counts) -> String {
         }
         Metric::Informedness => {
             format!("TP / (TP + FN) - FP / (FP + TN) = {tp} / ({tp} + {fn_}) - {fp} / ({fp} + {tn})")
+        }
+        Metric::FOverChance => {
+            let by_chance = protocol.map_or(f64::NAN, |p| p.chance.true_positives(&counts));
+            let both = 2 * tp + fp + fn_;
+            format!(
+                "(F - F0) / (1 - F0); F = {} / {both}; F0 = 2 * {by_chance:.2} / {both}, with the true positives \
+                 expected of {} detections at random",
+                2 * tp,
+                tp + fp
+            )
+        }
+        Metric::MissRate => format!("FN / (TP + FN) = {fn_} / ({tp} + {fn_})"),
+        Metric::FalseAlarms => {
+            format!("1000 FP / (TP + FP + FN + TN) = 1000 * {fp} / ({tp} + {fp} + {fn_} + {tn})")
+        }
+        Metric::DelayMedian => {
+            format!("median over the {tp} matched detections of their frame less that of the event")
         }
         Metric::Events => format!("TP + FN = {tp} + {fn_}"),
         Metric::Detections => format!("TP + FP = {tp} + {fp}"),
@@ -181,24 +203,26 @@ mod tests {
     fn pools_counts_and_never_ratios() {
         let given = |tp, fp, fn_| Given { counts: Counts { tp, fp, fn_, tn: 9 }, ..Given::default() };
         let (a, b) = (given(2, 1, 0), given(0, 1, 2));
-        assert_eq!(pooled(&[&a, &b], Metric::FScore), Some(0.5));
-        assert_eq!(pooled(&[&a], Metric::FScore), Some(0.8));
-        assert_eq!(pooled(&[], Metric::FScore), None);
-        assert_eq!(pooled(&[&a], Metric::ReverseRuns), None);
+        assert_eq!(pooled(&[&a, &b], None, Metric::FScore), Some(0.5));
+        assert_eq!(pooled(&[&a], None, Metric::FScore), Some(0.8));
+        assert_eq!(pooled(&[], None, Metric::FScore), None);
+        assert_eq!(pooled(&[&a], None, Metric::ReverseRuns), None);
     }
 
     #[test]
     fn every_formula_gives_the_number() {
         let counts = Counts { tp: 3, fp: 4, fn_: 5, tn: 60 };
         let pooled = Pooled { counts, ..Pooled::default() };
-        assert_eq!(formula(Metric::FScore, counts), "2 TP / (2 TP + FP + FN) = 6 / (6 + 4 + 5)");
+        assert_eq!(formula(Metric::FScore, counts, None), "2 TP / (2 TP + FP + FN) = 6 / (6 + 4 + 5)");
         assert_eq!(pooled.value(Metric::FScore), Some(6.0 / 15.0));
-        assert_eq!(formula(Metric::Fpr, counts), "FP / (FP + TN) = 4 / (4 + 60)");
+        assert_eq!(formula(Metric::Fpr, counts, None), "FP / (FP + TN) = 4 / (4 + 60)");
         assert_eq!(pooled.value(Metric::Fpr), Some(4.0 / 64.0));
         // Every metric with a direction says how it is made.
         let metrics = Metric::names().filter_map(Metric::from_name);
         assert!(
-            metrics.filter(|m| m.goodness() != Goodness::Neither).all(|m| !formula(m, counts).is_empty())
+            metrics
+                .filter(|m| m.goodness() != Goodness::Neither)
+                .all(|m| !formula(m, counts, None).is_empty())
         );
     }
 }

@@ -1,5 +1,6 @@
 //! The figures an experiment asks for, from its results.
 
+use super::delays;
 use super::results::{Results, ResultsError, TrackSeries};
 use super::stills;
 use crate::analysis::Chart;
@@ -95,6 +96,9 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
         FigureKind::Sweep { metric, x, methods } => {
             let nothing = format!("{} has no value for any {x}", metric.name());
             lines(sweep(results, &note, *metric, x, methods), nothing)?
+        }
+        FigureKind::Delay { methods } => {
+            lines(delays::delays(results, &note, methods)?, "no method has an event to find".to_string())?
         }
         FigureKind::Curve { y, x, methods } => {
             let nothing = format!("{} and {} have no value", y.name(), x.name());
@@ -336,7 +340,7 @@ fn machine() -> States {
 }
 
 /// Curves by name on linear axes, the vertical one from 0.
-fn plain(note: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Curves {
+pub(super) fn plain(note: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Curves {
     let curve = |(i, (name, points))| Curve { name, points, style: Style::nth(i) };
     Curves {
         title: String::new(),

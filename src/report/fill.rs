@@ -3,8 +3,10 @@
 use super::claims::{self, Finding, Tested};
 use super::figures::{self, DrawError};
 use super::results::{Results, ResultsError};
+use super::uncertainty::{self, Uncertainty};
 use super::{ClaimView, FailedCell, FigureView, Page, ReportError, Verdict, markdown, render};
 use crate::engine::store::{self, StoreError};
+use crate::figure::Ranks;
 use crate::spec::claim;
 use crate::spec::table::Figure;
 use crate::table::folder::{self, FolderError};
@@ -55,7 +57,9 @@ fn view(verdict: &claim::Verdict) -> Verdict {
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteError> {
-    let layouts = results.layouts()?;
+    let mut layouts = results.layouts()?;
+    let Uncertainty { tables, ranks, note } = uncertainty::measure(results)?;
+    layouts.extend(tables);
     stays_here(&results.folder.join("tables"))?;
     folder::write_tables(&results.folder, &results.experiment, &layouts)?;
     let mut page = frame(results);
@@ -76,12 +80,35 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
             Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
     }
+    if let Some((ranks, caption)) = ranks {
+        page.figures.push(draw_ranks(results, folder, &ranks, caption)?);
+    }
+    page.summary.extend(note);
     let findings = claims::test(results);
     page.claims = findings.iter().map(claim_view).collect();
     page.tables = layouts;
     store::write(&folder.join(INDEX), render(&page)?.as_bytes())?;
     store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
     Ok(findings)
+}
+
+/// Draws mean ranks beside the experiment's own figures.
+fn draw_ranks(
+    results: &Results,
+    folder: &Path,
+    ranks: &Ranks,
+    caption: String,
+) -> Result<FigureView, WriteError> {
+    let mut name = "ranks".to_string();
+    while results.experiment.figures.iter().any(|f| f.name == name) {
+        name.push('_');
+    }
+    let fail = |error| DrawError::Figure { name: name.clone(), error };
+    let (svg, png) = (ranks.to_svg().map_err(fail)?, ranks.to_png().map_err(fail)?);
+    let file = |ending: &str| format!("figures/{name}.{ending}");
+    store::write(&folder.join(file("svg")), svg.as_bytes())?;
+    store::write(&folder.join(file("png")), &png)?;
+    Ok(FigureView { file: file("svg"), name, caption, svg })
 }
 
 /// Results of others are read, links and all; but nothing is written where a link of theirs leads. (Files

@@ -4,10 +4,13 @@
 //! that loads nothing and runs nothing, and [`markdown`] makes `report.md`. All texts may come from
 //! outside (names of sequences, messages of errors): both outputs show them as text.
 //!
-//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw its
-//! figures, [`pairs`] has what comparisons rest on, [`explain`](mod@explain) takes numbers apart and [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report.
+//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`], [`delays`] and [`stills`] draw
+//! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
+//! [`explain`](mod@explain) takes numbers apart and [`trace`] follows a method frame by frame,
+//! [`write`](fn@write) fills the page and writes the report.
 
 pub mod claims;
+pub mod delays;
 pub mod explain;
 pub mod figures;
 mod fill;
@@ -17,6 +20,7 @@ pub mod pairs;
 pub mod results;
 pub mod stills;
 pub mod trace;
+pub mod uncertainty;
 
 pub use fill::{INDEX, OWNED, WriteError, verdict_words, write};
 pub use html::render;

@@ -96,8 +96,11 @@ impl Results {
         }
         let experiment = spec::parse(&spec.display().to_string(), &text)?;
         let measures = read_whole(folder, &manifest, "measures.csv", LARGEST_TABLE)?;
-        let measures = records::read_measures(measures)
+        let mut measures = records::read_measures(measures)
             .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;
+        for measure in &mut measures {
+            measure.pooled.chance = experiment.protocol_of(&measure.method).map(|p| p.chance);
+        }
         // Where every analysis failed there is no file of them.
         let analyses = if manifest.files.contains_key(ANALYSES) {
             let bytes = read_whole(folder, &manifest, ANALYSES, LARGEST_TABLE)?;

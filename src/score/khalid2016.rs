@@ -12,6 +12,7 @@
 //! nor which frames can be true negatives; the counts implied by its Table 1 (FP + TN between 6474 and
 //! 6522 on 6717 frames) fit ten start-up frames left out of each sequence.
 
+use super::chance::Chance;
 use super::measures::Counts;
 use super::{Protocol, TrackScore, matching};
 
@@ -20,6 +21,7 @@ pub const PROTOCOL: Protocol = Protocol {
     name: "khalid2016/1",
     summary: "first frames of O_t = 1 against first frames of alarms, one-to-one within 5 frames",
     positives: "events",
+    chance: Chance::within(TOLERANCE),
     score,
 };
 

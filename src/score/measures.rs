@@ -4,12 +4,16 @@
 //! precision P = TP / (TP + FP)      recall R = TP / (TP + FN)      FPR = FP / (FP + TN)
 //! F = 2 TP / (2 TP + FP + FN)       the harmonic mean of P and R
 //! accuracy = (TP + TN) / (TP + FP + FN + TN)              informedness J = R - FPR
+//! miss rate = 1 - R              false alarms per 1000 frames = 1000 FP / (TP + FP + FN + TN)
 //! ```
 //!
 //! All lie in `[0, 1]` but J in `[-1, 1]`, which is 0 for labels that have nothing to do with the truth (Youden,
-//! "Index for rating diagnostic tests", Cancer 3, 1950); high is good except for FPR. A ratio whose denominator is 0 has no value
-//! (`None`), which is never written as 0. Pooled measures come from summed counts.
+//! "Index for rating diagnostic tests", Cancer 3, 1950), and false alarms; high is good except for FPR, miss rate
+//! and false alarms. F over chance is in [`super::chance`]. The delay of a detection is its frame less that of
+//! the event it matches, negative where it comes first. A ratio whose denominator is 0 has no value (`None`),
+//! which is never written as 0. Pooled measures come from summed counts.
 
+use super::chance::Chance;
 use crate::detector::track_quality::Effort;
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +71,16 @@ impl Counts {
         ratio(self.tp + self.tn, self.tp + self.fp + self.fn_ + self.tn)
     }
 
+    /// Share of events that no detection matches.
+    pub fn miss_rate(&self) -> Option<f64> {
+        ratio(self.fn_, self.tp + self.fn_)
+    }
+
+    /// False positives per 1000 frames that the protocol counts.
+    pub fn false_alarms_per_1000(&self) -> Option<f64> {
+        Some(1000.0 * ratio(self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
+    }
+
     /// Recall less false positive rate.
     pub fn informedness(&self) -> Option<f64> {
         Some(self.recall()? - self.fpr()?)
@@ -110,6 +124,14 @@ pub enum Metric {
     ReverseRuns,
     /// Frames of all runs backwards.
     ReverseFrames,
+    /// F beyond that of random detections: 0 for these, 1 for the best.
+    FOverChance,
+    /// FN / (TP + FN).
+    MissRate,
+    /// False positives per 1000 frames.
+    FalseAlarms,
+    /// Median delay of matched detections, in frames.
+    DelayMedian,
 }
 
 /// Whether large or small values of a metric are good.
@@ -125,7 +147,7 @@ pub enum Goodness {
 }
 
 impl Metric {
-    const ALL: [(Self, &'static str); 17] = [
+    const ALL: [(Self, &'static str); 21] = [
         (Self::Precision, "precision"),
         (Self::Recall, "recall"),
         (Self::FScore, "f_score"),
@@ -143,6 +165,10 @@ impl Metric {
         (Self::Informedness, "informedness"),
         (Self::ReverseRuns, "reverse_runs"),
         (Self::ReverseFrames, "reverse_frames"),
+        (Self::FOverChance, "f_over_chance"),
+        (Self::MissRate, "miss_rate"),
+        (Self::FalseAlarms, "false_alarms_per_1000"),
+        (Self::DelayMedian, "delay_median"),
     ];
 
     /// The metric of a name as experiment files use it.
@@ -168,8 +194,15 @@ impl Metric {
             | Self::FScore
             | Self::Tp
             | Self::Accuracy
-            | Self::Informedness => Goodness::Up,
-            Self::Fpr | Self::Fp | Self::Fn | Self::ReverseRuns | Self::ReverseFrames => Goodness::Down,
+            | Self::Informedness
+            | Self::FOverChance => Goodness::Up,
+            Self::Fpr
+            | Self::Fp
+            | Self::Fn
+            | Self::ReverseRuns
+            | Self::ReverseFrames
+            | Self::MissRate
+            | Self::FalseAlarms => Goodness::Down,
             _ => Goodness::Neither,
         }
     }
@@ -207,6 +240,10 @@ pub struct Pooled {
     pub score: Option<(f64, f64)>,
     /// What trackers did again.
     pub effort: Effort,
+    /// How random detections match by the method's protocol, where it is known.
+    pub chance: Option<Chance>,
+    /// Median delay of matched detections, in frames.
+    pub delay: Option<f64>,
 }
 
 impl Pooled {
@@ -230,8 +267,19 @@ impl Pooled {
             Metric::Informedness => c.informedness(),
             Metric::ReverseRuns => Some(self.effort.runs as f64),
             Metric::ReverseFrames => Some(self.effort.frames as f64),
+            Metric::FOverChance => self.chance?.f_over_chance(c),
+            Metric::MissRate => c.miss_rate(),
+            Metric::FalseAlarms => c.false_alarms_per_1000(),
+            Metric::DelayMedian => self.delay,
         }
     }
+}
+
+/// Median of delays in frames, the mean of the two in the middle of an even number; none of none.
+pub fn median_delay(mut delays: Vec<i64>) -> Option<f64> {
+    delays.sort_unstable();
+    let n = delays.len();
+    (n > 0).then(|| (delays[(n - 1) / 2] + delays[n / 2]) as f64 / 2.0)
 }
 
 /// Mean and standard deviation of scores that are min-max normalised a sequence (Khalid et al. 2016,
@@ -279,6 +327,18 @@ mod tests {
         assert_eq!(Counts::default().f_score(), None);
         assert_eq!((Counts::default().accuracy(), silent.informedness()), (None, Some(0.0)));
         assert_eq!(Counts::default().fpr(), None);
+    }
+
+    #[test]
+    fn misses_false_alarms_and_delays_by_hand() {
+        let c = Counts { tp: 3, fp: 4, fn_: 1, tn: 492 };
+        assert_eq!((c.miss_rate(), c.false_alarms_per_1000()), (Some(0.25), Some(8.0)));
+        assert_eq!((Counts::default().miss_rate(), Counts::default().false_alarms_per_1000()), (None, None));
+        assert_eq!(median_delay(vec![5, -1, 2]), Some(2.0));
+        assert_eq!(median_delay(vec![3, -4, 0, 1]), Some(0.5));
+        assert_eq!(median_delay(vec![]), None);
+        let pooled = Pooled { counts: c, delay: Some(2.0), ..Pooled::default() };
+        assert_eq!((pooled.value(Metric::DelayMedian), pooled.value(Metric::FOverChance)), (Some(2.0), None));
     }
 
     // Worked by hand: [0, 1, 2] -> 0, .5, 1 and [4, 4] has no range; mean .5, variance 1/6.

@@ -1,10 +1,11 @@
 //! Scores: labels and ground truth in, counts and measures out. Pure functions.
 //!
 //! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, [`measures`]
-//! turns counts into numbers, and each protocol is one file with the exact rules of one paper under a
+//! turns counts into numbers, [`chance`] tells what random detections would have, and each protocol is one file with the exact rules of one paper under a
 //! versioned name. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`]
 //! (VOT).
 
+pub mod chance;
 pub mod course;
 pub mod khalid2016;
 pub mod matching;
@@ -15,6 +16,7 @@ pub mod sanmiguel2015;
 pub mod segmentation;
 pub mod success;
 
+use chance::Chance;
 use measures::Counts;
 
 /// The score of one method on one track.
@@ -30,6 +32,14 @@ pub struct TrackScore {
     pub matches: Vec<(usize, usize)>,
 }
 
+impl TrackScore {
+    /// Frames from each matched event to its detection, negative where this comes first.
+    pub fn delays(&self) -> impl Iterator<Item = i64> + '_ {
+        let frames = |pair: &(usize, usize)| Some((*self.events.get(pair.0)?, *self.detections.get(pair.1)?));
+        self.matches.iter().filter_map(frames).map(|(event, detection)| detection as i64 - event as i64)
+    }
+}
+
 /// Rules that turn errors and alarms into counts, under a versioned name.
 pub struct Protocol {
     /// Name and version: `khalid2016/1`.
@@ -38,6 +48,8 @@ pub struct Protocol {
     pub summary: &'static str,
     /// What TP + FN counts, in headings of tables.
     pub positives: &'static str,
+    /// How random detections match.
+    pub chance: Chance,
     /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.
     pub score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
 }

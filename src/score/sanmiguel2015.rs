@@ -17,6 +17,7 @@
 //! first takes the best pair, not the most pairs, so the unsigned protocol can find fewer than the signed
 //! one where changes of both signs are within 10 frames, though never less than half.
 
+use super::chance::Chance;
 use super::measures::Counts;
 use super::{Protocol, TrackScore, matching};
 
@@ -25,6 +26,7 @@ pub const SIGNED: Protocol = Protocol {
     name: "sanmiguel2015/1",
     summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
     positives: "events",
+    chance: Chance { is_signed: true, ..Chance::within(TOLERANCE) },
     score: |error, _, changes| score(error, changes, &[1, -1]),
 };
 
@@ -33,6 +35,7 @@ pub const UNSIGNED: Protocol = Protocol {
     name: "sanmiguel2015-unsigned/1",
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
     positives: "events",
+    chance: Chance::within(TOLERANCE),
     score: |error, _, changes| score(error, changes, &[0]),
 };
 

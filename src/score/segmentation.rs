@@ -13,6 +13,7 @@
 //! both of which hold for that choice only. With the other one, TPR and FPR are 1 - FPR and 1 - TPR of
 //! this one, and accuracy and informedness are the same.
 
+use super::chance::Chance;
 use super::measures::Counts;
 use super::sanmiguel2015::SIGNED;
 use super::{Protocol, TrackScore};
@@ -22,6 +23,7 @@ pub const PROTOCOL: Protocol = Protocol {
     name: "sanmiguel2015-segmentation/1",
     summary: "frames said to be successfully tracked against those with e_t < 1",
     positives: "successful frames",
+    chance: Chance::within(0),
     score,
 };
 

@@ -106,6 +106,11 @@ pub enum FigureKind {
     Machine,
     /// Of an analysis.
     Chart(Made),
+    /// The share of events found by so many frames after them, a curve for each method without a grid.
+    Delay {
+        /// The methods shown, in the experiment's order.
+        methods: Vec<String>,
+    },
     /// One metric over another, a curve for each method with a grid, a point for each without.
     Curve {
         /// What the y axis shows.
@@ -182,7 +187,7 @@ impl Words {
 const ATTRIBUTE: &str = "attribute";
 
 /// Kinds of figures, as experiment files name them.
-const FIGURE_KINDS: [&str; 5] = ["strips", "sweep", "curve", "chart", "machine"];
+const FIGURE_KINDS: [&str; 6] = ["strips", "sweep", "curve", "delay", "chart", "machine"];
 
 /// Most video frames above a strip figure.
 const MOST_STILLS: usize = 12;
@@ -356,7 +361,11 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
     let keys = [
         ("metric", "sweep curve", wire.metric.as_ref().map(Spanned::span)),
         ("x", "sweep curve", wire.x.as_ref().map(Spanned::span)),
-        ("methods", "sweep curve", wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span()))),
+        (
+            "methods",
+            "sweep curve delay",
+            wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())),
+        ),
         ("tracker", "strips", wire.tracker.as_ref().map(Spanned::span)),
         ("sequences", "strips", first(&wire.sequences)),
         ("panels", "strips", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span()))),
@@ -415,6 +424,16 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
                 "sweep" => FigureKind::Sweep { metric: y, x: axis(source, x, words)?, methods },
                 _ => FigureKind::Curve { y, x: metric(source, x)?, methods },
             }
+        }
+        "delay" => {
+            let methods = read_methods(source, wire.methods.as_deref(), words)?;
+            let has_grid = |m: &&Spanned<String>| !words.drawn.contains(m.get_ref());
+            if let Some(wrong) = wire.methods.iter().flatten().find(has_grid) {
+                let message =
+                    format!("`{}` has a grid; delays are drawn of methods without one", wrong.get_ref());
+                return Err(source.error(wrong.span(), message));
+            }
+            FigureKind::Delay { methods: methods.into_iter().filter(|m| words.drawn.contains(m)).collect() }
         }
         "machine" => FigureKind::Machine,
         _ => {

@@ -3,7 +3,7 @@
 use super::records::CellScore;
 use crate::engine::run::{Cell, Outcome};
 use crate::engine::store::StoreError;
-use crate::score::measures::{Counts, Metric, Pooled, normalised_mean_std};
+use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::Hash;
 
@@ -131,7 +131,9 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
         judged.map(|(cell, judged)| outcome.verdict(cell, judged)).collect::<Result<Vec<_>, StoreError>>()?;
     let effort = cells.iter().filter_map(|c| c.result.as_ref().ok()).map(|j| j.effort).sum();
     let score = normalised_mean_std(verdicts.iter().map(|v| &v.score));
-    Ok(Pooled { counts: pool_counts(cells), score, effort })
+    let delays = cells.iter().filter_map(|c| c.result.as_ref().ok()).flat_map(|j| j.score.delays());
+    let delay = median_delay(delays.collect());
+    Ok(Pooled { counts: pool_counts(cells), score, effort, delay, ..Pooled::default() })
 }
 
 /// The counts of cells that have a result, together.

@@ -178,7 +178,7 @@ pub fn read_scores(bytes: Vec<u8>) -> Result<Vec<CellScore>, FrameError> {
 }
 
 /// Columns of `measures.csv`, besides one for each metric.
-const MEASURE_METRICS: [Metric; 14] = [
+const MEASURE_METRICS: [Metric; 15] = [
     Metric::Tp,
     Metric::Fp,
     Metric::Fn,
@@ -193,6 +193,7 @@ const MEASURE_METRICS: [Metric; 14] = [
     Metric::ScoreStd,
     Metric::ReverseRuns,
     Metric::ReverseFrames,
+    Metric::DelayMedian,
 ];
 
 /// `measures.csv`: everything pooled over sequences and runs, one row a tracker and variant.
@@ -230,7 +231,8 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
     let (trackers, methods, params) = (text("tracker")?, text("method")?, text("params")?);
     let mut numbers = Vec::new();
     for name in ["done", "failed"].into_iter().chain(MEASURE_METRICS.iter().map(|m| m.name())) {
-        let is_new = matches!(Metric::from_name(name), Some(Metric::ReverseRuns | Metric::ReverseFrames));
+        let new = [Metric::ReverseRuns, Metric::ReverseFrames, Metric::DelayMedian];
+        let is_new = Metric::from_name(name).is_some_and(|m| new.contains(&m));
         // Results of earlier programs, none of whose methods ran trackers backwards, lack these.
         numbers.push(
             text(name).or_else(|e| if is_new { Ok(vec![String::new(); trackers.len()]) } else { Err(e) })?,
@@ -257,6 +259,8 @@ pub fn read_measures(bytes: Vec<u8>) -> Result<Vec<Measure>, FrameError> {
                 counts,
                 score: real(12)?.zip(real(13)?),
                 effort: Effort { runs: count(14)?, frames: count(15)? },
+                delay: real(16)?,
+                ..Pooled::default()
             },
             done: count(0)? as usize,
             failed: count(1)? as usize,

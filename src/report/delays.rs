@@ -1,0 +1,69 @@
+//! How soon after an event it is found: the share of events that a detection matched by then.
+
+use super::figures::plain;
+use super::results::{Results, ResultsError};
+use crate::figure::{Curves, Range};
+use crate::score::TrackScore;
+use crate::score::khalid2016::TOLERANCE;
+
+/// For every delay d in frames, from the tolerance before an event to the tolerance after it, the share of all
+/// events whose matched detection came at most d frames after them; it ends at the recall of events. None
+/// without an event.
+pub fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
+    let events: usize = scores.iter().map(|s| s.events.len()).sum();
+    let delays: Vec<i64> = scores.iter().flat_map(TrackScore::delays).collect();
+    let tolerance = TOLERANCE as i64;
+    let share = |d: i64| delays.iter().filter(|delay| **delay <= d).count() as f64 / events as f64;
+    (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
+}
+
+/// One curve for each method without a grid, on every tracker that it runs on; first runs.
+///
+/// # Errors
+/// When the frames cannot be read.
+pub fn delays(results: &Results, note: &str, methods: &[String]) -> Result<Curves, ResultsError> {
+    let mut curves = Vec::new();
+    let several = results.experiment.trackers.len() > 1;
+    for tracker in &results.experiment.trackers {
+        let tracks = results.tracks(&tracker.label)?;
+        for method in methods {
+            let Some(protocol) = results.experiment.protocol_of(method) else { continue };
+            let score = |m: &super::results::TrackSeries| {
+                let said = m.method(method)?;
+                Some((protocol.score)(&m.error, &said.alarm, &said.changes))
+            };
+            let scores: Vec<TrackScore> = tracks.iter().filter_map(score).collect();
+            let name = if several { format!("{method}, {}", tracker.label) } else { method.clone() };
+            curves.extend(found_by(&scores).map(|points| (name, points)));
+        }
+    }
+    let label = "frames after the event";
+    Ok(Curves { y_range: Range::Fixed(0.0, 1.0), ..plain(note, label, "share of events found", curves) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // By hand: four events on two tracks, found 2 frames early, at once and 5 frames late; one is missed.
+    #[test]
+    fn shares_add_up_to_the_recall() {
+        let score = |events: &[usize], detections: &[usize], matches: &[(usize, usize)]| TrackScore {
+            events: events.into(),
+            detections: detections.into(),
+            matches: matches.into(),
+            ..TrackScore::default()
+        };
+        let tracks = [
+            score(&[20, 40, 80], &[3, 18, 85], &[(0, 1), (2, 2)]),
+            score(&[30], &[30], &[(0, 0)]),
+            score(&[], &[7], &[]),
+        ];
+        let points = found_by(&tracks).unwrap();
+        let at = |d: f64| points.iter().find(|p| p.0 == d).map(|p| p.1);
+        assert_eq!((points.len(), at(-5.0), at(-3.0)), (11, Some(0.0), Some(0.0)));
+        assert_eq!((at(-2.0), at(-1.0), at(0.0), at(4.0)), (Some(0.25), Some(0.25), Some(0.5), Some(0.5)));
+        assert_eq!(at(5.0), Some(0.75));
+        assert_eq!(found_by(&tracks[2..]), None);
+    }
+}

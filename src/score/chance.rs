@@ -1,0 +1,186 @@
+//! What F is by chance: the F of a detector with the same number of detections, placed at random.
+//!
+//! ```text
+//! E = TP + FN events      D = TP + FP detections      N = TP + FP + FN + TN frames      m frames of a window
+//! P(0) = C(N - m, D) / C(N, D) = product over j < m of (N - D - j) / (N - j)     no detection in the window
+//! P(1) = m D / N times the product over j < m - 1 of (N - 1 - (D - 1) - j) / (N - 1 - j)              exactly one
+//! hit  = 1 - P(0), or 1 - P(0) - P(1) / 2 where signs must agree
+//! TP_0 = min(E hit, D)      F_0 = 2 TP_0 / (E + D)      F over chance = (F - F_0) / (1 - F_0)
+//! ```
+//!
+//! D and E are given, so the expected F is 2 E[TP] / (E + D) exactly. Of D among N frames drawn without
+//! replacement, k are in the window of m = 2 tolerance + 1 frames around an event with the hypergeometric
+//! probability P(k). Where a protocol matches signs, detections alternate between the two: one alone has the right
+//! sign half of the time, and of two neighbours one has it. Frame by frame (m = 1) TP_0 is E D / N. So a random
+//! detector has 0 in the mean, an oracle 1, a silent one 0 and one that avoids events less than 0.
+//!
+//! TP_0 is exact where windows of events neither overlap nor leave the sequence. Elsewhere it is an upper bound,
+//! for a detection matches one event only and cut windows hold fewer frames, and the score a lower bound: with
+//! events every few frames it says little. Two more limits: counts are those of a whole suite, so that the
+//! random detector spreads its alarms over all sequences alike; and detections that are first frames of alarms
+//! cannot be neighbours, which the draw allows: alarms that are thrown frame by frame and begin in 1 frame of 25
+//! hit 3 % more windows than are expected here.
+//!
+//! The form is that of Cohen's kappa ("A coefficient of agreement for nominal scales", Educational and
+//! Psychological Measurement 20, 1960).
+
+use super::measures::Counts;
+
+/// How a protocol's matches come about by chance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Chance {
+    /// Frames around an event in which a detection matches it.
+    pub window: u64,
+    /// Whether detections alternate between two signs of which one matches.
+    pub is_signed: bool,
+}
+
+impl Chance {
+    /// Matching of any detection within `tolerance` frames.
+    pub const fn within(tolerance: usize) -> Self {
+        Self { window: 2 * tolerance as u64 + 1, is_signed: false }
+    }
+
+    /// Expected true positives of as many detections at random.
+    pub fn true_positives(&self, counts: &Counts) -> f64 {
+        let Counts { tp, fp, fn_, tn } = *counts;
+        let frames = (tp + fp + fn_ + tn) as f64;
+        let detections = (tp + fp) as f64;
+        if detections == 0.0 {
+            return 0.0;
+        }
+        let silent = (fn_ + tn) as f64;
+        // The probability that all of `window` frames are silent, drawn from `frames`.
+        let all_silent = |window: u64, frames: f64| -> f64 {
+            let left = |j: f64| if frames > j { (silent - j).max(0.0) / (frames - j) } else { 0.0 };
+            (0..window).map(|j| left(j as f64)).product()
+        };
+        let none = all_silent(self.window, frames);
+        let one = self.window as f64 * detections / frames * all_silent(self.window - 1, frames - 1.0);
+        let hit = 1.0 - none - if self.is_signed { 0.5 * one } else { 0.0 };
+        ((tp + fn_) as f64 * hit.clamp(0.0, 1.0)).min(detections)
+    }
+
+    /// (F - F_0) / (1 - F_0); none where F has no value or chance alone reaches 1.
+    pub fn f_over_chance(&self, counts: &Counts) -> Option<f64> {
+        let f = counts.f_score()?;
+        let chance = 2.0 * self.true_positives(counts) / (2 * counts.tp + counts.fp + counts.fn_) as f64;
+        (chance < 1.0).then(|| (f - chance) / (1.0 - chance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::seed;
+    use crate::score::{PROTOCOLS, khalid2016, sanmiguel2015, segmentation};
+    use proptest::prelude::*;
+    use rand::RngExt;
+
+    /// Mean and standard error of the true positives of `draws` random placements, with the expected number.
+    fn simulated(
+        score: impl Fn(&[bool]) -> Counts,
+        chance: Chance,
+        frames: usize,
+        detections: usize,
+        draws: usize,
+    ) -> (f64, f64, f64) {
+        let mut rng = seed::rng(seed::seed(1, &["chance"]));
+        let mut found = Vec::new();
+        let mut expected = 0.0;
+        for _ in 0..draws {
+            let mut at = vec![false; frames];
+            let mut placed = 0;
+            while placed < detections {
+                let frame = rng.random_range(0..frames);
+                placed += usize::from(!std::mem::replace(&mut at[frame], true));
+            }
+            let counts = score(&at);
+            found.push(counts.tp as f64);
+            expected += chance.true_positives(&counts) / draws as f64;
+        }
+        let mean = found.iter().sum::<f64>() / draws as f64;
+        let variance = found.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / draws as f64;
+        (mean, (variance / draws as f64).sqrt(), expected)
+    }
+
+    /// Counts of placements on `frames` frames of which none is at the start, all being frames that count.
+    fn matched(events: &[usize], at: &[bool]) -> Counts {
+        let detections: Vec<usize> = (0..at.len()).filter(|t| at[*t]).collect();
+        let tp = crate::score::matching::match_nearest(events, &detections, khalid2016::TOLERANCE).len();
+        let (fp, fn_) = (detections.len() - tp, events.len() - tp);
+        let tn = at.len() - tp - fp - fn_;
+        Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 }
+    }
+
+    #[test]
+    fn random_detections_match_as_often_as_expected() {
+        for (detections, gap) in [(3, 50), (20, 30), (60, 11)] {
+            let events: Vec<usize> = (0..12).map(|k| 8 + gap * k).collect();
+            let score = |at: &[bool]| matched(&events, at);
+            let (mean, error, expected) =
+                simulated(score, khalid2016::PROTOCOL.chance, 12 * gap + 200, detections, 4000);
+            assert!((mean - expected).abs() < 4.0 * error, "{mean} {error} {expected}");
+        }
+        // Overlapping windows: the expectation is a bound.
+        let events: Vec<usize> = (0..12).map(|k| 8 + 3 * k).collect();
+        let score = |at: &[bool]| matched(&events, at);
+        let (mean, error, expected) = simulated(score, khalid2016::PROTOCOL.chance, 200, 20, 4000);
+        assert!(mean + 4.0 * error < expected, "{mean} {error} {expected}");
+    }
+
+    // Detections alternate in sign, as changes of a label do; windows of events do not touch.
+    #[test]
+    fn random_changes_match_as_often_as_expected() {
+        let error: Vec<f64> = (0..2000).map(|t| if (t / 100) % 2 == 1 { 1.0 } else { 0.3 }).collect();
+        let score = |at: &[bool]| {
+            let mut sign = -1;
+            let mut change = |is_there: &bool| {
+                sign = if *is_there { -sign } else { sign };
+                if *is_there { sign } else { 0 }
+            };
+            let changes: Vec<i32> = at.iter().map(&mut change).collect();
+            (sanmiguel2015::SIGNED.score)(&error, &[], &changes).counts
+        };
+        let (mean, error, expected) = simulated(score, sanmiguel2015::SIGNED.chance, 2000, 60, 4000);
+        assert!((mean - expected).abs() < 4.0 * error, "{mean} {error} {expected}");
+    }
+
+    // Labels that have nothing to do with the truth: E D / N, as in a contingency table.
+    #[test]
+    fn frame_by_frame_it_is_the_product_of_the_shares() {
+        let counts = Counts { tp: 60, fp: 20, fn_: 30, tn: 90 };
+        let expected = segmentation::PROTOCOL.chance.true_positives(&counts);
+        assert!((expected - 90.0 * 80.0 / 200.0).abs() < 1e-12);
+        // By hand: F = 120/170, F_0 = 72/170, so the score is 48/98.
+        let score = segmentation::PROTOCOL.chance.f_over_chance(&counts).unwrap();
+        assert!((score - 48.0 / 98.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn anchors_have_their_closed_forms() {
+        for protocol in PROTOCOLS {
+            let of = |tp, fp, fn_, tn| protocol.chance.f_over_chance(&Counts { tp, fp, fn_, tn });
+            let oracle = of(10, 0, 0, 990).unwrap();
+            assert!((oracle - 1.0).abs() < 1e-12, "{oracle}");
+            assert_eq!((of(0, 0, 10, 990), of(0, 0, 0, 1000), of(10, 0, 0, 0)), (Some(0.0), None, None));
+            assert!(of(0, 10, 10, 980).unwrap() < 0.0);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn never_more_than_there_are_and_never_above_f(
+            tp in 0..40_u64, fp in 0..40_u64, fn_ in 0..40_u64, tn in 0..400_u64,
+        ) {
+            let counts = Counts { tp, fp, fn_, tn };
+            for protocol in PROTOCOLS {
+                let expected = protocol.chance.true_positives(&counts);
+                prop_assert!((0.0..=((tp + fn_).min(tp + fp)) as f64 + 1e-9).contains(&expected));
+                if let Some(score) = protocol.chance.f_over_chance(&counts) {
+                    prop_assert!(score <= counts.f_score().unwrap() + 1e-12);
+                }
+            }
+        }
+    }
+}
