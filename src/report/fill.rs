@@ -3,10 +3,14 @@
 use super::claims::{self, Finding, Tested};
 use super::figures::{self, DrawError};
 use super::results::{Results, ResultsError};
+use super::sequences::{self, Sequences, json};
+use super::stills::{self, Request};
 use super::uncertainty::{self, Uncertainty};
 use super::{ClaimView, FailedCell, FigureView, Page, ReportError, Verdict, markdown, render};
+use crate::dataset::synthetic;
 use crate::engine::store::{self, StoreError};
 use crate::figure::Ranks;
+use crate::image;
 use crate::spec::claim;
 use crate::spec::table::Figure;
 use crate::table::folder::{self, FolderError};
@@ -35,8 +39,10 @@ pub enum WriteError {
 
 /// The page, which says that a report folder is whole.
 pub const INDEX: &str = "index.html";
-/// The folder in a report folder in which nothing else lies.
-pub const OWNED: [&str; 1] = ["figures"];
+/// The folders in a report folder in which nothing else lies.
+pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
+/// Size of a page above which its series go into files beside it, in bytes.
+const LARGEST_PAGE: usize = 5 << 20;
 
 /// A verdict in words.
 pub fn verdict_words(verdict: &claim::Verdict) -> &'static str {
@@ -51,7 +57,7 @@ fn view(verdict: &claim::Verdict) -> Verdict {
     }
 }
 
-/// Writes tables into the results folder, and figures, `index.html` and `report.md` into an empty folder,
+/// Writes tables into the results folder, and figures, stills, series, `index.html` and `report.md` into an empty folder,
 /// from results alone; what our numbers say of the claims.
 ///
 /// # Errors
@@ -87,7 +93,12 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     let findings = claims::test(results);
     page.claims = findings.iter().map(claim_view).collect();
     page.tables = layouts;
-    store::write(&folder.join(INDEX), render(&page)?.as_bytes())?;
+    let tracks = results.all_tracks()?;
+    let requests = stills::requested(results, &tracks);
+    let mut sequences = sequences::collect(results, tracks)?;
+    keep_stills(results, folder, &requests, &mut sequences)?;
+    let html = with_series(&mut page, folder, &sequences)?;
+    store::write(&folder.join(INDEX), html.as_bytes())?;
     store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
     Ok(findings)
 }
@@ -109,6 +120,58 @@ fn draw_ranks(
     store::write(&folder.join(file("svg")), svg.as_bytes())?;
     store::write(&folder.join(file("png")), &png)?;
     Ok(FigureView { file: file("svg"), name, caption, svg })
+}
+
+/// Copies the stills of the figures for the frame viewer.
+fn keep_stills(
+    results: &Results,
+    folder: &Path,
+    requests: &[Request],
+    sequences: &mut Sequences,
+) -> Result<(), WriteError> {
+    for request in requests {
+        let Some(s) = sequences.sequences.iter().position(|q| q.name == request.sequence) else { continue };
+        for &t in &request.frames {
+            if sequences.sequences[s].stills.contains(&t) {
+                continue;
+            }
+            // Results of a run that could not decode the frame again have no still.
+            let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
+            let path = folder.join(sequences::still_file(s, t));
+            let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
+            store::write(&path, &png)?;
+            sequences.sequences[s].stills.insert(t);
+        }
+    }
+    Ok(())
+}
+
+/// The page with what is shown sequence by sequence; of a page that would be too large the series are
+/// written beside it.
+fn with_series(page: &mut Page, folder: &Path, sequences: &Sequences) -> Result<String, WriteError> {
+    page.sequences = sequences.tallies();
+    page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
+    if page.sequences.rows.is_empty() {
+        return Ok(render(page)?);
+    }
+    page.series = json::embedded(sequences).index;
+    if page.series.len() <= LARGEST_PAGE {
+        let html = render(page)?;
+        if html.len() <= LARGEST_PAGE {
+            return Ok(html);
+        }
+    }
+    let packed = json::beside(sequences);
+    for (name, text) in &packed.files {
+        store::write(&folder.join(name), text.as_bytes())?;
+    }
+    page.series = packed.index;
+    page.beside = true;
+    let files = packed.files.len();
+    page.sequences.note.push_str(&format!(
+        " The series of the strips and the viewer are in {files} files in the folder data beside this page."
+    ));
+    Ok(render(page)?)
 }
 
 /// Results of others are read, links and all; but nothing is written where a link of theirs leads. (Files
@@ -234,6 +297,17 @@ fn provenance(results: &Results) -> Vec<(String, String)> {
         ("seed".to_string(), manifest.seed.to_string()),
         ("trackfail".to_string(), manifest.version.clone()),
     ];
+    for (suite, sequences) in &manifest.digests {
+        let mut value = if *suite == manifest.suite.name {
+            layout::data_note(manifest.suite.present.len(), manifest.suite.wanted)
+        } else {
+            layout::data_note(sequences.len(), sequences.len())
+        };
+        if synthetic::SUITES.iter().any(|s| s.name == suite) {
+            value.push_str("; synthetic: rendered by the program, no real video");
+        }
+        all.push((format!("suite {suite}"), value));
+    }
     for t in &manifest.trackers {
         let runs = format!("runs {}, {} to learn from", t.runs, t.training_runs);
         let value = format!("{} version {}, {}, {runs}", t.kind, t.version, t.params);

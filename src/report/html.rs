@@ -1,13 +1,16 @@
 //! The page as one HTML file.
 //!
 //! minijinja escapes every text; the only markup passed through are figures that [`Page::check`] has
-//! looked at. The page forbids itself, by its content security policy, to load or run anything.
+//! looked at, and series that [`super::sequences::json`] has made. The page forbids itself, by its content
+//! security policy, to load anything but files beside it and to run anything but its own script.
 
 use super::{Page, ReportError};
 use crate::dataset::text::visible;
+use base64::Engine;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
+use sha2::{Digest, Sha256};
 
 /// Renders `index.html`.
 ///
@@ -20,6 +23,11 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?;
     environment.set_syntax(syntax);
+    let script = include_str!("templates/page.js");
+    let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(script.as_bytes()));
+    environment.add_global("script", script);
+    environment.add_global("script_digest", format!("sha256-{digest}"));
+    environment.add_global("style", include_str!("templates/page.css"));
     // The name ends in .html, which turns escaping on.
     environment.add_template("page.html", include_str!("templates/page.html")).map_err(failed)?;
     environment.add_filter("visible", |text: String| visible(&text));

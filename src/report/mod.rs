@@ -1,13 +1,13 @@
 //! Reports: everything an experiment has to say, as one offline HTML page and as Markdown.
 //!
 //! A [`Page`] is filled by whoever knows the results; [`render`] makes `index.html` of it, a single file
-//! that loads nothing and runs nothing, and [`markdown`] makes `report.md`. All texts may come from
+//! that asks the network for nothing, and [`markdown`] makes `report.md`. All texts may come from
 //! outside (names of sequences, messages of errors): both outputs show them as text.
 //!
 //! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`], [`delays`] and [`stills`] draw
 //! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
-//! [`explain`](mod@explain) takes numbers apart and [`trace`] follows a method frame by frame,
-//! [`write`](fn@write) fills the page and writes the report.
+//! [`sequences`] has what is shown sequence by sequence, [`explain`](mod@explain) takes numbers apart and
+//! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report.
 
 pub mod claims;
 pub mod delays;
@@ -18,6 +18,7 @@ mod html;
 mod markdown;
 pub mod pairs;
 pub mod results;
+pub mod sequences;
 pub mod stills;
 pub mod trace;
 pub mod uncertainty;
@@ -27,6 +28,7 @@ pub use html::render;
 pub use markdown::markdown;
 
 use crate::table::layout::Layout;
+use sequences::Tallies;
 use serde::Serialize;
 
 /// What a report shows, in the order of the page.
@@ -52,6 +54,12 @@ pub struct Page {
     pub tables: Vec<Layout>,
     /// Figures.
     pub figures: Vec<FigureView>,
+    /// Counts of every method on every track.
+    pub sequences: Tallies,
+    /// The series of strips and viewer: JSON that may stand in a page; empty without tracks.
+    pub series: String,
+    /// Whether files beside the page belong to it: series, stills.
+    pub beside: bool,
     /// Units of work without a result.
     pub failed: Vec<FailedCell>,
     /// Where the numbers come from: names and values.
@@ -136,6 +144,9 @@ pub enum ReportError {
     /// Not an SVG that may stand in a page: script, foreign content, ids or links to elsewhere.
     #[error("figure `{0}` is not an SVG made by this program")]
     NotAFigure(String),
+    /// Series that would end their element in the page.
+    #[error("the series of the sequences are not packed for a page")]
+    NotPacked,
     /// The template does not fit the data.
     #[error("the page could not be rendered: {0}")]
     Template(String),
@@ -154,6 +165,9 @@ impl Page {
                 let (table, row, got) = (table.name.clone(), row.label.clone(), row.cells.len());
                 return Err(ReportError::Row { table, row, got, expected });
             }
+        }
+        if self.series.contains(['<', '>', '&', '\u{2028}', '\u{2029}']) {
+            return Err(ReportError::NotPacked);
         }
         for figure in &self.figures {
             let svg = figure.svg.trim();

@@ -136,7 +136,7 @@ impl Results {
     /// # Errors
     /// When a table is absent or lacks a column.
     pub fn tracks(&self, tracker: &str) -> Result<Vec<TrackSeries>, ResultsError> {
-        let mut tracks = self.read_frames(tracker)?;
+        let mut tracks = self.read_frames(|label| label == tracker)?;
         self.add_signals(tracker, &mut tracks)?;
         if self.manifest.files.contains_key(quality::CONDITIONS) {
             self.add_conditions(tracker, &mut tracks)?;
@@ -149,6 +149,14 @@ impl Results {
         read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)
     }
 
+    /// Reads the tracks of every tracker's first run, without signals and conditions.
+    ///
+    /// # Errors
+    /// When the table is absent or lacks a column.
+    pub fn all_tracks(&self) -> Result<Vec<TrackSeries>, ResultsError> {
+        self.read_frames(|_| true)
+    }
+
     pub(super) fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
         let bytes = read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)?;
         let fail = |e: &dyn std::fmt::Display| store::StoreError::new(&self.folder.join(name), e);
@@ -159,7 +167,7 @@ impl Results {
         }
     }
 
-    fn read_frames(&self, wanted: &str) -> Result<Vec<TrackSeries>, ResultsError> {
+    fn read_frames(&self, wanted: impl Fn(&str) -> bool) -> Result<Vec<TrackSeries>, ResultsError> {
         let columns = [
             "sequence", "tracker", "run", "frame", "x", "y", "w", "h", "error", "method", "score", "label",
             "change",
@@ -174,9 +182,10 @@ impl Results {
         let label = frame::small_integers(&table, "label")?;
         let change = frame::small_integers(&table, "change")?;
         let mut tracks: Vec<TrackSeries> = Vec::new();
-        for i in (0..sequence.len()).filter(|i| tracker[*i] == wanted && run[*i] == 0) {
-            if tracks.last().is_none_or(|t| t.sequence != sequence[i]) {
-                tracks.push(TrackSeries { sequence: sequence[i].clone(), ..TrackSeries::default() });
+        for i in (0..sequence.len()).filter(|i| run[*i] == 0 && wanted(&tracker[*i])) {
+            if tracks.last().is_none_or(|t| t.sequence != sequence[i] || t.tracker != tracker[i]) {
+                let (sequence, tracker) = (sequence[i].clone(), tracker[i].clone());
+                tracks.push(TrackSeries { sequence, tracker, ..TrackSeries::default() });
             }
             let Some(track) = tracks.last_mut() else { continue };
             let is_new = track.methods.last().is_none_or(|m| m.name != method[i]);
@@ -302,6 +311,8 @@ fn read_whole(folder: &Path, manifest: &Manifest, name: &str, limit: u64) -> Res
 pub struct TrackSeries {
     /// Sequence.
     pub sequence: String,
+    /// Label of the tracker.
+    pub tracker: String,
     /// Frame numbers.
     pub numbers: Vec<i64>,
     /// The tracker's rectangles.

@@ -72,19 +72,23 @@ pub fn request(results: &Results, figure: &Figure, tracks: &[TrackSeries]) -> Op
     Some(Request { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
+/// What all figures of an experiment need, from the tracks of [`Results::all_tracks`].
+pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
+    let of_figure = |figure: &Figure| {
+        let FigureKind::Strips { tracker: wanted, stills: 1.., .. } = &figure.kind else { return None };
+        let label = tracker(results, wanted.as_deref());
+        let mine: Vec<TrackSeries> = tracks.iter().filter(|t| t.tracker == label).cloned().collect();
+        request(results, figure, &mine)
+    };
+    results.experiment.figures.iter().filter_map(of_figure).collect()
+}
+
 /// What all figures of an experiment need.
 ///
 /// # Errors
 /// When the results cannot be read.
 pub fn requests(results: &Results) -> Result<Vec<Request>, ResultsError> {
-    let mut all = Vec::new();
-    for figure in &results.experiment.figures {
-        if let FigureKind::Strips { tracker: wanted, stills: 1.., .. } = &figure.kind {
-            let tracks = results.tracks(tracker(results, wanted.as_deref()))?;
-            all.extend(request(results, figure, &tracks));
-        }
-    }
-    Ok(all)
+    Ok(requested(results, &results.all_tracks()?))
 }
 
 /// Where a still is kept.

@@ -1,8 +1,11 @@
+use super::sequences::TallyRow;
 use super::*;
 use crate::figure::{Curve, Curves, Range, Style};
 use crate::score::measures::Goodness;
 use crate::table::layout::{Cell, Group, Row};
+use base64::Engine;
 use proptest::prelude::*;
+use sha2::{Digest, Sha256};
 
 const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror='alert(1)'> & {{ 7*7 }} | `a` *b* \u{202e}abc\u{0}";
 
@@ -37,7 +40,7 @@ fn cell(ours: &str, published: &str, difference: &str, best: bool) -> Cell {
         published: some(published),
         difference: some(difference),
         best,
-        failed: 0,
+        ..Cell::default()
     }
 }
 
@@ -94,6 +97,22 @@ fn page(name: &str) -> Page {
             }],
         }],
         figures: vec![figure("Sweep"), figure(name)],
+        sequences: Tallies {
+            note: name.into(),
+            methods: vec!["DTEF".into(), name.into()],
+            attributes: vec![name.into()],
+            rows: vec![TallyRow {
+                sequence: name.into(),
+                tracker: name.into(),
+                attributes: name.into(),
+                marks: "0".into(),
+                cells: vec!["2 / 1 / 3".into(), String::new()],
+                ..TallyRow::default()
+            }],
+            totals: vec!["2 / 1 / 3".into(), String::new()],
+        },
+        series: "{}".into(),
+        beside: false,
         failed: vec![FailedCell { cell: format!("{name} x ncc"), reason: name.into() }],
         provenance: vec![("trackfail".into(), "0.1.0".into()), (name.into(), "ab12".into())],
     }
@@ -109,7 +128,7 @@ fn the_same_page_gives_the_same_bytes() {
 #[test]
 fn hostile_names_are_text() {
     let html = render(&page(HOSTILE)).expect("a page");
-    assert!(!html.contains("<script") && !html.contains("<img") && !html.contains("49 |"));
+    assert!(!html.contains("<script>alert") && !html.contains("<img") && !html.contains("49 |"));
     assert!(html.contains("&lt;script&gt;alert(&quot;x&quot;)"));
     assert!(!html.contains('\u{202e}') && !html.contains('\u{0}'));
     // Everything else is markup of the template, whatever the names are.
@@ -125,10 +144,34 @@ fn the_page_asks_for_nothing() {
     let html = render(&page("Girl")).expect("a page");
     assert_eq!(html.matches("http://").count(), 2, "the namespaces of two figures");
     assert_eq!(html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count(), 2);
-    for word in ["https://", "<script", "<link", "@import", "url(", "src="] {
+    for word in ["https://", "<link", "@import", "url(", "src="] {
         assert!(!html.contains(word), "{word}");
     }
-    assert!(html.contains("default-src 'none'"));
+    assert!(html.contains("default-src 'none'") && !html.contains("file:"));
+    let beside = Page { beside: true, ..page("Girl") };
+    assert!(render(&beside).expect("a page").contains("img-src data: 'self' file:; script-src 'sha256-"));
+}
+
+#[test]
+fn only_the_pages_own_script_is_allowed_and_only_where_it_is_there() {
+    let html = render(&page("Girl")).expect("a page");
+    assert_eq!(html.matches("<script").count(), 2, "series and program");
+    let program =
+        html.split("<script>").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a program");
+    let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(program));
+    assert!(html.contains(&format!("script-src 'sha256-{digest}'\"")));
+    assert!(!render(&Page::default()).expect("a page").contains("<script"));
+}
+
+#[test]
+fn verdicts_are_counted_at_the_top() {
+    let html = render(&page("Girl")).expect("a page");
+    let top = html.split("<nav").next().expect("a top").replace('\n', "");
+    let count = |class: &str, words: &str| {
+        top.contains(&format!("<span class=\"{class}\"><strong class=\"verdict\">1</strong> {words}</span>"))
+    };
+    assert!(count("holds", "holds") && count("does-not-hold", "does not hold"), "{top}");
+    assert!(count("cannot-be-tested", "cannot be tested"), "{top}");
 }
 
 #[test]
@@ -181,6 +224,10 @@ fn parts_that_do_not_fit_are_errors() {
     let mut p = page("RAW");
     p.tables[0].groups[0].rows[0].cells.pop();
     assert!(matches!(render(&p), Err(ReportError::Row { got: 2, expected: 3, .. })));
+    for series in ["</script>", "a & b", "\u{2028}"] {
+        let p = Page { series: series.into(), ..page("RAW") };
+        assert!(matches!(render(&p), Err(ReportError::NotPacked)), "{series:?}");
+    }
     for svg in [
         "",
         "<svg ><script>1</script></svg>",

@@ -75,6 +75,8 @@ pub struct Cell {
     pub difference: Option<String>,
     /// Best of ours in its row; anchors do not compete.
     pub best: bool,
+    /// Second best of ours in its row, where one alone is the best.
+    pub second: bool,
     /// Cells that failed behind this number.
     pub failed: usize,
 }
@@ -261,7 +263,7 @@ fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published:
     });
     let printed = published.as_deref().and_then(printed_value);
     let difference = value.zip(printed).map(|(v, p)| style.format_signed(style.round(v) - p));
-    Cell { value, ours, published, difference, best: false, failed: measure.map_or(0, |m| m.failed) }
+    Cell { value, ours, published, difference, failed: measure.map_or(0, |m| m.failed), ..Cell::default() }
 }
 
 fn mark_best(cells: &mut [Cell], goodness: Goodness, is_anchor: impl Fn(usize) -> bool) {
@@ -280,4 +282,16 @@ fn mark_best(cells: &mut [Cell], goodness: Goodness, is_anchor: impl Fn(usize) -
         let value = competing(k, cell);
         cell.best = value.is_some() && value == best;
     }
+    if cells.iter().filter(|c| c.best).count() > 1 {
+        return;
+    }
+    let rest = cells.iter().enumerate().filter(|(_, c)| !c.best);
+    let second = rest.filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
+    for (k, cell) in cells.iter_mut().enumerate().filter(|(_, c)| !c.best) {
+        let value = competing(k, cell);
+        cell.second = value.is_some() && value == second;
+    }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,6 @@
 //! `manifest.json`: what a results folder rests on. Host and times are here and nowhere else.
 
+use crate::dataset::Frames;
 use crate::engine::pass::CellError;
 use crate::engine::run::Outcome;
 use crate::engine::train::{Content, Model};
@@ -70,9 +71,12 @@ pub struct SuiteRecord {
     pub present: Vec<(String, usize)>,
     /// Names of those that were not.
     pub missing: Vec<String>,
-    /// Attributes of those that were, by name; results of earlier programs have none.
+    /// Attributes of the sequences that have any, by name.
     #[serde(default)]
     pub attributes: BTreeMap<String, Vec<String>>,
+    /// Width and height of the frames, by name; without sequences that are videos or cannot be read.
+    #[serde(default)]
+    pub sizes: BTreeMap<String, (usize, usize)>,
 }
 
 /// A tracker with its parameters.
@@ -165,6 +169,11 @@ impl Manifest {
             missing: matches!(e, CellError::Missing(_)),
             reason: e.to_string(),
         });
+        let attributed = outcome.sequences.iter().filter(|s| !s.attributes.is_empty());
+        let attributes = attributed.map(|s| (s.name.clone(), s.attributes.clone()));
+        // The frames of a video would have to be taken out of it.
+        let still = outcome.sequences.iter().filter(|s| !matches!(s.frames, Frames::Video(_)));
+        let sizes = still.filter_map(|s| Some((s.name.clone(), s.size().ok()?)));
         Self {
             format: FORMAT,
             experiment: experiment.name.clone(),
@@ -178,11 +187,8 @@ impl Manifest {
                 wanted: outcome.wanted,
                 present: outcome.sequences.iter().map(|s| (s.name.clone(), s.len())).collect(),
                 missing: outcome.missing.iter().map(|m| m.name.clone()).collect(),
-                attributes: outcome
-                    .sequences
-                    .iter()
-                    .map(|s| (s.name.clone(), s.attributes.clone()))
-                    .collect(),
+                attributes: attributes.collect(),
+                sizes: sizes.collect(),
             },
             digests: outcome.digests.clone(),
             trackers: experiment

@@ -179,6 +179,7 @@ pub(super) mod tests {
             published: Some(published.into()),
             difference: Some("+.010".into()),
             best,
+            second: false,
             failed: usize::from(best),
         };
         Layout {

@@ -2,6 +2,8 @@
 
 mod archives;
 mod bad_data;
+#[cfg(unix)]
+mod browser;
 mod detect;
 mod download;
 mod engine;
@@ -13,6 +15,8 @@ mod interruption;
 mod learning;
 mod own_data;
 mod packed;
+#[cfg(unix)]
+mod page;
 #[cfg(unix)]
 mod process;
 mod real;

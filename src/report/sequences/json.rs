@@ -1,0 +1,242 @@
+//! The series of strips and viewer as JSON that may stand in a page.
+//!
+//! Numbers are whole: boxes in tenths of a pixel, O_t in thousandths, scores in steps of a power of ten that
+//! keeps four digits of the threshold (or of the largest score); each column holds differences to the value
+//! before, `null` where there is none. An O_t below 1 stays below 1, because 1 means that the target is lost.
+//!
+//! ```text
+//! index  {trackers, methods, sequences, start, tracks: [[sequence, tracker, file]], files, truth, data}
+//! truth  {"<sequence>": [4 columns x, y, w, h, or 8 columns of corners]}
+//! data   {"<sequence>-<tracker>": {box: [4 columns], background: [4 columns], error, said: {"<method>":
+//!         {events, detections, matches: [[event, detection]], alarms: [first, last, ...], digits, score}}}}
+//! ```
+//!
+//! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each one call
+//! `trackfail({truth, data})`.
+
+use super::{Said, Sequence, Sequences, Track};
+use crate::dataset::text::visible;
+use crate::region::{Rect, Region};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Size that a file of series does not exceed, but for a single track that is longer, in bytes.
+const LARGEST_FILE: usize = 2 << 20;
+
+/// Series packed for a page.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Packed {
+    /// JSON in the page.
+    pub index: String,
+    /// Files beside the page: name and text.
+    pub files: Vec<(String, String)>,
+}
+
+/// Everything in the page.
+pub fn embedded(all: &Sequences) -> Packed {
+    let places: Vec<Option<usize>> = vec![None; all.tracks.len()];
+    let truth = all.sequences.iter().enumerate().map(|(s, q)| (s, truth(q)));
+    let data = all.tracks.iter().map(|t| (key(t), track(all, t)));
+    let index = index(all, &places, &[], &object(truth), &object(data));
+    Packed { index, files: Vec::new() }
+}
+
+/// Only names in the page, series in files beside it: for each tracker as many sequences as fit.
+pub fn beside(all: &Sequences) -> Packed {
+    let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
+    let mut files: Vec<(String, String)> = Vec::new();
+    for tracker in 0..all.trackers.len() {
+        let mine = all.tracks.iter().enumerate().filter(|(_, t)| t.tracker == tracker);
+        let (mut truths, mut datas, mut size) = (Vec::new(), Vec::new(), 0);
+        let mut part = 0;
+        let mut keep = |truths: &mut Vec<(usize, String)>, datas: &mut Vec<(String, String)>| {
+            if !datas.is_empty() {
+                let text = json_of_parts(&object(truths.drain(..)), &object(datas.drain(..)));
+                files.push((format!("data/{tracker:02}-{part:03}.js"), format!("trackfail({text});\n")));
+                part += 1;
+            }
+            files.len()
+        };
+        let mut next = keep(&mut truths, &mut datas);
+        for (k, t) in mine {
+            let (truth, data) = (truth(&all.sequences[t.sequence]), track(all, t));
+            size += truth.len() + data.len();
+            if size > LARGEST_FILE {
+                next = keep(&mut truths, &mut datas);
+                size = truth.len() + data.len();
+            }
+            places[k] = Some(next);
+            truths.push((t.sequence, truth));
+            datas.push((key(t), data));
+        }
+        keep(&mut truths, &mut datas);
+    }
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    Packed { index: index(all, &places, &names, "{}", "{}"), files }
+}
+
+fn key(track: &Track) -> String {
+    format!("{}-{}", track.sequence, track.tracker)
+}
+
+fn json_of_parts(truth: &str, data: &str) -> String {
+    format!("{{\"truth\":{truth},\"data\":{data}}}")
+}
+
+/// An object of texts that are JSON already, under keys that need no escapes.
+fn object<K: std::fmt::Display>(parts: impl IntoIterator<Item = (K, String)>) -> String {
+    let parts: Vec<String> = parts.into_iter().map(|(key, json)| format!("\"{key}\":{json}")).collect();
+    format!("{{{}}}", parts.join(","))
+}
+
+fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str, data: &str) -> String {
+    let shown = |names: Vec<&str>| -> Vec<String> { names.into_iter().map(visible).collect() };
+    let methods: Vec<Value> =
+        all.methods.iter().map(|m| json!({"name": visible(&m.name), "thresholds": m.thresholds})).collect();
+    let sequence = |s: &Sequence| {
+        json!({
+            "name": visible(&s.name),
+            "first": s.first,
+            "frames": s.truth.len(),
+            "size": s.size,
+            "stills": s.stills,
+        })
+    };
+    let track = |(t, place): (&Track, &Option<usize>)| json!([t.sequence, t.tracker, place]);
+    let names = json!({
+        "trackers": shown(all.trackers.iter().map(String::as_str).collect()),
+        "methods": methods,
+        "sequences": all.sequences.iter().map(sequence).collect::<Vec<_>>(),
+        "start": all.start(),
+        "tracks": all.tracks.iter().zip(places).map(track).collect::<Vec<_>>(),
+        "files": files,
+    });
+    let parts = json_of_parts(truth, data);
+    let names = names.to_string();
+    // Both are objects, so the one continues the other.
+    let (names, parts) = (names.strip_suffix('}'), parts.strip_prefix('{'));
+    in_a_page(&format!("{},{}", names.unwrap_or_default(), parts.unwrap_or_default()))
+}
+
+/// JSON that may stand in a script element: whatever could end it, begin a comment or end a line is escaped,
+/// which JSON allows because all of it can only be in strings.
+pub fn in_a_page(json: &str) -> String {
+    let mut out = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c {
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => out.push_str(&format!("\\u{:04x}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+fn truth(sequence: &Sequence) -> String {
+    let rects = sequence.truth.iter().flatten().all(is_upright);
+    let column = |number: &dyn Fn(&Region) -> f64| {
+        differences(sequence.truth.iter().map(|r| r.as_ref().and_then(|r| tenths(number(r)))))
+    };
+    let columns: Vec<String> = if rects {
+        let sides: [fn(&Rect) -> f64; 4] = [|r| r.x, |r| r.y, |r| r.w, |r| r.h];
+        sides.iter().map(|side| column(&|r| side(&r.rect()))).collect()
+    } else {
+        let corner = |k: usize| {
+            column(&|r: &Region| {
+                let corners = match r.corners() {
+                    four if four.len() == 4 => four,
+                    _ => r.rect().corners().to_vec(),
+                };
+                corners.get(k / 2).map_or(f64::NAN, |p| if k.is_multiple_of(2) { p.0 } else { p.1 })
+            })
+        };
+        (0..8).map(corner).collect()
+    };
+    format!("[{}]", columns.join(","))
+}
+
+/// Whether the corners are those of its rectangle, as far as they are told.
+fn is_upright(region: &Region) -> bool {
+    let told = |p: &(f64, f64)| (tenths(p.0), tenths(p.1));
+    region.corners().iter().map(told).eq(region.rect().corners().iter().map(told))
+}
+
+fn boxes(rects: &[Rect]) -> String {
+    let sides: [fn(&Rect) -> f64; 4] = [|r| r.x, |r| r.y, |r| r.w, |r| r.h];
+    let columns = sides.map(|side| differences(rects.iter().map(|r| tenths(side(r)))));
+    format!("[{}]", columns.join(","))
+}
+
+fn track(all: &Sequences, track: &Track) -> String {
+    let error = differences(track.error.iter().map(|e| thousandths(*e)));
+    let threshold = |k: usize| all.methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
+    let methods = track.methods.iter().map(|(k, s)| (*k, said(s, threshold(*k))));
+    let methods = object(methods.collect::<BTreeMap<_, _>>());
+    let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", methods)];
+    if !track.background.is_empty() {
+        parts.push(("background", boxes(&track.background)));
+    }
+    object(parts)
+}
+
+fn said(said: &Said, threshold: Option<f64>) -> String {
+    let digits = digits(&said.score, threshold);
+    let step = |v: &f64| whole(v * 10_f64.powi(digits));
+    let judged = &said.judged;
+    let mut alarms: Vec<usize> = Vec::new();
+    for (t, _) in said.alarm.iter().enumerate().filter(|(_, alarm)| **alarm) {
+        match alarms.last_mut() {
+            Some(last) if *last + 1 == t => *last = t,
+            _ => alarms.extend([t, t]),
+        }
+    }
+    let text = |value: Value| value.to_string();
+    object([
+        ("events", text(json!(judged.events))),
+        ("detections", text(json!(judged.detections))),
+        ("matches", text(json!(judged.matches))),
+        ("alarms", text(json!(alarms))),
+        ("digits", digits.to_string()),
+        ("score", differences(said.score.iter().map(step))),
+    ])
+}
+
+/// Decimals that leave four digits of the threshold, or of the largest score where there is none.
+fn digits(score: &[f64], threshold: Option<f64>) -> i32 {
+    let largest = score.iter().copied().filter(|v| v.is_finite()).fold(0.0, |a: f64, v| a.max(v.abs()));
+    let typical = threshold.map(f64::abs).filter(|t| *t > 0.0 && *t < largest).unwrap_or(largest);
+    if typical > 0.0 { (3 - typical.log10().floor() as i32).clamp(-300, 300) } else { 0 }
+}
+
+fn tenths(v: f64) -> Option<i64> {
+    whole(v * 10.0)
+}
+
+fn thousandths(error: f64) -> Option<i64> {
+    let rounded = whole(error * 1000.0)?;
+    Some(if error < 1.0 { rounded.min(999) } else { rounded })
+}
+
+/// The nearest whole number that JavaScript counts exactly; `None` for what is no number.
+fn whole(v: f64) -> Option<i64> {
+    const LARGEST: f64 = 1e15;
+    v.is_finite().then(|| v.round().clamp(-LARGEST, LARGEST) as i64)
+}
+
+fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
+    let mut last = 0;
+    let mut out = String::from("[");
+    for (k, value) in values.enumerate() {
+        if k > 0 {
+            out.push(',');
+        }
+        match value {
+            Some(v) => {
+                out.push_str(&(v - last).to_string());
+                last = v;
+            }
+            None => out.push_str("null"),
+        }
+    }
+    out.push(']');
+    out
+}

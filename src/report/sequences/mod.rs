@@ -1,0 +1,294 @@
+//! Sequence by sequence: what every method made of every tracker's first run, for the table of counts, the
+//! strips and the frame viewer of the page.
+//!
+//! Counts are those of the method's protocol, made again from the errors and labels in the results.
+//! [`json`] packs the series for the page.
+
+pub mod json;
+
+use super::results::{Results, ResultsError, TrackSeries};
+use crate::region::{Rect, Region};
+use crate::score::TrackScore;
+use crate::score::measures::Counts;
+use crate::signal::distribution_field::{self, background_region};
+use crate::table::manifest::MethodRecord;
+use crate::table::records::method_label;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Columns of methods that a page has at most; of more, each method's first grid point is shown.
+const MOST_METHODS: usize = 24;
+
+/// Everything that is shown sequence by sequence.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sequences {
+    /// Labels of the trackers, in order of the experiment.
+    pub trackers: Vec<String>,
+    /// Methods with their grid points, in order of the experiment.
+    pub methods: Vec<Method>,
+    /// Sequences, in order of the suite.
+    pub sequences: Vec<Sequence>,
+    /// Tracks by sequence, then tracker.
+    pub tracks: Vec<Track>,
+    /// What is left out or to be known; may be empty.
+    pub note: String,
+}
+
+/// A method.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Method {
+    /// Name with its grid point.
+    pub name: String,
+    /// Threshold on the score for each tracker, where there is one.
+    pub thresholds: Vec<Option<f64>>,
+}
+
+/// A sequence.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sequence {
+    /// Name.
+    pub name: String,
+    /// Number of its first frame.
+    pub first: i64,
+    /// Width and height of its frames, where known.
+    pub size: Option<(usize, usize)>,
+    /// Attributes.
+    pub attributes: Vec<String>,
+    /// Ground truth, one entry a frame.
+    pub truth: Vec<Option<Region>>,
+    /// Frames (0-based) of which there is a picture `stills/<sequence>-<frame>.png` beside the page.
+    pub stills: BTreeSet<usize>,
+}
+
+/// A tracker's first run over a sequence.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Track {
+    /// Index of the sequence.
+    pub sequence: usize,
+    /// Index of the tracker.
+    pub tracker: usize,
+    /// The tracker's rectangles.
+    pub rects: Vec<Rect>,
+    /// The background regions of the distribution field signal; empty where no method reads it.
+    pub background: Vec<Rect>,
+    /// O_t, NaN where unknown.
+    pub error: Vec<f64>,
+    /// What the methods say, each with its index.
+    pub methods: Vec<(usize, Said)>,
+}
+
+/// What a method says of a track.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Said {
+    /// Score compared with the threshold.
+    pub score: Vec<f64>,
+    /// Alarm, one a frame.
+    pub alarm: Vec<bool>,
+    /// Events, detections and which of them match.
+    pub judged: TrackScore,
+}
+
+/// Where pictures are kept beside the page.
+pub fn still_file(sequence: usize, frame: usize) -> String {
+    format!("stills/{sequence:03}-{frame:06}.png")
+}
+
+/// Collects everything but the stills, from the tracks of [`Results::all_tracks`].
+///
+/// # Errors
+/// When the results cannot be read.
+pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences, ResultsError> {
+    let manifest = &results.manifest;
+    let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
+    let mut note = String::new();
+    let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
+    if records.len() > MOST_METHODS {
+        let all = records.len();
+        let mut known = BTreeSet::new();
+        records.retain(|m| known.insert(m.name.as_str()));
+        note = format!("Of {all} methods with their grid points the first point of each method is shown.");
+    }
+    if manifest.trackers.iter().any(|t| t.runs > 1) {
+        note = format!("Of several runs of a tracker the first is shown. {note}").trim_end().to_string();
+    }
+    if tracks.is_empty() {
+        return Ok(Sequences::default());
+    }
+    let mut all = Sequences { trackers, note, ..Sequences::default() };
+    all.methods = records.iter().map(|m| method(m, &all.trackers)).collect();
+    all.sequences = sequences(results, &tracks)?;
+    let place = |name: &str| all.sequences.iter().position(|s| s.name == name);
+    let regions = background_rules(results);
+    for track in tracks {
+        let Some(tracker) = all.trackers.iter().position(|t| *t == track.tracker) else { continue };
+        let Some(sequence) = place(&track.sequence) else { continue };
+        let rule = regions.get(track.tracker.as_str());
+        let background = |rule: &distribution_field::Params| {
+            let at =
+                |t| background_region(&track.rects[..t], &track.rects[t], rule.history, rule.displacement);
+            (0..track.rects.len()).map(at).collect()
+        };
+        let background = rule.map_or_else(Vec::new, background);
+        let methods = said(results, &records, &track);
+        let (rects, error) = (track.rects, track.error);
+        all.tracks.push(Track { sequence, tracker, rects, background, error, methods });
+    }
+    all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
+    Ok(all)
+}
+
+fn method(record: &MethodRecord, trackers: &[String]) -> Method {
+    let threshold = |t: &String| record.thresholds.get(t).copied().filter(|v| v.is_finite());
+    let thresholds = trackers.iter().map(threshold).collect();
+    Method { name: method_label(&record.name, &record.params), thresholds }
+}
+
+fn sequences(results: &Results, tracks: &[TrackSeries]) -> Result<Vec<Sequence>, ResultsError> {
+    let suite = &results.manifest.suite;
+    let mut truth: BTreeMap<String, BTreeMap<i64, Region>> = BTreeMap::new();
+    for ((name, number), region) in results.truth()? {
+        truth.entry(name).or_default().insert(number, region);
+    }
+    let mut by_name: BTreeMap<&str, &TrackSeries> = BTreeMap::new();
+    for track in tracks {
+        by_name.entry(&track.sequence).or_insert(track);
+    }
+    let in_suite = suite.present.iter().map(|(name, _)| name.as_str());
+    let others = by_name.keys().copied().filter(|name| !suite.present.iter().any(|(known, _)| known == name));
+    let names: Vec<&str> = in_suite.chain(others).collect();
+    let sequence = |name: &str| {
+        let track = by_name.get(name)?;
+        let mut regions = truth.remove(name).unwrap_or_default();
+        Some(Sequence {
+            name: name.to_string(),
+            first: track.numbers.first().copied().unwrap_or(1),
+            size: suite.sizes.get(name).copied(),
+            attributes: suite.attributes.get(name).cloned().unwrap_or_default(),
+            truth: track.numbers.iter().map(|number| regions.remove(number)).collect(),
+            stills: BTreeSet::new(),
+        })
+    };
+    Ok(names.into_iter().filter_map(sequence).collect())
+}
+
+/// How the background region moves, for each tracker on which a method reads distribution fields.
+fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Params> {
+    let mut rules = BTreeMap::new();
+    let methods = results.experiment.methods.iter();
+    for (method, signal) in methods.flat_map(|m| m.variants.iter().map(move |v| (m, &v.signal))) {
+        let fields = signal.as_ref().filter(|s| s.kind == distribution_field::ENTRY.kind);
+        let Some(signal) = fields else { continue };
+        let Ok(params) = serde_json::from_value::<distribution_field::Params>(signal.signal.params()) else {
+            continue;
+        };
+        for tracker in results.experiment.trackers.iter().filter(|t| method.runs_on(&t.label)) {
+            rules.entry(tracker.label.as_str()).or_insert_with(|| params.clone());
+        }
+    }
+    rules
+}
+
+fn said(results: &Results, records: &[&MethodRecord], track: &TrackSeries) -> Vec<(usize, Said)> {
+    let of = |(k, record): (usize, &&MethodRecord)| {
+        let series = track.method(&method_label(&record.name, &record.params))?;
+        let protocol = results.experiment.protocol_of(&record.name)?;
+        let frames = track.error.len();
+        // Results of others may have rows left out.
+        if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
+            return None;
+        }
+        let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
+        Some((k, Said { score: series.score.clone(), alarm: series.alarm.clone(), judged }))
+    };
+    records.iter().enumerate().filter_map(of).collect()
+}
+
+/// The table of counts.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Tallies {
+    /// What is left out or to be known; may be empty.
+    pub note: String,
+    /// Column headings.
+    pub methods: Vec<String>,
+    /// All attributes.
+    pub attributes: Vec<String>,
+    /// Rows.
+    pub rows: Vec<TallyRow>,
+    /// Sums over all rows.
+    pub totals: Vec<String>,
+}
+
+/// What all methods made of one track.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct TallyRow {
+    /// Index of the sequence.
+    pub s: usize,
+    /// Index of the tracker.
+    pub t: usize,
+    /// Name of the sequence.
+    pub sequence: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Attributes in one line.
+    pub attributes: String,
+    /// Their indices among all attributes, with blanks between.
+    pub marks: String,
+    /// `hits / misses / false alarms`, empty for a method that is not run on the tracker.
+    pub cells: Vec<String>,
+}
+
+impl Sequences {
+    /// The table of counts: hits, misses and false alarms of every method on every track.
+    pub fn tallies(&self) -> Tallies {
+        let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
+        let attributes: BTreeSet<&String> = self.sequences.iter().flat_map(|s| &s.attributes).collect();
+        let marks = |of: &[String]| {
+            let places = attributes.iter().enumerate().filter(|(_, a)| of.contains(a));
+            places.map(|(k, _)| k.to_string()).collect::<Vec<_>>().join(" ")
+        };
+        let mut rows = Vec::new();
+        for track in &self.tracks {
+            let mut cells = vec![String::new(); self.methods.len()];
+            for (k, said) in &track.methods {
+                cells[*k] = tally(&said.judged.counts);
+                let sum = totals[*k].get_or_insert_default();
+                *sum = [*sum, said.judged.counts].into_iter().sum();
+            }
+            let sequence = &self.sequences[track.sequence];
+            rows.push(TallyRow {
+                s: track.sequence,
+                t: track.tracker,
+                sequence: sequence.name.clone(),
+                tracker: self.trackers[track.tracker].clone(),
+                frames: track.error.len(),
+                attributes: sequence.attributes.join(", "),
+                marks: marks(&sequence.attributes),
+                cells,
+            });
+        }
+        Tallies {
+            note: self.note.clone(),
+            methods: self.methods.iter().map(|m| m.name.clone()).collect(),
+            attributes: attributes.into_iter().cloned().collect(),
+            rows,
+            totals: totals.iter().map(|c| c.as_ref().map_or_else(String::new, tally)).collect(),
+        }
+    }
+
+    /// What is shown first: the track and method with most events, the earliest among equals.
+    fn start(&self) -> Option<[usize; 3]> {
+        let all = self.tracks.iter().flat_map(|t| t.methods.iter().map(move |(k, said)| (t, *k, said)));
+        let most = all.clone().map(|(_, _, said)| said.judged.events.len()).max()?;
+        let (track, method, _) = all.into_iter().find(|(_, _, said)| said.judged.events.len() == most)?;
+        Some([track.sequence, track.tracker, method])
+    }
+}
+
+fn tally(counts: &Counts) -> String {
+    format!("{} / {} / {}", counts.tp, counts.fn_, counts.fp)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,164 @@
+use super::json::{beside, embedded, in_a_page};
+use super::*;
+use crate::dataset::text::visible;
+use crate::score::khalid2016;
+use proptest::prelude::*;
+use serde_json::Value;
+
+/// Two trackers on two sequences of `frames` frames; the target is lost in frames 20 to 29, and the alarm of
+/// the first method starts 2 frames later, that of the second 12.
+fn sequences(name: &str, frames: usize) -> Sequences {
+    let lost = |t: usize| (20..30).contains(&t);
+    let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
+    let said = |late: usize| {
+        let alarm: Vec<bool> = (0..frames).map(|t| t >= late && lost(t - late)).collect();
+        let judged = (khalid2016::PROTOCOL.score)(&error, &alarm, &vec![0; frames]);
+        Said { score: (0..frames).map(|t| t as f64 * 1e-4).collect(), alarm, judged }
+    };
+    let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64 / 3.0, 10.0, 20.0, 30.0)).collect();
+    let truth = |slant: f64| {
+        let polygon = vec![(0.0, slant), (4.04, 0.0), (4.04, 3.0), (0.0, 3.0)];
+        (0..frames).map(|t| (t != 1).then(|| Region::Polygon(polygon.clone()))).collect()
+    };
+    let sequence = |name: &str, slant: f64| Sequence {
+        name: name.into(),
+        first: 1,
+        size: Some((320, 240)),
+        attributes: vec![name.to_string()],
+        truth: truth(slant),
+        stills: BTreeSet::from([3]),
+    };
+    let track = |sequence, tracker| Track {
+        sequence,
+        tracker,
+        rects: rects.clone(),
+        background: if tracker == 0 { rects.clone() } else { Vec::new() },
+        error: error.clone(),
+        methods: if tracker == 0 { vec![(0, said(2)), (1, said(12))] } else { vec![(1, said(12))] },
+    };
+    let method = |name: &str| Method { name: name.into(), thresholds: vec![Some(0.0041), None] };
+    Sequences {
+        trackers: vec![name.to_string(), "KCF".into()],
+        methods: vec![method(name), method("RAW")],
+        sequences: vec![sequence(name, 0.0), sequence("Bolt", 1.0)],
+        tracks: vec![track(0, 0), track(0, 1), track(1, 0)],
+        note: String::new(),
+    }
+}
+
+/// The values of a column of differences.
+fn column(differences: &Value) -> Vec<Option<i64>> {
+    let mut sum = 0;
+    let mut next = |v: &Value| {
+        sum += v.as_i64()?;
+        Some(sum)
+    };
+    differences.as_array().unwrap().iter().map(&mut next).collect()
+}
+
+#[test]
+fn counts_by_hand() {
+    let tallies = sequences("Girl", 60).tallies();
+    assert_eq!(tallies.rows.len(), 3);
+    let cells: Vec<_> = tallies.rows.iter().map(|r| r.cells.clone()).collect();
+    assert_eq!(cells, [["1 / 0 / 0", "0 / 1 / 1"], ["", "0 / 1 / 1"], ["1 / 0 / 0", "0 / 1 / 1"]]);
+    assert_eq!(tallies.totals, ["2 / 0 / 0", "0 / 3 / 3"]);
+    assert_eq!(tallies.attributes, ["Bolt", "Girl"]);
+    assert_eq!((tallies.rows[0].marks.as_str(), tallies.rows[2].marks.as_str()), ("1", "0"));
+}
+
+#[test]
+fn series_by_hand() {
+    let packed = embedded(&sequences("Girl", 60));
+    assert!(packed.files.is_empty());
+    let all: Value = serde_json::from_str(&packed.index).unwrap();
+    assert_eq!(all["trackers"], serde_json::json!(["Girl", "KCF"]));
+    assert_eq!(all["methods"][1]["thresholds"], serde_json::json!([0.0041, null]));
+    assert_eq!(all["start"], serde_json::json!([0, 0, 0]));
+    assert_eq!(all["tracks"], serde_json::json!([[0, 0, null], [0, 1, null], [1, 0, null]]));
+    assert_eq!(all["sequences"][0]["stills"], serde_json::json!([3]));
+    assert_eq!(
+        (all["sequences"][0]["frames"].as_u64(), &all["sequences"][0]["size"][1]),
+        (Some(60), &240.into())
+    );
+    // Upright polygons are rectangles; the slanted ones have corners.
+    assert_eq!(all["truth"]["0"].as_array().unwrap().len(), 4);
+    assert_eq!(column(&all["truth"]["0"][2])[..3], [Some(40), None, Some(40)]);
+    assert_eq!(all["truth"]["1"].as_array().unwrap().len(), 8);
+    let track = &all["data"]["0-0"];
+    assert_eq!(column(&track["box"][0])[..4], [Some(0), Some(3), Some(7), Some(10)]);
+    assert_eq!(column(&track["error"])[19..21], [Some(250), Some(1000)]);
+    assert!(all["data"]["0-1"]["background"].is_null() && !track["background"].is_null());
+    let said = &track["said"]["0"];
+    assert_eq!(said["events"], serde_json::json!([20]));
+    assert_eq!(said["matches"], serde_json::json!([[0, 0]]));
+    assert_eq!(said["alarms"], serde_json::json!([22, 31]));
+    // Four digits of 0.0041: steps of 1e-6.
+    assert_eq!(said["digits"], 6);
+    assert_eq!(column(&said["score"])[..3], [Some(0), Some(100), Some(200)]);
+    // Without a threshold four digits of the largest score, 0.0059.
+    assert_eq!(all["data"]["0-1"]["said"]["1"]["digits"], 6);
+}
+
+#[test]
+fn no_error_below_one_is_rounded_to_lost() {
+    let mut all = sequences("Girl", 4);
+    all.tracks.truncate(1);
+    all.tracks[0].error = vec![0.99999, 1.0, f64::NAN, 0.5];
+    let all: Value = serde_json::from_str(&embedded(&all).index).unwrap();
+    assert_eq!(column(&all["data"]["0-0"]["error"]), [Some(999), Some(1000), None, Some(500)]);
+}
+
+#[test]
+fn long_series_lie_in_files_that_hold_the_same() {
+    let all = sequences("Girl", 40_000);
+    let (whole, split) = (embedded(&all), beside(&all));
+    assert_eq!(split, beside(&all));
+    let names: Vec<&str> = split.files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["data/00-000.js", "data/00-001.js", "data/01-000.js"]);
+    let whole: Value = serde_json::from_str(&whole.index).unwrap();
+    let index: Value = serde_json::from_str(&split.index).unwrap();
+    assert_eq!(index["tracks"], serde_json::json!([[0, 0, 0], [0, 1, 2], [1, 0, 1]]));
+    assert!(index["data"].as_object().unwrap().is_empty() && split.index.len() < 1000);
+    for track in index["tracks"].as_array().unwrap() {
+        let [s, t, file] = [0, 1, 2].map(|k| track[k].as_u64().unwrap() as usize);
+        let text = &split.files[file].1;
+        let part = text.strip_prefix("trackfail(").unwrap().strip_suffix(");\n").unwrap();
+        let part: Value = serde_json::from_str(part).unwrap();
+        let key = format!("{s}-{t}");
+        assert_eq!(part["data"][&key], whole["data"][&key]);
+        assert_eq!(part["truth"][s.to_string()], whole["truth"][s.to_string()]);
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_name_is_the_same_name_in_the_page(name in "\\PC{0,40}|[<>&\"'/!\\\\\\-\u{2028}\u{2029}\u{202e}\\x00-\\x1f]{0,40}") {
+        let packed = embedded(&sequences(&name, 25));
+        let is_markup = packed.index.contains(['<', '>', '&', '\u{2028}', '\u{2029}']);
+        prop_assert!(!is_markup);
+        let all: Value = serde_json::from_str(&packed.index).unwrap();
+        prop_assert_eq!(all["sequences"][0]["name"].as_str().unwrap(), visible(&name));
+        let json = serde_json::to_string(&name).unwrap();
+        let back: String = serde_json::from_str(&in_a_page(&json)).unwrap();
+        prop_assert_eq!(back, name);
+    }
+
+    #[test]
+    fn any_numbers_are_read_back_as_near_as_told(values in prop::collection::vec(prop::num::f64::ANY, 1..30)) {
+        let mut all = sequences("Girl", values.len());
+        all.tracks.truncate(1);
+        let said = &mut all.tracks[0].methods[0].1;
+        said.score = values.clone();
+        all.tracks[0].rects = values.iter().map(|v| Rect::new(*v, *v, *v, *v)).collect();
+        let all: Value = serde_json::from_str(&embedded(&all).index).unwrap();
+        let track = &all["data"]["0-0"];
+        for (got, v) in column(&track["box"][1]).into_iter().zip(&values) {
+            prop_assert_eq!(got.is_some(), (v * 10.0).is_finite());
+            if v.abs() < 1e12 {
+                prop_assert!((got.unwrap() as f64 / 10.0 - v).abs() <= 0.0501);
+            }
+        }
+        prop_assert_eq!(column(&track["said"]["0"]["score"]).len(), values.len());
+    }
+}

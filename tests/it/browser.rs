@@ -1,0 +1,197 @@
+//! A headless Chromium, spoken to over pipes in its DevTools protocol.
+
+use base64::Engine;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+/// Chromium with one page.
+pub struct Browser {
+    process: Child,
+    to: File,
+    from: BufReader<File>,
+    last: u64,
+    session: String,
+    events: Vec<Value>,
+    // Its profile and pipes; gone with it.
+    _folder: tempfile::TempDir,
+}
+
+impl Browser {
+    /// Starts Chromium; `None`, with a line that says so, where there is none.
+    pub fn start(test: &str) -> Option<Self> {
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        let works =
+            |name: &str| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
+        let Some(name) = names.into_iter().find(|name| works(name)) else {
+            eprintln!("SKIPPED {test}: no chromium on the path");
+            return None;
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let (to, from) = (folder.path().join("to"), folder.path().join("from"));
+        assert!(Command::new("mkfifo").args([&to, &from]).status().unwrap().success());
+        // The browser reads commands from descriptor 3 and answers on descriptor 4.
+        let script = r#"exec "$0" --headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run \
+            --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars \
+            --user-data-dir="$3" --remote-debugging-pipe about:blank 3<"$1" 4>"$2""#;
+        let mut shell = Command::new("sh");
+        shell.args(["-c", script, name]).args([&to, &from]).arg(folder.path().join("profile"));
+        let process = shell.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let to = File::options().write(true).open(to).unwrap();
+        let from = BufReader::new(File::open(from).unwrap());
+        let (session, events) = (String::new(), Vec::new());
+        let mut browser = Self { process, to, from, last: 0, session, events, _folder: folder };
+        let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
+        let attached = browser.call("Target.attachToTarget", json!({"targetId": target, "flatten": true}));
+        browser.session = attached["sessionId"].as_str().unwrap().to_string();
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            browser.call(&format!("{domain}.enable"), json!({}));
+        }
+        Some(browser)
+    }
+
+    fn read(&mut self) -> Value {
+        let mut bytes = Vec::new();
+        self.from.read_until(0, &mut bytes).unwrap();
+        assert_eq!(bytes.pop(), Some(0), "chromium has gone");
+        serde_json::from_slice(&bytes).unwrap()
+    }
+
+    /// Calls a method of the protocol and gives its result.
+    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.last += 1;
+        let mut message = json!({"id": self.last, "method": method, "params": parameters});
+        if !self.session.is_empty() {
+            message["sessionId"] = self.session.clone().into();
+        }
+        let mut bytes = message.to_string().into_bytes();
+        bytes.push(0);
+        self.to.write_all(&bytes).unwrap();
+        loop {
+            let answer = self.read();
+            if answer["id"] == self.last {
+                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
+                return answer["result"].clone();
+            }
+            self.events.push(answer);
+        }
+    }
+
+    /// Shows pages as on a screen of this size, dark or light.
+    pub fn screen(&mut self, width: u32, height: u32, dark: bool) {
+        let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600});
+        self.call("Emulation.setDeviceMetricsOverride", size);
+        let scheme = json!({"name": "prefers-color-scheme", "value": if dark { "dark" } else { "light" }});
+        self.call("Emulation.setEmulatedMedia", json!({"features": [scheme]}));
+    }
+
+    /// Opens a file and waits until it is loaded.
+    pub fn open(&mut self, file: &Path) {
+        self.events.clear();
+        self.call("Page.navigate", json!({"url": format!("file://{}", file.display())}));
+        while !self.events.iter().any(|e| e["method"] == "Page.loadEventFired") {
+            let event = self.read();
+            self.events.push(event);
+        }
+    }
+
+    /// The value of an expression in the page.
+    pub fn value(&mut self, expression: &str) -> Value {
+        let asked = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
+        let result = self.call("Runtime.evaluate", asked);
+        assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
+        result["result"]["value"].clone()
+    }
+
+    /// The value of an expression that is a text.
+    pub fn text(&mut self, expression: &str) -> String {
+        let value = self.value(expression);
+        value.as_str().unwrap_or_else(|| panic!("{expression}: {value}")).to_string()
+    }
+
+    /// Asserts that an expression becomes true soon.
+    pub fn becomes(&mut self, expression: &str) {
+        for _ in 0..200 {
+            if self.value(expression) == true {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(25));
+        }
+        panic!("not true: {expression}; {}", self.value("document.getElementById('readout')?.textContent"));
+    }
+
+    /// Presses a key where the focus is.
+    pub fn press(&mut self, key: &str) {
+        let code = match key {
+            "Tab" => 9,
+            "Enter" => 13,
+            "End" => 35,
+            "Home" => 36,
+            "ArrowLeft" => 37,
+            "ArrowRight" => 39,
+            _ => u32::from(key.to_ascii_uppercase().as_bytes()[0]),
+        };
+        let mut down = json!({"type": "keyDown", "key": key, "windowsVirtualKeyCode": code});
+        match key {
+            "Enter" => down["text"] = "\r".into(),
+            letter if letter.len() == 1 => down["text"] = letter.into(),
+            _ => down["type"] = "rawKeyDown".into(),
+        }
+        self.call("Input.dispatchKeyEvent", down);
+        self.call(
+            "Input.dispatchKeyEvent",
+            json!({"type": "keyUp", "key": key, "windowsVirtualKeyCode": code}),
+        );
+    }
+
+    /// Clicks into the middle of what `expression` gives, at `share` of its width.
+    pub fn click(&mut self, expression: &str, share: f64) {
+        let place = format!(
+            "(() => {{ const e = {expression}; e.scrollIntoView({{block: 'center', behavior: 'instant'}}); \
+             const r = e.getBoundingClientRect(); return [r.x + r.width * {share}, r.y + r.height / 2]; }})()"
+        );
+        let place = self.value(&place);
+        for kind in ["mousePressed", "mouseReleased"] {
+            let event =
+                json!({"type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1});
+            self.call("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// Messages on the console, errors, and addresses other than `allowed` that were asked for.
+    pub fn complaints(&mut self, allowed: impl Fn(&str) -> bool) -> Vec<String> {
+        // Whatever happened before this call is told before its answer.
+        self.value("1");
+        let complaint = |e: &Value| match e["method"].as_str()? {
+            "Runtime.exceptionThrown" | "Runtime.consoleAPICalled" | "Log.entryAdded" => {
+                Some(e["params"].to_string())
+            }
+            "Network.requestWillBeSent" => {
+                let url = e["params"]["request"]["url"].as_str()?;
+                (!allowed(url) && !url.starts_with("data:")).then(|| url.to_string())
+            }
+            _ => None,
+        };
+        self.events.iter().filter_map(complaint).collect()
+    }
+
+    /// Keeps a picture of the page where `TRACKFAIL_SCREENSHOTS` says, if it does.
+    pub fn picture(&mut self, name: &str) {
+        let Some(folder) = std::env::var_os("TRACKFAIL_SCREENSHOTS") else { return };
+        let asked = json!({"format": "png", "captureBeyondViewport": true});
+        let shot = self.call("Page.captureScreenshot", asked);
+        std::fs::create_dir_all(&folder).unwrap();
+        let png = base64::engine::general_purpose::STANDARD.decode(shot["data"].as_str().unwrap()).unwrap();
+        std::fs::write(Path::new(&folder).join(format!("{name}.png")), png).unwrap();
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

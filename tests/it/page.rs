@@ -1,0 +1,353 @@
+//! The page of an experiment in a real browser: sorting, filters, strips and viewer, from disk, by mouse and
+//! by keyboard, on a desk and on a phone, light and dark.
+
+use crate::browser::Browser;
+use crate::tools::trackfail;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use trackfail::region::{Rect, Region};
+use trackfail::report::sequences::json::{beside, embedded};
+use trackfail::report::sequences::{Method, Said, Sequence, Sequences, Track};
+use trackfail::report::{Page, render};
+use trackfail::score::protocol;
+
+const SPEC: &str = r#"
+schema = 1
+name = "mine/page"
+title = "A page in a browser"
+protocol = "khalid2016/1"
+suites.test = "my-otb"
+[[tracker]]
+name = "still"
+[[tracker]]
+name = "still"
+label = "still too"
+[[method]]
+name = "DTEF"
+trackers = ["still"]
+[[method]]
+name = "hist"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", below = 0.9 }
+[[method]]
+name = "oracle"
+detector = { kind = "oracle" }
+[[table]]
+name = "t"
+rows = ["recall", "precision", "events"]
+columns = "method"
+[[figure]]
+name = "f"
+kind = "strips"
+stills = 3
+panels = [["error"]]
+[[claim]]
+text = "The oracle finds all"
+holds = "recall[oracle] == 1"
+[[claim]]
+text = "The oracle finds nothing"
+holds = "recall[oracle] < 1"
+"#;
+
+/// The page of a run over sequences whose target goes back and forth, so that a tracker that stays where it is
+/// loses it again and again.
+fn page_of_a_run(root: &Path) -> PathBuf {
+    for (name, frames, attributes) in [("Ant", 60, "OCC"), ("Bee", 90, "OCC,SV"), ("Cat", 75, "SV")] {
+        let folder = root.join("d/otb").join(name);
+        std::fs::create_dir_all(folder.join("img")).unwrap();
+        let mut truth = String::new();
+        for t in 0..frames {
+            let x = 3 * 20_u32.abs_diff(t % 40);
+            let image = image::RgbImage::from_fn(96, 48, |u, v| {
+                let inside = (x..x + 16).contains(&u) && (10..26).contains(&v);
+                image::Rgb([u as u8, 5 * v as u8, if inside { 255 } else { 0 }])
+            });
+            image.save(folder.join(format!("img/{:04}.png", t + 1))).unwrap();
+            // Pixels count from 1.
+            truth += &format!("{},11,16,16\n", x + 1);
+        }
+        std::fs::write(folder.join("groundtruth_rect.txt"), truth).unwrap();
+        std::fs::write(folder.join("attributes.txt"), attributes).unwrap();
+    }
+    std::fs::write(root.join("a.toml"), SPEC).unwrap();
+    for words in [&["data", "add", "my-otb", "otb", "--format", "otb"][..], &["run", "a.toml", "--quiet"]] {
+        trackfail().current_dir(root).args(words).args(["--data-root", "d"]).assert().success();
+    }
+    root.join("reports/mine/page/index.html")
+}
+
+/// Scores of a tracker that loses its target in frames 20 to 29 of 60, and of a method that says so.
+fn series(names: [&str; 2]) -> Sequences {
+    let frames = 60;
+    let lost = |t: usize| (20..30).contains(&t);
+    let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
+    let said = |from: usize| {
+        let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
+        let judged = (protocol("khalid2016/1").unwrap().score)(&error, &alarm, &vec![0; frames]);
+        let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
+        Said { score, alarm, judged }
+    };
+    let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect();
+    let truth =
+        (0..frames).map(|t| Some(Region::Rect(Rect::new(t as f64 + 2.5, 12.0, 20.0, 30.0)))).collect();
+    let sequence = |name: &str| Sequence {
+        name: name.into(),
+        first: 1,
+        size: Some((160, 120)),
+        attributes: vec![names[0].into(), name.into()],
+        truth: Vec::clone(&truth),
+        stills: Default::default(),
+    };
+    let method = |name: &str| Method { name: name.into(), thresholds: vec![Some(0.004); 2] };
+    let track = |sequence, tracker| Track {
+        sequence,
+        tracker,
+        rects: rects.clone(),
+        background: rects.clone(),
+        error: error.clone(),
+        methods: vec![(0, said(22)), (1, said(40))],
+    };
+    Sequences {
+        trackers: names.map(String::from).into(),
+        methods: names.map(method).into(),
+        sequences: names.map(sequence).into(),
+        tracks: vec![track(0, 0), track(0, 1), track(1, 0), track(1, 1)],
+        note: String::new(),
+    }
+}
+
+const READOUT: &str = "document.getElementById('readout').textContent";
+const SHOWN: &str = "document.querySelectorAll('#sequence-table tbody tr:not([hidden])').length";
+
+fn frame(browser: &mut Browser) -> i64 {
+    let text = browser.text(READOUT);
+    text.split(' ').nth(1).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{text}"))
+}
+
+fn has_no_sideways_scroll(browser: &mut Browser) {
+    let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
+    assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
+}
+
+fn choose(browser: &mut Browser, id: &str, text: &str) {
+    let text = serde_json::to_string(text).unwrap();
+    browser.value(&format!(
+        "(() => {{ const e = document.getElementById('{id}'); \
+         e.value = e.options ? [...e.options].find(o => o.text === {text}).value : {text}; \
+         e.dispatchEvent(new Event(e.options ? 'change' : 'input')); }})()"
+    ));
+}
+
+#[test]
+fn a_page_works_from_disk() {
+    let Some(mut browser) = Browser::start("a_page_works_from_disk") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let page = page_of_a_run(root.path());
+    let own = format!("file://{}", page.parent().unwrap().display());
+    for (width, dark) in [(1400, false), (1400, true), (390, false), (390, true)] {
+        browser.screen(width, 900, dark);
+        browser.open(&page);
+        browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
+        let ground = browser.text("getComputedStyle(document.body).backgroundColor");
+        assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
+        has_no_sideways_scroll(&mut browser);
+        works(&mut browser);
+        assert_eq!(browser.complaints(|url| url.starts_with(&own)), Vec::<String>::new());
+        browser.picture(&format!("page-{width}-{}", if dark { "dark" } else { "light" }));
+    }
+    // All numbers are there without JavaScript, and nothing that does not work.
+    browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
+    browser.open(&page);
+    let text = browser.text("document.body.innerText");
+    assert!(text.contains("sum of the rows shown") && text.contains("1 holds · 1 does not hold"), "{text}");
+    assert!(!text.contains("Show only") && !text.contains("one frame, with") && !text.contains("↕"));
+    browser.picture("page-without-javascript");
+}
+
+fn works(browser: &mut Browser) {
+    assert!(
+        browser.text("document.querySelector('.verdicts').innerText").contains("1 holds · 1 does not hold")
+    );
+
+    // Sorting, by keyboard: largest, smallest, as it was.
+    let labels = "[...document.querySelectorAll('#sequence-table tbody tr')].map(r => r.cells[2].textContent).join(' ')";
+    let as_it_was = browser.text(labels);
+    let mut counts: Vec<usize> = as_it_was.split(' ').map(|n| n.parse().unwrap()).collect();
+    counts.sort_unstable();
+    let joined = |all: &[usize]| all.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+    browser.value("document.querySelector('#sequence-table thead th:nth-child(3) button').focus()");
+    let order = "document.querySelector('#sequence-table thead th:nth-child(3)').ariaSort";
+    browser.press("Enter");
+    assert_eq!(browser.text(order), "descending");
+    assert_eq!(browser.text(labels), joined(&counts.iter().rev().copied().collect::<Vec<_>>()));
+    browser.press("Enter");
+    assert_eq!((browser.text(order), browser.text(labels)), ("ascending".into(), joined(&counts)));
+    browser.press("Enter");
+    assert_eq!((browser.value(order).is_null(), browser.text(labels)), (true, as_it_was));
+    // A row's heading sorts the columns.
+    let heads =
+        "[...document.querySelectorAll('table.both thead th')].map(t => t.innerText.split(' ')[0]).join(' ')";
+    let before = browser.text(heads);
+    let row = "document.querySelector('table.both tbody tr:not(:has(.group))')";
+    let values =
+        format!("[...{row}.cells].slice(1).map(c => c.dataset.v === undefined ? -1 : Number(c.dataset.v))");
+    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
+    assert_eq!(browser.text(&format!("{row}.cells[0].ariaSort")), "descending");
+    assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] >= v)")), true);
+    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
+    assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] <= v)")), true);
+    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
+    assert_eq!(browser.text(heads), before);
+
+    // Filters.
+    let all = browser.value(SHOWN).as_u64().unwrap();
+    choose(browser, "by-tracker", "still too");
+    assert_eq!(browser.value(SHOWN), all / 2);
+    choose(browser, "by-method", "DTEF");
+    assert_eq!(browser.value(SHOWN), 0);
+    choose(browser, "by-tracker", "all");
+    assert_eq!(browser.value(SHOWN), all / 2);
+    let shown =
+        "[...document.querySelector('#sequence-table thead').rows[0].cells].filter(c => !c.hidden).length";
+    assert_eq!(browser.value(shown), 5);
+    let attribute = browser.text("document.querySelector('#by-attribute').options[1].text");
+    choose(browser, "by-attribute", &attribute);
+    let listed = format!(
+        "[...document.querySelectorAll('#sequence-table tbody tr:not([hidden])')]\
+         .every(r => r.cells[3].textContent.split(', ').includes('{attribute}'))"
+    );
+    assert!(browser.value(&listed) == true && browser.value(SHOWN).as_u64().unwrap() > 0);
+    choose(browser, "by-sequence", "no such name");
+    assert_eq!(browser.value(SHOWN), 0);
+    browser.click("document.getElementById('clear')", 0.5);
+    assert_eq!(browser.value(SHOWN), all);
+
+    // The viewer, by keyboard.
+    choose(browser, "show-method", "hist");
+    browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
+    browser.value("document.querySelector('.strip').focus()");
+    browser.press("Home");
+    let first = frame(browser);
+    browser.press("ArrowRight");
+    assert_eq!(frame(browser), first + 1);
+    browser.press("ArrowLeft");
+    assert_eq!(frame(browser), first);
+    let marks = "[...document.querySelectorAll('#strip .jump')].map(g => Number(g.dataset.f))";
+    browser.press("n");
+    let next = "(() => { const row = document.querySelector('#sequence-table tr.open').dataset; \
+        const said = JSON.parse(document.getElementById('series').textContent).data[`${row.s}-${row.t}`].said[1]; \
+        return Math.min(...[...said.events, ...said.detections].filter(f => f > 0)); })()";
+    let next = browser.value(next).as_i64().unwrap();
+    assert_eq!(frame(browser), first + next);
+    browser.press("p");
+    browser.press("End");
+    let last = frame(browser);
+    browser.click("document.querySelector('[data-do=back]')", 0.5);
+    assert_eq!(frame(browser), last - 1);
+    assert_eq!(browser.text("document.querySelector('.strip').ariaValueNow"), (last - 1).to_string());
+
+    // By mouse: a mark of the strip, a place of the strip, an entry of the list.
+    let mark = browser.value(&format!("{marks}.at(-1)")).as_i64().unwrap();
+    browser.click("document.querySelector('#strip .jump:last-of-type .hit-area')", 0.5);
+    assert_eq!(frame(browser), first + mark);
+    browser.click("document.getElementById('strip')", 0.5);
+    let middle = frame(browser);
+    assert!((last / 4..=3 * last / 4).contains(&middle), "{middle} of {last}");
+    browser.click("document.querySelector('#marks button')", 0.5);
+    assert_eq!(frame(browser), first + browser.value(&format!("{marks}[0]")).as_i64().unwrap());
+
+    // What is drawn is what was counted.
+    let row = "document.querySelector('#sequence-table tr.open')";
+    let column = "[...document.querySelector('#sequence-table thead tr').cells].findIndex(c => c.textContent.startsWith('hist'))";
+    let counted = browser.text(&format!("{row}.cells[{column}].textContent"));
+    let drawn = browser.text(
+        "['hit', 'miss', 'false'].map(k => document.querySelectorAll(`#strip .mark.${k}`).length).join(' / ')",
+    );
+    assert_eq!(counted, drawn);
+    let boxes = "[...document.querySelectorAll('#stage .box')].map(b => b.classList[1]).join(' ')";
+    choose(browser, "show-tracker", "still");
+    browser.becomes(&format!("{boxes}.includes('background')"));
+    let boxes = browser.text(boxes);
+    assert!(boxes.starts_with("background tracker"), "{boxes}");
+
+    // A sequence with pictures: one is on the stage in the frame that it shows.
+    let with_stills =
+        "JSON.parse(document.getElementById('series').textContent).sequences.find(s => s.stills.length)";
+    let name = browser.text(&format!("{with_stills}.name"));
+    choose(browser, "show-sequence", &name);
+    browser.becomes(&format!("document.querySelector('#show-sequence').selectedOptions[0].text === '{name}' && {READOUT}.startsWith('Frame')"));
+    browser.value("document.querySelector('.strip').focus()");
+    browser.press("Home");
+    let still = browser.value(&format!("{with_stills}.stills[0]")).as_i64().unwrap();
+    for _ in 0..still / 10 {
+        browser.value("document.querySelector('.strip').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', shiftKey: true, bubbles: true}))");
+    }
+    for _ in 0..still % 10 {
+        browser.press("ArrowRight");
+    }
+    assert_eq!(browser.value("document.querySelectorAll('#stage image').length"), 1);
+    let width = "(async () => { const i = new Image(); i.src = document.querySelector('#stage image').href.baseVal; await i.decode(); return i.width; })()";
+    assert_eq!(browser.value(width), browser.value(&format!("{with_stills}.size[0]")));
+}
+
+#[test]
+fn names_of_any_kind_are_text_and_break_nothing() {
+    let Some(mut browser) = Browser::start("names_of_any_kind_are_text_and_break_nothing") else { return };
+    let long = "\u{5d0}\u{5d1} \u{202e}</script><script>alert(1)</script><img src=x onerror='alert(1)'>\"&amp;{{7*7}} \
+                \\input{a} $x^2_3$ %c #1 ~ `b` \u{2028}\u{0} "
+        .to_string()
+        + &"long".repeat(75);
+    let all = series([&long, "<b>&'\"</b>"]);
+    let page = Page {
+        title: long.clone(),
+        sequences: all.tallies(),
+        series: embedded(&all).index,
+        ..Page::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a page with #, % and 'quotes'.html");
+    std::fs::write(&file, render(&page).unwrap()).unwrap();
+    let url = folder.path().join("a page with %23, %25 and 'quotes'.html");
+    for width in [390, 1400] {
+        browser.screen(width, 900, false);
+        browser.open(&url);
+        browser.becomes(&format!("{READOUT}.startsWith('Frame 21 (21 of 60) · Oₜ 1, lost · score 0.0032, threshold 0.004 · no alarm · found')"));
+        has_no_sideways_scroll(&mut browser);
+        let shown = browser.text("document.querySelector('#show-sequence').options[0].text");
+        assert!(shown.contains("</script><script>alert(1)") && shown.contains("\u{fffd}"), "{shown}");
+        assert_eq!(browser.value("document.scripts.length"), 2);
+        assert_eq!(browser.value("document.querySelectorAll('img, b').length"), 0);
+        choose(&mut browser, "by-tracker", "<b>&'\"</b>");
+        assert_eq!(browser.value(SHOWN), 2);
+        assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+        browser.picture(&format!("names-{width}"));
+    }
+}
+
+#[test]
+fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
+    let Some(mut browser) = Browser::start("series_beside_the_page_are_loaded_from_disk") else { return };
+    let all = series(["Girl", "Bolt"]);
+    let packed = beside(&all);
+    assert_eq!(packed.files.len(), 2);
+    let page = Page { sequences: all.tallies(), series: packed.index, beside: true, ..Page::default() };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    std::fs::write(folder.path().join("index.html"), render(&page).unwrap()).unwrap();
+    for (name, text) in &packed.files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    browser.screen(1400, 900, true);
+    browser.open(&folder.path().join("index.html"));
+    browser.becomes(&format!("{READOUT}.includes('found')"));
+    assert_eq!(browser.value("Object.keys(document.querySelectorAll('script[src]')).length"), 1);
+    choose(&mut browser, "show-tracker", "Bolt");
+    browser.becomes("document.querySelectorAll('script[src]').length === 2");
+    browser.becomes(&format!("{READOUT}.includes('found')"));
+    browser.press("n");
+    assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+    // Without its file a track cannot be shown, which the page says.
+    std::fs::remove_dir_all(folder.path().join("data")).unwrap();
+    browser.open(&folder.path().join("index.html"));
+    browser.becomes(&format!("{READOUT}.includes('data/00-000.js is not beside this page')"));
+}
