@@ -161,6 +161,11 @@ fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> Strin
         Metric::Informedness => {
             format!("TP / (TP + FN) - FP / (FP + TN) = {tp} / ({tp} + {fn_}) - {fp} / ({fp} + {tn})")
         }
+        Metric::FByChance => format!(
+            "2 TP0 / (2 TP + FP + FN); TP0 = {:.2}, the true positives expected of {} detections at random",
+            protocol.map_or(f64::NAN, |p| p.chance.true_positives(&counts)),
+            tp + fp
+        ),
         Metric::FOverChance => {
             let by_chance = protocol.map_or(f64::NAN, |p| p.chance.true_positives(&counts));
             let both = 2 * tp + fp + fn_;

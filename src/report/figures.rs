@@ -412,11 +412,12 @@ fn curve(results: &Results, note: &str, y: Metric, x: Metric, methods: &[String]
             }
         }
     }
-    // Rates are shown whole.
-    let is_rate = |v: f64| v.is_nan() || (0.0..=1.0).contains(&v);
+    // Rates begin at 0 and end at 1, or before where there is nothing near.
     let range = |side: fn(&(f64, f64)) -> f64| {
-        let mut all = curves.iter().flat_map(|(_, points)| points);
-        if all.all(|p| is_rate(side(p))) { Range::Fixed(0.0, 1.0) } else { Range::Auto }
+        let all = || curves.iter().flat_map(|(_, points)| points).map(side).filter(|v| !v.is_nan());
+        let highest = all().fold(0.0, f64::max);
+        let end = [0.1, 0.2, 0.5, 1.0].into_iter().find(|end| highest <= *end);
+        end.filter(|_| all().all(|v| v >= 0.0)).map_or(Range::Auto, |end| Range::Fixed(0.0, end))
     };
     let (x_range, y_range) = (range(|p| p.0), range(|p| p.1));
     Curves { square: true, x_range, y_range, ..plain(note, x.name(), y.name(), curves) }

@@ -61,10 +61,16 @@ impl Chance {
         ((tp + fn_) as f64 * hit.clamp(0.0, 1.0)).min(detections)
     }
 
+    /// F_0, the expected F of as many detections at random; none where F has no value.
+    pub fn f_score(&self, counts: &Counts) -> Option<f64> {
+        counts.f_score()?;
+        let both = 2 * counts.tp + counts.fp + counts.fn_;
+        Some(2.0 * self.true_positives(counts) / both as f64)
+    }
+
     /// (F - F_0) / (1 - F_0); none where F has no value or chance alone reaches 1.
     pub fn f_over_chance(&self, counts: &Counts) -> Option<f64> {
-        let f = counts.f_score()?;
-        let chance = 2.0 * self.true_positives(counts) / (2 * counts.tp + counts.fp + counts.fn_) as f64;
+        let (f, chance) = (counts.f_score()?, self.f_score(counts)?);
         (chance < 1.0).then(|| (f - chance) / (1.0 - chance))
     }
 }

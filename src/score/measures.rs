@@ -124,6 +124,8 @@ pub enum Metric {
     ReverseRuns,
     /// Frames of all runs backwards.
     ReverseFrames,
+    /// Expected F of as many detections at random.
+    FByChance,
     /// F beyond that of random detections: 0 for these, 1 for the best.
     FOverChance,
     /// FN / (TP + FN).
@@ -147,7 +149,7 @@ pub enum Goodness {
 }
 
 impl Metric {
-    const ALL: [(Self, &'static str); 21] = [
+    const ALL: [(Self, &'static str); 22] = [
         (Self::Precision, "precision"),
         (Self::Recall, "recall"),
         (Self::FScore, "f_score"),
@@ -165,6 +167,7 @@ impl Metric {
         (Self::Informedness, "informedness"),
         (Self::ReverseRuns, "reverse_runs"),
         (Self::ReverseFrames, "reverse_frames"),
+        (Self::FByChance, "f_by_chance"),
         (Self::FOverChance, "f_over_chance"),
         (Self::MissRate, "miss_rate"),
         (Self::FalseAlarms, "false_alarms_per_1000"),
@@ -267,6 +270,7 @@ impl Pooled {
             Metric::Informedness => c.informedness(),
             Metric::ReverseRuns => Some(self.effort.runs as f64),
             Metric::ReverseFrames => Some(self.effort.frames as f64),
+            Metric::FByChance => self.chance?.f_score(c),
             Metric::FOverChance => self.chance?.f_over_chance(c),
             Metric::MissRate => c.miss_rate(),
             Metric::FalseAlarms => c.false_alarms_per_1000(),

@@ -41,6 +41,9 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("sanmiguel2015/table7-d2", include_str!("../../experiments/sanmiguel2015/table7-d2.toml")),
     ("sanmiguel2015/fig15", include_str!("../../experiments/sanmiguel2015/fig15.toml")),
     ("sanmiguel2015/built-in-model", include_str!("../../experiments/sanmiguel2015/built-in-model.toml")),
+    ("khalid2016/thresholds", include_str!("../../experiments/khalid2016/thresholds.toml")),
+    ("khalid2016/thresholds-real", include_str!("../../experiments/khalid2016/thresholds-real.toml")),
+    ("sanmiguel2015/thresholds", include_str!("../../experiments/sanmiguel2015/thresholds.toml")),
     ("compare/otb", include_str!("../../experiments/compare/otb.toml")),
     ("compare/vot2014", include_str!("../../experiments/compare/vot2014.toml")),
 ];
@@ -84,6 +87,9 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::measures::Metric;
+    use crate::spec::table::{Side, Table};
+    use std::collections::BTreeSet;
 
     #[test]
     fn every_published_method_builds() {
@@ -105,6 +111,33 @@ mod tests {
         for (name, text) in EXPERIMENTS {
             let experiment = super::super::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(experiment.name, *name);
+        }
+    }
+
+    #[test]
+    fn every_table_of_detectors_has_all_anchors_and_a_score_that_chance_is_taken_from() {
+        for (name, text) in EXPERIMENTS {
+            let experiment = super::super::parse(name, text).unwrap();
+            let kinds = |methods: &[String]| -> BTreeSet<String> {
+                let methods = experiment.methods.iter().filter(|m| methods.contains(&m.name));
+                methods.flat_map(|m| &m.variants).map(|v| v.detector.example().kind.to_string()).collect()
+            };
+            let has = |table: &Table, metric: Metric| match &table.rows {
+                Side::Metrics(metrics) => metrics.contains(&metric),
+                _ => table.metric == Some(metric),
+            };
+            for table in experiment.tables.iter().filter(|t| t.shows.is_none()) {
+                let is_by_method =
+                    table.ranked.is_some() || [&table.rows, &table.columns].contains(&&Side::Method);
+                let kinds = kinds(&table.methods);
+                for anchor in
+                    ["never", "always", "periodic", "random", "oracle"].into_iter().filter(|_| is_by_method)
+                {
+                    assert!(kinds.contains(anchor), "{name}, {}: {anchor}", table.name);
+                }
+                let beside = experiment.tables.iter().any(|t| has(t, Metric::FOverChance));
+                assert!(!has(table, Metric::FScore) || beside, "{name}, {}", table.name);
+            }
         }
     }
 }

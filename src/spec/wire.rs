@@ -193,8 +193,9 @@ pub struct Figure {
     /// File name of the figure.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `strips` (series over frames), `sweep` (a metric over a grid axis), `curve` (a metric over another),
-    /// `chart` (of an analysis) or `machine` (the conditions of a tracker that ARTE follows).
+    /// `strips` (series over frames), `sweep` (a metric over a grid axis), `curve` (a metric over another), `delay`
+    /// (the share of events found so many frames after them), `chart` (of an analysis) or `machine` (the
+    /// conditions of a tracker that ARTE follows).
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Text below the figure.
@@ -223,7 +224,7 @@ pub struct Figure {
     /// sweep: grid axis along x; curve: metric along x.
     #[schemars(with = "Option<String>")]
     pub x: Option<Spanned<String>>,
-    /// sweep, curve: the methods shown; all where it is left out.
+    /// sweep, curve, delay: the methods shown; all where it is left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub methods: Option<Vec<Spanned<String>>>,
 }

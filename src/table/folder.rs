@@ -148,7 +148,10 @@ pub fn layouts(
 ) -> Vec<Layout> {
     let note = data_note(experiment, manifest);
     let attributes = &manifest.suite.attributes;
-    let all = [pooled, &measures::by_attribute(scores, attributes)].concat();
+    let mut all = [pooled, &measures::by_attribute(scores, attributes)].concat();
+    for measure in &mut all {
+        measure.pooled.chance = experiment.protocol_of(&measure.method).map(|p| p.chance);
+    }
     let layout = |t: &Table| match &t.shows {
         Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
         None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, pooled, scores, &note),

@@ -104,7 +104,7 @@ fn the_diagram_shows_those_that_compete() {
 }
 
 #[test]
-fn the_headline_is_the_first_metric_with_a_direction() {
+fn the_headline_orders_methods_by_itself_where_it_can() {
     let text = |table: &str| {
         format!(
             "schema = 1\nname = \"mine/try\"\ntitle = \"T\"\nprotocol = \"khalid2016/1\"\nseed = 1\n\
@@ -113,7 +113,9 @@ fn the_headline_is_the_first_metric_with_a_direction() {
     };
     let of = |table: &str| headline(&crate::spec::parse("try.toml", &text(table)).unwrap()).name();
     let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
-    assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "recall");
+    assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
+    assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");
+    assert_eq!(of(&rows("\"events\", \"recall\"")), "recall");
     assert_eq!(of(&rows("\"reverse_runs\", \"fpr\"")), "fpr");
     assert_eq!(of(&rows("\"events\"")), "f_score");
     assert_eq!(of(""), "f_score");
