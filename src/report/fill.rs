@@ -86,8 +86,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
             Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
     }
-    if let Some((ranks, caption)) = ranks {
-        page.figures.push(draw_ranks(results, folder, &ranks, caption)?);
+    for (name, ranks, caption) in ranks {
+        page.figures.push(draw_ranks(results, folder, name, &ranks, caption)?);
     }
     page.summary.extend(note);
     let findings = claims::test(results);
@@ -107,10 +107,10 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
 fn draw_ranks(
     results: &Results,
     folder: &Path,
+    mut name: String,
     ranks: &Ranks,
     caption: String,
 ) -> Result<FigureView, WriteError> {
-    let mut name = "ranks".to_string();
     while results.experiment.figures.iter().any(|f| f.name == name) {
         name.push('_');
     }

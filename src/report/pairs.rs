@@ -94,6 +94,6 @@ fn of_tracker(results: &Results, name: &str) -> Values {
 }
 
 /// A column's heading as one word: `success AUC` is `success_auc`.
-fn measure_name(column: &str) -> String {
+pub(super) fn measure_name(column: &str) -> String {
     column.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect()
 }

@@ -1,12 +1,16 @@
-//! How far the headline number of each method can be trusted, from `scores.csv` alone: intervals, tests of each
-//! method against each other, and mean ranks.
+//! How far the headline number of each method, or of each tracker that was scored itself, can be trusted, from
+//! `scores.csv` or `analyses.json` alone: intervals, tests of each against each other, and mean ranks.
 //!
-//! Units are sequences, with the counts of all runs summed. Methods are compared on the same tracker and by the
+//! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of what
+//! the first analysis that goes by sequence has in its table `sequences`. Methods are compared on the same tracker and by the
 //! same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are there
 //! to compare with, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
+use super::pairs;
 use super::results::{Results, ResultsError};
+use crate::analysis::Grid;
+use crate::engine::analyse::Analysed;
 use crate::figure::{Ranking, Ranks};
 use crate::num::{pooled, ranks, seed};
 use crate::score::Protocol;
@@ -33,8 +37,8 @@ const FEWEST: usize = 3;
 pub struct Uncertainty {
     /// The tables `uncertainty` and `pairs`.
     pub tables: Vec<Layout>,
-    /// The figure `ranks`, with its caption.
-    pub ranks: Option<(Ranks, String)>,
+    /// The figure `ranks`, and one for each measure of trackers: name, figure and caption.
+    pub ranks: Vec<(String, Ranks, String)>,
     /// Why something is not there.
     pub note: Option<String>,
 }
@@ -55,11 +59,61 @@ pub fn headline(experiment: &Experiment) -> Metric {
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::FScore)
 }
 
-/// A metric of counts in the order of [`Counts`].
-fn value(metric: Metric, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
-    let [tp, fp, fn_, tn] = counts.map(|c| u64::try_from(c).unwrap_or(0));
-    let counts = Counts { tp, fp, fn_, tn };
-    Pooled { counts, chance: Some(chance), ..Pooled::default() }.value(metric)
+/// What is measured of a method or a tracker.
+#[derive(Debug, Clone, PartialEq)]
+enum Measured {
+    /// A metric of counts, in the order of [`Counts`].
+    Counted(Metric),
+    /// The mean over sequences of a column that an analysis made. The numbers of a sequence are its value in
+    /// billionths, whose sum is the same in any order, and 1.
+    Mean(String),
+}
+
+/// Of [`Measured::Mean`].
+const BILLION: f64 = 1e9;
+
+impl Measured {
+    fn name(&self) -> &str {
+        match self {
+            Self::Counted(metric) => metric.name(),
+            Self::Mean(column) => column,
+        }
+    }
+
+    fn goodness(&self) -> Goodness {
+        match self {
+            Self::Counted(metric) => metric.goodness(),
+            Self::Mean(column) if column == "failures" => Goodness::Down,
+            Self::Mean(_) => Goodness::Up,
+        }
+    }
+
+    fn style(&self) -> Style {
+        match self {
+            Self::Counted(metric) if metric.is_count() => Style::COUNT,
+            _ => Style::DEFAULT,
+        }
+    }
+
+    /// From the numbers of all units together.
+    fn value(&self, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
+        match self {
+            Self::Counted(metric) => {
+                let [tp, fp, fn_, tn] = counts.map(|c| u64::try_from(c).unwrap_or(0));
+                let counts = Counts { tp, fp, fn_, tn };
+                Pooled { counts, chance: Some(chance), ..Pooled::default() }.value(*metric)
+            }
+            Self::Mean(_) => (counts[1] > 0).then(|| counts[0] as f64 / BILLION / counts[1] as f64),
+        }
+    }
+
+    /// How it comes about, for captions.
+    fn way(&self) -> &'static str {
+        match self {
+            Self::Counted(_) => "from the summed counts of all sequences",
+            Self::Mean(_) => "the mean over sequences",
+        }
+    }
 }
 
 /// A method on one tracker.
@@ -123,12 +177,40 @@ fn fields(results: &Results) -> Result<Vec<Field>, ResultsError> {
     Ok(fields)
 }
 
-/// Intervals, tests and ranks of an experiment's methods.
+/// The trackers that the first analysis with a table `sequences` scored, for each column of it.
+fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
+    let by_sequence = |a: &Analysed| a.findings.tables.iter().find(|t| t.name == "sequences").cloned();
+    let Some(first) = results.analyses.iter().find(|a| by_sequence(a).is_some()) else { return Vec::new() };
+    let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
+    let tables: Vec<(&str, Grid)> =
+        mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
+    let field = |(k, column): (usize, &String)| {
+        let contestant = |(tracker, table): &(&str, Grid)| {
+            let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
+                // No measure of a sequence is as large as a million.
+                let value = cells.get(k).copied().flatten()?.clamp(-1e6, 1e6);
+                Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
+            };
+            let counts = table.rows.iter().filter_map(unit).collect();
+            Contestant { label: (*tracker).to_string(), competes: true, counts }
+        };
+        let contestants = tables.iter().map(contestant).collect();
+        (
+            Measured::Mean(column.clone()),
+            Field { label: String::new(), chance: Chance::within(0), contestants },
+        )
+    };
+    tables[0].1.columns.iter().enumerate().map(field).collect()
+}
+
+/// Intervals, tests and ranks of an experiment's methods, and of its trackers that were scored themselves.
 ///
 /// # Errors
 /// When `scores.csv` cannot be read.
 pub fn measure(results: &Results) -> Result<Uncertainty, ResultsError> {
-    if results.experiment.methods.is_empty() {
+    let experiment = &results.experiment;
+    let of_trackers = tracker_fields(results);
+    if experiment.methods.is_empty() && of_trackers.is_empty() {
         return Ok(Uncertainty::default());
     }
     let present = results.manifest.suite.present.len();
@@ -138,23 +220,35 @@ pub fn measure(results: &Results) -> Result<Uncertainty, ResultsError> {
         );
         return Ok(Uncertainty { note: Some(note), ..Uncertainty::default() });
     }
-    let fields = fields(results)?;
-    let metric = headline(&results.experiment);
-    let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, metric)).collect();
-    let seed = seed::seed(results.manifest.seed, &["uncertainty", &results.experiment.name]);
-    let note = folder::data_note(&results.experiment, &results.manifest);
-    let suite = format!("Suite {}: {note}.", results.experiment.suites[TEST]);
-    let mut tables = vec![intervals(&fields, &ranked, metric, seed)];
-    let pairs = pairs(&fields, metric, seed);
-    tables.extend((!pairs.groups.is_empty()).then_some(pairs));
-    for table in &mut tables {
-        table.caption = format!("{} {suite}", table.caption);
-        table.data.clone_from(&note);
-        while results.experiment.tables.iter().any(|t| t.name == table.name) {
-            table.name.push('_');
-        }
+    let mut all: Vec<(String, Measured, Vec<Field>)> = Vec::new();
+    if !experiment.methods.is_empty() {
+        all.push((String::new(), Measured::Counted(headline(experiment)), fields(results)?));
     }
-    Ok(Uncertainty { tables, ranks: diagram(&fields, &ranked, metric, &suite), note: None })
+    for (measured, field) in of_trackers {
+        all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
+    }
+    let note = folder::data_note(experiment, &results.manifest);
+    let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
+    let mut said = Uncertainty::default();
+    for (suffix, measured, fields) in &all {
+        let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
+        let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
+        let mut tables = vec![intervals(fields, &ranked, measured, seed)];
+        let duels = duels(fields, measured, seed);
+        tables.extend((!duels.groups.is_empty()).then_some(duels));
+        for table in &mut tables {
+            table.name.push_str(suffix);
+            table.caption = format!("{} {suite}", table.caption);
+            table.data.clone_from(&note);
+            while experiment.tables.iter().any(|t| t.name == table.name) {
+                table.name.push('_');
+            }
+        }
+        said.tables.extend(tables);
+        let diagram = diagram(fields, &ranked, measured, &suite);
+        said.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
+    }
+    Ok(said)
 }
 
 /// The mean ranks of a field.
@@ -167,23 +261,19 @@ struct Ranked {
     critical: f64,
 }
 
-fn rank(field: &Field, metric: Metric) -> Option<Ranked> {
+fn rank(field: &Field, measured: &Measured) -> Option<Ranked> {
     let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
     let values = |sequence: &String| -> Option<Vec<f64>> {
-        competing.iter().map(|c| value(metric, field.chance, c.counts.get(sequence)?)).collect()
+        competing.iter().map(|c| measured.value(field.chance, c.counts.get(sequence)?)).collect()
     };
     let blocks: Vec<Vec<f64>> = competing.first()?.counts.keys().filter_map(values).collect();
     if blocks.len() < FEWEST {
         return None;
     }
-    let found = ranks::friedman(&blocks, metric.goodness() != Goodness::Down)?;
+    let found = ranks::friedman(&blocks, measured.goodness() != Goodness::Down)?;
     let critical = ranks::critical_difference(LEVEL, competing.len(), blocks.len())?;
     let mean_ranks = competing.iter().map(|c| c.label.clone()).zip(found.mean_ranks).collect();
     Some(Ranked { mean_ranks, blocks: found.blocks, p: found.test.map(|t| t.1), critical })
-}
-
-fn style(metric: Metric) -> Style {
-    if metric.is_count() { Style::COUNT } else { Style::DEFAULT }
 }
 
 fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
@@ -217,15 +307,15 @@ fn group(label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
     }
 }
 
-fn direction(metric: Metric) -> &'static str {
-    match metric.goodness() {
+fn direction(measured: &Measured) -> &'static str {
+    match measured.goodness() {
         Goodness::Up => "larger is better",
         Goodness::Down => "smaller is better",
         Goodness::Neither => "neither large nor small is better",
     }
 }
 
-fn intervals(fields: &[Field], ranked: &[Option<Ranked>], metric: Metric, seed: u64) -> Layout {
+fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> Layout {
     let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
         let mut heading = field.label.clone();
         if let Some(r) = ranked {
@@ -241,12 +331,12 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], metric: Metric, seed: 
             let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
             let total = units.iter().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
             let bounds = (units.len() >= FEWEST)
-                .then(|| pooled::interval(&units, |c| value(metric, field.chance, c), LEVEL, DRAWS, seed))
+                .then(|| pooled::interval(&units, |c| measured.value(field.chance, c), LEVEL, DRAWS, seed))
                 .flatten();
-            let shown = |v| style(metric).format(v);
+            let shown = |v| measured.style().format(v);
             let rank = ranked.as_ref().and_then(|r| r.mean_ranks.get(&c.label).copied());
             let cells = vec![
-                cell(value(metric, field.chance, &total), shown),
+                cell(measured.value(field.chance, &total), shown),
                 cell(bounds.map(|b| b.0), shown),
                 cell(bounds.map(|b| b.1), shown),
                 cell(Some(units.len() as f64), |v| Style::COUNT.format(v)),
@@ -256,15 +346,19 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], metric: Metric, seed: 
         };
         group(heading, field.contestants.par_iter().map(row).collect())
     };
+    let is_counted = matches!(measured, Measured::Counted(_));
     let caption = format!(
-        "How far {} ({}) can be trusted: its value from the summed counts of all sequences, 95 % bounds by bootstrap \
-         over sequences (percentiles of {DRAWS} samples), and the mean rank, 1 the best, over the sequences in which \
-         all ranked methods have a value. Anchors and points of a grid are not ranked.",
-        metric.name(),
-        direction(metric)
+        "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
+         sequences (percentiles of {DRAWS} samples), and the mean rank, 1 the best, over the sequences in which \
+         all that are ranked have a value{}.",
+        measured.name(),
+        direction(measured),
+        measured.way(),
+        if is_counted { "; anchors and points of a grid are not ranked" } else { "" }
     );
-    let columns = [metric.name(), "95 % from", "95 % to", "sequences", "mean rank"];
-    table("uncertainty", caption, "method", &columns, fields.iter().zip(ranked).map(of_field).collect())
+    let who = if is_counted { "method" } else { "tracker" };
+    let columns = [measured.name(), "95 % from", "95 % to", "sequences", "mean rank"];
+    table("uncertainty", caption, who, &columns, fields.iter().zip(ranked).map(of_field).collect())
 }
 
 /// One method against another.
@@ -299,7 +393,7 @@ fn duel((a, b): (&Contestant, &Contestant), of: impl Fn(&[i64; 4]) -> Option<f64
     duel
 }
 
-fn pairs(fields: &[Field], metric: Metric, seed: u64) -> Layout {
+fn duels(fields: &[Field], measured: &Measured, seed: u64) -> Layout {
     let of_field = |field: &Field| {
         let seed = seed::seed(seed, &[&field.label]);
         let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
@@ -307,11 +401,11 @@ fn pairs(fields: &[Field], metric: Metric, seed: u64) -> Layout {
             .flat_map(|i| (i + 1..competing.len()).map(move |j| (i, j)))
             .map(|(i, j)| (competing[i], competing[j]))
             .collect();
-        let of = |c: &[i64; 4]| value(metric, field.chance, c);
+        let of = |c: &[i64; 4]| measured.value(field.chance, c);
         let duels: Vec<Duel> = all.par_iter().map(|pair| duel(*pair, of, seed)).collect();
         let known: Vec<f64> = duels.iter().filter_map(|d| d.p).collect();
         let mut adjusted = ranks::holm(&known).into_iter();
-        let signed = |v| style(metric).format_signed(v);
+        let signed = |v| measured.style().format_signed(v);
         let row = |d: Duel| {
             let holm = d.p.and_then(|_| adjusted.next());
             let cells = vec![
@@ -328,22 +422,22 @@ fn pairs(fields: &[Field], metric: Metric, seed: u64) -> Layout {
         (!rows.is_empty()).then(|| group(field.label.clone(), rows))
     };
     let caption = format!(
-        "Difference of {} ({}) between methods on the same sequences: from summed counts, with 95 % bounds by \
-         bootstrap over sequences ({DRAWS} samples) and the two-sided p of the permutation test that exchanges the \
-         two methods' counts within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
+        "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({DRAWS} \
+         samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
          ones), by itself and after Holm's correction for all pairs of its group.",
-        metric.name(),
-        direction(metric),
+        measured.name(),
+        direction(measured),
+        measured.way(),
         pooled::EXACT_UP_TO
     );
     let columns = ["difference", "95 % from", "95 % to", "p", "p (Holm)", "sequences"];
-    table("pairs", caption, "methods", &columns, fields.iter().filter_map(of_field).collect())
+    table("pairs", caption, "pair", &columns, fields.iter().filter_map(of_field).collect())
 }
 
 fn diagram(
     fields: &[Field],
     ranked: &[Option<Ranked>],
-    metric: Metric,
+    measured: &Measured,
     suite: &str,
 ) -> Option<(Ranks, String)> {
     let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
@@ -362,9 +456,9 @@ fn diagram(
     let caption = format!(
         "Mean ranks by {}, 1 the best; a bar joins methods that are less than the critical difference of Nemenyi's \
          test at 5 % apart, which these sequences cannot tell apart. {suite}",
-        metric.name()
+        measured.name()
     );
-    let note = format!("mean rank by {}, 1 the best", metric.name());
+    let note = format!("mean rank by {}, 1 the best", measured.name());
     Some((Ranks { title: String::new(), note, rankings }, caption))
 }
 

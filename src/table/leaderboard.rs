@@ -16,6 +16,7 @@ use super::measures::Measure;
 use super::number::Style;
 use super::records::{CellScore, method_label};
 use crate::num::seed;
+use crate::score::chance::Chance;
 use crate::score::measures::{Counts, Goodness, Metric, Pooled};
 use crate::spec::table::Table;
 use crate::spec::{Experiment, TEST};
@@ -35,6 +36,7 @@ struct Candidate {
     value: Option<f64>,
     /// One for each sequence.
     counts: Vec<Counts>,
+    chance: Option<Chance>,
 }
 
 /// How sure a rank is.
@@ -48,8 +50,11 @@ pub struct Stability {
     pub keeps: f64,
 }
 
-fn value(counts: Counts, metric: Metric) -> Option<f64> {
-    Pooled { counts, ..Pooled::default() }.value(metric)
+/// A method as it is drawn: its counts on every sequence, and how its protocol matches by chance.
+type Drawn<'a> = (&'a [Counts], Option<Chance>);
+
+fn value(counts: Counts, chance: Option<Chance>, metric: Metric) -> Option<f64> {
+    Pooled { counts, chance, ..Pooled::default() }.value(metric)
 }
 
 /// Better ones come first; a value is better than none.
@@ -69,15 +74,17 @@ fn ranks(values: &[Option<f64>], metric: Metric) -> Vec<usize> {
 
 /// The ranks of methods with these counts, a list with one for each sequence for every method, and how often
 /// `draws` bootstrap samples give the same.
-pub fn stability(methods: &[&[Counts]], metric: Metric, draws: usize, seed: u64) -> Vec<Stability> {
-    let all: Vec<Option<f64>> = methods.iter().map(|c| value(c.iter().copied().sum(), metric)).collect();
+fn stability(methods: &[Drawn<'_>], metric: Metric, draws: usize, seed: u64) -> Vec<Stability> {
+    let all: Vec<Option<f64>> =
+        methods.iter().map(|(c, chance)| value(c.iter().copied().sum(), *chance, metric)).collect();
     let on_all = ranks(&all, metric);
-    let sequences = methods.first().map_or(0, |c| c.len());
+    let sequences = methods.first().map_or(0, |(c, _)| c.len());
     let (mut first, mut keeps) = (vec![0_usize; methods.len()], vec![0_usize; methods.len()]);
     let mut rng = seed::rng(seed);
     for _ in 0..draws {
         let drawn: Vec<usize> = (0..sequences).map(|_| rng.random_range(0..sequences)).collect();
-        let sum = |counts: &&[Counts]| value(drawn.iter().map(|k| counts[*k]).sum(), metric);
+        let sum =
+            |(counts, chance): &Drawn<'_>| value(drawn.iter().map(|k| counts[*k]).sum(), *chance, metric);
         let values: Vec<Option<f64>> = methods.iter().map(sum).collect();
         for (k, rank) in ranks(&values, metric).into_iter().enumerate() {
             first[k] += usize::from(rank == 1);
@@ -121,6 +128,7 @@ fn candidates(
             is_anchor: is_anchor(experiment, &m.method),
             value: m.value(metric),
             counts,
+            chance: m.pooled.chance,
         }
     };
     shown.iter().map(candidate).collect()
@@ -143,8 +151,8 @@ pub fn leaderboard(
         }
         // Equal ones stay in the order of the experiment.
         all.sort_by(|a, b| compare(a.value, b.value, metric));
-        let ranked: Vec<&[Counts]> =
-            all.iter().filter(|c| !c.is_anchor).map(|c| c.counts.as_slice()).collect();
+        let ranked: Vec<Drawn<'_>> =
+            all.iter().filter(|c| !c.is_anchor).map(|c| (c.counts.as_slice(), c.chance)).collect();
         let enough = all[0].counts.len() >= FEWEST;
         let seed = seed::seed(experiment.seed, &["leaderboard", &table.name, tracker]);
         let mut sure = stability(&ranked, metric, if enough { DRAWS } else { 0 }, seed).into_iter();
@@ -212,9 +220,19 @@ mod tests {
     #[test]
     fn what_holds_on_every_sequence_holds_in_every_draw() {
         let (good, bad) = ([counts(3, 0, 1); 4], [counts(2, 1, 2); 4]);
-        let sure = stability(&[&bad, &good], Metric::FScore, 500, 1);
+        let sure = stability(&[(&bad, None), (&good, None)], Metric::FScore, 500, 1);
         assert_eq!(sure[1], Stability { rank: 1, first: 1.0, keeps: 1.0 });
         assert_eq!(sure[0], Stability { rank: 2, first: 0.0, keeps: 1.0 });
+    }
+
+    // Both hit every event; only the chance of a wide window is taken from what the first has.
+    #[test]
+    fn chance_is_of_each_methods_own_protocol() {
+        let list = [counts(2, 1, 0); 4];
+        let both: [Drawn<'_>; 2] = [(&list, Some(Chance::within(5))), (&list, Some(Chance::within(0)))];
+        let sure = stability(&both, Metric::FOverChance, 50, 1);
+        assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
+        assert_eq!(sure[1].first, 1.0);
     }
 
     // Closed form: A finds the events of sequence 1 only, B those of the n - 1 others, one each. In a draw of n,
@@ -223,11 +241,13 @@ mod tests {
     #[test]
     fn shares_are_those_of_the_binomial_distribution() {
         let (hit, miss) = (counts(1, 0, 0), counts(0, 0, 1));
-        let sure = stability(&[&[hit, miss, miss], &[miss, hit, hit]], Metric::Recall, DRAWS, 7);
+        let (a, b) = ([hit, miss, miss], [miss, hit, hit]);
+        let two: [Drawn<'_>; 2] = [(&a, None), (&b, None)];
+        let sure = stability(&two, Metric::Recall, DRAWS, 7);
         assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
         assert!((sure[0].first - 7.0 / 27.0).abs() < 4.0 * 0.0044, "{sure:?}");
         assert_eq!(sure[0].first, 1.0 - sure[1].keeps);
-        assert_eq!(sure, stability(&[&[hit, miss, miss], &[miss, hit, hit]], Metric::Recall, DRAWS, 7));
+        assert_eq!(sure, stability(&two, Metric::Recall, DRAWS, 7));
     }
 
     proptest! {
@@ -237,10 +257,10 @@ mod tests {
         ) {
             let list: Vec<Vec<Counts>> =
                 list.iter().map(|m| m.iter().map(|c| counts(c.0, c.1, c.2)).collect()).collect();
-            let methods: Vec<&[Counts]> = list.iter().map(Vec::as_slice).collect();
+            let methods: Vec<Drawn<'_>> = list.iter().map(|m| (m.as_slice(), None)).collect();
             let sure = stability(&methods, Metric::FScore, 50, 3);
             prop_assert!(sure.iter().map(|s| s.first).sum::<f64>() >= 1.0 - 1e-9);
-            let turned: Vec<&[Counts]> = methods.iter().rev().copied().collect();
+            let turned: Vec<Drawn<'_>> = methods.iter().rev().copied().collect();
             let mut again = stability(&turned, Metric::FScore, 50, 3);
             again.reverse();
             prop_assert_eq!(sure, again);
