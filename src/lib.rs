@@ -16,7 +16,7 @@
 //! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |
 //! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
 //! | [`figure`] | plain series | SVG and PNG |
-//! | [`report`] | a results folder alone | one offline HTML page for each experiment, and one over all; what is behind a number |
+//! | [`report`] | a results folder alone | an offline HTML page for each experiment, one over all; what is behind a number |
 //! | [`cli`] | arguments | calls of the above, exit codes |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method

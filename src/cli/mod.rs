@@ -16,6 +16,7 @@ pub mod output;
 pub mod render;
 pub mod report;
 pub mod run;
+pub mod serve;
 pub mod serve_trax;
 pub mod slurm;
 pub mod why;
@@ -59,6 +60,8 @@ enum Verb {
     Merge(merge::Args),
     /// Compare two trackers, methods or results folders, pair by pair, with intervals
     Compare(compare::Args),
+    /// Show reports, and what runs are at, in a browser on this machine
+    Serve(serve::Args),
     /// Let programs that speak TraX use a built-in tracker
     ServeTrax(serve_trax::Args),
     /// Tell why cells would or would not be computed again
@@ -83,6 +86,7 @@ impl Cli {
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Compare(args) => compare::run(args),
+            Verb::Serve(args) => serve::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
             Verb::Why(args) => why::run(args),
             Verb::Explain(args) => explain::run(args),

@@ -1,4 +1,4 @@
-//! `trackfail report [EXPERIMENT...]`
+//! `trackfail report [EXPERIMENT...]`: reports, and the page over all of them.
 
 use super::{Failure, output};
 use crate::engine::store::alone;
@@ -44,13 +44,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // A run must not replace the results while they are read and their tables written.
     let _alone = alone(&args.results);
-    for name in names {
+    let done = names.iter().try_for_each(|name| {
         let results =
-            Results::read(&args.results.join(&name)).map_err(|e| Failure::Io(format!("{name}: {e}")))?;
+            Results::read(&args.results.join(name)).map_err(|e| Failure::Io(format!("{name}: {e}")))?;
         let (index, _) = render(&results, &args.reports)?.publish(&args.reports)?;
-        output::write(&format!("{}\n", index.display()))?;
-    }
-    Ok(())
+        output::write(&format!("{}\n", index.display()))
+    });
+    // Also of those before one that could not be made.
+    let site = if args.reports.is_dir() { write_site(&args.reports) } else { Ok(()) };
+    done.and(site)
 }
 
 /// A report that was rendered aside.
@@ -70,6 +72,7 @@ pub fn render(results: &Results, reports: &Path) -> Result<Rendered, Failure> {
     staging::sweep(reports);
     let aside = Staging::new(reports).map_err(|e| io(&e))?;
     let findings = report::write(results, aside.path()).map_err(|e| io(&e))?;
+    report::site::write_summary(results, &findings, aside.path()).map_err(|e| io(&e))?;
     Ok(Rendered { name, aside, findings })
 }
 
@@ -84,6 +87,16 @@ impl Rendered {
         placed.map_err(|e| Failure::Io(format!("{}: {e}", self.name)))?;
         Ok((target.join(report::INDEX), self.findings))
     }
+}
+
+/// Writes the page over all reports below a folder, and tells of those that it cannot list.
+///
+/// # Errors
+/// [`Failure::Io`].
+pub fn write_site(reports: &Path) -> Result<(), Failure> {
+    let told = report::site::write_index(reports).map_err(|e| Failure::Io(e.to_string()))?;
+    told.warnings.iter().for_each(|warning| output::note(&format!("warning: {warning}")));
+    Ok(())
 }
 
 /// Experiments below a folder whose run is finished, by name.

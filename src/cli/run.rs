@@ -5,6 +5,7 @@ use super::{Failure, export};
 use crate::dataset::lock::Loaded;
 use crate::engine::pass::CellError;
 use crate::engine::plan::{PlannedCell, State, variants};
+use crate::engine::progress::{self, Watch};
 use crate::engine::run::{RunError, Shared};
 use crate::engine::shard::Shard;
 use crate::engine::store::{self, Store};
@@ -188,12 +189,20 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
         force: args.force,
         limits: limits.clone(),
         progress: Arc::new(progress),
+        watch: Arc::new(Watch::default()),
     };
+    if args.shard.is_none() {
+        options.watch.all_cells(plan.cells().len());
+    }
+    // Whoever ends before it is finished is told to have stopped.
+    let telling = progress::tell(&args.results, experiment, args.shard, &options.watch);
+    let finish = move || telling.into_iter().for_each(progress::Telling::finish);
     if let Some(shard) = args.shard {
         let done = engine::run::run_shard(&plan, &store, &options, shard);
         bar.finish_and_clear();
         tell_problems(&store);
         let done = done.map_err(failure)?;
+        finish();
         store.collect(args.store_limit());
         return tell_shard(args, experiment, shard, &done);
     }
@@ -208,7 +217,9 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
     if let Some(folder) = &args.export_tracks {
         export::write(folder, experiment, &outcome)?;
     }
+    options.watch.stage("writing tables and report");
     let (results, findings, index) = write(args, experiment, &store, &outcome, start)?;
+    finish();
     drop(outcome);
     tell_problems(&store);
     store.collect(args.store_limit());
@@ -246,6 +257,7 @@ fn write(
     results.folder = args.results.join(&experiment.name);
     aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
     let (index, findings) = rendered.publish(&args.reports)?;
+    super::report::write_site(&args.reports)?;
     Ok((results, findings, index))
 }
 

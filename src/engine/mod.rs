@@ -5,13 +5,14 @@
 //! goes once over the frames of one sequence and feeds every tracker and signal, [`reverse`] runs a tracker
 //! backwards, [`timing`] with a clock beside it, [`supervise`] looks after those that panic or hang; [`tracks`] and [`judge`] take from the
 //! [`store`] what is there and compute what is not; [`run`](mod@run) does it for all sequences on all cores, or for a share of them;
-//! [`why`] tells what a result would be made from now and was made from before.
+//! [`progress`] tells onlookers what a run is at, [`why`] tells what a result would be made from now and was made from before.
 
 pub mod address;
 pub mod analyse;
 pub mod judge;
 pub mod pass;
 pub mod plan;
+pub mod progress;
 pub mod recipes;
 pub mod reverse;
 pub mod run;

@@ -7,6 +7,7 @@ use super::analyse::{self, Analysed, NotAnalysed};
 use super::judge::{self, Armed, Case, Judged, Kept, Source, StoredVerdict, signal_of};
 use super::pass::CellError;
 use super::plan::{Job, Plan, variants};
+use super::progress::Watch;
 use super::reverse::FRAMES_IN_MEMORY;
 use super::shard::Shard;
 use super::store::{Name, Record, Store, StoreError};
@@ -39,11 +40,14 @@ pub struct Options {
     pub limits: Limits,
     /// Called as frames are done, with done and total numbers.
     pub progress: Arc<dyn Fn(u64, u64) + Send + Sync>,
+    /// Counts what is done, for onlookers.
+    pub watch: Arc<Watch>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { data_root: None, force: false, limits: Limits::default(), progress: Arc::new(|_, _| {}) }
+        let (limits, progress) = (Limits::default(), Arc::new(|_, _| {}));
+        Self { data_root: None, force: false, limits, progress, watch: Arc::default() }
     }
 }
 
@@ -89,8 +93,13 @@ pub struct Context<'a> {
 
 impl<'a> Context<'a> {
     fn new(plan: &'a Plan<'a>, store: &'a Store, options: &'a Options, frames: u64) -> Self {
-        let (done, progress) = (AtomicU64::new(0), options.progress.clone());
-        let on_frame = move || progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
+        let (done, progress, watch) = (AtomicU64::new(0), options.progress.clone(), options.watch.clone());
+        watch.frames(0, frames);
+        let on_frame = move || {
+            let done = (done.fetch_add(1, Ordering::Relaxed) + 1).min(frames);
+            watch.frames(done, frames);
+            progress(done, frames);
+        };
         let tally = Tally::default();
         let frames = Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 }));
         Self { plan, store, options, tally, on_frame: Arc::new(on_frame), frames, held: AtomicUsize::new(0) }
@@ -287,10 +296,13 @@ fn frames_to_do(plan: &Plan<'_>, store: &Store, options: &Options, units: &[Unit
 /// When it is interrupted or the store cannot be written to. What goes wrong inside a cell is recorded
 /// in the cell.
 pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<Outcome<'s>, RunError> {
-    let units = units(plan, None);
+    let (units, watch) = (units(plan, None), &options.watch);
+    watch.all_cells(plan.cells().len());
+    watch.stage("running trackers");
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
+        let _at = watch.at(&planned.sequence.name);
         let not_wanted = || Err(CellError::Missing("not asked for".to_string()));
         let mut row: Tracks = plan.jobs.iter().map(|_| not_wanted()).collect();
         for (j, track) in jobs.iter().zip(tracks::tracks(&context, *suite, planned, jobs)?) {
@@ -304,12 +316,15 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
     for (suite, _, of_sequence) in done {
         tracks[suite].push(of_sequence);
     }
+    watch.stage("training and analysing");
     let (ready, models) = train::make_ready(&context, &tracks)?;
     let mut found = analyse::analyse(&context, &tracks)?;
     let test = plan.test();
+    watch.stage("judging");
     let judged =
         (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
     let cells = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
+    watch.stage("measuring times");
     found.extend(timing::measure(&context, &tracks, &ready)?);
     let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
     for analysed in found {
@@ -370,9 +385,18 @@ pub fn run_shard(
         DetectorChoice::Given(fixed) => Some(Armed { fixed: fixed.clone(), source: Source::Given }),
         DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
     };
+    let given_cells = |j: &usize| {
+        variants(plan.experiment)
+            .filter(|(m, v)| given(v).is_some() && plan.has_cells(plan.jobs[*j], m))
+            .count()
+    };
+    let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
+    options.watch.all_cells(of_test.flat_map(|(.., jobs)| jobs).map(given_cells).sum());
+    options.watch.stage("running trackers and judging");
     type Done = Vec<(String, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
         let planned = &plan.suites[*suite].sequences[*sequence];
+        let _at = options.watch.at(&planned.sequence.name);
         let tracks = tracks::tracks(&context, *suite, planned, jobs)?;
         let mut cells = Vec::new();
         let mut cases = Vec::new();
@@ -397,6 +421,7 @@ pub fn run_shard(
         let names: Vec<String> = cases.iter().map(|c| c.name.cell.clone()).collect();
         let judged = judge::judge(&context, cases)?;
         cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
+        options.watch.cells(if *suite == 0 { cells.len() } else { 0 });
         Ok(cells)
     };
     let mut done: Vec<_> =
@@ -450,6 +475,7 @@ fn judge_sequence(
 ) -> Result<Vec<Cell>, RunError> {
     let plan = context.plan;
     let sequence = &plan.test().sequences[index].sequence;
+    let _at = context.options.watch.at(&sequence.name);
     let mut cells: Vec<Cell> = Vec::new();
     let mut cases: Vec<(usize, Case)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();
@@ -483,5 +509,6 @@ fn judge_sequence(
     for (place, judged) in places.into_iter().zip(judge::judge(context, cases)?) {
         cells[place].result = judged;
     }
+    context.options.watch.cells(cells.len());
     Ok(cells)
 }

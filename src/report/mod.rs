@@ -7,7 +7,8 @@
 //! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`], [`delays`] and [`stills`] draw
 //! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
 //! [`sequences`] has what is shown sequence by sequence, [`explain`](mod@explain) takes numbers apart and
-//! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report.
+//! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report,
+//! [`site`] is the page over all reports.
 
 pub mod claims;
 pub mod delays;
@@ -19,6 +20,7 @@ mod markdown;
 pub mod pairs;
 pub mod results;
 pub mod sequences;
+pub mod site;
 pub mod stills;
 pub mod trace;
 pub mod uncertainty;

@@ -20,6 +20,8 @@ mod page;
 #[cfg(unix)]
 mod process;
 mod real;
+#[cfg(unix)]
+mod serve;
 mod server;
 #[cfg(unix)]
 mod slurm;

@@ -7,6 +7,7 @@
 //!   place         advisory lock: exclusive while results are put in their place
 //!   packs/*.pack  records, see [`pack`]
 //!   staging/*     results being written, see [`staging`]
+//!   running/*     what runs are at, see [`progress`](super::progress)
 //! ```
 //!
 //! A pack is written once, whole, and never changed: a run that is killed loses what it had not yet packed

@@ -1,0 +1,440 @@
+//! The page over all reports, and `trackfail serve`: what it shows, and what it keeps to itself.
+
+use crate::browser::Browser;
+use crate::tools::trackfail;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trackfail::engine::progress::{self, Watch};
+use trackfail::report::site;
+use trackfail::spec;
+
+/// An experiment that takes seconds.
+fn small(name: &str, title: &str) -> String {
+    format!(
+        "schema = 1\nname = \"{name}\"\ntitle = {title}\npaper = \"a paper\"\nobject = \"Table 1\"\n\
+         protocol = \"khalid2016/1\"\nsuites.test = \"synthetic-vot\"\n[[tracker]]\nname = \"still\"\n\
+         [[method]]\nname = \"hist\"\nsignal.kind = \"rgb-histogram\"\n\
+         detector = {{ kind = \"level\", below = 0.9 }}\n\
+         [[method]]\nname = \"lax\"\nsignal.kind = \"rgb-histogram\"\n\
+         detector = {{ kind = \"level\", below = 0.1 }}\n\
+         [[method]]\nname = \"oracle\"\ndetector = {{ kind = \"oracle\" }}\n\
+         [[table]]\nname = \"t\"\nrows = [\"f_score\", \"events\"]\ncolumns = \"method\"\n\
+         [[claim]]\ntext = \"The oracle finds all\"\nholds = \"recall[oracle] == 1\"\n\
+         [[claim]]\ntext = \"The oracle finds nothing\"\nholds = \"recall[oracle] < 1\"\n",
+        title = serde_json::to_string(title).unwrap(),
+    )
+}
+
+fn run(root: &Path, name: &str, title: &str) {
+    std::fs::write(root.join("a.toml"), small(name, title)).unwrap();
+    let done = trackfail().current_dir(root).args(["run", "a.toml", "--quiet"]).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+/// The program while it serves `root`.
+struct Server {
+    process: Child,
+    port: u16,
+}
+
+impl Server {
+    fn start(root: &Path) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_trackfail"))
+            .current_dir(root)
+            .args(["serve", "--port", "0"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        let port = line.trim().strip_prefix("http://127.0.0.1:").and_then(|l| l.strip_suffix('/'));
+        Self { port: port.unwrap_or_else(|| panic!("{line:?}")).parse().unwrap(), process }
+    }
+
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream
+    }
+
+    /// Sends bytes and gives the head and the body of what comes back.
+    fn send(&self, bytes: &[u8]) -> (String, Vec<u8>) {
+        let mut stream = self.connect();
+        stream.write_all(bytes).unwrap();
+        let mut all = Vec::new();
+        stream.read_to_end(&mut all).unwrap();
+        let end = all.windows(4).position(|w| w == b"\r\n\r\n").expect("an answer with a head");
+        (String::from_utf8(all[..end].to_vec()).unwrap(), all[end + 4..].to_vec())
+    }
+
+    fn ask(&self, method: &str, path: &str, host: &str) -> (String, Vec<u8>) {
+        self.send(format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes())
+    }
+
+    fn get(&self, path: &str) -> (String, Vec<u8>) {
+        self.ask("GET", path, &format!("127.0.0.1:{}", self.port))
+    }
+
+    fn page(&self, path: &str) -> String {
+        let (head, body) = self.get(path);
+        assert!(head.starts_with("HTTP/1.1 200 OK\r\n"), "{path}: {head}");
+        // A slash is escaped too.
+        String::from_utf8(body).unwrap().replace("&#x2f;", "/")
+    }
+
+    fn status(&self, path: &str) -> String {
+        self.get(path).0.split(' ').nth(1).unwrap_or_default().to_string()
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn reports_are_served_and_nothing_else() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), "mine/a", "A <b>first</b> one");
+    let reports = root.path().join("reports");
+    for (name, text) in [("secret.txt", "a secret"), ("reports-2/index.html", "a secret")] {
+        let path = root.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    std::fs::write(reports.join(".hidden.txt"), "a secret").unwrap();
+    std::fs::write(reports.join("table.csv"), "a,b\n").unwrap();
+    std::os::unix::fs::symlink("../secret.txt", reports.join("link.txt")).unwrap();
+    std::os::unix::fs::symlink("../../", reports.join("mine/up")).unwrap();
+    let server = Server::start(root.path());
+
+    // Pages and files, with what they are.
+    let site = server.page("/");
+    assert!(site.contains("A &lt;b&gt;first&lt;/b&gt; one") && site.contains("No experiment is running"));
+    assert_eq!(site.matches("<script").count(), 1);
+    let file = |name: &str| std::fs::read(reports.join(name)).unwrap();
+    for (path, name, kind) in [
+        ("/mine/a/index.html?x=../y", "mine/a/index.html", "text/html; charset=utf-8"),
+        ("/mine/a/", "mine/a/index.html", "text/html; charset=utf-8"),
+        ("/mine/a/report.md", "mine/a/report.md", "text/plain; charset=utf-8"),
+        ("/mine/a/%73ummary.json", "mine/a/summary.json", "application/json"),
+        ("/table.csv", "table.csv", "text/csv; charset=utf-8"),
+    ] {
+        let (head, body) = server.get(path);
+        assert!(head.starts_with("HTTP/1.1 200 OK\r\n"), "{path}: {head}");
+        assert!(body == file(name), "{path}");
+        let fields =
+            [&format!("Content-Type: {kind}"), "X-Content-Type-Options: nosniff", "Connection: close"];
+        assert!(fields.iter().all(|field| head.lines().any(|line| line == *field)), "{head}");
+        assert!(head.contains(&format!("Content-Length: {}", body.len())), "{head}");
+        let (only, nothing) = server.ask("HEAD", path, "localhost");
+        assert_eq!((only, nothing), (head, Vec::new()));
+    }
+    let (head, _) = server.get("/mine/a");
+    assert!(
+        head.starts_with("HTTP/1.1 308 ") && head.lines().any(|line| line == "Location: /mine/a/"),
+        "{head}"
+    );
+    assert_eq!(server.page("/progress.json").trim(), "[]");
+
+    // Nothing outside, however it is asked for.
+    let outside = root.path().join("secret.txt").display().to_string();
+    let mut paths: Vec<String> =
+        ["/nothing", "/mine", "/mine/", "/mine/a/figures/", "/.hidden.txt", "/link.txt"]
+            .iter()
+            .chain(&[
+                "/mine/up/secret.txt",
+                "/mine/up/reports-2/",
+                "/mine/up/",
+                "/%",
+                "/mine/a/index.html%00",
+            ])
+            .map(ToString::to_string)
+            .collect();
+    for up in ["..", "%2e%2e", "%2E.", "%252e%252e", "..%00", "%c0%ae%c0%ae", "..%5c.."] {
+        for slash in ["/", "%2f", "\\", "%5c", "//", "/./"] {
+            paths.push(format!("/{up}{slash}secret.txt"));
+            paths.push(format!("/mine{slash}{up}{slash}{up}{slash}secret.txt"));
+            paths.push(format!("/{up}{slash}reports-2{slash}index.html"));
+        }
+    }
+    paths.extend([format!("/{outside}"), outside.replace('/', "%2f").replacen("%2f", "/", 1), outside]);
+    for path in &paths {
+        let (head, body) = server.get(path);
+        assert!(head.starts_with("HTTP/1.1 404 "), "{path}: {head}");
+        assert_eq!(body, b"no such page\n", "{path}");
+    }
+
+    // Nothing changes anything, and nobody else is answered.
+    for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
+        let (head, _) = server.ask(method, "/", "localhost");
+        assert!(head.starts_with("HTTP/1.1 405 ") && head.contains("Allow: GET, HEAD"), "{head}");
+    }
+    let body = "x".repeat(100_000);
+    let request = format!("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n{body}");
+    assert!(server.send(request.as_bytes()).0.starts_with("HTTP/1.1 405 "));
+    for host in
+        ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "localhost@evil.example", "0.0.0.0", ""]
+    {
+        let (head, body) = server.ask("GET", "/mine/a/", host);
+        assert!(head.starts_with("HTTP/1.1 403 ") && body.len() < 100, "{host}: {head}");
+    }
+    for host in ["localhost", "LOCALHOST:9", "[::1]:9", "127.0.0.1"] {
+        assert!(server.ask("GET", "/", host).0.starts_with("HTTP/1.1 200 "), "{host}");
+    }
+    for request in [
+        "GET / HTTP/1.1\r\n\r\n",
+        "GET http://localhost/ HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        "\r\n\r\n",
+        "\0\0\0\0\r\n\r\n",
+        "GET / HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n",
+    ] {
+        assert!(server.send(request.as_bytes()).0.starts_with("HTTP/1.1 400 "), "{request:?}");
+    }
+    let long = format!("GET /{} HTTP/1.1\r\nHost: localhost\r\n\r\n", "a".repeat(1 << 15));
+    assert!(server.send(long.as_bytes()).0.starts_with("HTTP/1.1 431 "));
+
+    // Whoever says nothing keeps nobody else waiting.
+    let silent: Vec<TcpStream> = (0..20).map(|_| server.connect()).collect();
+    assert_eq!(server.status("/mine/a/"), "200");
+    drop(silent);
+}
+
+#[test]
+fn the_site_has_every_run_and_is_made_again_from_results() {
+    let root = tempfile::tempdir().unwrap();
+    let reports = root.path().join("reports");
+    let index = || std::fs::read_to_string(reports.join("index.html")).unwrap().replace("&#x2f;", "/");
+    run(root.path(), "mine/b", "The second");
+    let first = index();
+    assert!(first.contains("href=\"mine/b/index.html\"") && first.contains("The second"));
+    run(root.path(), "mine/a", "The first");
+    let both = index();
+    for part in
+        ["The first", "The second", "2 experiments", "synthetic, no real video", "Best <bdi>f_score</bdi>"]
+    {
+        assert!(both.contains(part), "{part}\n{both}");
+    }
+    let summary: site::Summary =
+        serde_json::from_slice(&std::fs::read(reports.join("mine/a/summary.json")).unwrap()).unwrap();
+    assert_eq!((summary.claims.hold, summary.claims.do_not_hold, summary.claims.cannot_be_tested), (1, 1, 0));
+    assert!(summary.synthetic && summary.present == summary.wanted && summary.best.len() == 1);
+    let report =
+        |names: &[&str]| trackfail().current_dir(root.path()).arg("report").args(names).output().unwrap();
+    // The same bytes, whatever was written last; nothing of the runs is left behind.
+    assert!(report(&["mine/b"]).status.success());
+    assert_eq!(index(), both);
+    std::fs::remove_dir_all(&reports).unwrap();
+    assert!(report(&[]).status.success());
+    assert_eq!(index(), both);
+    assert_eq!(progress::running(&root.path().join("results")), []);
+    assert_eq!(std::fs::read_dir(root.path().join("results/.store/running")).unwrap().count(), 1);
+
+    // A report that was removed is gone, one with a broken summary is told.
+    std::fs::remove_dir_all(reports.join("mine/a")).unwrap();
+    std::fs::create_dir_all(reports.join("other")).unwrap();
+    std::fs::write(reports.join("other/index.html"), "page").unwrap();
+    std::fs::write(reports.join("other/summary.json"), "{\"format\": []").unwrap();
+    let done = report(&["mine/b"]);
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success() && told.contains("warning: ") && told.contains("other"), "{told}");
+    assert!(!index().contains("The first") && index().contains("href=\"other/index.html\""));
+}
+
+#[test]
+fn a_run_is_shown_while_it_goes_on() {
+    let root = tempfile::tempdir().unwrap();
+    let results = root.path().join("results");
+    std::fs::create_dir_all(&results).unwrap();
+    let server = Server::start(root.path());
+    assert!(server.page("/").contains("no report yet"));
+    // Another run's, told by hand.
+    let experiment = spec::parse("x.toml", &small("mine/slow", "</h3><script>alert(1)</script>")).unwrap();
+    let watch = Arc::new(Watch::default());
+    watch.all_cells(9);
+    watch.cells(4);
+    watch.stage("judging");
+    let at = watch.at("<i>Girl</i>");
+    let telling = progress::tell(&results, &experiment, "2/3".parse().ok(), &watch).unwrap();
+    let page = server.page("/");
+    for part in
+        ["mine/slow", "&lt;script&gt;alert(1)", "share <bdi>2/3</bdi>", "Running", "4 of 9", "&lt;i&gt;Girl"]
+    {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    let told: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
+    assert_eq!((&told[0]["alive"], &told[0]["cells"]), (&true.into(), &serde_json::json!([4, 9])));
+    drop(at);
+    drop(telling);
+    assert!(server.page("/").contains("Stopped"));
+
+    // A real one is seen, stays behind when it is killed, and is gone when it was run again.
+    std::fs::write(root.path().join("a.toml"), small("mine/real", "A real one")).unwrap();
+    let real = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
+        command.current_dir(root.path()).args(["run", "a.toml", "--quiet", "--jobs", "1"]);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    };
+    let seen = || -> Option<bool> {
+        let told: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
+        let mine = told.as_array().unwrap().iter().find(|run| run["experiment"] == "mine/real")?;
+        assert!(mine["cells"][1].as_u64().is_some_and(|all| all > 0), "{mine}");
+        mine["alive"].as_bool()
+    };
+    let mut process = real().spawn().unwrap();
+    let end = Instant::now() + Duration::from_secs(120);
+    while seen() != Some(true) {
+        assert!(process.try_wait().unwrap().is_none() && Instant::now() < end, "it was never seen");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    process.kill().unwrap();
+    process.wait().unwrap();
+    assert_eq!(seen(), Some(false));
+    assert!(real().status().unwrap().success());
+    assert_eq!(seen(), None);
+    assert!(server.page("/").contains("href=\"mine/real/index.html\""));
+}
+
+#[test]
+fn a_port_that_is_taken_and_folders_that_are_absent_are_told() {
+    let root = tempfile::tempdir().unwrap();
+    let serve = |port: &str| {
+        let done = trackfail().current_dir(root.path()).args(["serve", "--port", port]).output().unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let (code, told) = serve("0");
+    assert!(code == Some(2) && told.contains("run an experiment first"), "{told}");
+    std::fs::create_dir(root.path().join("reports")).unwrap();
+    let mut server = Server::start(root.path());
+    let (code, told) = serve(&server.port.to_string());
+    assert!(code == Some(1) && told.contains("--port 0"), "{told}");
+    // Ctrl-C is how it is meant to end.
+    let id = server.process.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    assert_eq!(server.process.wait().unwrap().code(), Some(0));
+}
+
+/// A folder of reports of all kinds, without their pages.
+fn gallery(reports: &Path) {
+    let mut summary = site::Summary {
+        format: site::FORMAT,
+        experiment: "quickstart".into(),
+        title: "Quickstart: failure detection on synthetic sequences".into(),
+        suite: "synthetic-otb".into(),
+        data: "12 targets, 3 runs".into(),
+        present: 12,
+        wanted: 12,
+        synthetic: true,
+        claims: site::Verdicts { hold: 3, do_not_hold: 0, cannot_be_tested: 0 },
+        ..site::Summary::default()
+    };
+    let write = |name: &str, summary: &site::Summary| {
+        let folder = reports.join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("index.html"), "<!DOCTYPE html><title>page</title>").unwrap();
+        std::fs::write(folder.join("summary.json"), serde_json::to_vec(summary).unwrap()).unwrap();
+    };
+    write("quickstart", &summary);
+    summary.title = "Detecting tracking failures, all trackers of the paper".into();
+    summary.paper = "khalid2016".into();
+    summary.object = "Table 1".into();
+    summary.claims = site::Verdicts { hold: 2, do_not_hold: 1, cannot_be_tested: 4 };
+    (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
+    let best = |tracker: &str| site::Best {
+        tracker: tracker.into(),
+        metric: "f_score".into(),
+        method: "DTEF[horizon=5;window=20]".into(),
+        value: "0.712".into(),
+    };
+    summary.best = ["ncc", "kcf", "color-particle-filter"].map(best).into();
+    summary.experiment = "khalid2016/table1".into();
+    write("khalid2016/table1", &summary);
+    summary.title = "<b>\u{5d0}\u{202e}".to_string() + &"very-long-".repeat(30);
+    summary.data.clone_from(&summary.title);
+    summary.experiment = "x".repeat(64);
+    write(&"x".repeat(64), &summary);
+    std::fs::create_dir_all(reports.join("old")).unwrap();
+    std::fs::write(reports.join("old/index.html"), "page").unwrap();
+}
+
+/// Waits until an expression is true, as long as it takes on a busy machine.
+fn soon(browser: &mut Browser, expression: &str) {
+    let end = Instant::now() + Duration::from_secs(60);
+    while browser.value(expression) != true {
+        assert!(Instant::now() < end, "not true: {expression}");
+        std::thread::sleep(Duration::from_millis(25));
+    }
+}
+
+#[test]
+fn the_site_works_in_a_browser_from_disk_and_served() {
+    let Some(mut browser) = Browser::start("the_site_works_in_a_browser") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let (reports, results) = (root.path().join("reports"), root.path().join("results"));
+    std::fs::create_dir_all(&results).unwrap();
+    gallery(&reports);
+    assert_eq!(site::write_index(&reports).unwrap().warnings.len(), 1);
+    let fits = |browser: &mut Browser| {
+        let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
+        assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
+        assert_eq!(browser.value("document.querySelectorAll('#reports .list > li').length"), 3);
+        assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
+    };
+    let screens = [(1400, false), (1400, true), (390, false), (390, true)];
+    for (width, dark) in screens {
+        browser.screen(width, 900, dark);
+        browser.open(&reports.join("index.html"));
+        fits(&mut browser);
+        browser.picture(&format!("site-{width}-{}", if dark { "dark" } else { "light" }));
+        assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+    }
+    browser.click("document.querySelector('#reports .links a')", 0.5);
+    soon(
+        &mut browser,
+        "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
+    );
+
+    // Served, with a run that goes on.
+    let experiment = spec::parse("x.toml", &small("mine/slow", "A run that takes a while")).unwrap();
+    let watch = Arc::new(Watch::default());
+    watch.all_cells(90);
+    watch.frames(700, 2000);
+    watch.stage("running trackers");
+    let _at = [watch.at("Girl"), watch.at("Bolt")];
+    let telling = progress::tell(&results, &experiment, None, &watch).unwrap();
+    drop(progress::tell(&results, &experiment, "2/3".parse().ok(), &watch).unwrap());
+    let server = Server::start(root.path());
+    let own = format!("http://localhost:{}/", server.port);
+    for (width, dark) in screens {
+        browser.screen(width, 900, dark);
+        browser.call("Page.navigate", serde_json::json!({"url": own}));
+        soon(&mut browser, &format!("document.readyState === 'complete' && location.href === '{own}'"));
+        fits(&mut browser);
+        assert_eq!(browser.value("document.querySelectorAll('#running li').length"), 2);
+        browser.picture(&format!("serve-{width}-{}", if dark { "dark" } else { "light" }));
+    }
+    // What changes is seen without being asked for.
+    browser.value("document.querySelector('#reports .list a').focus()");
+    watch.cells(41);
+    soon(&mut browser, "document.getElementById('running').textContent.includes('41 of 90')");
+    telling.finish();
+    std::fs::remove_dir_all(reports.join("quickstart")).unwrap();
+    soon(&mut browser, "document.querySelectorAll('#reports .list > li').length === 2");
+    soon(&mut browser, "document.querySelectorAll('#running li').length === 1");
+    let focus = "document.activeElement.getAttribute('href')";
+    assert_eq!(browser.text(focus), "khalid2016/table1/index.html");
+    assert_eq!(
+        browser.complaints(|url| url.starts_with(&own) || url.starts_with("file://")),
+        Vec::<String>::new()
+    );
+    drop(server);
+    soon(&mut browser, "!document.getElementById('connection').hidden");
+}
