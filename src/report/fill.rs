@@ -1,6 +1,7 @@
 //! Fills the page from a results folder and writes the report.
 
 use super::claims::{self, Finding, Tested};
+use super::explain;
 use super::figures::{self, DrawError};
 use super::results::{Results, ResultsError};
 use super::sequences::{self, Sequences, json};
@@ -92,12 +93,14 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     page.summary.extend(note);
     let findings = claims::test(results);
     page.claims = findings.iter().map(claim_view).collect();
-    page.tables = layouts;
     let tracks = results.all_tracks()?;
     let requests = stills::requested(results, &tracks);
     let mut sequences = sequences::collect(results, tracks)?;
     keep_stills(results, folder, &requests, &mut sequences)?;
-    let html = with_series(&mut page, folder, &sequences)?;
+    page.sequences = sequences.tallies();
+    page.origins = explain::origins(results, &layouts, &sequences.trackers, &page.sequences)?;
+    page.tables = layouts;
+    let html = small_enough(&mut page, folder, &sequences, LARGEST_PAGE)?;
     store::write(&folder.join(INDEX), html.as_bytes())?;
     store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
     Ok(findings)
@@ -146,31 +149,50 @@ fn keep_stills(
     Ok(())
 }
 
-/// The page with what is shown sequence by sequence; of a page that would be too large the series are
-/// written beside it.
-fn with_series(page: &mut Page, folder: &Path, sequences: &Sequences) -> Result<String, WriteError> {
-    page.sequences = sequences.tallies();
+/// The page with its series. Where it would be larger than `most` bytes, these are written beside it; where that
+/// does not help, it shows the files of its figures; and where that does not help either, its numbers do not tell
+/// what is behind them.
+pub(super) fn small_enough(
+    page: &mut Page,
+    folder: &Path,
+    sequences: &Sequences,
+    most: usize,
+) -> Result<String, WriteError> {
+    let drawn: usize = page.figures.iter().map(|f| f.svg.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
-    if page.sequences.rows.is_empty() {
-        return Ok(render(page)?);
+    if !page.sequences.rows.is_empty() {
+        page.series = json::embedded(sequences).index;
     }
-    page.series = json::embedded(sequences).index;
-    if page.series.len() <= LARGEST_PAGE {
+    if page.series.len() + drawn <= most {
         let html = render(page)?;
-        if html.len() <= LARGEST_PAGE {
+        if html.len() <= most {
             return Ok(html);
         }
     }
-    let packed = json::beside(sequences);
-    for (name, text) in &packed.files {
-        store::write(&folder.join(name), text.as_bytes())?;
-    }
-    page.series = packed.index;
     page.beside = true;
-    let files = packed.files.len();
-    page.sequences.note.push_str(&format!(
-        " The series of the strips and the viewer are in {files} files in the folder data beside this page."
-    ));
+    if !page.sequences.rows.is_empty() {
+        let packed = json::beside(sequences);
+        for (name, text) in &packed.files {
+            store::write(&folder.join(name), text.as_bytes())?;
+        }
+        page.series = packed.index;
+        let files = packed.files.len();
+        page.sequences.note.push_str(&format!(
+            " The series of the strips and the viewer are in {files} files in the folder data beside this page."
+        ));
+        if page.series.len() + drawn <= most {
+            let html = render(page)?;
+            if html.len() <= most {
+                return Ok(html);
+            }
+        }
+    }
+    page.figures_beside = true;
+    let html = render(page)?;
+    if html.len() <= most {
+        return Ok(html);
+    }
+    page.origins.clear();
     Ok(render(page)?)
 }
 
@@ -275,6 +297,8 @@ fn frame(results: &Results) -> Page {
         summary: experiment.note.iter().cloned().collect(),
         failed: failed.collect(),
         provenance: provenance(results),
+        // The experiment's file, protocol, seed and version, and the suites.
+        provenance_head: 4 + manifest.digests.len(),
         ..Page::default()
     }
 }

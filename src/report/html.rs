@@ -31,6 +31,13 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     // The name ends in .html, which turns escaping on.
     environment.add_template("page.html", include_str!("templates/page.html")).map_err(failed)?;
     environment.add_filter("visible", |text: String| visible(&text));
+    environment.add_filter("address", |path: String| address(&path));
     let template = environment.get_template("page.html").map_err(failed)?;
     template.render(Serde(page)).map_err(failed)
+}
+
+/// A path below the page's folder as an address, whatever its characters are.
+fn address(path: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_./".contains(&b);
+    path.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
 }

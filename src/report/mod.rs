@@ -30,6 +30,7 @@ pub use html::render;
 pub use markdown::markdown;
 
 use crate::table::layout::Layout;
+use explain::Origins;
 use sequences::Tallies;
 use serde::Serialize;
 
@@ -54,18 +55,24 @@ pub struct Page {
     pub claims: Vec<ClaimView>,
     /// Tables.
     pub tables: Vec<Layout>,
+    /// What is behind their cells, for the first of them; may be empty.
+    pub origins: Vec<Origins>,
     /// Figures.
     pub figures: Vec<FigureView>,
+    /// Whether the page shows the files of the figures instead of having them in itself.
+    pub figures_beside: bool,
     /// Counts of every method on every track.
     pub sequences: Tallies,
     /// The series of strips and viewer: JSON that may stand in a page; empty without tracks.
     pub series: String,
-    /// Whether files beside the page belong to it: series, stills.
+    /// Whether files beside the page belong to it: series, stills, figures.
     pub beside: bool,
     /// Units of work without a result.
     pub failed: Vec<FailedCell>,
     /// Where the numbers come from: names and values.
     pub provenance: Vec<(String, String)>,
+    /// How many of these are short and for everyone; the page folds the others.
+    pub provenance_head: usize,
 }
 
 /// A statement and what became of it.
@@ -165,6 +172,15 @@ impl Page {
             let rows = table.groups.iter().flat_map(|g| &g.rows);
             if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
                 let (table, row, got) = (table.name.clone(), row.label.clone(), row.cells.len());
+                return Err(ReportError::Row { table, row, got, expected });
+            }
+        }
+        for (table, origins) in self.tables.iter().zip(&self.origins) {
+            let cells = |t: &Layout| t.groups.iter().flat_map(|g| &g.rows).map(|r| r.cells.len()).sum();
+            let (expected, got): (usize, usize) =
+                (cells(table), origins.iter().flatten().map(Vec::len).sum());
+            if got != expected {
+                let (table, row) = (table.name.clone(), "origins".to_string());
                 return Err(ReportError::Row { table, row, got, expected });
             }
         }

@@ -1,4 +1,6 @@
-use super::sequences::TallyRow;
+use super::explain::Origin;
+use super::fill::small_enough;
+use super::sequences::{Method, Said, Sequence, Sequences, TallyRow, Track};
 use super::*;
 use crate::figure::{Curve, Curves, Range, Style};
 use crate::score::measures::Goodness;
@@ -96,7 +98,9 @@ fn page(name: &str) -> Page {
                 ],
             }],
         }],
+        origins: Vec::new(),
         figures: vec![figure("Sweep"), figure(name)],
+        figures_beside: false,
         sequences: Tallies {
             note: name.into(),
             methods: vec!["DTEF".into(), name.into()],
@@ -115,6 +119,7 @@ fn page(name: &str) -> Page {
         beside: false,
         failed: vec![FailedCell { cell: format!("{name} x ncc"), reason: name.into() }],
         provenance: vec![("trackfail".into(), "0.1.0".into()), (name.into(), "ab12".into())],
+        provenance_head: 1,
     }
 }
 
@@ -133,7 +138,8 @@ fn hostile_names_are_text() {
     assert!(!html.contains('\u{202e}') && !html.contains('\u{0}'));
     // Everything else is markup of the template, whatever the names are.
     let tags = |name: &str| {
-        let page = Page { figures: vec![], ..page(name) };
+        let mut page = Page { figures: vec![], ..page(name) };
+        page.origins = origins(&page, name);
         render(&page).expect("a page").matches('<').count()
     };
     assert_eq!(tags(HOSTILE), tags("Girl"));
@@ -242,6 +248,111 @@ fn parts_that_do_not_fit_are_errors() {
     }
 }
 
+/// What is behind every cell of the page's tables.
+fn origins(p: &Page, name: &str) -> Vec<Origins> {
+    let origin = Origin {
+        number: format!("recall of {name}"),
+        formula: "TP / (TP + FN) = 2 / (2 + 1)".into(),
+        command: "trackfail explain t recall DTEF".into(),
+        tracker: Some(0),
+        method: Some(1),
+        attribute: None,
+    };
+    let of_group = |g: &Group| g.rows.iter().map(|r| vec![Some(origin.clone()); r.cells.len()]).collect();
+    p.tables.iter().map(|t| t.groups.iter().map(of_group).collect()).collect()
+}
+
+#[test]
+fn numbers_lead_to_their_sequences() {
+    let mut p = page("Girl");
+    p.origins = origins(&p, HOSTILE);
+    let html = render(&p).expect("a page");
+    assert_eq!(
+        html.matches(
+            "<a class=\"origin\" href=\"#sequences\" data-t=\"0\" data-m=\"1\" title=\"recall of &lt;"
+        )
+        .count(),
+        6
+    );
+    assert!(
+        html.contains("&#10;TP &#x2f; (TP + FN) = 2 &#x2f; (2 + 1)&#10;trackfail explain t recall DTEF\">"),
+        "{html}"
+    );
+    // Tables without origins, and pages without sequences, have numbers all the same.
+    p.tables.push(p.tables[0].clone());
+    assert_eq!(render(&p).expect("a page").matches("class=\"origin\"").count(), 6);
+    p.sequences.rows.clear();
+    let html = render(&p).expect("a page");
+    assert!(!html.contains("class=\"origin\"") && html.contains("<strong><bdi>.120</bdi></strong>"));
+    p.origins[0][0].pop();
+    assert!(matches!(render(&p), Err(ReportError::Row { got: 3, expected: 6, .. })));
+}
+
+/// 100 sequences, 10 methods and a tracker, whose series fill 6 million characters.
+fn large() -> Sequences {
+    let frames = 1200;
+    let names = |word: &str, n: usize| (0..n).map(|k| format!("{word} {k}")).collect::<Vec<_>>();
+    let said = |m: usize| {
+        let score = (0..frames).map(|t| ((t * 7919 + m * 104_729) % 10_007) as f64 / 10_007.0).collect();
+        Said { score, alarm: vec![false; frames], changes: vec![0; frames], ..Said::default() }
+    };
+    let methods: Vec<(usize, Said)> = (0..10).map(|m| (m, said(m))).collect();
+    let track = |s: usize| Track {
+        sequence: s,
+        error: vec![0.5; frames],
+        methods: methods.clone(),
+        ..Track::default()
+    };
+    let method = |name| Method { name, thresholds: vec![None], counted: String::new() };
+    Sequences {
+        trackers: names("tracker", 1),
+        methods: names("method", 10).into_iter().map(method).collect(),
+        sequences: names("sequence", 100)
+            .into_iter()
+            .map(|name| Sequence { name, ..Sequence::default() })
+            .collect(),
+        tracks: (0..100).map(track).collect(),
+        note: String::new(),
+    }
+}
+
+#[test]
+fn a_page_stays_small_whatever_is_in_it() {
+    let most = 5 << 20;
+    let all = large();
+    let made = |p: &mut Page| {
+        let folder = tempfile::tempdir().expect("a folder");
+        p.sequences = all.tallies();
+        let html = small_enough(p, folder.path(), &all, most).expect("a page");
+        assert!(html.len() <= most && html.matches("<tr data-s=").count() == 100, "{}", html.len());
+        let files = std::fs::read_dir(folder.path().join("data")).expect("files").count();
+        assert!(files >= 3 && html.contains(&format!("in {files} files in the folder data")));
+        html
+    };
+    // The series are too much: they are beside the page, the figures in it.
+    let mut p = page("Girl");
+    let html = made(&mut p);
+    assert!(html.contains("xmlns=\"http://www.w3.org/2000/svg\"") && !html.contains("<img"));
+    // So are the figures.
+    let mut p = page("Girl");
+    p.figures[0].file = "figures/a #1 \"b\".svg".into();
+    p.figures[0].svg = p.figures[0].svg.replacen("</svg>", &format!("<g>{}</g></svg>", " ".repeat(most)), 1);
+    let html = made(&mut p);
+    assert!(
+        html.contains("<img src=\"figures/a%20%231%20%22b%22.svg\" alt=\"F-score against the threshold.\"")
+    );
+    assert!(html.contains("img-src data: 'self' file:") && !html.contains("xmlns="));
+    // And so is what is behind the numbers.
+    let mut p = page("Girl");
+    p.origins = origins(&p, &"long".repeat(most / 8));
+    assert!(!made(&mut p).contains("class=\"origin\""));
+    // A small one is in one piece.
+    let mut p = page("Girl");
+    let html =
+        small_enough(&mut p, std::path::Path::new("/nowhere"), &Sequences::default(), most).expect("a page");
+    assert!(html.contains("xmlns=") && !html.contains("file:"));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
@@ -249,8 +360,10 @@ proptest! {
         prop_assume!(!name.is_empty());
         let mut plain = page("Girl");
         plain.figures.clear();
+        plain.origins = origins(&plain, "Girl");
         let mut p = page(&name);
         p.figures.clear();
+        p.origins = origins(&p, &name);
         let (html, expected) = (render(&p).expect("a page"), render(&plain).expect("a page"));
         prop_assert_eq!(html.matches('<').count(), expected.matches('<').count());
         prop_assert_eq!(html.matches('"').count(), expected.matches('"').count());

@@ -58,6 +58,9 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Hit, Self::Missed, Self::FalseAlarm];
+
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
@@ -108,32 +111,47 @@ pub struct Stretch {
     pub alarm: bool,
 }
 
+/// What an event is: the target is lost, or is found again.
+pub const EVENT_WORDS: [&str; 2] = ["lost", "found"];
+/// What a detection says.
+pub const DETECTION_WORDS: [&str; 2] = ["alarm", "all clear"];
+
+/// Whether the target is lost in a frame, whose error may be unknown.
+fn lost(error: &[f64], t: usize) -> Option<bool> {
+    error.get(t).filter(|e| !e.is_nan()).map(|e| *e >= 1.0)
+}
+
+/// Whether an event is that the target is found again.
+pub fn is_recovery(error: &[f64], t: usize) -> bool {
+    lost(error, t) == Some(false)
+}
+
+/// Whether a detection says that all is well again.
+pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
+    changes.get(t).is_some_and(|c| *c < 0)
+}
+
 impl Trace {
     /// The protocol's judgement, made again.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         (protocol.score)(&self.error, &self.alarm, &self.changes)
     }
 
-    /// Whether the target is lost in a frame, whose error may be unknown.
-    fn lost(&self, t: usize) -> Option<bool> {
-        self.error.get(t).filter(|e| !e.is_nan()).map(|e| *e >= 1.0)
-    }
-
     /// What an event is: `lost` or `found`.
     pub fn event_word(&self, t: usize) -> &'static str {
-        if self.lost(t) == Some(false) { "found" } else { "lost" }
+        EVENT_WORDS[usize::from(is_recovery(&self.error, t))]
     }
 
     /// What a detection says: `alarm` or `all clear`.
     pub fn detection_word(&self, t: usize) -> &'static str {
-        if self.changes.get(t).is_some_and(|c| *c < 0) { "all clear" } else { "alarm" }
+        DETECTION_WORDS[usize::from(is_all_clear(&self.changes, t))]
     }
 
     /// Frames that follow each other and count alike.
     pub fn stretches(&self) -> Vec<Stretch> {
         let mut stretches: Vec<Stretch> = Vec::new();
         for (t, &alarm) in self.alarm.iter().enumerate() {
-            let lost = self.lost(t);
+            let lost = lost(&self.error, t);
             match stretches.last_mut().filter(|s| s.lost == lost && s.alarm == alarm) {
                 Some(last) => last.to = t,
                 None => stretches.push(Stretch { from: t, to: t, lost, alarm }),

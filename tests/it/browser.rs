@@ -1,18 +1,24 @@
-//! A headless Chromium, spoken to over pipes in its DevTools protocol.
+//! A headless Chromium, spoken to over pipes in its DevTools protocol. One that does not answer fails its test.
 
 use base64::Engine;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::Duration;
+
+/// How long the browser may think about anything.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Chromium with one page.
 pub struct Browser {
     process: Child,
-    to: File,
-    from: BufReader<File>,
+    // Pipes are opened, read and written by threads of their own, which may wait for ever.
+    to: Sender<Vec<u8>>,
+    from: Receiver<Vec<u8>>,
     last: u64,
     session: String,
     events: Vec<Value>,
@@ -40,8 +46,7 @@ impl Browser {
         let mut shell = Command::new("sh");
         shell.args(["-c", script, name]).args([&to, &from]).arg(folder.path().join("profile"));
         let process = shell.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let to = File::options().write(true).open(to).unwrap();
-        let from = BufReader::new(File::open(from).unwrap());
+        let (to, from) = (writer(to), reader(from));
         let (session, events) = (String::new(), Vec::new());
         let mut browser = Self { process, to, from, last: 0, session, events, _folder: folder };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
@@ -54,10 +59,11 @@ impl Browser {
     }
 
     fn read(&mut self) -> Value {
-        let mut bytes = Vec::new();
-        self.from.read_until(0, &mut bytes).unwrap();
-        assert_eq!(bytes.pop(), Some(0), "chromium has gone");
-        serde_json::from_slice(&bytes).unwrap()
+        match self.from.recv_timeout(PATIENCE) {
+            Ok(bytes) => serde_json::from_slice(&bytes).unwrap(),
+            Err(RecvTimeoutError::Timeout) => panic!("chromium does not answer within {PATIENCE:?}"),
+            Err(RecvTimeoutError::Disconnected) => panic!("chromium has gone"),
+        }
     }
 
     /// Calls a method of the protocol and gives its result.
@@ -69,7 +75,7 @@ impl Browser {
         }
         let mut bytes = message.to_string().into_bytes();
         bytes.push(0);
-        self.to.write_all(&bytes).unwrap();
+        self.to.send(bytes).expect("chromium has gone");
         loop {
             let answer = self.read();
             if answer["id"] == self.last {
@@ -85,7 +91,8 @@ impl Browser {
         let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600});
         self.call("Emulation.setDeviceMetricsOverride", size);
         let scheme = json!({"name": "prefers-color-scheme", "value": if dark { "dark" } else { "light" }});
-        self.call("Emulation.setEmulatedMedia", json!({"features": [scheme]}));
+        let still = json!({"name": "prefers-reduced-motion", "value": "reduce"});
+        self.call("Emulation.setEmulatedMedia", json!({"features": [scheme, still]}));
     }
 
     /// Opens a file and waits until it is loaded.
@@ -187,6 +194,36 @@ impl Browser {
         let png = base64::engine::general_purpose::STANDARD.decode(shot["data"].as_str().unwrap()).unwrap();
         std::fs::write(Path::new(&folder).join(format!("{name}.png")), png).unwrap();
     }
+}
+
+/// Writes to a pipe what is sent.
+fn writer(pipe: PathBuf) -> Sender<Vec<u8>> {
+    let (sender, messages) = channel::<Vec<u8>>();
+    thread::spawn(move || {
+        let Ok(mut file) = File::options().write(true).open(pipe) else { return };
+        while let Ok(message) = messages.recv() {
+            if file.write_all(&message).is_err() {
+                return;
+            }
+        }
+    });
+    sender
+}
+
+/// Messages from a pipe, each of which ends with a zero.
+fn reader(pipe: PathBuf) -> Receiver<Vec<u8>> {
+    let (sender, messages) = channel();
+    thread::spawn(move || {
+        let Ok(file) = File::open(pipe) else { return };
+        let mut file = BufReader::new(file);
+        let mut bytes = Vec::new();
+        while file.read_until(0, &mut bytes).is_ok() && bytes.pop() == Some(0) {
+            if sender.send(std::mem::take(&mut bytes)).is_err() {
+                return;
+            }
+        }
+    });
+    messages
 }
 
 impl Drop for Browser {

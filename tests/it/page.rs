@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use trackfail::region::{Rect, Region};
 use trackfail::report::sequences::json::{beside, embedded};
 use trackfail::report::sequences::{Method, Said, Sequence, Sequences, Track};
-use trackfail::report::{Page, render};
+use trackfail::report::{FigureView, Page, render};
 use trackfail::score::protocol;
 
 const SPEC: &str = r#"
@@ -85,7 +85,7 @@ fn series(names: [&str; 2]) -> Sequences {
         let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
         let judged = (protocol("khalid2016/1").unwrap().score)(&error, &alarm, &vec![0; frames]);
         let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
-        Said { score, alarm, judged }
+        Said { score, alarm, changes: vec![0; frames], judged }
     };
     let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect();
     let truth =
@@ -98,7 +98,8 @@ fn series(names: [&str; 2]) -> Sequences {
         truth: Vec::clone(&truth),
         stills: Default::default(),
     };
-    let method = |name: &str| Method { name: name.into(), thresholds: vec![Some(0.004); 2] };
+    let method =
+        |name: &str| Method { name: name.into(), thresholds: vec![Some(0.004); 2], counted: name.into() };
     let track = |sequence, tracker| Track {
         sequence,
         tracker,
@@ -151,7 +152,9 @@ fn a_page_works_from_disk() {
         let ground = browser.text("getComputedStyle(document.body).backgroundColor");
         assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
         has_no_sideways_scroll(&mut browser);
+        assert_eq!(browser.text(FAINT), "");
         works(&mut browser);
+        assert_eq!(browser.text(FAINT), "");
         assert_eq!(browser.complaints(|url| url.starts_with(&own)), Vec::<String>::new());
         browser.picture(&format!("page-{width}-{}", if dark { "dark" } else { "light" }));
     }
@@ -159,7 +162,11 @@ fn a_page_works_from_disk() {
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
     let text = browser.text("document.body.innerText");
-    assert!(text.contains("sum of the rows shown") && text.contains("1 holds · 1 does not hold"), "{text}");
+    assert!(text.contains("sum of rows shown") && text.contains("1 holds · 1 does not hold"), "{text}");
+    // What a number leads to is there as well, and what it comes from is in its title.
+    let link = "document.querySelector('a.origin')";
+    assert_eq!(browser.value(&format!("document.querySelector({link}.hash).id === 'sequences'")), true);
+    assert!(browser.text(&format!("{link}.title")).contains("trackfail explain mine/page/t recall "));
     assert!(!text.contains("Show only") && !text.contains("one frame, with") && !text.contains("↕"));
     browser.picture("page-without-javascript");
 }
@@ -184,7 +191,7 @@ fn works(browser: &mut Browser) {
     assert_eq!((browser.text(order), browser.text(labels)), ("ascending".into(), joined(&counts)));
     browser.press("Enter");
     assert_eq!((browser.value(order).is_null(), browser.text(labels)), (true, as_it_was));
-    // A row's heading sorts the columns.
+    // A row's heading sorts the columns; the first row is a recall.
     let heads =
         "[...document.querySelectorAll('table.both thead th')].map(t => t.innerText.split(' ')[0]).join(' ')";
     let before = browser.text(heads);
@@ -198,6 +205,14 @@ fn works(browser: &mut Browser) {
     assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] <= v)")), true);
     browser.click(&format!("{row}.querySelector('th button')"), 0.5);
     assert_eq!(browser.text(heads), before);
+
+    number_leads_to_its_sequences(browser);
+
+    // A folded table opens when it is gone to.
+    let last = "document.querySelector('.table:last-of-type')";
+    browser.value(&format!("{last}.open = false"));
+    browser.click("document.querySelector('.contents li:last-child a')", 0.5);
+    assert_eq!(browser.value(&format!("{last}.open")), true);
 
     // Filters.
     let all = browser.value(SHOWN).as_u64().unwrap();
@@ -236,7 +251,7 @@ fn works(browser: &mut Browser) {
     browser.press("n");
     let next = "(() => { const row = document.querySelector('#sequence-table tr.open').dataset; \
         const said = JSON.parse(document.getElementById('series').textContent).data[`${row.s}-${row.t}`].said[1]; \
-        return Math.min(...[...said.events, ...said.detections].filter(f => f > 0)); })()";
+        return Math.min(...said.marks.flatMap(m => m.slice(0, 2)).filter(f => f > 0)); })()";
     let next = browser.value(next).as_i64().unwrap();
     assert_eq!(frame(browser), first + next);
     browser.press("p");
@@ -290,6 +305,118 @@ fn works(browser: &mut Browser) {
     assert_eq!(browser.value(width), browser.value(&format!("{with_stills}.size[0]")));
 }
 
+/// What the page says of a number is what the command says that it names.
+#[cfg(unix)]
+#[test]
+fn numbers_are_explained_as_the_command_explains_them() {
+    let root = tempfile::tempdir().unwrap();
+    let html = std::fs::read_to_string(page_of_a_run(root.path())).unwrap();
+    let text = |escaped: &str| {
+        let marks = [
+            ("&#x27;", "'"),
+            ("&#x2f;", "/"),
+            ("&quot;", "\""),
+            ("&lt;", "<"),
+            ("&gt;", ">"),
+            ("&amp;", "&"),
+        ];
+        marks.iter().fold(escaped.to_string(), |text, (from, to)| text.replace(from, to))
+    };
+    let titles: Vec<Vec<String>> = html
+        .split("<a class=\"origin\"")
+        .skip(1)
+        .map(|rest| {
+            rest.split("title=\"")
+                .nth(1)
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap()
+                .split("&#10;")
+                .map(text)
+                .collect()
+        })
+        .collect();
+    // Three measures of two methods on two trackers, and of one more on the first.
+    assert_eq!(titles.len(), 3 * 5);
+    for title in titles {
+        let [number, formula, command] = &title[..] else { panic!("{title:?}") };
+        let typed = command.replacen("trackfail", env!("CARGO_BIN_EXE_trackfail"), 1);
+        let told =
+            std::process::Command::new("sh").args(["-c", &typed]).current_dir(root.path()).output().unwrap();
+        let told = String::from_utf8(told.stdout).unwrap();
+        assert!(told.lines().any(|line| line.trim() == formula), "{number}: {formula}\n{told}");
+        let (method, tracker) = number.split_once(" is ").unwrap().0.split_once(" on ").unwrap();
+        assert!(told.starts_with(&format!("mine/page/t, tracker {tracker}: {method} is ")), "{told}");
+        assert_eq!(told.matches(", tracker ").count(), 1, "{told}");
+    }
+}
+
+/// From a number to its formula, its sequences and its strip, by keyboard, and back.
+fn number_leads_to_its_sequences(browser: &mut Browser) {
+    let link = "[...document.querySelectorAll('a.origin')].find(a => a.title.startsWith('recall of hist on still too '))";
+    let told = browser.text(&format!("{link}.title"));
+    let [number, formula, command] = told.split('\n').collect::<Vec<_>>()[..] else { panic!("{told}") };
+    assert_eq!(command, "trackfail explain mine/page/t recall hist --tracker 'still too'");
+    browser.value(&format!("{link}.focus()"));
+    browser.press("Enter");
+    let text = |id: &str| format!("document.getElementById('explained-{id}').textContent");
+    browser.becomes(&format!("{} === {link}.title.split('\\n')[0]", text("number")));
+    browser.becomes("document.activeElement.id === 'explained'");
+    assert_eq!([browser.text(&text("number")), browser.text(&text("formula"))], [number, formula]);
+    assert!(browser.text(&text("by")).starts_with("counted by khalid2016/1: "));
+    browser.becomes("document.getElementById('explained').getBoundingClientRect().top < innerHeight");
+    let chosen = |id: &str| format!("document.getElementById('{id}').selectedOptions[0].text");
+    for id in ["by-tracker", "show-tracker"] {
+        assert_eq!(browser.text(&chosen(id)), "still too");
+    }
+    for id in ["by-method", "show-method"] {
+        assert_eq!(browser.text(&chosen(id)), "hist");
+    }
+    // The sum of the rows shown is what stands in the formula: TP / (TP + FN) = tp / (tp + fn).
+    let sum = browser
+        .text("[...document.querySelectorAll('#sequence-table tfoot td:not([hidden])')].at(-1).textContent");
+    let counts: Vec<&str> = sum.split(" / ").collect();
+    assert_eq!(formula, format!("TP / (TP + FN) = {0} / ({0} + {1})", counts[0], counts[1]));
+    let top = "document.querySelector('#sequence-table tbody tr:not([hidden])')";
+    assert_eq!(browser.value(&format!("{top}.classList.contains('open')")), true);
+    browser.click("document.getElementById('explained-back')", 0.5);
+    assert_eq!(browser.value(&format!("document.activeElement === {link}")), true);
+    browser.click("document.getElementById('clear')", 0.5);
+    assert_eq!(browser.value("document.getElementById('explained').hidden"), true);
+    for _ in 0..2 {
+        browser.click("document.querySelector('#sequence-table thead th[aria-sort] button')", 0.5);
+    }
+    assert_eq!(browser.value("document.querySelectorAll('#sequence-table [aria-sort]').length"), 0);
+}
+
+/// Texts whose contrast with what is behind them is below 4.5.
+const FAINT: &str = "(() => {
+  const parts = text => text.match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => [r, g, b].map(v => v / 255)
+    .map(v => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+  const behind = e => {
+    for (; e; e = e.parentElement) {
+      const colour = parts(getComputedStyle(e).backgroundColor);
+      if (colour.length < 4 || colour[3] === 1) return colour;
+    }
+    return [255, 255, 255];
+  };
+  const seen = new Set();
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = texts.nextNode(); node; node = texts.nextNode()) {
+    const e = node.parentElement;
+    if (!node.data.trim() || e.closest('figure .sheet') || !e.getClientRects().length) continue;
+    const style = getComputedStyle(e);
+    const front = parts(e.closest('svg') ? style.fill : style.color);
+    const [high, low] = [light(front), light(behind(e))].sort((a, b) => b - a);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < 4.5) seen.add(`${e.tagName}.${e.className}: ${contrast.toFixed(2)}`);
+  }
+  return [...seen].join(', ');
+})()";
+
 #[test]
 fn names_of_any_kind_are_text_and_break_nothing() {
     let Some(mut browser) = Browser::start("names_of_any_kind_are_text_and_break_nothing") else { return };
@@ -311,7 +438,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
     for width in [390, 1400] {
         browser.screen(width, 900, false);
         browser.open(&url);
-        browser.becomes(&format!("{READOUT}.startsWith('Frame 21 (21 of 60) · Oₜ 1, lost · score 0.0032, threshold 0.004 · no alarm · found')"));
+        browser.becomes(&format!("{READOUT}.startsWith('Frame 21 (21 of 60) · Oₜ 1, lost · score 0.0032, threshold 0.004 · no alarm · hit')"));
         has_no_sideways_scroll(&mut browser);
         let shown = browser.text("document.querySelector('#show-sequence').options[0].text");
         assert!(shown.contains("</script><script>alert(1)") && shown.contains("\u{fffd}"), "{shown}");
@@ -330,20 +457,40 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     let all = series(["Girl", "Bolt"]);
     let packed = beside(&all);
     assert_eq!(packed.files.len(), 2);
-    let page = Page { sequences: all.tallies(), series: packed.index, beside: true, ..Page::default() };
+    let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60\" height=\"40\"><rect width=\"60\" height=\"40\"/></svg>";
+    let file = "figures/a #1 50%.svg".to_string();
+    let page = Page {
+        figures: vec![FigureView {
+            name: "f".into(),
+            svg: svg.into(),
+            file: file.clone(),
+            ..FigureView::default()
+        }],
+        figures_beside: true,
+        sequences: all.tallies(),
+        series: packed.index,
+        beside: true,
+        ..Page::default()
+    };
     let folder = tempfile::tempdir().unwrap();
-    std::fs::create_dir(folder.path().join("data")).unwrap();
+    for name in ["data", "figures"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    std::fs::write(folder.path().join(&file), svg).unwrap();
     std::fs::write(folder.path().join("index.html"), render(&page).unwrap()).unwrap();
     for (name, text) in &packed.files {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
     browser.screen(1400, 900, true);
     browser.open(&folder.path().join("index.html"));
-    browser.becomes(&format!("{READOUT}.includes('found')"));
+    browser.becomes(&format!("{READOUT}.includes('hit')"));
     assert_eq!(browser.value("Object.keys(document.querySelectorAll('script[src]')).length"), 1);
+    // So is a figure that is not in the page.
+    browser.value("document.querySelector('figure img').scrollIntoView()");
+    browser.becomes("document.querySelector('figure img').naturalWidth === 60");
     choose(&mut browser, "show-tracker", "Bolt");
     browser.becomes("document.querySelectorAll('script[src]').length === 2");
-    browser.becomes(&format!("{READOUT}.includes('found')"));
+    browser.becomes(&format!("{READOUT}.includes('hit')"));
     browser.press("n");
     assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
     // Without its file a track cannot be shown, which the page says.

@@ -5,18 +5,22 @@
 //! before, `null` where there is none. An O_t below 1 stays below 1, because 1 means that the target is lost.
 //!
 //! ```text
-//! index  {trackers, methods, sequences, start, tracks: [[sequence, tracker, file]], files, truth, data}
+//! index  {trackers, methods, sequences, start, tracks: [[sequence, tracker, file]], files, words, truth, data}
 //! truth  {"<sequence>": [4 columns x, y, w, h, or 8 columns of corners]}
 //! data   {"<sequence>-<tracker>": {box: [4 columns], background: [4 columns], error, said: {"<method>":
-//!         {events, detections, matches: [[event, detection]], alarms: [first, last, ...], digits, score}}}}
+//!         {marks: [[event, detection, word, word]], alarms: [first, last, ...], digits, score}}}}
 //! ```
+//!
+//! A mark is a [moment](super::super::trace::Moment): an event, a detection, or both that match, in order of time,
+//! and what either is, as an index into the page's words.
 //!
 //! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each one call
 //! `trackfail({truth, data})`.
 
-use super::{Said, Sequence, Sequences, Track};
+use super::{Method, Said, Sequence, Sequences, Track};
 use crate::dataset::text::visible;
 use crate::region::{Rect, Region};
+use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, Outcome};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -91,8 +95,8 @@ fn object<K: std::fmt::Display>(parts: impl IntoIterator<Item = (K, String)>) ->
 
 fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str, data: &str) -> String {
     let shown = |names: Vec<&str>| -> Vec<String> { names.into_iter().map(visible).collect() };
-    let methods: Vec<Value> =
-        all.methods.iter().map(|m| json!({"name": visible(&m.name), "thresholds": m.thresholds})).collect();
+    let method =
+        |m: &Method| json!({"name": visible(&m.name), "thresholds": m.thresholds, "counted": m.counted});
     let sequence = |s: &Sequence| {
         json!({
             "name": visible(&s.name),
@@ -100,16 +104,22 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str,
             "frames": s.truth.len(),
             "size": s.size,
             "stills": s.stills,
+            "attributes": visible(&s.attributes.join(", ")),
         })
     };
     let track = |(t, place): (&Track, &Option<usize>)| json!([t.sequence, t.tracker, place]);
     let names = json!({
         "trackers": shown(all.trackers.iter().map(String::as_str).collect()),
-        "methods": methods,
+        "methods": all.methods.iter().map(method).collect::<Vec<_>>(),
         "sequences": all.sequences.iter().map(sequence).collect::<Vec<_>>(),
         "start": all.start(),
         "tracks": all.tracks.iter().zip(places).map(track).collect::<Vec<_>>(),
         "files": files,
+        "words": {
+            "event": EVENT_WORDS,
+            "detection": DETECTION_WORDS,
+            "outcome": Outcome::ALL.map(Outcome::words),
+        },
     });
     let parts = json_of_parts(truth, data);
     let names = names.to_string();
@@ -169,7 +179,7 @@ fn boxes(rects: &[Rect]) -> String {
 fn track(all: &Sequences, track: &Track) -> String {
     let error = differences(track.error.iter().map(|e| thousandths(*e)));
     let threshold = |k: usize| all.methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
-    let methods = track.methods.iter().map(|(k, s)| (*k, said(s, threshold(*k))));
+    let methods = track.methods.iter().map(|(k, s)| (*k, said(track, s, threshold(*k))));
     let methods = object(methods.collect::<BTreeMap<_, _>>());
     let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", methods)];
     if !track.background.is_empty() {
@@ -178,10 +188,17 @@ fn track(all: &Sequences, track: &Track) -> String {
     object(parts)
 }
 
-fn said(said: &Said, threshold: Option<f64>) -> String {
+fn said(track: &Track, said: &Said, threshold: Option<f64>) -> String {
     let digits = digits(&said.score, threshold);
     let step = |v: &f64| whole(v * 10_f64.powi(digits));
-    let judged = &said.judged;
+    let marks: Vec<Value> = trace::moments(&said.judged)
+        .iter()
+        .map(|m| {
+            let found = m.event.is_some_and(|t| trace::is_recovery(&track.error, t));
+            let clear = m.detection.is_some_and(|t| trace::is_all_clear(&said.changes, t));
+            json!([m.event, m.detection, u8::from(found), u8::from(clear)])
+        })
+        .collect();
     let mut alarms: Vec<usize> = Vec::new();
     for (t, _) in said.alarm.iter().enumerate().filter(|(_, alarm)| **alarm) {
         match alarms.last_mut() {
@@ -191,9 +208,7 @@ fn said(said: &Said, threshold: Option<f64>) -> String {
     }
     let text = |value: Value| value.to_string();
     object([
-        ("events", text(json!(judged.events))),
-        ("detections", text(json!(judged.detections))),
-        ("matches", text(json!(judged.matches))),
+        ("marks", text(json!(marks))),
         ("alarms", text(json!(alarms))),
         ("digits", digits.to_string()),
         ("score", differences(said.score.iter().map(step))),

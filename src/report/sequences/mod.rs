@@ -6,6 +6,7 @@
 
 pub mod json;
 
+use super::explain;
 use super::results::{Results, ResultsError, TrackSeries};
 use crate::region::{Rect, Region};
 use crate::score::TrackScore;
@@ -41,6 +42,8 @@ pub struct Method {
     pub name: String,
     /// Threshold on the score for each tracker, where there is one.
     pub thresholds: Vec<Option<f64>>,
+    /// How it is judged; may be empty.
+    pub counted: String,
 }
 
 /// A sequence.
@@ -84,6 +87,8 @@ pub struct Said {
     pub score: Vec<f64>,
     /// Alarm, one a frame.
     pub alarm: Vec<bool>,
+    /// Changes of the label: +1, -1, 0.
+    pub changes: Vec<i32>,
     /// Events, detections and which of them match.
     pub judged: TrackScore,
 }
@@ -115,7 +120,7 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
         return Ok(Sequences::default());
     }
     let mut all = Sequences { trackers, note, ..Sequences::default() };
-    all.methods = records.iter().map(|m| method(m, &all.trackers)).collect();
+    all.methods = records.iter().map(|m| method(results, m, &all.trackers)).collect();
     all.sequences = sequences(results, &tracks)?;
     let place = |name: &str| all.sequences.iter().position(|s| s.name == name);
     let regions = background_rules(results);
@@ -137,10 +142,12 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
     Ok(all)
 }
 
-fn method(record: &MethodRecord, trackers: &[String]) -> Method {
+fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Method {
     let threshold = |t: &String| record.thresholds.get(t).copied().filter(|v| v.is_finite());
     let thresholds = trackers.iter().map(threshold).collect();
-    Method { name: method_label(&record.name, &record.params), thresholds }
+    let protocol = results.experiment.protocol_of(&record.name);
+    let counted = protocol.map_or_else(String::new, explain::counted_by);
+    Method { name: method_label(&record.name, &record.params), thresholds, counted }
 }
 
 fn sequences(results: &Results, tracks: &[TrackSeries]) -> Result<Vec<Sequence>, ResultsError> {
@@ -198,7 +205,15 @@ fn said(results: &Results, records: &[&MethodRecord], track: &TrackSeries) -> Ve
             return None;
         }
         let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
-        Some((k, Said { score: series.score.clone(), alarm: series.alarm.clone(), judged }))
+        Some((
+            k,
+            Said {
+                score: series.score.clone(),
+                alarm: series.alarm.clone(),
+                changes: series.changes.clone(),
+                judged,
+            },
+        ))
     };
     records.iter().enumerate().filter_map(of).collect()
 }

@@ -13,7 +13,12 @@ fn sequences(name: &str, frames: usize) -> Sequences {
     let said = |late: usize| {
         let alarm: Vec<bool> = (0..frames).map(|t| t >= late && lost(t - late)).collect();
         let judged = (khalid2016::PROTOCOL.score)(&error, &alarm, &vec![0; frames]);
-        Said { score: (0..frames).map(|t| t as f64 * 1e-4).collect(), alarm, judged }
+        Said {
+            score: (0..frames).map(|t| t as f64 * 1e-4).collect(),
+            alarm,
+            changes: vec![0; frames],
+            judged,
+        }
     };
     let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64 / 3.0, 10.0, 20.0, 30.0)).collect();
     let truth = |slant: f64| {
@@ -36,7 +41,11 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         error: error.clone(),
         methods: if tracker == 0 { vec![(0, said(2)), (1, said(12))] } else { vec![(1, said(12))] },
     };
-    let method = |name: &str| Method { name: name.into(), thresholds: vec![Some(0.0041), None] };
+    let method = |name: &str| Method {
+        name: name.into(),
+        thresholds: vec![Some(0.0041), None],
+        counted: String::new(),
+    };
     Sequences {
         trackers: vec![name.to_string(), "KCF".into()],
         methods: vec![method(name), method("RAW")],
@@ -90,8 +99,9 @@ fn series_by_hand() {
     assert_eq!(column(&track["error"])[19..21], [Some(250), Some(1000)]);
     assert!(all["data"]["0-1"]["background"].is_null() && !track["background"].is_null());
     let said = &track["said"]["0"];
-    assert_eq!(said["events"], serde_json::json!([20]));
-    assert_eq!(said["matches"], serde_json::json!([[0, 0]]));
+    assert_eq!(said["marks"], serde_json::json!([[20, 22, 0, 0]]));
+    assert_eq!(track["said"]["1"]["marks"], serde_json::json!([[20, null, 0, 0], [null, 32, 0, 0]]));
+    assert_eq!(all["words"]["outcome"], serde_json::json!(["hit", "missed", "false alarm"]));
     assert_eq!(said["alarms"], serde_json::json!([22, 31]));
     // Four digits of 0.0041: steps of 1e-6.
     assert_eq!(said["digits"], 6);

@@ -36,17 +36,20 @@ function sorted(items, keyOf, direction) {
   return keyed.map(k => k.item);
 }
 
+const sorters = new Map();
+
 function sortButton(th, heads, sort) {
   const button = make("button", { type: "button", class: "sort" });
   button.append(...th.childNodes);
   th.append(button);
   const next = { none: "descending", descending: "ascending", ascending: "none" };
-  button.addEventListener("click", () => {
-    const direction = next[th.getAttribute("aria-sort") || "none"];
+  const by = direction => {
     for (const head of heads) head.removeAttribute("aria-sort");
     if (direction !== "none") th.setAttribute("aria-sort", direction);
     sort(direction);
-  });
+  };
+  button.addEventListener("click", () => by(next[th.getAttribute("aria-sort") || "none"]));
+  sorters.set(th, by);
 }
 
 function sortable(table) {
@@ -65,9 +68,11 @@ function sortable(table) {
   }
   if (!table.classList.contains("both")) return;
   const rows = bodies.flatMap(b => b.rows);
-  const labels = rows.map(row => row.cells[0]);
+  // Only rows of one measure can be put in order.
+  const measures = rows.filter(row => row.dataset.sorts !== undefined);
+  const labels = measures.map(row => row.cells[0]);
   const original = heads.slice(1);
-  for (const row of rows) {
+  for (const row of measures) {
     sortButton(row.cells[0], labels, direction => {
       const now = [...head.cells].slice(1);
       const order = direction === "none" ? original : sorted(now, th => key(row.cells[th.cellIndex]), direction);
@@ -81,6 +86,11 @@ function sortable(table) {
 }
 
 all("table.numbers").forEach(sortable);
+
+// A table that is folded opens when it is gone to.
+for (const link of all(".contents a")) {
+  link.addEventListener("click", () => { byId(link.hash.slice(1)).closest("details").open = true; });
+}
 
 // Filters of the table of sequences.
 
@@ -101,6 +111,7 @@ function passes(row) {
 }
 
 function applyFilters() {
+  closeExplained();
   for (const row of rows) row.hidden = !passes(row);
   const method = filter.method.value;
   for (const row of table.rows) {
@@ -114,13 +125,62 @@ function applyFilters() {
   });
   byId("shown").textContent = `${shown.length} of ${rows.length} rows are shown.`;
   if (shown.length && !shown.includes(rowOf(state.s, state.t))) {
-    open(Number(shown[0].dataset.s), Number(shown[0].dataset.t), method === "" ? state.m : Number(method));
+    openFirst();
   } else if (method !== "" && state.m !== Number(method)) {
     open(state.s, state.t, Number(method));
   } else {
     fillChoices();
   }
 }
+
+/** Shows the track that is on top of the table. */
+function openFirst() {
+  const top = [...table.tBodies[0].rows].find(row => !row.hidden);
+  const method = filter.method.value;
+  if (top) open(Number(top.dataset.s), Number(top.dataset.t), method === "" ? state.m : Number(method));
+}
+
+// From a number of a table to the sequences behind it. The link leads to what is told of it, and the focus with it.
+
+const explained = byId("explained");
+let origin = null;
+for (const link of all("a.origin")) link.hash = "#explained";
+
+function closeExplained() {
+  if (origin) origin.classList.remove("open");
+  origin = null;
+  explained.hidden = true;
+}
+
+function explainNumber(link) {
+  const { t, m, a } = link.dataset;
+  filter.sequence.value = "";
+  [filter.tracker.value, filter.method.value, filter.attribute.value] = [t ?? "", m ?? "", a ?? ""];
+  applyFilters();
+  if (m !== undefined) sorters.get(table.tHead.rows[0].cells[fixed + Number(m)])("descending");
+  openFirst();
+  const [number, formula, command] = link.title.split("\n");
+  byId("explained-number").textContent = number;
+  byId("explained-formula").textContent = formula;
+  byId("explained-by").textContent = m === undefined
+    ? "This point of the grid is not among the methods below."
+    : `${series.methods[m].counted}${series.methods[m].counted && "; "}the sequences with most misses and false alarms come first.`;
+  byId("explained-command").textContent = command;
+  origin = link;
+  link.classList.add("open");
+  explained.hidden = false;
+}
+
+document.addEventListener("click", event => {
+  const link = event.target.closest("a.origin");
+  if (link && !event.ctrlKey && !event.metaKey && !event.shiftKey) explainNumber(link);
+});
+byId("explained-back").addEventListener("click", () => {
+  const link = origin;
+  link.closest("details").open = true;
+  link.focus({ preventScroll: true });
+  link.scrollIntoView({ block: "center" });
+});
 
 // Series: columns of differences, decoded when they are first shown.
 
@@ -162,21 +222,17 @@ function decode(s, t) {
       said: Object.fromEntries(Object.entries(raw.said).map(([m, said]) => [m, {
         ...said,
         score: column(said.score, 1).map(v => (v === null ? null : Number(`${v}e${-said.digits}`))),
-        marks: marksOf(said),
+        marks: said.marks.map(markOf),
       }])),
     });
   }
   return decoded.get(name);
 }
 
-/** Events and detections in order: what each is, and the other half of a match. */
-function marksOf({ events, detections, matches }) {
-  const found = new Map(matches.map(([e, d]) => [e, d]));
-  const right = new Set(matches.map(([, d]) => d));
-  const marks = events.map((frame, e) => (found.has(e)
-    ? { frame, kind: "hit", other: detections[found.get(e)] } : { frame, kind: "miss" }));
-  detections.forEach((frame, d) => { if (!right.has(d)) marks.push({ frame, kind: "false" }); });
-  return marks.sort((a, b) => a.frame - b.frame);
+/** What a mark is about: its frame and kind, the other half of a match, and what event and detection say. */
+function markOf([event, detection, found, clear]) {
+  const kind = event === null ? "false" : detection === null ? "miss" : "hit";
+  return { frame: event ?? detection, other: detection, event, detection, found, clear, kind };
 }
 
 // The viewer.
@@ -236,14 +292,17 @@ function open(s, t, m, f = null) {
   }).catch(error => { readout.textContent = `Cannot be shown: ${error.message}.`; });
 }
 
-const said = () => view.said[state.m] || { score: [], alarms: [], marks: [], events: [], detections: [] };
-const kinds = { hit: "found", miss: "missed", false: "false alarm" };
+const said = () => view.said[state.m] || { score: [], alarms: [], marks: [] };
+const kinds = Object.fromEntries(["hit", "miss", "false"].map((kind, k) => [kind, series.words.outcome[k]]));
 
 function describe(mark) {
-  if (mark.kind !== "hit") return `Frame ${number(mark.frame)}: ${kinds[mark.kind]}`;
-  const late = mark.other - mark.frame;
-  const when = late === 0 ? "at once" : `${Math.abs(late)} ${late > 0 ? "later" : "before"}`;
-  return `Frame ${number(mark.frame)}: found, ${when}`;
+  const { event, detection } = series.words;
+  const what = mark.event === null ? detection[mark.clear] : event[mark.found];
+  const text = `Frame ${number(mark.frame)}: ${mark.kind === "false" && !mark.clear ? "" : `${what}, `}${kinds[mark.kind]}`;
+  if (mark.kind !== "hit") return text;
+  const late = mark.detection - mark.event;
+  const when = late === 0 ? "at once" : `${Math.abs(late)} frame${Math.abs(late) === 1 ? "" : "s"} ${late > 0 ? "later" : "before"}`;
+  return `${text} by ${detection[mark.clear]} ${when}`;
 }
 
 function listMarks() {
@@ -381,6 +440,7 @@ function drawStage() {
     make("polygon", { class: "halo", points: corners.join(" ") }, "", stage);
     make("polygon", { class: `box ${kind}`, points: corners.join(" ") }, "", stage);
   }
+  byId("attributes").textContent = sequence.attributes && `Attributes: ${sequence.attributes}.`;
   byId("background-key").hidden = !view.background;
   byId("size").textContent = sequence.size ? `Frame of ${w} × ${h} pixels.` : "The size of the frame is not known; the stage is what the boxes cover.";
 }
@@ -393,7 +453,7 @@ function step(by) {
   let alarm = false;
   for (let k = 0; k < now.alarms.length; k += 2) alarm ||= now.alarms[k] <= state.f && state.f <= now.alarms[k + 1];
   const here = now.marks.filter(mark => mark.frame === state.f).map(mark => kinds[mark.kind]);
-  if (now.marks.some(mark => mark.kind === "hit" && mark.other === state.f)) here.push("right alarm");
+  if (now.marks.some(mark => mark.kind === "hit" && mark.other === state.f)) here.push(`${series.words.detection[0]} of a hit`);
   const error = view.error[state.f];
   const parts = [
     `Frame ${number(state.f)} (${state.f + 1} of ${view.error.length})`,
@@ -415,7 +475,8 @@ function go(f) { state.f = f; step(0); }
 
 /** To the next (1) or previous (-1) event or detection. */
 function jump(way) {
-  const frames = [...new Set([...said().events, ...said().detections])].sort((a, b) => way * (a - b));
+  const all = said().marks.flatMap(mark => [mark.event, mark.detection]).filter(f => f !== null);
+  const frames = [...new Set(all)].sort((a, b) => way * (a - b));
   const next = frames.find(f => way * (f - state.f) > 0);
   if (next !== undefined) go(next);
 }
