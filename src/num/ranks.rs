@@ -87,7 +87,8 @@ fn range_cdf(q: f64, k: usize) -> f64 {
 /// The `level` quantile of the studentised range of `k` means at infinite degrees of freedom; none unless
 /// 2 <= k <= 1000 and 0 < level < 1.
 pub fn studentised_range(level: f64, k: usize) -> Option<f64> {
-    if !(2..=1000).contains(&k) || !(level > 0.0 && level < 1.0) {
+    let is_level = level > 0.0 && level < 1.0;
+    if !(2..=1000).contains(&k) || !is_level {
         return None;
     }
     let (mut low, mut high) = (0.0, 20.0);

@@ -289,6 +289,7 @@ fn frame(results: &Results) -> Page {
     });
     Page {
         title: experiment.title.clone(),
+        home: format!("{}index.html", "../".repeat(experiment.name.split('/').count())),
         experiment: experiment.name.clone(),
         paper: experiment.paper.clone().unwrap_or_default(),
         object: experiment.object.clone().unwrap_or_default(),

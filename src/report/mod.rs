@@ -39,6 +39,8 @@ use serde::Serialize;
 pub struct Page {
     /// Title of the page.
     pub title: String,
+    /// Where the page over all experiments lies, seen from here; empty where there is none.
+    pub home: String,
     /// Name of the experiment.
     pub experiment: String,
     /// The paper that is replicated; may be empty.

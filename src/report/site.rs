@@ -22,6 +22,7 @@ use crate::spec::claim::Verdict;
 use crate::spec::read::check_experiment_name;
 use crate::table::folder::{self, FolderError};
 use crate::table::layout;
+use crate::table::measures::Measure;
 use crate::table::number::Style;
 use crate::table::records::method_label;
 use serde::{Deserialize, Serialize};
@@ -151,18 +152,18 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
     }
 }
 
-/// The best methods; anchors do not compete, and methods of one tracker that are scored by different protocols are not
-/// compared.
+/// The best methods. Anchors do not compete, nor do the points of a grid, whose best one is chosen by the very data that
+/// are reported; methods of one tracker that are scored by different protocols are not compared.
 fn best(results: &Results) -> Vec<Best> {
     let experiment = &results.experiment;
     let metric = uncertainty::headline(experiment);
     let style = if metric.is_count() { Style::COUNT } else { Style::DEFAULT };
     let of_tracker = |tracker: &str| {
-        let competes = |method: &str| !layout::is_anchor(experiment, method);
+        let competes = |m: &Measure| m.params.is_empty() && !layout::is_anchor(experiment, &m.method);
         let mut mine: Vec<(f64, String)> = Vec::new();
         let mut protocols: Vec<&str> = Vec::new();
         for m in results.measures.iter().filter(|m| m.tracker == tracker && m.attribute.is_none()) {
-            let Some(value) = m.value(metric).filter(|v| v.is_finite() && competes(&m.method)) else {
+            let Some(value) = m.value(metric).filter(|v| v.is_finite() && competes(m)) else {
                 continue;
             };
             protocols.extend(experiment.protocol_of(&m.method).map(|p| p.name));

@@ -43,15 +43,17 @@ pub struct Uncertainty {
     pub note: Option<String>,
 }
 
-/// The metric that a report is ordered by: of the metrics of the first table of methods F, or informedness, where
-/// that is among them; else the first that has a direction and comes from counts; else F. (A ratio such as recall,
-/// which a method that always raises the alarm has at 1, orders nothing by itself.)
+/// The metric that a report is ordered by: of the metrics of the tables of methods F, or informedness, where that is
+/// among them; else the first that has a direction and comes from counts; else F. (A ratio such as recall, which a
+/// method that always raises the alarm has at 1, orders nothing by itself.)
 pub fn headline(experiment: &Experiment) -> Metric {
-    let table = experiment.tables.iter().find(|t| t.shows.is_none());
-    let metrics = table.map_or(Vec::new(), |t| match &t.rows {
-        Side::Metrics(metrics) => metrics.clone(),
-        _ => t.metric.into_iter().collect(),
-    });
+    let of_methods = experiment.tables.iter().filter(|t| t.shows.is_none());
+    let metrics: Vec<Metric> = of_methods
+        .flat_map(|t| match &t.rows {
+            Side::Metrics(metrics) => metrics.clone(),
+            _ => t.metric.into_iter().collect(),
+        })
+        .collect();
     // What trackers did again is no sum of counts of detections.
     let is_effort = |m: &Metric| matches!(m, Metric::ReverseRuns | Metric::ReverseFrames);
     let fits = |m: &Metric| !is_effort(m) && m.goodness() != Goodness::Neither;
@@ -296,10 +298,10 @@ fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Ve
     }
 }
 
-fn group(label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
+fn group(key: &str, label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
     let row = |(label, cells)| Row { label, goodness: Goodness::Neither, cells };
     Group {
-        key: label.clone(),
+        key: key.to_string(),
         label,
         published_tracker: None,
         has_ours: true,
@@ -317,15 +319,15 @@ fn direction(measured: &Measured) -> &'static str {
 
 fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> Layout {
     let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
-        let mut heading = field.label.clone();
+        let mut heading = vec![field.label.clone()];
         if let Some(r) = ranked {
             let p =
                 r.p.map_or_else(|| "no differences".to_string(), |p| format!("Friedman's p {}", p_text(p)));
-            heading.push_str(&format!(
-                " (ranks over {} sequences, {p}, critical difference {:.2})",
-                r.blocks, r.critical
-            ));
+            let ranks =
+                format!("ranks over {} sequences, {p}, critical difference {:.2}", r.blocks, r.critical);
+            heading.push(if field.label.is_empty() { ranks } else { format!("({ranks})") });
         }
+        let heading = heading.join(" ").trim_start().to_string();
         let seed = seed::seed(seed, &[&field.label]);
         let row = |c: &Contestant| {
             let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
@@ -344,7 +346,7 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
             ];
             (c.label.clone(), cells)
         };
-        group(heading, field.contestants.par_iter().map(row).collect())
+        group(&field.label, heading, field.contestants.par_iter().map(row).collect())
     };
     let is_counted = matches!(measured, Measured::Counted(_));
     let caption = format!(
@@ -419,7 +421,7 @@ fn duels(fields: &[Field], measured: &Measured, seed: u64) -> Layout {
             (d.label, cells)
         };
         let rows: Vec<(String, Vec<Cell>)> = duels.into_iter().map(row).collect();
-        (!rows.is_empty()).then(|| group(field.label.clone(), rows))
+        (!rows.is_empty()).then(|| group(&field.label, field.label.clone(), rows))
     };
     let caption = format!(
         "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({DRAWS} \

@@ -8,7 +8,7 @@
 //! TP_0 = min(E hit, D)      F_0 = 2 TP_0 / (E + D)      F over chance = (F - F_0) / (1 - F_0)
 //! ```
 //!
-//! D and E are given, so the expected F is 2 E[TP] / (E + D) exactly. Of D among N frames drawn without
+//! D and E are given, so the expected F is `2 E[TP] / (E + D)` exactly. Of D among N frames drawn without
 //! replacement, k are in the window of m = 2 tolerance + 1 frames around an event with the hypergeometric
 //! probability P(k). Where a protocol matches signs, detections alternate between the two: one alone has the right
 //! sign half of the time, and of two neighbours one has it. Frame by frame (m = 1) TP_0 is E D / N. So a random

@@ -122,10 +122,18 @@ fn cell(text: &str, best: bool, aligned: bool) -> String {
     format!("{{{bold}{}}}", latex_escape(text))
 }
 
-/// The rows between the rules at the top and the bottom, for a `tabular` of one's own.
+/// The `tabular` alone, for a floating table, caption and label of one's own.
 pub fn body(layout: &Layout) -> String {
     let formats = formats(layout);
-    let mut text = latex_escape(&layout.corner);
+    let column = |format: &Option<String>| match format {
+        Some(format) => format!("S[table-format={format}]"),
+        None => "r".to_string(),
+    };
+    let columns: String = formats.iter().map(column).collect();
+    let mut text = format!(
+        "\\begingroup\n\\sisetup{{detect-weight, retain-explicit-plus}}\n\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{}",
+        latex_escape(&layout.corner)
+    );
     for column in &layout.columns {
         text.push_str(&format!(" & {{{}}}", latex_escape(column)));
     }
@@ -146,19 +154,14 @@ pub fn body(layout: &Layout) -> String {
             }
         }
     }
+    text.push_str("\\bottomrule\n\\end{tabular}\n\\endgroup\n");
     text
 }
 
 /// A floating table in the style of booktabs.
 pub fn latex(layout: &Layout) -> String {
-    let columns: String = formats(layout)
-        .into_iter()
-        .map(|format| format.map_or_else(|| "r".to_string(), |f| format!("S[table-format={f}]")))
-        .collect();
     format!(
-        "{NEEDS}\\begin{{table}}\n\\centering\n\\sisetup{{detect-weight, retain-explicit-plus}}\n\
-         \\caption{{{}}}\n\\label{{tab:{}}}\n\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{}\\bottomrule\n\
-         \\end{{tabular}}\n\\end{{table}}\n",
+        "{NEEDS}\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{}\\end{{table}}\n",
         latex_escape(&layout.caption),
         layout.name,
         body(layout),

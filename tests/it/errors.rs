@@ -98,7 +98,7 @@ fn methods_of_some_trackers_and_analyses_are_checked() {
     refused("[[table]]", &analysis(bad, "[\"test\"]"), 20, "`alphas` must be");
     let shows = analysis(kind, "[\"test\"]") + "\nname = \"u\"\nshows = \"a.cut\"\n\n[[table]]";
     refused("[[table]]", &shows, 25, "did you mean `a.cuts`?");
-    refused("rows = [\"recall\"]\n", "", 18, "a table needs `rows` and `columns`, or `shows`");
+    refused("rows = [\"recall\"]\n", "", 18, "a table needs `rows` and `columns`, `rank` or `shows`");
 }
 
 #[test]

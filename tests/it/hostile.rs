@@ -97,7 +97,7 @@ fn shows_only_text(text: &str) -> bool {
 /// Whether braces match and every command is one that a table of ours has.
 fn is_our_latex(text: &str) -> bool {
     let body = text.strip_prefix("% needs \\usepackage{booktabs,siunitx}\n").unwrap_or(text);
-    is_plain_latex(body) && body.matches("\\begin").count() == 2 && body.matches("\\end").count() == 2
+    is_plain_latex(body) && body.matches("\\begin{").count() == 2 && body.matches("\\end{").count() == 2
 }
 
 /// Whether every line is a comment or gives a command of letters a number, and no command is given twice.
@@ -112,7 +112,7 @@ fn are_our_macros(text: &str) -> bool {
 }
 
 fn is_plain_latex(text: &str) -> bool {
-    const COMMANDS: &str = " begin end centering caption label toprule midrule bottomrule bfseries textit sisetup \
+    const COMMANDS: &str = " begin end begingroup endgroup centering caption label toprule midrule bottomrule bfseries textit sisetup \
         multicolumn textbackslash textasciitilde textasciicircum textless textgreater textdagger textbar pm \
         times uparrow downarrow ensuremath ifdefined Umathcode else fi ";
     let (mut depth, mut dollars) = (0_i32, 0);
@@ -172,7 +172,7 @@ fn hostile_tables_compile() {
         macros.lines().filter_map(|l| l.strip_prefix("\\newcommand{")?.split('}').next()).collect();
     let document = format!(
         "\\documentclass{{article}}\n\\usepackage{{booktabs,siunitx}}\n\\input{{macros}}\n\\begin{{document}}\n\
-         \\input{{t.tex}}\n\\begin{{tabular}}{{lr}}\\toprule\n\\input{{t.body.tex}}\\bottomrule\n\\end{{tabular}}\n{}\n\
+         \\input{{t.tex}}\n\\input{{t.body.tex}}\n{}\n\
          \\end{{document}}\n",
         names.join("{} "),
     );
