@@ -2,6 +2,7 @@
 
 use super::claims::{self, Finding, Tested};
 use super::explain;
+use super::facts;
 use super::figures::{self, DrawError};
 use super::results::{Results, ResultsError};
 use super::sequences::{self, Sequences, json};
@@ -68,8 +69,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results)?;
     layouts.extend(tables);
     stays_here(&results.folder.join("tables"))?;
-    folder::write_tables(&results.folder, &results.experiment, &layouts)?;
+    let findings = claims::test(results);
     let mut page = frame(results);
+    page.claims = findings.iter().map(claim_view).collect();
+    let facts = facts::facts(results, &page.claims);
+    folder::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
         match drawn? {
@@ -91,8 +95,6 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
         page.figures.push(draw_ranks(results, folder, name, &ranks, caption)?);
     }
     page.summary.extend(note);
-    let findings = claims::test(results);
-    page.claims = findings.iter().map(claim_view).collect();
     let tracks = results.all_tracks()?;
     let requests = stills::requested(results, &tracks);
     let mut sequences = sequences::collect(results, tracks)?;

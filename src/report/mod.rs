@@ -13,6 +13,7 @@
 pub mod claims;
 pub mod delays;
 pub mod explain;
+mod facts;
 pub mod figures;
 mod fill;
 mod html;

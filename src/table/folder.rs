@@ -2,6 +2,7 @@
 
 use super::frame::{self, FrameError};
 use super::layout::{self, Layout};
+use super::macros::Fact;
 use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
 use super::records::CellScore;
@@ -184,12 +185,17 @@ fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write_tables(folder: &Path, experiment: &Experiment, layouts: &[Layout]) -> Result<(), FolderError> {
+pub fn write_tables(
+    folder: &Path,
+    experiment: &Experiment,
+    facts: &[Fact],
+    layouts: &[Layout],
+) -> Result<(), FolderError> {
     for layout in layouts {
         write_table(folder, layout)?;
     }
     if !layouts.is_empty() {
-        let commands = macros::macros(&experiment.name, layouts);
+        let commands = macros::macros(&experiment.name, facts, layouts);
         store::write(&folder.join("tables").join(macros::FILE), commands.as_bytes())?;
     }
     Ok(())

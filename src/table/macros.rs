@@ -1,8 +1,10 @@
-//! `macros.tex`: a LaTeX command for every number of an experiment's tables, so that none is typed by hand.
+//! `macros.tex`: a LaTeX command for every number of an experiment's tables and of the text around them, so that none is
+//! typed by hand.
 //!
 //! The name of a command says which number it is and nothing else, so it stays the same when other numbers come
 //! and go: `\tf`, then experiment, table, group, row and column with an `X` between them, then `published` or
-//! `difference` where it is not our own number. Letters are written as they are, but for `X` and `Z`; see
+//! `difference` where it is not our own number. Numbers of the text ([`Fact`]) have fewer parts than a cell's four and
+//! the experiment, so the two are never confused. Letters are written as they are, but for `X` and `Z`; see
 //! [`name`] for everything else. Different numbers have different names, and those of different experiments
 //! may be read into one document.
 
@@ -55,11 +57,31 @@ pub fn name(parts: &[&str]) -> String {
     name
 }
 
-/// All commands, table by table in their order, each below a comment that says what it is.
-pub fn macros(experiment: &str, layouts: &[Layout]) -> String {
+/// A number of the text around tables: how many targets there are, how many claims hold, what an analysis found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fact {
+    /// What it is, in one to three parts.
+    pub parts: Vec<String>,
+    /// The number as it is printed.
+    pub shown: String,
+}
+
+/// All commands, those of the text first, then table by table in their order, each below a comment that says what it
+/// is.
+pub fn macros(experiment: &str, facts: &[Fact], layouts: &[Layout]) -> String {
     let mut text = String::from(
         "% Every number of the tables as a command, for \\input{macros}; write {} after it where a blank follows.\n",
     );
+    if !facts.is_empty() {
+        text.push_str("\n% The text around the tables.\n");
+    }
+    for fact in facts {
+        let parts: Vec<&str> = fact.parts.iter().map(String::as_str).collect();
+        let whole = [&[experiment], parts.as_slice()].concat();
+        let about: Vec<String> = parts.iter().map(|p| visible(p)).collect();
+        text.push_str(&format!("% {}\n", about.join(", ")));
+        text.push_str(&format!("\\newcommand{{\\{}}}{{{}}}\n", name(&whole), number(&fact.shown)));
+    }
     // Tables that analyses make can have rows of the same name; the second one's says so.
     let mut times: BTreeMap<Vec<&str>, usize> = BTreeMap::new();
     for layout in layouts {
@@ -113,7 +135,7 @@ mod tests {
 
     #[test]
     fn every_number_has_a_command() {
-        let text = macros("khalid2016/table1", &[sample()]);
+        let text = macros("khalid2016/table1", &[], &[sample()]);
         let first = "tfkhalidZtwoZzeroZoneZsixZVtableZoneXtableZoneXStruckXprecisionXDTZOaaaahmEF";
         let expected = format!(
             "% table1, Struck, precision, DT|EF\n\\newcommand{{\\{first}}}{{.120}}\n\
@@ -124,11 +146,18 @@ mod tests {
         assert_eq!(text.matches("\\newcommand").count(), 6);
         assert_eq!(number("-0.17±0.18"), "\\ensuremath{-}0.17\\ensuremath{\\pm}0.18");
         // Two tables of one name, which only analyses can have rows like, are told apart.
-        let twice = macros("a", &[sample(), sample()]);
+        let twice = macros("a", &[], &[sample(), sample()]);
         let names: Vec<&str> =
             twice.split("\\newcommand{").skip(1).filter_map(|t| t.split('}').next()).collect();
         let different: std::collections::BTreeSet<&&str> = names.iter().collect();
         assert_eq!((names.len(), different.len()), (12, 12));
+    }
+
+    #[test]
+    fn numbers_of_the_text_have_commands_too() {
+        let fact = Fact { parts: vec!["targets".into(), "present".into()], shown: "12".into() };
+        let text = macros("a", &[fact], &[]);
+        assert!(text.ends_with("% targets, present\n\\newcommand{\\tfaXtargetsXpresent}{12}\n"), "{text}");
     }
 
     /// What [`name`] wrote; nothing for a text it never writes.

@@ -53,6 +53,15 @@ pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
+/// A number with four significant digits, or all digits of a whole one below a million.
+pub fn four_digits(v: f64) -> String {
+    if v == v.trunc() && v.abs() < 1e6 {
+        return format!("{v}");
+    }
+    let rounded: f64 = format!("{v:.3e}").parse().unwrap_or(v);
+    if (1e-4..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{v:.3e}") }
+}
+
 /// `1 run`, `10 runs`.
 pub fn runs(n: u32) -> String {
     if n == 1 { "1 run".to_string() } else { format!("{n} runs") }

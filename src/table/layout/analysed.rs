@@ -6,7 +6,7 @@ use crate::engine::analyse::Analysed;
 use crate::score::measures::Goodness;
 use crate::spec::Experiment;
 use crate::spec::table::{Made, Published, Table};
-use crate::table::number::{Style, printed_value};
+use crate::table::number::{Style, four_digits, printed_value};
 
 /// Lays out a table that an analysis made: a group for each tracker.
 pub fn analysed(
@@ -109,13 +109,4 @@ fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
         }
     }
     rows
-}
-
-/// A number with four significant digits, or all digits of a whole one below a million.
-fn four_digits(v: f64) -> String {
-    if v == v.trunc() && v.abs() < 1e6 {
-        return format!("{v}");
-    }
-    let rounded: f64 = format!("{v:.3e}").parse().unwrap_or(v);
-    if (1e-4..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{v:.3e}") }
 }
