@@ -265,7 +265,7 @@ fn heading(results: &Results, table: &Table, explained: &Explained) -> String {
         explained.formula,
     );
     if let Some(protocol) = explained.protocol {
-        text.push_str(&format!("  counted by {}: {}\n", protocol.name, protocol.summary));
+        text.push_str(&format!("  {}\n", explain::counted_by(protocol)));
     }
     if let Some(attribute) = &spot.attribute {
         text.push_str(&format!("  only sequences with the attribute {attribute}\n"));
@@ -309,7 +309,7 @@ fn about_sequence(results: &Results, explained: &Explained, sequence: &str) -> S
         spot.tracker
     );
     if let Some(protocol) = explained.protocol {
-        text.push_str(&format!("  counted by {}: {}\n", protocol.name, protocol.summary));
+        text.push_str(&format!("  {}\n", explain::counted_by(protocol)));
     }
     if let Some(part) = explained.parts.iter().find(|p| p.sequence == sequence) {
         let c = part.counts;

@@ -4,7 +4,7 @@ use super::{Failure, output};
 use crate::engine::store::alone;
 use crate::engine::store::staging::{self, Staging};
 use crate::plugin;
-use crate::report::{self, claims::Finding, results::Results};
+use crate::report::{self, Written, results::Results};
 use crate::spec::read::check_experiment_name;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 pub struct Rendered {
     name: String,
     aside: Staging,
-    findings: Vec<Finding>,
+    written: Written,
 }
 
 /// Renders a report aside, and its tables beside the results.
@@ -71,21 +71,21 @@ pub fn render(results: &Results, reports: &Path) -> Result<Rendered, Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{name}: {e}"));
     staging::sweep(reports);
     let aside = Staging::new(reports).map_err(|e| io(&e))?;
-    let findings = report::write(results, aside.path()).map_err(|e| io(&e))?;
-    report::site::write_summary(results, &findings, aside.path()).map_err(|e| io(&e))?;
-    Ok(Rendered { name, aside, findings })
+    let written = report::write(results, aside.path()).map_err(|e| io(&e))?;
+    report::site::write_summary(results, &written.findings, aside.path()).map_err(|e| io(&e))?;
+    Ok(Rendered { name, aside, written })
 }
 
 impl Rendered {
-    /// Puts the report in its place below `reports`; its page, and what our numbers say of the claims.
+    /// Puts the report in its place below `reports`; its page, and what it says.
     ///
     /// # Errors
     /// [`Failure::Io`].
-    pub fn publish(self, reports: &Path) -> Result<(PathBuf, Vec<Finding>), Failure> {
+    pub fn publish(self, reports: &Path) -> Result<(PathBuf, Written), Failure> {
         let target = reports.join(&self.name);
         let placed = self.aside.publish(&target, report::INDEX, &report::OWNED);
         placed.map_err(|e| Failure::Io(format!("{}: {e}", self.name)))?;
-        Ok((target.join(report::INDEX), self.findings))
+        Ok((target.join(report::INDEX), self.written))
     }
 }
 

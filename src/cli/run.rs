@@ -14,7 +14,7 @@ use crate::engine::{self, Options, Outcome, Plan};
 use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::results::Results;
-use crate::report::{self, stills};
+use crate::report::{self, Written, stills};
 use crate::spec::{self, Experiment, builtin};
 use crate::table::manifest::FailedCell;
 use crate::table::{folder, frame, render};
@@ -218,18 +218,18 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
         export::write(folder, experiment, &outcome)?;
     }
     options.watch.stage("writing tables and report");
-    let (results, findings, index) = write(args, experiment, &store, &outcome, start)?;
+    let (results, written, index) = write(args, experiment, &store, &outcome, start)?;
     finish();
     drop(outcome);
     tell_problems(&store);
     store.collect(args.store_limit());
     if !args.quiet {
         match args.format {
-            Format::Table => print_summary(&results, &findings, &index)?,
+            Format::Table => print_summary(&results, &written, &index)?,
             format => print_measures(&results, format)?,
         }
     }
-    verdict(args, &results, &findings)
+    verdict(args, &results, &written.findings)
 }
 
 /// Writes results and report aside and puts them in their place.
@@ -239,7 +239,7 @@ fn write(
     store: &Store,
     outcome: &Outcome<'_>,
     start: Instant,
-) -> Result<(Results, Vec<Finding>, PathBuf), Failure> {
+) -> Result<(Results, Written, PathBuf), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", experiment.name));
     let aside = store.staging().map_err(|e| io(&e))?;
     folder::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
@@ -256,9 +256,9 @@ fn write(
     let _alone = store::alone(&args.results);
     results.folder = args.results.join(&experiment.name);
     aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
-    let (index, findings) = rendered.publish(&args.reports)?;
+    let (index, written) = rendered.publish(&args.reports)?;
     super::report::write_site(&args.reports)?;
-    Ok((results, findings, index))
+    Ok((results, written, index))
 }
 
 /// One line on stderr.
@@ -381,13 +381,13 @@ fn print_measures(results: &Results, format: Format) -> Result<(), Failure> {
     output::print(format, &headings, &rows)
 }
 
-fn print_summary(results: &Results, findings: &[Finding], index: &Path) -> Result<(), Failure> {
+fn print_summary(results: &Results, written: &Written, index: &Path) -> Result<(), Failure> {
     let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
-    for layout in results.layouts().map_err(|e| Failure::Io(e.to_string()))? {
-        text.push_str(&render::plain(&layout));
+    for layout in &written.tables {
+        text.push_str(&render::plain(layout));
         text.push('\n');
     }
-    for finding in findings {
+    for finding in &written.findings {
         for tested in &finding.tested {
             let who =
                 if tested.tracker.is_empty() { String::new() } else { format!(" [{}]", tested.tracker) };

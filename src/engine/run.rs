@@ -2,9 +2,13 @@
 //! was computed before: work is handed out in any order, but every result has its place and every seed
 //! comes from names.
 
+mod share;
+
+pub use share::{Shared, run_shard};
+
 use super::address::{Address, Recipe};
 use super::analyse::{self, Analysed, NotAnalysed};
-use super::judge::{self, Armed, Case, Judged, Kept, Source, StoredVerdict, signal_of};
+use super::judge::{self, Armed, Case, Judged, Kept, StoredVerdict, signal_of};
 use super::pass::CellError;
 use super::plan::{Job, Plan, variants};
 use super::progress::Watch;
@@ -21,7 +25,7 @@ use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Verdict;
 use crate::spec::Experiment;
-use crate::spec::method::{DetectorChoice, Method, Variant};
+use crate::spec::method::Method;
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -356,81 +360,6 @@ pub fn run<'s>(plan: &Plan<'_>, store: &'s Store, options: &Options) -> Result<O
         tally: context.tally,
         store,
     })
-}
-
-/// What a share of a run has done.
-pub struct Shared {
-    /// Cells with a result.
-    pub done: usize,
-    /// Cells without, by name, with the reason.
-    pub failed: Vec<(String, CellError)>,
-    /// What was computed and what was there.
-    pub tally: Tally,
-}
-
-/// Computes a share of an experiment's tracks, signals and labels into the store. Trained methods are left
-/// to the run that has all tracks.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_shard(
-    plan: &Plan<'_>,
-    store: &Store,
-    options: &Options,
-    shard: Shard,
-) -> Result<Shared, RunError> {
-    let units = units(plan, Some(shard));
-    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let given = |variant: &Variant| match &variant.detector {
-        DetectorChoice::Given(fixed) => Some(Armed { fixed: fixed.clone(), source: Source::Given }),
-        DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
-    };
-    let given_cells = |j: &usize| {
-        variants(plan.experiment)
-            .filter(|(m, v)| given(v).is_some() && plan.has_cells(plan.jobs[*j], m))
-            .count()
-    };
-    let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
-    options.watch.all_cells(of_test.flat_map(|(.., jobs)| jobs).map(given_cells).sum());
-    options.watch.stage("running trackers and judging");
-    type Done = Vec<(String, Result<(), CellError>)>;
-    let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
-        let planned = &plan.suites[*suite].sequences[*sequence];
-        let _at = options.watch.at(&planned.sequence.name);
-        let tracks = tracks::tracks(&context, *suite, planned, jobs)?;
-        let mut cells = Vec::new();
-        let mut cases = Vec::new();
-        for (j, track) in jobs.iter().zip(&tracks) {
-            let job = plan.jobs[*j];
-            if *suite != 0 {
-                let name = plan.track_name(*suite, &planned.sequence.name, job);
-                cells.extend(track.as_ref().err().map(|e| (name, Err(e.clone()))));
-                continue;
-            }
-            for (v, (method, variant)) in variants(plan.experiment).enumerate() {
-                let Some(armed) = given(variant).filter(|_| plan.has_cells(job, method)) else { continue };
-                let params = variant.params();
-                let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
-                let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-                match track {
-                    Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => cases.push(context.case(&name, track, (v, method), armed, seed)),
-                }
-            }
-        }
-        let names: Vec<String> = cases.iter().map(|c| c.name.cell.clone()).collect();
-        let judged = judge::judge(&context, cases)?;
-        cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
-        options.watch.cells(if *suite == 0 { cells.len() } else { 0 });
-        Ok(cells)
-    };
-    let mut done: Vec<_> =
-        units.par_iter().with_max_len(1).map(of_unit).collect::<Result<Vec<_>, RunError>>()?;
-    let mut cells: Vec<_> = done.drain(..).flatten().collect();
-    cells.sort_by(|a, b| a.0.cmp(&b.0));
-    let total = cells.len();
-    let failed: Vec<_> = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?))).collect();
-    Ok(Shared { done: total - failed.len(), failed, tally: context.tally })
 }
 
 /// Sequences that are not what datasets.lock pins.

@@ -14,6 +14,7 @@
 //! Sources: Efron, Tibshirani, An Introduction to the Bootstrap, 1993, section 13.3; Wilcoxon, Biometrics
 //! Bulletin 1(6), 1945. Where there are no ties p is that of `scipy.stats.wilcoxon`.
 
+use super::ranks::{ranks, sum_of_ties};
 use super::seed;
 use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -53,12 +54,8 @@ fn signed_ranks(differences: &[f64]) -> Vec<(f64, bool)> {
     let mut sizes: Vec<(f64, bool)> =
         differences.iter().filter(|d| **d != 0.0).map(|d| (d.abs(), *d > 0.0)).collect();
     sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut ranks = Vec::with_capacity(sizes.len());
-    for group in sizes.chunk_by(|a, b| a.0 == b.0) {
-        let rank = ranks.len() as f64 + (group.len() + 1) as f64 / 2.0;
-        ranks.extend(group.iter().map(|(_, positive)| (rank, *positive)));
-    }
-    ranks
+    let ranks = ranks(&sizes.iter().map(|s| s.0).collect::<Vec<_>>(), false);
+    ranks.into_iter().zip(sizes).map(|(rank, (_, positive))| (rank, positive)).collect()
 }
 
 /// Two-sided p-value of Wilcoxon's signed-rank test; none where all differences are 0.
@@ -91,8 +88,7 @@ fn exact(ranks: &[(f64, bool)], w: f64) -> f64 {
 
 fn normal(ranks: &[(f64, bool)], w: f64) -> f64 {
     let n = ranks.len() as f64;
-    let ties: f64 =
-        ranks.chunk_by(|a, b| a.0 == b.0).map(|g| (g.len() as f64).powi(3) - g.len() as f64).sum();
+    let ties = sum_of_ties(&ranks.iter().map(|r| r.0).collect::<Vec<_>>());
     let variance = n * (n + 1.0) * (2.0 * n + 1.0) / 24.0 - ties / 48.0;
     let z = (w - n * (n + 1.0) / 4.0) / variance.sqrt();
     2.0 * Normal::standard().cdf(-z.abs())

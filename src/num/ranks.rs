@@ -32,6 +32,11 @@ pub fn ranks(values: &[f64], larger_is_better: bool) -> Vec<f64> {
     ranks
 }
 
+/// Sum over groups of t ties of t^3 - t, of sorted ranks.
+pub(super) fn sum_of_ties(sorted: &[f64]) -> f64 {
+    sorted.chunk_by(|a, b| a == b).map(|g| (g.len() as f64).powi(3) - g.len() as f64).sum()
+}
+
 /// What Friedman's test says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friedman {
@@ -58,8 +63,7 @@ pub fn friedman(blocks: &[Vec<f64>], larger_is_better: bool) -> Option<Friedman>
         sums.iter_mut().zip(&ranks).for_each(|(sum, rank)| *sum += rank);
         let mut sorted = ranks;
         sorted.sort_by(f64::total_cmp);
-        ties +=
-            sorted.chunk_by(|a, b| a == b).map(|g| (g.len() as f64).powi(3) - g.len() as f64).sum::<f64>();
+        ties += sum_of_ties(&sorted);
     }
     let mean_ranks: Vec<f64> = sums.iter().map(|sum| sum / n as f64).collect();
     let (methods, blocks) = (k as f64, n as f64);

@@ -35,6 +35,16 @@ impl Finding {
     pub fn holds(&self) -> bool {
         self.tested.iter().all(|t| t.verdict == Verdict::Holds)
     }
+
+    /// What becomes of it as a whole: it does not hold where it fails for one tracker.
+    pub fn overall(&self) -> super::Verdict {
+        let fails = self.tested.iter().any(|t| t.verdict == Verdict::Fails);
+        match (fails, self.holds()) {
+            (true, _) => super::Verdict::DoesNotHold,
+            (false, true) => super::Verdict::Holds,
+            (false, false) => super::Verdict::CannotBeTested,
+        }
+    }
 }
 
 /// Tests every claim, for each tracker where it names none.

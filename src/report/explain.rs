@@ -157,17 +157,16 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
 
 /// What is behind every cell of the experiment's own tables, whose layouts come first among `layouts`;
 /// `trackers` and `shown` are what the page has sequence by sequence.
-///
-/// # Errors
-/// When the counts of the cells cannot be read.
+/// `scores` are those of [`Results::scores`].
 pub fn origins(
     results: &Results,
+    scores: &[CellScore],
     layouts: &[Layout],
     trackers: &[String],
     shown: &Tallies,
-) -> Result<Vec<Origins>, ResultsError> {
+) -> Vec<Origins> {
     let place = |of: &[String], name: &str| of.iter().position(|known| known == name);
-    let parts = measures::by_attribute(&results.scores()?, &results.manifest.suite.attributes);
+    let parts = measures::by_attribute(scores, &results.manifest.suite.attributes);
     let all = [results.measures.as_slice(), &parts].concat();
     let mut counted: BTreeMap<_, &Measure> = BTreeMap::new();
     for m in &all {
@@ -215,7 +214,7 @@ pub fn origins(
         };
         layout.groups.iter().map(of_group).collect()
     };
-    Ok(experiment.tables.iter().zip(layouts).map(of_table).collect())
+    experiment.tables.iter().zip(layouts).map(of_table).collect()
 }
 
 /// Whether a group of this name has the spot: it names some of its tracker, method and grid point, in this order,

@@ -67,6 +67,7 @@ pub fn draw(results: &Results, figure: &Figure) -> Result<Result<Drawn, String>,
         FigureKind::Strips { tracker, sequences, panels, stills } => {
             let tracker = stills::tracker(results, tracker.as_deref());
             let tracks = results.tracks(tracker)?;
+            let tracks: Vec<&TrackSeries> = tracks.iter().collect();
             let shown = stills::chosen(results, sequences, &tracks);
             if shown.is_empty() {
                 return Ok(Err(format!("none of its sequences is there with tracker {tracker}")));
@@ -255,7 +256,7 @@ fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &table::Pa
 fn load_stills(
     results: &Results,
     figure: &Figure,
-    tracks: &[TrackSeries],
+    tracks: &[&TrackSeries],
 ) -> Result<Vec<Still>, ResultsError> {
     let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };
     let Some(track) = tracks.iter().find(|t| t.sequence == request.sequence) else { return Ok(Vec::new()) };

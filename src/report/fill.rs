@@ -16,8 +16,16 @@ use crate::image;
 use crate::spec::claim;
 use crate::spec::table::Figure;
 use crate::table::folder::{self, FolderError};
-use crate::table::layout;
+use crate::table::layout::{self, Layout};
 use std::path::Path;
+
+/// What a report that was written says.
+pub struct Written {
+    /// What our numbers say of the claims.
+    pub findings: Vec<Finding>,
+    /// The experiment's own tables.
+    pub tables: Vec<Layout>,
+}
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -60,13 +68,15 @@ fn view(verdict: &claim::Verdict) -> Verdict {
 }
 
 /// Writes tables into the results folder, and figures, stills, series, `index.html` and `report.md` into an empty folder,
-/// from results alone; what our numbers say of the claims.
+/// from results alone.
 ///
 /// # Errors
 /// See [`WriteError`].
-pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteError> {
-    let mut layouts = results.layouts()?;
-    let Uncertainty { tables, ranks, note } = uncertainty::measure(results)?;
+pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
+    let scores = results.scores()?;
+    let mut layouts = results.layouts(&scores);
+    let own = layouts.len();
+    let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
     stays_here(&results.folder.join("tables"))?;
     let findings = claims::test(results);
@@ -78,15 +88,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
         match drawn? {
             Ok(drawn) => {
-                let file = |ending: &str| format!("figures/{}.{ending}", figure.name);
-                store::write(&folder.join(file("svg")), drawn.svg.as_bytes())?;
-                store::write(&folder.join(file("png")), &drawn.png)?;
-                page.figures.push(FigureView {
-                    name: drawn.name,
-                    caption: drawn.caption,
-                    svg: drawn.svg,
-                    file: file("svg"),
-                });
+                let picture = (drawn.svg, drawn.png);
+                page.figures.push(keep_figure(folder, (&figure.name, drawn.name), drawn.caption, picture)?);
             }
             Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
@@ -100,12 +103,13 @@ pub fn write(results: &Results, folder: &Path) -> Result<Vec<Finding>, WriteErro
     let mut sequences = sequences::collect(results, tracks)?;
     keep_stills(results, folder, &requests, &mut sequences)?;
     page.sequences = sequences.tallies();
-    page.origins = explain::origins(results, &layouts, &sequences.trackers, &page.sequences)?;
+    page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
     page.tables = layouts;
     let html = small_enough(&mut page, folder, &sequences, LARGEST_PAGE)?;
     store::write(&folder.join(INDEX), html.as_bytes())?;
     store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
-    Ok(findings)
+    page.tables.truncate(own);
+    Ok(Written { findings, tables: page.tables })
 }
 
 /// Draws mean ranks beside the experiment's own figures.
@@ -121,10 +125,20 @@ fn draw_ranks(
     }
     let fail = |error| DrawError::Figure { name: name.clone(), error };
     let (svg, png) = (ranks.to_svg().map_err(fail)?, ranks.to_png().map_err(fail)?);
-    let file = |ending: &str| format!("figures/{name}.{ending}");
-    store::write(&folder.join(file("svg")), svg.as_bytes())?;
-    store::write(&folder.join(file("png")), &png)?;
-    Ok(FigureView { file: file("svg"), name, caption, svg })
+    keep_figure(folder, (&name, name.clone()), caption, (svg, png))
+}
+
+/// Writes a figure under a file's name and shows it under a title, with its caption, as SVG and PNG.
+fn keep_figure(
+    folder: &Path,
+    (file, name): (&str, String),
+    caption: String,
+    (svg, png): (String, Vec<u8>),
+) -> Result<FigureView, WriteError> {
+    let path = |ending: &str| format!("figures/{file}.{ending}");
+    store::write(&folder.join(path("svg")), svg.as_bytes())?;
+    store::write(&folder.join(path("png")), &png)?;
+    Ok(FigureView { file: path("svg"), name, caption, svg })
 }
 
 /// Copies the stills of the figures for the frame viewer.
@@ -213,13 +227,8 @@ fn not_drawn(figure: &Figure, reason: &str) -> String {
 }
 
 fn claim_view(finding: &Finding) -> ClaimView {
-    let count = |verdict| finding.tested.iter().filter(|t| view(&t.verdict) == verdict).count();
-    let (holds, fails) = (count(Verdict::Holds), count(Verdict::DoesNotHold));
-    let verdict = match (holds, fails) {
-        (_, 1..) => Verdict::DoesNotHold,
-        (n, 0) if n == finding.tested.len() => Verdict::Holds,
-        _ => Verdict::CannotBeTested,
-    };
+    let holds = finding.tested.iter().filter(|t| t.verdict == claim::Verdict::Holds).count();
+    let verdict = finding.overall();
     let headline = if finding.tested.len() > 1 {
         format!("holds for {holds} of {} trackers", finding.tested.len())
     } else {

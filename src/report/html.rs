@@ -10,6 +10,7 @@ use base64::Engine;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 /// Renders `index.html`.
@@ -18,22 +19,41 @@ use sha2::{Digest, Sha256};
 /// See [`ReportError`].
 pub fn render(page: &Page) -> Result<String, ReportError> {
     page.check()?;
-    let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?;
-    environment.set_syntax(syntax);
-    let script = include_str!("templates/page.js");
-    let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(script.as_bytes()));
-    environment.add_global("script", script);
-    environment.add_global("script_digest", format!("sha256-{digest}"));
-    environment.add_global("style", include_str!("templates/page.css"));
-    // The name ends in .html, which turns escaping on.
-    environment.add_template("page.html", include_str!("templates/page.html")).map_err(failed)?;
-    environment.add_filter("visible", |text: String| visible(&text));
-    environment.add_filter("address", |path: String| address(&path));
-    let template = environment.get_template("page.html").map_err(failed)?;
-    template.render(Serde(page)).map_err(failed)
+    let parts = Parts {
+        template: include_str!("templates/page.html"),
+        style: include_str!("templates/page.css"),
+        script: include_str!("templates/page.js"),
+    };
+    parts.fill(page)
+}
+
+/// What an HTML file of ours is made of.
+pub(super) struct Parts {
+    pub(super) template: &'static str,
+    pub(super) style: &'static str,
+    /// The only script that its content security policy lets run.
+    pub(super) script: &'static str,
+}
+
+impl Parts {
+    /// The file with what it is about.
+    pub(super) fn fill(&self, about: &impl Serialize) -> Result<String, ReportError> {
+        let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?;
+        environment.set_syntax(syntax);
+        let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(self.script.as_bytes()));
+        environment.add_global("script", self.script);
+        environment.add_global("script_digest", format!("sha256-{digest}"));
+        environment.add_global("style", self.style);
+        // The name ends in .html, which turns escaping on.
+        environment.add_template("page.html", self.template).map_err(failed)?;
+        environment.add_filter("visible", |text: String| visible(&text));
+        environment.add_filter("address", |path: String| address(&path));
+        let template = environment.get_template("page.html").map_err(failed)?;
+        template.render(Serde(about)).map_err(failed)
+    }
 }
 
 /// A path below the page's folder as an address, whatever its characters are.

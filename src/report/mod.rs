@@ -26,7 +26,7 @@ pub mod stills;
 pub mod trace;
 pub mod uncertainty;
 
-pub use fill::{INDEX, OWNED, WriteError, verdict_words, write};
+pub use fill::{INDEX, OWNED, WriteError, Written, verdict_words, write};
 pub use html::render;
 pub use markdown::markdown;
 

@@ -99,7 +99,7 @@ impl Results {
         let mut measures = records::read_measures(measures)
             .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;
         for measure in &mut measures {
-            measure.pooled.chance = experiment.protocol_of(&measure.method).map(|p| p.chance);
+            measure.pooled.chance = experiment.chance_of(&measure.method);
         }
         // Where every analysis failed there is no file of them.
         let analyses = if manifest.files.contains_key(ANALYSES) {
@@ -112,13 +112,9 @@ impl Results {
         Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures, analyses })
     }
 
-    /// The experiment's tables.
-    ///
-    /// # Errors
-    /// When a table needs the counts of every cell and they cannot be read.
-    pub fn layouts(&self) -> Result<Vec<Layout>, ResultsError> {
-        let scores = if folder::needs_scores(&self.experiment) { self.scores()? } else { Vec::new() };
-        Ok(folder::layouts(&self.experiment, &self.measures, &scores, &self.analyses, &self.manifest))
+    /// The experiment's tables, from the counts of [`Results::scores`] where one needs them.
+    pub fn layouts(&self, scores: &[CellScore]) -> Vec<Layout> {
+        folder::layouts(&self.experiment, &self.measures, scores, &self.analyses, &self.manifest)
     }
 
     /// Reads the counts of every cell that has any, sequence by sequence.

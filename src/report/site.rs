@@ -13,18 +13,16 @@ pub use view::{render, render_live};
 
 use super::claims::Finding;
 use super::results::Results;
-use super::{INDEX, OWNED, ReportError, uncertainty};
+use super::{INDEX, OWNED, ReportError, Verdict, uncertainty};
 use crate::dataset::{synthetic, text};
 use crate::engine::store::staging::Staging;
 use crate::engine::store::{self, StoreError};
 use crate::score::measures::Goodness;
-use crate::spec::claim::Verdict;
 use crate::spec::read::check_experiment_name;
 use crate::table::folder::{self, FolderError};
 use crate::table::layout;
 use crate::table::measures::Measure;
 use crate::table::number::Style;
-use crate::table::records::method_label;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::Path;
@@ -93,7 +91,7 @@ pub struct Best {
     pub tracker: String,
     /// The metric.
     pub metric: String,
-    /// The method, with its grid point; several that are equal one after the other.
+    /// The method; several that are equal one after the other.
     pub method: String,
     /// Its value.
     pub value: String,
@@ -128,11 +126,10 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
     let suite = &manifest.suite;
     let mut claims = Verdicts::default();
     for finding in findings {
-        let fails = finding.tested.iter().any(|t| t.verdict == Verdict::Fails);
-        *(match (fails, finding.holds()) {
-            (true, _) => &mut claims.do_not_hold,
-            (false, true) => &mut claims.hold,
-            (false, false) => &mut claims.cannot_be_tested,
+        *(match finding.overall() {
+            Verdict::Holds => &mut claims.hold,
+            Verdict::DoesNotHold => &mut claims.do_not_hold,
+            Verdict::CannotBeTested => &mut claims.cannot_be_tested,
         }) += 1;
     }
     Summary {
@@ -157,7 +154,7 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
 fn best(results: &Results) -> Vec<Best> {
     let experiment = &results.experiment;
     let metric = uncertainty::headline(experiment);
-    let style = if metric.is_count() { Style::COUNT } else { Style::DEFAULT };
+    let style = Style::of_metric(metric);
     let of_tracker = |tracker: &str| {
         let competes = |m: &Measure| m.params.is_empty() && !layout::is_anchor(experiment, &m.method);
         let mut mine: Vec<(f64, String)> = Vec::new();
@@ -167,7 +164,7 @@ fn best(results: &Results) -> Vec<Best> {
                 continue;
             };
             protocols.extend(experiment.protocol_of(&m.method).map(|p| p.name));
-            mine.push((style.round(value), method_label(&m.method, &m.params)));
+            mine.push((style.round(value), m.method.clone()));
         }
         protocols.dedup();
         let values = mine.iter().map(|(value, _)| *value);

@@ -28,13 +28,16 @@ pub fn tracker<'a>(results: &'a Results, wanted: Option<&'a str>) -> &'a str {
 
 /// The tracks a strip figure shows: those asked for that are there, or the one with most events (the
 /// first by name among equals).
-pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &'a [TrackSeries]) -> Vec<&'a TrackSeries> {
+pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSeries]) -> Vec<&'a TrackSeries> {
     if !wanted.is_empty() {
-        return wanted.iter().filter_map(|name| tracks.iter().find(|t| t.sequence == *name)).collect();
+        return wanted
+            .iter()
+            .filter_map(|name| tracks.iter().find(|t| t.sequence == *name).copied())
+            .collect();
     }
     let events = |t: &&TrackSeries| events(results, t).len();
-    let most = tracks.iter().map(|t| events(&t)).max().unwrap_or(0);
-    tracks.iter().find(|t| events(t) == most).into_iter().collect()
+    let most = tracks.iter().map(events).max().unwrap_or(0);
+    tracks.iter().find(|t| events(t) == most).copied().into_iter().collect()
 }
 
 /// Frames in which the tracker failed, by the experiment's protocol.
@@ -64,7 +67,7 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
 }
 
 /// What one figure needs.
-pub fn request(results: &Results, figure: &Figure, tracks: &[TrackSeries]) -> Option<Request> {
+pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<Request> {
     let FigureKind::Strips { sequences, stills, .. } = &figure.kind else { return None };
     let shown = chosen(results, sequences, tracks);
     let track = shown.first().filter(|_| *stills > 0)?;
@@ -77,7 +80,7 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
     let of_figure = |figure: &Figure| {
         let FigureKind::Strips { tracker: wanted, stills: 1.., .. } = &figure.kind else { return None };
         let label = tracker(results, wanted.as_deref());
-        let mine: Vec<TrackSeries> = tracks.iter().filter(|t| t.tracker == label).cloned().collect();
+        let mine: Vec<&TrackSeries> = tracks.iter().filter(|t| t.tracker == label).collect();
         request(results, figure, &mine)
     };
     results.experiment.figures.iter().filter_map(of_figure).collect()

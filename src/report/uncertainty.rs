@@ -8,7 +8,7 @@
 //! for the statistics.
 
 use super::pairs;
-use super::results::{Results, ResultsError};
+use super::results::Results;
 use crate::analysis::Grid;
 use crate::engine::analyse::Analysed;
 use crate::figure::{Ranking, Ranks};
@@ -20,17 +20,14 @@ use crate::spec::table::Side;
 use crate::spec::{Experiment, TEST};
 use crate::table::folder;
 use crate::table::layout::{self, Cell, Group, Layout, Row};
+use crate::table::leaderboard::{DRAWS, FEWEST};
 use crate::table::number::Style;
-use crate::table::records::method_label;
+use crate::table::records::{CellScore, method_label};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Of intervals, and 1 less the significance of the critical difference.
 const LEVEL: f64 = 0.95;
-/// Bootstrap samples of an interval, and random patterns of a test that cannot look at all.
-const DRAWS: usize = 10_000;
-/// Below, nothing is said.
-const FEWEST: usize = 3;
 
 /// What a report says of it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -92,8 +89,8 @@ impl Measured {
 
     fn style(&self) -> Style {
         match self {
-            Self::Counted(metric) if metric.is_count() => Style::COUNT,
-            _ => Style::DEFAULT,
+            Self::Counted(metric) => Style::of_metric(*metric),
+            Self::Mean(_) => Style::DEFAULT,
         }
     }
 
@@ -136,12 +133,12 @@ struct Field {
     contestants: Vec<Contestant>,
 }
 
-fn fields(results: &Results) -> Result<Vec<Field>, ResultsError> {
+fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
     let experiment = &results.experiment;
     let mut counts: BTreeMap<(String, String), BTreeMap<String, [i64; 4]>> = BTreeMap::new();
-    for row in results.scores()? {
-        let key = (row.tracker, method_label(&row.method, &row.params));
-        let sum = counts.entry(key).or_default().entry(row.sequence).or_default();
+    for row in scores {
+        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
+        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
         let Counts { tp, fp, fn_, tn } = row.counts;
         // No sequence has so many frames; sums of counts that were made up do not overflow.
         let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
@@ -176,7 +173,7 @@ fn fields(results: &Results) -> Result<Vec<Field>, ResultsError> {
             }
         }
     }
-    Ok(fields)
+    fields
 }
 
 /// The trackers that the first analysis with a table `sequences` scored, for each column of it.
@@ -205,26 +202,24 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
     tables[0].1.columns.iter().enumerate().map(field).collect()
 }
 
-/// Intervals, tests and ranks of an experiment's methods, and of its trackers that were scored themselves.
-///
-/// # Errors
-/// When `scores.csv` cannot be read.
-pub fn measure(results: &Results) -> Result<Uncertainty, ResultsError> {
+/// Intervals, tests and ranks of an experiment's methods, from the counts of [`Results::scores`], and of its trackers that
+/// were scored themselves.
+pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     let experiment = &results.experiment;
     let of_trackers = tracker_fields(results);
     if experiment.methods.is_empty() && of_trackers.is_empty() {
-        return Ok(Uncertainty::default());
+        return Uncertainty::default();
     }
     let present = results.manifest.suite.present.len();
     if present < FEWEST {
         let note = format!(
             "No intervals, tests and ranks: they need {FEWEST} sequences of the suite, and {present} are here."
         );
-        return Ok(Uncertainty { note: Some(note), ..Uncertainty::default() });
+        return Uncertainty { note: Some(note), ..Uncertainty::default() };
     }
     let mut all: Vec<(String, Measured, Vec<Field>)> = Vec::new();
     if !experiment.methods.is_empty() {
-        all.push((String::new(), Measured::Counted(headline(experiment)), fields(results)?));
+        all.push((String::new(), Measured::Counted(headline(experiment)), fields(results, scores)));
     }
     for (measured, field) in of_trackers {
         all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
@@ -250,7 +245,7 @@ pub fn measure(results: &Results) -> Result<Uncertainty, ResultsError> {
         let diagram = diagram(fields, &ranked, measured, &suite);
         said.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
     }
-    Ok(said)
+    said
 }
 
 /// The mean ranks of a field.

@@ -22,6 +22,7 @@ pub use limits::read_text;
 pub use read::{parse, parse_with};
 
 use crate::score::Protocol;
+use crate::score::chance::Chance;
 use crate::tracker::Setup;
 use crate::tracker::protocol::RunProtocol;
 use claim::Claim;
@@ -81,6 +82,11 @@ impl Experiment {
     /// How the labels of a method are scored.
     pub fn protocol_of(&self, method: &str) -> Option<&'static Protocol> {
         self.methods.iter().find(|m| m.name == method).map(|m| m.protocol).or(self.protocol)
+    }
+
+    /// How random detections match by a method's protocol.
+    pub fn chance_of(&self, method: &str) -> Option<Chance> {
+        self.protocol_of(method).map(|p| p.chance)
     }
 }
 

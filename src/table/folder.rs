@@ -130,16 +130,11 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     note
 }
 
-/// Whether a table needs more than what is pooled over all sequences: the counts of every cell.
-pub fn needs_scores(experiment: &Experiment) -> bool {
-    experiment.tables.iter().any(|t| t.ranked.is_some() || by_attribute(t))
-}
-
 fn by_attribute(table: &Table) -> bool {
     [&table.rows, &table.columns].contains(&&Side::Attribute)
 }
 
-/// The experiment's tables; `scores` may be empty where no table [needs](needs_scores) them.
+/// The experiment's tables; `scores` are the counts of every cell.
 pub fn layouts(
     experiment: &Experiment,
     pooled: &[Measure],
@@ -149,10 +144,9 @@ pub fn layouts(
 ) -> Vec<Layout> {
     let note = data_note(experiment, manifest);
     let attributes = &manifest.suite.attributes;
-    let mut all = [pooled, &measures::by_attribute(scores, attributes)].concat();
-    for measure in &mut all {
-        measure.pooled.chance = experiment.protocol_of(&measure.method).map(|p| p.chance);
-    }
+    let mut parts = measures::by_attribute(scores, attributes);
+    parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
+    let all = [pooled, &parts].concat();
     let layout = |t: &Table| match &t.shows {
         Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
         None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, pooled, scores, &note),

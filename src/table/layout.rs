@@ -221,10 +221,10 @@ fn make_group(
                 .map(|(_, text)| text.clone())
         };
         let metric = row.metric.or(of_table).unwrap_or(Metric::FScore);
-        let style = columns.iter().find_map(|(c, _)| printed(c)).map_or_else(
-            || if metric.is_count() { Style::COUNT } else { Style::DEFAULT },
-            |text| Style::of(&text),
-        );
+        let style = columns
+            .iter()
+            .find_map(|(c, _)| printed(c))
+            .map_or_else(|| Style::of_metric(metric), |text| Style::of(&text));
         let mut cells: Vec<Cell> = columns
             .iter()
             .map(|(column_label, column)| {

@@ -24,7 +24,7 @@ use rand::RngExt;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-/// Bootstrap draws: a share is sure to about 0.005.
+/// Bootstrap samples, and random patterns of a test that cannot look at all: a share is sure to about 0.005.
 pub const DRAWS: usize = 10_000;
 /// On fewer sequences there is nothing to draw from.
 pub const FEWEST: usize = 3;
@@ -158,10 +158,9 @@ pub fn leaderboard(
         let mut sure = stability(&ranked, metric, if enough { DRAWS } else { 0 }, seed).into_iter();
         let rows = all.iter().map(|c| {
             let sure = if c.is_anchor { None } else { sure.next() };
-            let of_metric = if metric.is_count() { Style::COUNT } else { Style::DEFAULT };
             let cells = [
                 (sure.map(|s| s.rank as f64), Style::COUNT),
-                (c.value, of_metric),
+                (c.value, Style::of_metric(metric)),
                 (sure.filter(|_| enough).map(|s| s.first), Style::DEFAULT),
                 (sure.filter(|_| enough).map(|s| s.keeps), Style::DEFAULT),
             ];

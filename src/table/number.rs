@@ -1,5 +1,7 @@
 //! Numbers as a paper prints them: the same decimals, with or without the leading zero.
 
+use crate::score::measures::Metric;
+
 /// How a number is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
@@ -14,6 +16,11 @@ impl Style {
     pub const DEFAULT: Self = Self { decimals: 3, bare: false };
     /// Whole numbers.
     pub const COUNT: Self = Self { decimals: 0, bare: false };
+
+    /// That of a measure which no paper has printed.
+    pub fn of_metric(metric: Metric) -> Self {
+        if metric.is_count() { Self::COUNT } else { Self::DEFAULT }
+    }
 
     /// The style of a printed number such as `.110`, `0.40` or `.17±.18`.
     pub fn of(printed: &str) -> Self {

@@ -1,15 +1,10 @@
 //! The site as HTML.
 
 use super::super::ReportError;
+use super::super::html::Parts;
 use super::{Best, MARKDOWN, Site, Summary, Verdicts};
-use crate::dataset::text::visible;
 use crate::engine::progress::Running;
-use base64::Engine;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 #[derive(Serialize)]
 struct View<'s> {
@@ -59,22 +54,12 @@ pub fn render_live(site: &Site, running: &[Running], now: u64) -> Result<String,
 }
 
 fn page(site: &Site, running: &[Running], now: Option<u64>) -> Result<String, ReportError> {
-    let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?;
-    environment.set_syntax(syntax);
-    let script = include_str!("../templates/site.js");
-    let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(script.as_bytes()));
-    environment.add_global("script", script);
-    environment.add_global("script_digest", format!("sha256-{digest}"));
-    let style = concat!(include_str!("../templates/page.css"), include_str!("../templates/site.css"));
-    environment.add_global("style", style);
-    // The name ends in .html, which turns escaping on.
-    environment.add_template("site.html", include_str!("../templates/site.html")).map_err(failed)?;
-    environment.add_filter("visible", |text: String| visible(&text));
-    let template = environment.get_template("site.html").map_err(failed)?;
-    template.render(Serde(view(site, running, now))).map_err(failed)
+    let parts = Parts {
+        template: include_str!("../templates/site.html"),
+        style: concat!(include_str!("../templates/page.css"), include_str!("../templates/site.css")),
+        script: include_str!("../templates/site.js"),
+    };
+    parts.fill(&view(site, running, now))
 }
 
 fn view<'s>(site: &'s Site, running: &'s [Running], now: Option<u64>) -> View<'s> {
