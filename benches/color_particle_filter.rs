@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
-use trackfail::tracker::Start;
+use trackfail::tracker::RunContext;
 use trackfail::tracker::color_particle_filter::ENTRY;
 
 /// Gradients with texture of +-12 values, as photographs have, and a target that differs; 320 x 240.
@@ -38,7 +38,7 @@ fn particles(criterion: &mut Criterion) {
     ];
     for (name, params, frame) in cases {
         let setup = ENTRY.build_from_text(params).expect("the parameters are valid");
-        let start = Start { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
         let mut tracker = setup.open(&start).expect("it opens");
         let region = Region::Rect(Rect::new(140.0, 80.0, 40.0, 80.0));
         tracker.init(frame, &region).expect("it starts");

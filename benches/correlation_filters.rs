@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
-use trackfail::tracker::{Start, dsst, kcf, samf};
+use trackfail::tracker::{RunContext, dsst, kcf, samf};
 
 /// Gradients with texture of +-12 values, as photographs have, moved to the right by `shift`.
 fn frame(shift: usize) -> Frame {
@@ -36,7 +36,7 @@ fn filters(criterion: &mut Criterion) {
     ];
     for (name, entry, params) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let start = Start { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
         let mut tracker = setup.open(&start).expect("it opens");
         let region = Region::Rect(Rect::new(288.0, 208.0, 64.0, 64.0));
         tracker.init(&frames[7], &region).expect("it starts");

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
-use trackfail::tracker::{Start, fragments_particle_filter, pixel_lut};
+use trackfail::tracker::{RunContext, fragments_particle_filter, pixel_lut};
 
 /// Gradients with texture of +-12 values, as photographs have, and a target that differs; 320 x 240.
 fn frame() -> Frame {
@@ -39,7 +39,7 @@ fn reconstructions(criterion: &mut Criterion) {
     ];
     for (name, entry, params, region, size) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let start = Start { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
         let mut tracker = setup.open(&start).expect("it opens");
         tracker.init(&frame, region).expect("it starts");
         let mut group = criterion.benchmark_group(name);

@@ -4,7 +4,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::dataset::{Frames, Sequence, synthetic};
 use trackfail::image::Frame;
-use trackfail::tracker::{Start, ncc};
+use trackfail::tracker::{RunContext, ncc};
 
 fn sequence(suite: &str, name: &str) -> Sequence {
     let mut all = synthetic::suite(suite).expect("a built-in suite");
@@ -49,7 +49,7 @@ fn track(c: &mut Criterion) {
         let q = sequence("synthetic-otb", name);
         let pixels = frames(&q, 50);
         let first = q.truth[0].clone().expect("synthetic truth is complete");
-        let start = Start { sequence: &q, run: 0, seed: 0, data_root: None };
+        let start = RunContext { sequence: &q, run: 0, seed: 0, data_root: None };
         group.bench_function(name, |b| {
             b.iter(|| {
                 let mut t = setup.open(&start).expect("ncc opens everywhere");

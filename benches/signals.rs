@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
-use trackfail::tracker::{Moments, State};
+use trackfail::tracker::{Moments, TrackerState};
 
 /// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels.
 fn frame() -> Frame {
@@ -30,9 +30,10 @@ fn signals(criterion: &mut Criterion) {
         for size in [32, 64, 128] {
             let signal = entry.build_from_text("{}").expect("defaults are valid");
             let mut session = signal.start();
-            let at =
-                |x: f64| State::tracked(Region::Rect(Rect::new(x, 100.0, f64::from(size), f64::from(size))));
-            let posterior = |mut state: State, spread: f64| {
+            let at = |x: f64| {
+                TrackerState::tracked(Region::Rect(Rect::new(x, 100.0, f64::from(size), f64::from(size))))
+            };
+            let posterior = |mut state: TrackerState, spread: f64| {
                 let covariance =
                     (0..25).map(|k| if k % 6 == 0 { spread + f64::from(k) } else { 0.1 }).collect();
                 let mean = vec![100.0, 100.0, 20.0, 40.0, 0.0];

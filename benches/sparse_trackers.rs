@@ -9,7 +9,7 @@ use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::plugin::Entry;
 use trackfail::region::{Rect, Region};
-use trackfail::tracker::{Setup, Start, adaptive_local_sparse, ivt, sparse_prototypes};
+use trackfail::tracker::{RunContext, TrackerConfig, adaptive_local_sparse, ivt, sparse_prototypes};
 
 /// Frame `t` of a closed path, 320 x 240.
 fn frame(t: usize) -> Frame {
@@ -34,11 +34,11 @@ fn frame(t: usize) -> Frame {
 fn candidates(criterion: &mut Criterion) {
     let frames: Vec<Frame> = (0..40).map(frame).collect();
     let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
-    let entries: [&Entry<dyn Setup>; 3] =
+    let entries: [&Entry<dyn TrackerConfig>; 3] =
         [&sparse_prototypes::ENTRY, &ivt::ENTRY, &adaptive_local_sparse::ENTRY];
     for entry in entries {
         let setup = entry.build_from_text("{}").expect("the defaults are valid");
-        let start = Start { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
         let mut tracker = setup.open(&start).expect("it opens");
         tracker.init(&frames[0], &Region::Rect(Rect::new(148.0, 88.0, 64.0, 64.0))).expect("it starts");
         for frame in &frames {

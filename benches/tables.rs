@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use trackfail::engine::address::{Recipe, Stage};
 use trackfail::engine::store::{self, Name, Store};
 use trackfail::engine::supervise::Stop;
-use trackfail::engine::{Options, Plan, run};
+use trackfail::engine::{ExperimentPlan, Options, run};
 use trackfail::report::{self, results::Results};
 use trackfail::spec::{self, Experiment, builtin};
 use trackfail::table::folder;
 
-fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> Plan<'a> {
-    Plan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
+fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> ExperimentPlan<'a> {
+    ExperimentPlan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
         .expect("a plan")
 }
 

@@ -23,24 +23,10 @@
 //! on one tracker's run over one sequence; its *address* is the digest of all it is made from; an *event*
 //! is a frame in which the tracker fails.
 
-#![warn(missing_docs)]
-
-pub mod analysis;
 pub mod cli;
-pub mod dataset;
-pub mod detector;
-pub mod engine;
-pub mod figure;
-pub mod image;
-pub mod num;
-pub mod plugin;
-pub mod region;
-pub mod report;
-pub mod score;
-pub mod signal;
-pub mod spec;
-pub mod table;
-pub mod tracker;
 
-#[cfg(test)]
-mod testing;
+pub use trackfail_core::{direction, image, num, plugin, region};
+pub use trackfail_dataset as dataset;
+pub use trackfail_engine::{self as engine, spec};
+pub use trackfail_methods::{analysis, detector, score, signal, tracker};
+pub use trackfail_output::{figure, report, table};

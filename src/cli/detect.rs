@@ -6,7 +6,7 @@ use super::{Failure, output};
 use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::{DatasetError, Sequence, otb};
 use crate::detector::Input;
-use crate::engine::reverse::{self, FRAMES_IN_MEMORY, Origin, Reversal};
+use crate::engine::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseSource};
 use crate::engine::store;
 use crate::num::seed;
 use crate::region::Region;
@@ -15,7 +15,7 @@ use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
 use crate::table::frame;
 use crate::tracker::results::{self, Base, write};
-use crate::tracker::{Start, State};
+use crate::tracker::{RunContext, TrackerState};
 use polars::prelude::Column;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     sequence.len()
                 )));
             }
-            let states: Vec<State> = regions.into_iter().map(State::tracked).collect();
+            let states: Vec<TrackerState> = regions.into_iter().map(TrackerState::tracked).collect();
             let sequence = Arc::new(sequence);
             let frames = FrameCache::new(0);
             let signals = compute_signals(&sequence, &frames, &methods, |t, _| Ok(states[t].clone()))?;
@@ -193,7 +193,7 @@ fn track(
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
     let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
     let broken = |e: &dyn std::fmt::Display| Failure::Data(format!("{}: {e}", entry.kind));
-    let start = Start { sequence: &sequence, run: 0, seed, data_root: None };
+    let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
     let mut tracker = setup.open(&start).map_err(|e| broken(&e))?;
     let first = sequence.truth.first().and_then(Option::as_ref);
     let first = first.ok_or_else(|| Failure::Data(format!("{} has no frame", args.frames.display())))?;
@@ -214,7 +214,7 @@ fn track(
         store::write(path, write::boxes(&regions, base(args)).as_bytes())
             .map_err(|e| Failure::Io(e.to_string()))?;
     }
-    let origin = Origin { sequence: sequence.clone(), frames, setup, run: 0, seed, data_root: None };
+    let origin = ReverseSource { sequence: sequence.clone(), frames, setup, run: 0, seed, data_root: None };
     let reversal = Reversal::new(origin, regions);
     print(&sequence, &ready, &signals, Some(&reversal))
 }
@@ -292,7 +292,7 @@ fn compute_signals(
     sequence: &Arc<Sequence>,
     frames: &FrameCache,
     methods: &[Ready],
-    mut state: impl FnMut(usize, &crate::image::Frame) -> Result<State, Failure>,
+    mut state: impl FnMut(usize, &crate::image::Frame) -> Result<TrackerState, Failure>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let session =
         |r: &Ready| r.method.variants.first().and_then(|v| v.signal.as_ref()).map(|s| s.signal.start());

@@ -404,7 +404,7 @@ mod tests {
 
     #[test]
     fn real_data_come_out_of_an_archive_as_pinned() {
-        let Some(data) = crate::testing::real_data("real_data_come_out_of_an_archive_as_pinned") else {
+        let Some(data) = trackfail_testing::real_data("real_data_come_out_of_an_archive_as_pinned") else {
             return;
         };
         let (root, failed) = fetch_packed(&data.join("vot2014/diving"));

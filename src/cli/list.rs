@@ -5,10 +5,10 @@ use super::{Failure, report, run};
 use crate::analysis::ANALYSES;
 use crate::dataset::lock;
 use crate::detector::DETECTORS;
-use crate::engine::plan::State;
+use crate::engine::plan::CellState;
 use crate::engine::store::Store;
 use crate::engine::supervise::Stop;
-use crate::engine::{self, Plan};
+use crate::engine::{self, ExperimentPlan};
 use crate::plugin::Entry;
 use crate::score::PROTOCOLS;
 use crate::score::success::RULES;
@@ -94,11 +94,11 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
         let e = run::read_spec(name, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
         let suites = engine::run::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
-        let plan = Plan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
+        let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
         let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);
-        let count = |wanted: State| states.iter().filter(|(_, state)| *state == wanted).count();
-        let (cached, stale) = (count(State::Cached), count(State::Stale));
+        let count = |wanted: CellState| states.iter().filter(|(_, state)| *state == wanted).count();
+        let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));
         let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
         rows.push(vec![
             e.name.clone(),

@@ -4,11 +4,11 @@ use super::Failure;
 use crate::plugin::{self, Entry};
 use crate::spec::error::Source;
 use crate::tracker::process;
-use crate::tracker::{Setup, TRACKERS};
+use crate::tracker::{TRACKERS, TrackerConfig};
 use std::sync::Arc;
 
 /// A tracker and its line in the list.
-pub type Named = (&'static Entry<dyn Setup>, Arc<dyn Setup>);
+pub type Named = (&'static Entry<dyn TrackerConfig>, Arc<dyn TrackerConfig>);
 
 /// The built-in tracker of a kind; `params` is a TOML table.
 ///

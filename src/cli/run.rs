@@ -4,13 +4,13 @@ use super::output::{self, Format};
 use super::{Failure, export};
 use crate::dataset::lock::Loaded;
 use crate::engine::pass::CellError;
-use crate::engine::plan::{PlannedCell, State, variants};
-use crate::engine::progress::{self, Watch};
+use crate::engine::plan::{CellState, PlannedCell, variants};
+use crate::engine::progress::{self, ProgressWatch};
 use crate::engine::run::{RunError, Shared};
 use crate::engine::shard::Shard;
 use crate::engine::store::{self, Store};
-use crate::engine::supervise::{Limits, Stop};
-use crate::engine::{self, Options, Outcome, Plan};
+use crate::engine::supervise::{RunLimits, Stop};
+use crate::engine::{self, ExperimentPlan, Options, Outcome};
 use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::results::Results;
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(runs) = args.runs {
         experiments.iter_mut().for_each(|e| e.limit_runs(runs));
     }
-    let limits = Limits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
+    let limits = RunLimits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;
     for experiment in &experiments {
         let outcome =
@@ -165,7 +165,7 @@ fn stop_on_signals() -> Stop {
     stop.clone()
 }
 
-fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), Failure> {
+fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(), Failure> {
     let start = Instant::now();
     let failure = |e: RunError| match e {
         RunError::Interrupted => Failure::Interrupted(format!("{}: {e}", experiment.name)),
@@ -173,7 +173,8 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
         e => Failure::Io(format!("{}: {e}", experiment.name)),
     };
     let suites = load(args, experiment)?;
-    let plan = Plan::new(experiment, suites, args.data_root.as_deref(), &limits.stop).map_err(failure)?;
+    let plan =
+        ExperimentPlan::new(experiment, suites, args.data_root.as_deref(), &limits.stop).map_err(failure)?;
     if args.dry_run {
         return dry_run(args, &plan);
     }
@@ -189,14 +190,14 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &Limits) -> Result<(), 
         force: args.force,
         limits: limits.clone(),
         progress: Arc::new(progress),
-        watch: Arc::new(Watch::default()),
+        watch: Arc::new(ProgressWatch::default()),
     };
     if args.shard.is_none() {
         options.watch.all_cells(plan.cells().len());
     }
     // Whoever ends before it is finished is told to have stopped.
     let telling = progress::tell(&args.results, experiment, args.shard, &options.watch);
-    let finish = move || telling.into_iter().for_each(progress::Telling::finish);
+    let finish = move || telling.into_iter().for_each(progress::ProgressPublisher::finish);
     if let Some(shard) = args.shard {
         let done = engine::run::run_shard(&plan, &store, &options, shard);
         bar.finish_and_clear();
@@ -333,12 +334,12 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
     Ok(suites)
 }
 
-fn dry_run(args: &Args, plan: &Plan<'_>) -> Result<(), Failure> {
+fn dry_run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
     let store = Store::look(&args.results).map_err(|e| Failure::Io(e.to_string()))?;
     tell_problems(&store);
     let states = plan.states(&store);
     let variants: Vec<_> = variants(plan.experiment).collect();
-    let row = |(cell, (_, state)): (PlannedCell, &(String, State))| {
+    let row = |(cell, (_, state)): (PlannedCell, &(String, CellState))| {
         let job = plan.jobs[cell.job];
         let (method, variant) = variants[cell.variant];
         vec![
@@ -352,8 +353,8 @@ fn dry_run(args: &Args, plan: &Plan<'_>) -> Result<(), Failure> {
     };
     let rows: Vec<_> = plan.cells().into_iter().zip(&states).map(row).collect();
     output::print(args.format, &["sequence", "tracker", "run", "method", "params", "state"], &rows)?;
-    let count = |wanted: State| states.iter().filter(|(_, s)| *s == wanted).count();
-    let counts = [State::Cached, State::Stale, State::Missing, State::Absent]
+    let count = |wanted: CellState| states.iter().filter(|(_, s)| *s == wanted).count();
+    let counts = [CellState::Cached, CellState::Stale, CellState::Missing, CellState::Absent]
         .map(|s| format!("{} {}", count(s), s.word()));
     tell(args, &format!("{}: {}", plan.experiment.name, counts.join(", ")));
     Ok(())

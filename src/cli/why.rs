@@ -2,10 +2,10 @@
 
 use super::output::{self, Format};
 use super::{Failure, run};
-use crate::engine::plan::State;
+use crate::engine::plan::CellState;
 use crate::engine::store::Store;
 use crate::engine::supervise::Stop;
-use crate::engine::{Plan, why};
+use crate::engine::{ExperimentPlan, why};
 use crate::plugin;
 use std::path::PathBuf;
 
@@ -56,7 +56,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
-    let plan = Plan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
+    let plan =
+        ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
     let store = Store::look(&args.results).map_err(|e| io(&e))?;
     let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
     let mut reasons = why::why(&plan, &store, wanted);
@@ -71,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{}: no cell `{cell}`; {what}", experiment.name)));
     }
     if args.cell.is_none() {
-        reasons.retain(|r| r.state != State::Cached);
+        reasons.retain(|r| r.state != CellState::Cached);
     }
     let rows: Vec<_> =
         reasons.into_iter().map(|r| vec![r.cell, r.state.word().to_string(), r.because]).collect();

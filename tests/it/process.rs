@@ -9,7 +9,7 @@ use trackfail::image::{Frame, encode_png};
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::spec::programs;
-use trackfail::tracker::{Setup, Start, State, TRACKERS};
+use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
 
 const FRAMES: u32 = 140;
 
@@ -149,8 +149,8 @@ fn computed(output: &Output) -> usize {
 }
 
 /// The first `n` frames.
-fn track(setup: &dyn Setup, sequence: &Sequence, n: usize) -> Vec<State> {
-    let start = Start { sequence, run: 0, seed: 5, data_root: None };
+fn track(setup: &dyn TrackerConfig, sequence: &Sequence, n: usize) -> Vec<TrackerState> {
+    let start = RunContext { sequence, run: 0, seed: 5, data_root: None };
     let mut tracker = setup.open(&start).unwrap();
     let region = sequence.truth[0].clone().unwrap();
     let mut step = |t| {
@@ -161,12 +161,12 @@ fn track(setup: &dyn Setup, sequence: &Sequence, n: usize) -> Vec<State> {
     (0..n).map(|t| step(t).unwrap_or_else(|e| panic!("{e}"))).collect()
 }
 
-fn built_in(kind: &str) -> Box<dyn Setup> {
+fn built_in(kind: &str) -> Box<dyn TrackerConfig> {
     plugin::find(TRACKERS, kind).unwrap().build_from_text("{}").unwrap()
 }
 
 /// A program of a file of programs, bound.
-fn program(file: &Path, name: &str) -> Box<dyn Setup> {
+fn program(file: &Path, name: &str) -> Box<dyn TrackerConfig> {
     let text = format!("{{ program = \"{name}\" }}");
     let mut setup = plugin::find(TRACKERS, "process").unwrap().build_from_text(&text).unwrap();
     setup.bind(&programs::read(file).unwrap()).unwrap();

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trackfail::engine::progress::{self, Watch};
+use trackfail::engine::progress::{self, ProgressWatch};
 use trackfail::report::site;
 use trackfail::spec;
 
@@ -257,7 +257,7 @@ fn a_run_is_shown_while_it_goes_on() {
     assert!(server.page("/").contains("no report yet"));
     // Another run's, told by hand.
     let experiment = spec::parse("x.toml", &small("mine/slow", "</h3><script>alert(1)</script>")).unwrap();
-    let watch = Arc::new(Watch::default());
+    let watch = Arc::new(ProgressWatch::default());
     watch.all_cells(9);
     watch.cells(4);
     watch.stage("judging");
@@ -333,7 +333,7 @@ fn gallery(reports: &Path) {
         present: 12,
         wanted: 12,
         synthetic: true,
-        claims: site::Verdicts { hold: 3, do_not_hold: 0, cannot_be_tested: 0 },
+        claims: site::ClaimCounts { hold: 3, do_not_hold: 0, cannot_be_tested: 0 },
         ..site::Summary::default()
     };
     let write = |name: &str, summary: &site::Summary| {
@@ -346,7 +346,7 @@ fn gallery(reports: &Path) {
     summary.title = "Detecting tracking failures, all trackers of the paper".into();
     summary.paper = "khalid2016".into();
     summary.object = "Table 1".into();
-    summary.claims = site::Verdicts { hold: 2, do_not_hold: 1, cannot_be_tested: 4 };
+    summary.claims = site::ClaimCounts { hold: 2, do_not_hold: 1, cannot_be_tested: 4 };
     (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
     let best = |tracker: &str| site::Best {
         tracker: tracker.into(),
@@ -404,7 +404,7 @@ fn the_site_works_in_a_browser_from_disk_and_served() {
 
     // Served, with a run that goes on.
     let experiment = spec::parse("x.toml", &small("mine/slow", "A run that takes a while")).unwrap();
-    let watch = Arc::new(Watch::default());
+    let watch = Arc::new(ProgressWatch::default());
     watch.all_cells(90);
     watch.frames(700, 2000);
     watch.stage("running trackers");

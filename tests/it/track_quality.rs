@@ -7,13 +7,13 @@ use std::sync::Arc;
 use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::{Frames, Numbering, Render, Sequence};
 use trackfail::detector::track_quality::machine::TRANSITIONS;
-use trackfail::detector::{Condition, DETECTORS, Input, Verdict};
-use trackfail::engine::reverse::{self, Origin, Reversal};
+use trackfail::detector::{Condition, DETECTORS, Detection, Input};
+use trackfail::engine::reverse::{self, Reversal, ReverseSource};
 use trackfail::image::Frame;
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
-use trackfail::tracker::{Setup, Start, State, TRACKERS};
+use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
 
 /// Where something colored like the target is in a frame.
 type Place = fn(usize) -> Option<(f64, f64)>;
@@ -95,23 +95,24 @@ fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
 }
 
 /// A method on the first frames of a scene.
-fn judge(scene: Scene, frames: usize, seed: u64, signal: (&str, &str), detector: (&str, &str)) -> Verdict {
+fn judge(scene: Scene, frames: usize, seed: u64, signal: (&str, &str), detector: (&str, &str)) -> Detection {
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
-    let setup: Arc<dyn Setup> = Arc::from(entry.build_from_text("{}").unwrap());
-    let start = Start { sequence: &sequence, run: 0, seed, data_root: None };
+    let setup: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
+    let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
     let mut tracker = setup.open(&start).unwrap();
     let mut session = plugin::find(SIGNALS, signal.0).unwrap().build_from_text(signal.1).unwrap().start();
     let (mut regions, mut values) = (Vec::new(), Vec::new());
     for t in 0..frames {
         let frame = sequence.frame(t).unwrap();
         let first = sequence.truth[0].as_ref().unwrap();
-        let state: State = if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) }.unwrap();
+        let state: TrackerState =
+            if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) }.unwrap();
         values.push(session.push(&frame, &state));
         regions.push(state.region);
     }
     let cache = Arc::new(FrameCache::new(1 << 26));
-    let origin = Origin { sequence, frames: cache, setup, run: 0, seed, data_root: None };
+    let origin = ReverseSource { sequence, frames: cache, setup, run: 0, seed, data_root: None };
     let reversal = Reversal::new(origin, regions);
     let detector = plugin::find(DETECTORS, detector.0).unwrap().build_from_text(detector.1).unwrap();
     let error = vec![f64::NAN; frames];
@@ -123,7 +124,7 @@ const ARTE: [(&str, &str); 2] = [("uncertainty", "{ components = [0, 1] }"), ("a
 const ARTE_STAR: [(&str, &str); 2] =
     [("uncertainty-change", "{ settling = 25 }"), ("arte-star", "{ length = 5, beta = 4.0 }")];
 
-fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> Verdict {
+fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> Detection {
     judge(scene, scene.frames, seed, signal, detector)
 }
 

@@ -109,7 +109,7 @@ fn verify_tells_missing_from_differing() {
 
 #[test]
 fn real_data_verify_and_pin() {
-    let Some(root) = crate::testing::real_data("real_data_verify_and_pin") else { return };
+    let Some(root) = trackfail_testing::real_data("real_data_verify_and_pin") else { return };
     let mut out = Vec::new();
     verify(&mut out, &chosen(&[]).unwrap(), Some(&root), true).unwrap();
     let mut lines = Vec::new();

@@ -1,0 +1,177 @@
+use super::*;
+use crate::num::gamma_mixture::Component;
+use crate::num::seed;
+use crate::num::special::gamma_cdf;
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn mixture(components: &[(f64, f64, f64)]) -> Mixture {
+    let component = |&(weight, shape, scale): &(f64, f64, f64)| Component { weight, shape, scale };
+    Mixture::new(components.iter().map(component).collect()).unwrap()
+}
+
+fn change() -> Mixture {
+    mixture(&[(0.55, 0.6, 0.15), (0.3, 1.8, 0.25), (0.1, 30.0, 0.02), (0.05, 3.0, 0.8)])
+}
+
+// scipy.stats.gamma.isf, see `sums` in tests/oracles/avu.py: the sum of Gamma variables of one scale is one.
+#[test]
+fn a_sum_of_gamma_variables_has_the_quantiles_of_scipy() {
+    let oracle: Value = serde_json::from_str(include_str!("../../../../../tests/oracles/avu.json")).unwrap();
+    for case in oracle["sums"].as_array().unwrap() {
+        let number = |key: &str| case[key].as_f64().unwrap();
+        let (shape, scale, length) = (number("shape"), number("scale"), number("length") as usize);
+        let grid = Grid::default();
+        let by_cdf = Accumulated::new(|v| gamma_cdf(v, shape, scale), length, &grid).unwrap();
+        let by_density = Accumulated::of_mixture(&mixture(&[(1.0, shape, scale)]), length, &grid).unwrap();
+        for pair in case["quantiles"].as_array().unwrap() {
+            let (alpha, want) = (pair[0].as_f64().unwrap(), pair[1].as_f64().unwrap());
+            for sum in [&by_cdf, &by_density] {
+                assert!(sum.lost() <= 1e-10);
+                // L m_0 h / 2 is below 2e-3 here, the shift by a pole far less.
+                let exact = sum.interpolated_upper_quantile(alpha).unwrap();
+                assert!((exact - want).abs() < 2e-3, "{shape} {length} {alpha}: {exact} is not {want}");
+                let beta = sum.upper_quantile(alpha).unwrap();
+                assert!((beta - exact).abs() <= 0.5 * grid.step + 1e-12);
+                assert!((sum.cdf(exact) - (1.0 - alpha)).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn masses_by_density_are_those_by_distribution_function() {
+    // Narrower than the rule is good for, with a pole, and very wide.
+    for parts in [vec![(0.5, 2000.0, 0.0005), (0.5, 0.3, 0.2)], vec![(0.3, 8.0, 0.9), (0.7, 1.0, 3.0)]] {
+        let m = mixture(&parts);
+        let a = Accumulated::of_mixture(&m, 1, &Grid::default()).unwrap();
+        let b = Accumulated::new(|v| m.cdf(v), 1, &Grid::default()).unwrap();
+        assert!(a.masses().count() > 500);
+        for ((v, a), (_, b)) in a.masses().zip(b.masses()) {
+            assert!((a - b).abs() < 1e-13, "{v}: {a} is not {b}");
+        }
+    }
+}
+
+#[test]
+fn sums_of_random_draws_have_the_distribution() {
+    let (m, mut rng, n) = (change(), seed::rng(6), 100_000);
+    for length in [3, 20] {
+        let sum = Accumulated::of_mixture(&m, length, &Grid::default()).unwrap();
+        let mut drawn: Vec<f64> = (0..n).map(|_| (0..length).map(|_| m.sample(&mut rng)).sum()).collect();
+        drawn.sort_by(f64::total_cmp);
+        // Kolmogorov's statistic exceeds 1.95 / sqrt(n) once in a thousand seeds.
+        let off =
+            drawn.iter().enumerate().map(|(i, &v)| (sum.cdf(v) - (i as f64 + 0.5) / f64::from(n)).abs());
+        let off = off.fold(0.0, f64::max);
+        assert!(off < 1.95 / f64::from(n).sqrt(), "{length}: {off}");
+    }
+}
+
+#[test]
+fn the_papers_variant_comes_near() {
+    let (m, mut rng) = (change(), seed::rng(7));
+    let drawn: Vec<f64> = (0..200_000).map(|_| m.sample(&mut rng)).collect();
+    let literal = Accumulated::from_samples(&drawn, 10, &Grid::default()).unwrap();
+    let exact = Accumulated::of_mixture(&m, 10, &Grid::default()).unwrap();
+    for alpha in [0.5, 0.05, 0.005] {
+        let (a, b) = (literal.upper_quantile(alpha).unwrap(), exact.upper_quantile(alpha).unwrap());
+        assert!((a / b - 1.0).abs() < 0.02, "{alpha}: {a} {b}");
+    }
+    // By hand: values 0.2, 0.2, 0.9 in cells 0, 0, 1 of width 0.5; sums of two at 0.5, 1, 1.5 with 4/9, 4/9, 1/9.
+    let grid = Grid { step: 0.5, tail: 1e-10 };
+    let two = Accumulated::from_samples(&[0.2, 0.2, 0.9], 2, &grid).unwrap();
+    for ((v, mass), want) in two.masses().zip([(0.5, 4.0 / 9.0), (1.0, 4.0 / 9.0), (1.5, 1.0 / 9.0)]) {
+        assert!(v == want.0 && (mass - want.1).abs() < 1e-15);
+    }
+    assert_eq!(two.masses().count(), 3);
+    assert_eq!((two.upper_quantile(0.2), two.upper_quantile(0.05)), (Ok(1.0), Ok(1.5)));
+}
+
+// 1 / (1 + v)^2 of Pareto's tail: one value has no variance, and nearly every large sum is one large value.
+#[test]
+fn a_heavy_tail_ends_somewhere() {
+    let cdf = |v: f64| 1.0 - (1.0 + v).powi(-2);
+    let grid = Grid { step: 0.05, ..Grid::default() };
+    let sum = Accumulated::new(cdf, 5, &grid).unwrap();
+    // Cut at 13107: 5 (1 + v)^-2 = 2.9e-8.
+    assert!((sum.lost() - 2.9e-8).abs() < 1e-9, "{}", sum.lost());
+    let beta = sum.upper_quantile(0.001).unwrap();
+    // One value alone: 5 (1 + v)^-2 = 0.001 at v = 69.7; the other four add about their mean, 1 each.
+    assert!((70.0..77.0).contains(&beta), "{beta}");
+    assert_eq!(sum.upper_quantile(1e-9), Err(AccumulationError::Quantile(1e-9)));
+}
+
+#[test]
+fn what_has_no_sum_is_refused() {
+    let grid = Grid::default();
+    let uniform = |v: f64| v.clamp(0.0, 1.0);
+    assert!(
+        Accumulated::new(uniform, 0, &grid).is_err()
+            && Accumulated::new(uniform, MAX_LENGTH + 1, &grid).is_err()
+    );
+    for (step, tail) in [(0.0, 1e-10), (f64::NAN, 1e-10), (0.1, 0.0), (0.1, 0.5)] {
+        assert!(Accumulated::new(uniform, 2, &Grid { step, tail }).is_err());
+    }
+    assert!(Accumulated::new(|_| f64::NAN, 2, &grid).is_err());
+    assert!(
+        Accumulated::new(|v| if v > 0.5 { 1.0 } else { v.sin().abs() * (40.0 * v).cos() }, 2, &grid).is_err()
+    );
+    for bad in [&[] as &[f64], &[1.0, -1.0], &[f64::INFINITY], &[1e9]] {
+        assert!(Accumulated::from_samples(bad, 2, &grid).is_err());
+    }
+    let sum = Accumulated::new(uniform, 2, &grid).unwrap();
+    for alpha in [0.0, 1.0, -1.0, f64::NAN] {
+        assert!(sum.upper_quantile(alpha).is_err());
+    }
+}
+
+// Ten thousand values of which one needs 20 cells: full padding would be 200 000.
+#[test]
+fn a_long_window_is_as_long_as_its_sums() {
+    let sum = Accumulated::new(|v| (v / 0.1).clamp(0.0, 1.0), 10_000, &Grid::default()).unwrap();
+    assert!(sum.masses().count() < 110_000);
+    let median = sum.interpolated_upper_quantile(0.5).unwrap();
+    assert!((median - 500.0).abs() < 1e-6, "{median}");
+    // python3: 500 + scipy.stats.norm.isf(.005) * (10000 * .1 ** 2 / 12) ** .5; the sum is normal to 1e-5.
+    let beta = sum.interpolated_upper_quantile(0.005).unwrap();
+    assert!((beta - 507.43570).abs() < 1e-2, "{beta}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn beta_grows_with_the_window_and_with_certainty(
+        parts in prop::collection::vec((0.1..1.0_f64, -0.5..1.5_f64, -1.5..0.3_f64), 1..4), length in 1..40_usize
+    ) {
+        let all: f64 = parts.iter().map(|p| p.0).sum();
+        let parts: Vec<_> = parts.iter().map(|p| {
+            let shape = 10.0_f64.powf(p.1);
+            (p.0 / all, shape, 10.0_f64.powf(p.2) / shape)
+        }).collect();
+        let m = mixture(&parts);
+        let grid = Grid::default();
+        let sum = Accumulated::of_mixture(&m, length, &grid).unwrap();
+        let longer = Accumulated::of_mixture(&m, length + 1, &grid).unwrap();
+        let mut before = 0.0;
+        for alpha in [0.5, 0.1, 0.05, 0.01, 0.005, 0.001] {
+            let beta = sum.upper_quantile(alpha).unwrap();
+            prop_assert!(beta >= before && longer.upper_quantile(alpha).unwrap() > beta);
+            before = beta;
+        }
+        prop_assert!(sum.masses().all(|(_, mass)| mass >= 0.0));
+        let total: f64 = sum.masses().map(|(_, mass)| mass).sum();
+        prop_assert!((total - 1.0).abs() < 1e-9, "{total}");
+        // The masses have the mean of the sum, but for half a cell a value.
+        let mean: f64 = sum.masses().map(|(v, mass)| v * mass).sum();
+        prop_assert!((mean - length as f64 * m.mean()).abs() < length as f64 * 0.0025 + 1e-6);
+    }
+
+    #[test]
+    fn one_value_keeps_its_distribution(shape in 0.3..20.0_f64, mean in 0.05..5.0_f64, cell in 1..400_u32) {
+        let m = mixture(&[(1.0, shape, mean / shape)]);
+        let one = Accumulated::of_mixture(&m, 1, &Grid::default()).unwrap();
+        let v = f64::from(cell) * 0.005;
+        prop_assert!((one.cdf(v) - m.cdf(v)).abs() < 2e-10);
+    }
+}

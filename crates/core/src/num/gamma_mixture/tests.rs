@@ -1,0 +1,228 @@
+use super::*;
+use crate::num::seed;
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+/// `tests/oracles/avu.json`, written by `python3 tests/oracles/avu.py`.
+fn oracle(part: &str) -> Value {
+    let all: Value = serde_json::from_str(include_str!("../../../../../tests/oracles/avu.json")).unwrap();
+    all[part].clone()
+}
+
+fn component(weight: f64, shape: f64, scale: f64) -> Component {
+    Component { weight, shape, scale }
+}
+
+fn mixture(components: &[Component]) -> Mixture {
+    Mixture::new(components.to_vec()).unwrap()
+}
+
+fn draw(mixture: &Mixture, n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = seed::rng(seed);
+    (0..n).map(|_| mixture.sample(&mut rng)).collect()
+}
+
+fn binned(x: &[f64]) -> Binned {
+    Binned::new(x.iter().copied()).unwrap()
+}
+
+fn log_likelihood(mixture: &Mixture, x: &[f64]) -> f64 {
+    x.iter().map(|&x| mixture.pdf(x.max(FLOOR)).ln()).sum()
+}
+
+fn relative(got: f64, want: f64) -> f64 {
+    ((got - want) / want).abs()
+}
+
+// scipy.stats.gamma; see `functions` in avu.py.
+#[test]
+fn functions_agree_with_scipy() {
+    let oracle = oracle("functions");
+    let parts = oracle["components"].as_array().unwrap().iter().map(numbers);
+    let m = Mixture::new(parts.map(|c| component(c[0], c[1], c[2])).collect()).unwrap();
+    for row in oracle["rows"].as_array().unwrap().iter().map(numbers) {
+        for (got, want) in [m.pdf(row[0]), m.cdf(row[0]), m.survival(row[0])].iter().zip(&row[1..]) {
+            assert!(relative(*got, *want) < 1e-11, "{row:?}: {got}");
+        }
+    }
+    assert!(relative(m.mean(), oracle["mean"].as_f64().unwrap()) < 1e-14);
+    assert!(relative(m.variance(), oracle["variance"].as_f64().unwrap()) < 1e-13);
+}
+
+#[test]
+fn the_density_has_values_at_the_ends() {
+    let at_zero = |shape| mixture(&[component(1.0, shape, 2.0)]).pdf(0.0);
+    assert_eq!([at_zero(0.5), at_zero(1.0), at_zero(2.0)], [f64::INFINITY, 0.5, 0.0]);
+    let m = mixture(&[component(1.0, 2.0, 1.0)]);
+    assert_eq!((m.pdf(-1.0), m.pdf(f64::INFINITY)), (0.0, 0.0));
+}
+
+// Section 13 of the method notes, and python3: scipy.stats.gamma.fit([.4, 1.3, .9, 2.2, .75, 3.1, .08], floc=0).
+#[test]
+fn one_component_is_the_gamma_of_greatest_likelihood() {
+    let cases: [(&[f64], f64, f64); 2] = [
+        (&[0.05, 0.12, 0.33, 0.07, 0.9, 0.21, 0.15, 0.48, 0.02, 0.26], 1.1521147, 0.2248040),
+        (&[0.4, 1.3, 0.9, 2.2, 0.75, 3.1, 0.08], 1.2341680061241354, 1.0105130346551996),
+    ];
+    for (x, shape, scale) in cases {
+        let fit = fit(&binned(x), 1, &FitOptions::default()).unwrap();
+        let c = fit.mixture.components[0];
+        assert!(relative(c.shape, shape) < 2e-7 && relative(c.scale, scale) < 2e-7, "{c:?}");
+        // With one component the likelihood on cells is that of the samples.
+        assert!(relative(fit.log_likelihood, log_likelihood(&fit.mixture, x)) < 1e-12);
+    }
+}
+
+// scipy.optimize.minimize on all parameters and the samples themselves, 60 starts; see `fit` in avu.py.
+#[test]
+fn reaches_the_likelihood_of_scipy() {
+    for case in oracle("mixtures").as_array().unwrap() {
+        let x = numbers(&case["x"]);
+        for want in case["fits"].as_array().unwrap() {
+            let k = want["k"].as_u64().unwrap() as usize;
+            let options = FitOptions { tolerance: 1e-12, ..FitOptions::default() };
+            let fit = fit(&binned(&x), k, &options).unwrap();
+            let ours = log_likelihood(&fit.mixture, &x);
+            assert!((ours - want["log_likelihood"].as_f64().unwrap()).abs() < 1e-4, "{k}: {ours} {want}");
+            assert!((fit.log_likelihood - ours).abs() < 1e-3, "{k}: {} {ours}", fit.log_likelihood);
+            for (got, want) in fit.mixture.components.iter().zip(want["components"].as_array().unwrap()) {
+                for (got, want) in [got.weight, got.shape, got.scale].iter().zip(numbers(want)) {
+                    assert!(relative(*got, want) < 0.01, "{k}: {got} is not {want}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn finds_the_mixture_that_samples_come_from() {
+    let truth = mixture(&[component(0.6, 0.9, 0.1), component(0.3, 6.0, 0.3), component(0.1, 50.0, 0.2)]);
+    let x = draw(&truth, 100_000, 1);
+    let fit = fit(&binned(&x), 3, &FitOptions::default()).unwrap();
+    assert!(fit.converged && fit.starts > 12);
+    assert!(fit.log_likelihood >= log_likelihood(&truth, &x));
+    for (got, want) in fit.mixture.components.iter().zip(&truth.components) {
+        assert!(relative(got.weight, want.weight) < 0.02, "{got:?}");
+        assert!(relative(got.shape, want.shape) < 0.06 && relative(got.scale, want.scale) < 0.06, "{got:?}");
+    }
+}
+
+#[test]
+fn likelihoods_do_not_fall_with_the_order_and_choose_it() {
+    let truth = mixture(&[component(0.7, 1.5, 0.1), component(0.3, 8.0, 0.2)]);
+    let samples = binned(&draw(&truth, 50_000, 2));
+    let fits = fit_all(&samples, 7, &FitOptions::default()).unwrap();
+    assert_eq!(fits.iter().map(|f| f.mixture.components.len()).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7]);
+    for pair in fits.windows(2) {
+        assert!(pair[1].log_likelihood >= pair[0].log_likelihood);
+    }
+    let terms = select::terms(&fits, samples.count());
+    for criterion in [select::Criterion::Aic, select::Criterion::Bic] {
+        assert_eq!(select::choose(&terms, criterion, 600).order, Some(2));
+    }
+    assert_eq!(fit(&samples, 4, &FitOptions::default()).unwrap(), fits[3]);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let truth = mixture(&[component(0.5, 0.7, 0.2), component(0.5, 3.0, 1.0)]);
+    let samples = binned(&draw(&truth, 30_000, 3));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fit_all(&samples, 4, &FitOptions::default())).unwrap()
+    };
+    let one = with(1);
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(5));
+}
+
+#[test]
+fn samples_without_a_fit_are_refused() {
+    let options = FitOptions::default();
+    let refused = |x: &[f64], k| fit(&binned(x), k, &options).is_err();
+    assert!(refused(&[], 1) && refused(&[1.0], 1) && refused(&[0.3; 1000], 1) && refused(&[0.0; 50], 2));
+    assert!(refused(&[1.0, 2.0, 3.0, 4.0], 2) && refused(&[1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0, 2.0], 3));
+    assert!(refused(&[1.0, 2.0], 0) && refused(&[1.0, 2.0], MAX_COMPONENTS + 1));
+    let options = FitOptions { tolerance: f64::NAN, ..options };
+    assert_eq!(fit(&binned(&[1.0, 2.0]), 1, &options).unwrap_err().to_string(), NAN_TOLERANCE);
+}
+const NAN_TOLERANCE: &str = "the tolerance must be above 0 and finite, not NaN";
+
+// Half of the samples are one value: a likelihood without a bound but for the limit of the shape.
+#[test]
+fn a_value_that_repeats_meets_the_limit_of_the_shape() {
+    let mut x = draw(&mixture(&[component(1.0, 2.0, 0.5)]), 2000, 4);
+    x.extend([0.0; 2000]);
+    let fit = fit(&binned(&x), 2, &FitOptions::default()).unwrap();
+    let [spike, rest] = fit.mixture.components[..] else { panic!("{fit:?}") };
+    assert_eq!((spike.shape, fit.clipped.floored), (MAX_SHAPE, 2000));
+    assert!((spike.mean() / FLOOR - 1.0).abs() < 1e-6 && (spike.weight - 0.5).abs() < 1e-3, "{spike:?}");
+    assert!(relative(rest.shape, 2.0) < 0.1, "{rest:?}");
+}
+
+#[test]
+fn a_mixture_survives_a_file_and_a_wrong_one_does_not() {
+    let m = mixture(&[component(0.3, 7.0, 0.2), component(0.7, 0.4, 0.1)]);
+    assert!(m.components[0].shape == 0.4);
+    let text = serde_json::to_string(&m).unwrap();
+    assert_eq!(serde_json::from_str::<Mixture>(&text).unwrap(), m);
+    for (weight, shape, scale) in [
+        (0.6, 1.0, 1.0),
+        (f64::NAN, 1.0, 1.0),
+        (1.0, 0.0, 1.0),
+        (1.0, 2e4, 1.0),
+        (1.0, 1.0, -1.0),
+        (1.0, 9.0, 1e200),
+    ] {
+        assert!(Mixture::new(vec![component(weight, shape, scale)]).is_err());
+    }
+    assert!(Mixture::new(vec![]).is_err());
+    let wrong = text.replace("0.7", "0.8");
+    assert!(serde_json::from_str::<Mixture>(&wrong).is_err());
+}
+
+#[test]
+fn samples_have_the_moments_of_the_mixture() {
+    let m = mixture(&[component(0.3, 7.0, 0.2), component(0.7, 0.4, 0.1)]);
+    let x = draw(&m, 200_000, 5);
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    // Four standard errors.
+    assert!((mean - m.mean()).abs() < 4.0 * (m.variance() / x.len() as f64).sqrt());
+    let below = x.iter().filter(|&&x| x <= 0.5).count() as f64 / x.len() as f64;
+    assert!((below - m.cdf(0.5)).abs() < 4.0 * 0.5 / (x.len() as f64).sqrt());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    // A factor moves samples against the borders of the cells, which is what the tolerances are for.
+    #[test]
+    fn a_factor_moves_the_scales_alone(seed in 0..1000_u64, log_factor in -2.0..2.0_f64) {
+        let truth = mixture(&[component(0.5, 2.0, 0.05), component(0.5, 30.0, 0.1)]);
+        let x = draw(&truth, 3000, seed);
+        let factor = log_factor.exp();
+        let scaled: Vec<f64> = x.iter().map(|x| x * factor).collect();
+        let options = FitOptions { tolerance: 1e-11, ..FitOptions::default() };
+        let a = fit(&binned(&x), 2, &options).unwrap();
+        let b = fit(&binned(&scaled), 2, &options).unwrap();
+        prop_assert!((a.log_likelihood - b.log_likelihood - x.len() as f64 * log_factor).abs() < 1e-2);
+        for (a, b) in a.mixture.components.iter().zip(&b.mixture.components) {
+            prop_assert!(relative(b.weight, a.weight) < 1e-3 && relative(b.shape, a.shape) < 1e-3, "{a:?} {b:?}");
+            prop_assert!(relative(b.scale, a.scale * factor) < 1e-3, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn distribution_functions_rise_from_0_to_1(
+        parts in prop::collection::vec((0.1..1.0_f64, -1.0..2.0_f64, -2.0..1.0_f64), 1..5), v in 0.0..20.0_f64
+    ) {
+        let all: f64 = parts.iter().map(|p| p.0).sum();
+        let parts = parts.iter().map(|p| component(p.0 / all, 10.0_f64.powf(p.1), 10.0_f64.powf(p.2)));
+        let m = Mixture::new(parts.collect()).unwrap();
+        prop_assert!((m.cdf(v) + m.survival(v) - 1.0).abs() < 1e-12);
+        prop_assert!(m.cdf(v) <= m.cdf(v + 0.1) + 1e-14 && m.cdf(0.0) == 0.0);
+    }
+}

@@ -1,0 +1,86 @@
+//! What can be wrong with a dataset or a result file: which file, which line, what to do.
+
+use crate::image::ImageError;
+use std::path::{Path, PathBuf};
+
+/// Why a dataset or result file was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The operating system refused.
+    #[error("{}: {source}; check that the file is there and readable", path.display())]
+    Io {
+        /// File or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A frame that cannot be decoded.
+    #[error("{}: {source}; fetch the file again", path.display())]
+    Image {
+        /// The image file.
+        path: PathBuf,
+        /// What the decoder says.
+        source: ImageError,
+    },
+    /// A frame of another size than the sequence's first.
+    #[error(
+        "{}: {}x{} pixels, but the sequence starts with {}x{}; all frames of a sequence must have one size",
+        path.display(), got.0, got.1, expected.0, expected.1
+    )]
+    FrameSize {
+        /// The image file.
+        path: PathBuf,
+        /// Width and height of the first frame.
+        expected: (usize, usize),
+        /// Width and height found.
+        got: (usize, usize),
+    },
+    /// A line of a text file.
+    #[error("{}, line {line}: {message}", path.display())]
+    Line {
+        /// The text file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// A file or folder as a whole.
+    #[error("{}: {message}", path.display())]
+    Content {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// A suite that nobody knows, with the nearest word.
+    #[error("{0}")]
+    UnknownSuite(String),
+    /// A frame number outside the sequence.
+    #[error("sequence {sequence} has {frames} frames, numbered here from 0; there is no frame {index}")]
+    NoFrame {
+        /// The sequence.
+        sequence: String,
+        /// Its number of frames.
+        frames: usize,
+        /// The number asked for.
+        index: usize,
+    },
+}
+
+impl DatasetError {
+    /// A file that cannot be read, with the cause.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.into(), source }
+    }
+
+    /// A line of a file that is wrong; `line` counts from 1.
+    pub fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
+        Self::Line { path: path.into(), line, message: message.into() }
+    }
+
+    /// A file whose content is wrong as a whole.
+    pub fn content(path: &Path, message: impl Into<String>) -> Self {
+        Self::Content { path: path.into(), message: message.into() }
+    }
+}

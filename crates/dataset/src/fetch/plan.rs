@@ -1,0 +1,113 @@
+//! What has to be downloaded for the sequences someone wants.
+
+use super::address::Address;
+use crate::archive::{Archive, Packing};
+use crate::lock::{self, Missing, Suite, below};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Sequences of a suite that are wanted.
+#[derive(Clone)]
+pub struct Wanted {
+    /// The suite.
+    pub suite: Suite,
+    /// Their names; all if there is none.
+    pub sequences: BTreeSet<String>,
+}
+
+impl Wanted {
+    fn has(&self, name: &str) -> bool {
+        self.sequences.is_empty() || self.sequences.contains(name)
+    }
+}
+
+/// One archive and what it is fetched for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Job {
+    /// The archive.
+    pub archive: Archive,
+    /// Every folder under the data root that comes in it, wanted or not: who has downloaded it needs no
+    /// second download for the rest.
+    pub folders: Vec<String>,
+    /// The wanted sequences that are missing and come in it, as `suite/sequence`.
+    pub sequences: Vec<String>,
+}
+
+/// What is to be done for the wanted sequences, in their order.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Plan {
+    /// Downloads.
+    pub jobs: Vec<Job>,
+    /// Sequences that cannot be downloaded, with the way to get them.
+    pub by_hand: Vec<(String, String)>,
+    /// Sequences that are there.
+    pub here: Vec<String>,
+    /// Sequences that are there but cannot be read, and why. They are left as they are.
+    pub broken: Vec<(String, String)>,
+}
+
+/// Compares what is wanted with what is under `root`.
+pub fn plan(wanted: &[Wanted], root: &Path) -> Plan {
+    let folders = folders_by_archive();
+    let mut plan = Plan::default();
+    for wanted in wanted {
+        let loaded = wanted.suite.load(Some(root));
+        for entry in wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)) {
+            let name = format!("{}/{}", wanted.suite.name(), entry.name);
+            let missing = loaded.missing.iter().find(|m| m.name == entry.name);
+            if let Some(broken) = loaded.broken.iter().find(|b| b.name == entry.name) {
+                plan.broken.push((name, broken.error.to_string()));
+            } else if let Some(missing) = missing {
+                let archives: Vec<&Archive> = entry.archives().collect();
+                let packed = archives.iter().any(|a| a.packing != Packing::File);
+                if archives.is_empty() {
+                    plan.by_hand.push((name, by_hand(missing)));
+                } else if packed && below(root, &missing.folder).exists() {
+                    let what = format!("{}; remove the folder to have it fetched anew", missing.how_to_get);
+                    plan.broken.push((name, what));
+                } else {
+                    for archive in archives.into_iter().filter(|a| !is_here(a, root)) {
+                        plan.add(&name, archive, folders.get(archive.name.as_str()));
+                    }
+                }
+            } else {
+                plan.here.push(name);
+            }
+        }
+    }
+    plan
+}
+
+impl Plan {
+    fn add(&mut self, name: &str, archive: &Archive, folders: Option<&BTreeSet<&str>>) {
+        if let Some(job) = self.jobs.iter_mut().find(|job| job.archive.name == archive.name) {
+            job.sequences.push(name.to_owned());
+            return;
+        }
+        let folders = folders.into_iter().flatten().map(|f| String::from(*f)).collect();
+        self.jobs.push(Job { archive: archive.clone(), folders, sequences: vec![name.to_owned()] });
+    }
+}
+
+/// Whether what is no archive, but a file, is there already.
+fn is_here(archive: &Archive, root: &Path) -> bool {
+    let name = Address::parse(&archive.url).map(|address| address.file_name().to_owned());
+    archive.packing == Packing::File && name.is_ok_and(|name| below(root, &archive.into).join(name).exists())
+}
+
+fn by_hand(missing: &Missing) -> String {
+    format!("{}; its folder is {}", missing.how_to_get, missing.folder)
+}
+
+/// The folders of all suites' sequences by the archive they come in.
+fn folders_by_archive() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+    let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for suite in lock::names().into_iter().filter_map(|name| lock::suite(name).ok()) {
+        for entry in suite.entries() {
+            for archive in entry.archives() {
+                folders.entry(&archive.name).or_default().insert(&entry.folder);
+            }
+        }
+    }
+    folders
+}

@@ -1,0 +1,354 @@
+//! Frames from disk: which files of a folder they are, and decoding one.
+//!
+//! Links to images and to folders of them are followed; what they lead to must be a file of at most
+//! [`image::LARGEST_FILE`] bytes, so that neither a device nor a pipe is waited for.
+
+use super::{DatasetError, Frames, Sequence, text};
+use crate::image::{self, Frame};
+use std::collections::BTreeMap;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// Image files in order, and the size of the first one once somebody has asked for it.
+#[derive(Debug, Clone, Default)]
+pub struct ImageFiles {
+    paths: Vec<PathBuf>,
+    size: OnceLock<(usize, usize)>,
+}
+
+impl From<Vec<PathBuf>> for ImageFiles {
+    fn from(paths: Vec<PathBuf>) -> Self {
+        Self { paths, size: OnceLock::new() }
+    }
+}
+
+impl Deref for ImageFiles {
+    type Target = [PathBuf];
+
+    fn deref(&self) -> &[PathBuf] {
+        &self.paths
+    }
+}
+
+impl<'a> IntoIterator for &'a ImageFiles {
+    type Item = &'a PathBuf;
+    type IntoIter = std::slice::Iter<'a, PathBuf>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.paths.iter()
+    }
+}
+
+impl ImageFiles {
+    /// Width and height of the first file, read once; `None` when there is no file.
+    fn size(&self) -> Result<Option<(usize, usize)>, DatasetError> {
+        if let Some(known) = self.size.get() {
+            return Ok(Some(*known));
+        }
+        let Some(path) = self.paths.first() else { return Ok(None) };
+        let size = image::size(&read(path)?).map_err(|e| bad_image(path, e))?;
+        Ok(Some(*self.size.get_or_init(|| size)))
+    }
+}
+
+impl Sequence {
+    /// Frame `t`, 0-based, decoded or rendered anew at each call.
+    ///
+    /// # Errors
+    /// No such frame, an unreadable or cut file, or another size than the first frame's.
+    pub fn frame(&self, t: usize) -> Result<Frame, DatasetError> {
+        let absent = || DatasetError::NoFrame { sequence: self.name.clone(), frames: self.len(), index: t };
+        let files = match &self.frames {
+            Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
+            Frames::Rendered(..) => return Err(absent()),
+            Frames::Files(files) => files,
+            Frames::Video(video) => video.files()?,
+        };
+        let path = files.get(t).ok_or_else(absent)?;
+        let frame = image::decode(&read(path)?).map_err(|e| bad_image(path, e))?;
+        let got = (frame.width(), frame.height());
+        let expected = match t {
+            0 => *files.size.get_or_init(|| got),
+            _ => files.size()?.unwrap_or(got),
+        };
+        if got != expected {
+            return Err(DatasetError::FrameSize { path: path.clone(), expected, got });
+        }
+        Ok(frame)
+    }
+
+    /// Width and height of the frames, in pixels, from the first one.
+    ///
+    /// # Errors
+    /// As [`Sequence::frame`].
+    pub fn size(&self) -> Result<(usize, usize), DatasetError> {
+        let known = match &self.frames {
+            Frames::Files(files) => files.size()?,
+            Frames::Video(video) => video.files()?.size()?,
+            Frames::Rendered(..) => None,
+        };
+        known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
+    let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
+    if !about.is_file() {
+        return Err(DatasetError::content(path, "not a file; an image file was expected"));
+    }
+    text::read_at_most(path, image::LARGEST_FILE)
+}
+
+fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
+    DatasetError::Image { path: path.into(), source }
+}
+
+/// The JPEG and PNG files of a folder by frame number, the number being the last digits of the name
+/// without extension (`0001.jpg`, `frame_12.png`). Where a name has no digits, all files are numbered from
+/// 1 in the order of their names.
+///
+/// # Errors
+/// No images at all, or two files of one number.
+pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
+        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
+        let hidden = path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
+        if !hidden && is_image(&path) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    if paths.is_empty() {
+        return Err(DatasetError::content(folder, "no .jpg or .png file in this folder"));
+    }
+    let numbers: Option<Vec<u32>> = paths.iter().map(|p| number(p)).collect();
+    let numbers = numbers.unwrap_or_else(|| (1..=paths.len() as u32).collect());
+    let mut images = BTreeMap::new();
+    for (number, path) in numbers.into_iter().zip(paths) {
+        if let Some(other) = images.insert(number, path.clone()) {
+            let other = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            return Err(DatasetError::content(
+                &path,
+                format!("frame {number} again, after {other}; keep one file a frame"),
+            ));
+        }
+    }
+    Ok(images)
+}
+
+/// Frames `first..=last` in order.
+///
+/// # Errors
+/// The first number without a file.
+pub(crate) fn take_range(
+    folder: &Path,
+    images: &BTreeMap<u32, PathBuf>,
+    (first, last): (u32, u32),
+) -> Result<Vec<PathBuf>, DatasetError> {
+    (first..=last)
+        .map(|n| {
+            images.get(&n).cloned().ok_or_else(|| {
+                let message = format!("frame {n} is missing; frames {first} to {last} are needed");
+                DatasetError::content(folder, message)
+            })
+        })
+        .collect()
+}
+
+/// The first of the named folders that is there; otherwise the folder itself.
+pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
+    let inside = names.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
+    inside.unwrap_or_else(|| folder.to_path_buf())
+}
+
+/// Whether the name is a JPEG or PNG file's.
+pub(crate) fn is_image(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    extension == "jpg" || extension == "jpeg" || extension == "png"
+}
+
+/// The number that a file's name without extension ends with.
+pub(crate) fn number(path: &Path) -> Option<u32> {
+    let stem = path.file_stem()?.to_str()?;
+    let digits = stem.len() - stem.bytes().rev().take_while(u8::is_ascii_digit).count();
+    stem[digits..].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use crate::{Numbering, Render, content_digest};
+    use std::sync::Arc;
+
+    struct Ramp;
+    impl Render for Ramp {
+        fn render(&self, t: usize) -> Frame {
+            Frame::from_fn(12, 7, |x, y| [x as u8, y as u8, t as u8])
+        }
+    }
+
+    fn write_png(path: &Path, frame: &Frame) {
+        let (w, h) = (frame.width() as u32, frame.height() as u32);
+        ::image::RgbImage::from_raw(w, h, frame.bytes().to_vec()).unwrap().save(path).unwrap();
+    }
+
+    fn sequence(frames: Frames) -> Sequence {
+        let truth = vec![Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.5))), None, None];
+        Sequence {
+            name: "ramp".into(),
+            numbering: Numbering { first: 1, official: (1, 3) },
+            truth,
+            attributes: vec!["occlusion".into()],
+            frame_attributes: vec![("occlusion".into(), vec![false, true, false])],
+            digest: Default::default(),
+            frames,
+        }
+    }
+
+    fn on_disk(folder: &Path) -> Sequence {
+        let paths: Vec<_> = (0..3).map(|t| folder.join(format!("{:04}.png", t + 1))).collect();
+        paths.iter().enumerate().for_each(|(t, p)| write_png(p, &Ramp.render(t)));
+        sequence(Frames::Files(paths.into()))
+    }
+
+    #[test]
+    fn rendered_and_written_sequences_have_one_content_digest() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        let rendered = sequence(Frames::Rendered(Arc::new(Ramp), 3));
+        let digest = content_digest(&files).unwrap();
+        assert_eq!(digest, content_digest(&rendered).unwrap());
+        assert_eq!(digest, rendered.digest().unwrap());
+        assert_ne!(digest, files.digest().unwrap());
+        let mut other = sequence(Frames::Rendered(Arc::new(Ramp), 3));
+        other.truth[2] = other.truth[0].clone();
+        assert_ne!(digest, content_digest(&other).unwrap());
+        let mut other = sequence(Frames::Rendered(Arc::new(Ramp), 3));
+        other.numbering.first = 2;
+        assert_ne!(digest, content_digest(&other).unwrap());
+    }
+
+    // python3, on the same three files a, b, c:
+    //   q = lambda v: struct.pack('<Q', v); s = lambda b: q(len(b)) + b
+    //   h = s(b'trackfail-files/1') + q(1) + q(1) + q(3) + q(3)
+    //   h += b''.join(s(n) + s(d) for n, d in [(b'0001.png', b'a'), (b'0002.png', b'b'), (b'0003.png', b'c')])
+    //   h += b'\1' + struct.pack('<4d', 1, 2, 3, 4.5) + b'\0\0'; hashlib.sha256(h).hexdigest()
+    #[test]
+    fn the_files_digest_is_the_documented_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths: Vec<_> = (1..4).map(|t| folder.path().join(format!("{t:04}.png"))).collect();
+        paths.iter().zip(["a", "b", "c"]).for_each(|(p, text)| std::fs::write(p, text).unwrap());
+        assert_eq!(sequence(Frames::Files(paths.into())).digest().unwrap(), FILES_DIGEST);
+    }
+    const FILES_DIGEST: &str = "d41b977944f14091783ce55f5f7bfc3338620de2567e9935d4ddf6cd940683ad";
+
+    #[test]
+    fn a_changed_byte_changes_the_files_digest() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        let before = files.digest().unwrap().to_owned();
+        let path = folder.path().join("0002.png");
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes.push(0);
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(files.digest().unwrap(), before, "remembered");
+        assert_ne!(on_disk_again(folder.path()).digest().unwrap(), before);
+    }
+
+    fn on_disk_again(folder: &Path) -> Sequence {
+        let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
+        sequence(Frames::Files(paths.into()))
+    }
+
+    #[test]
+    fn faults_name_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        assert_eq!(files.frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(files.size().unwrap(), (12, 7));
+        assert!(matches!(files.frame(3), Err(DatasetError::NoFrame { index: 3, .. })));
+        write_png(&folder.path().join("0002.png"), &Frame::new(7, 12, vec![0; 252]));
+        let error = files.frame(1).unwrap_err();
+        assert!(matches!(error, DatasetError::FrameSize { got: (7, 12), expected: (12, 7), .. }));
+        assert!(error.to_string().contains("0002.png"));
+        std::fs::write(folder.path().join("0003.png"), b"\x89PNG\r\n\x1a\n").unwrap();
+        assert!(files.frame(2).unwrap_err().to_string().contains("cut short"));
+        std::fs::remove_file(folder.path().join("0003.png")).unwrap();
+        assert!(matches!(files.frame(2), Err(DatasetError::Io { .. })));
+    }
+
+    #[test]
+    fn the_first_file_is_read_once_for_its_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        assert_eq!(files.frame(1).unwrap(), Ramp.render(1));
+        // Later frames and the size no longer need it; the frame itself does.
+        std::fs::remove_file(folder.path().join("0001.png")).unwrap();
+        assert_eq!(files.frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(files.size().unwrap(), (12, 7));
+        assert!(matches!(files.frame(0), Err(DatasetError::Io { .. })));
+        // A first frame of another size than the one remembered is as wrong as a later one.
+        write_png(&folder.path().join("0001.png"), &Frame::new(7, 12, vec![0; 252]));
+        assert!(matches!(files.frame(0), Err(DatasetError::FrameSize { .. })));
+        let empty = sequence(Frames::Files(ImageFiles::default()));
+        assert!(matches!(empty.size(), Err(DatasetError::NoFrame { .. })));
+    }
+
+    #[test]
+    fn what_is_no_image_file_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = on_disk(folder.path());
+        let second = folder.path().join("0002.png");
+        std::fs::remove_file(&second).unwrap();
+        std::fs::create_dir(&second).unwrap();
+        assert!(matches!(files.frame(1), Err(DatasetError::Content { .. })));
+        let third = std::fs::File::create(folder.path().join("0003.png")).unwrap();
+        third.set_len(image::LARGEST_FILE + 1).unwrap();
+        assert!(files.frame(2).unwrap_err().to_string().contains("larger than 128 MiB"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_images_are_followed() {
+        let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        on_disk(folder.path());
+        for name in ["0001.png", "0002.png", "0003.png"] {
+            std::os::unix::fs::symlink(folder.path().join(name), linked.path().join(name)).unwrap();
+        }
+        let paths: Vec<_> = numbered_images(linked.path()).unwrap().into_values().collect();
+        assert_eq!(sequence(Frames::Files(paths.into())).frame(2).unwrap(), Ramp.render(2));
+    }
+
+    #[test]
+    fn numbers_come_from_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let touch = |name: &str| std::fs::write(folder.path().join(name), b"").unwrap();
+        assert!(matches!(numbered_images(folder.path()), Err(DatasetError::Content { .. })));
+        ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"].iter().for_each(|n| touch(n));
+        let images = numbered_images(folder.path()).unwrap();
+        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [9, 10]);
+        assert!(take_range(folder.path(), &images, (9, 11)).is_err());
+        touch("b09.jpg");
+        assert!(numbered_images(folder.path()).unwrap_err().to_string().contains("img_9.jpeg"));
+        touch("title.jpg");
+        let images = numbered_images(folder.path()).unwrap();
+        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn real_frames_cut_at_many_lengths_are_errors() {
+        let Some(root) = trackfail_testing::real_data("real_frames_cut_at_many_lengths_are_errors") else {
+            return;
+        };
+        for name in ["otb/Girl/img/0001.jpg", "otb/Crossing/img/0001.jpg", "vot2014/diving/00000001.jpg"] {
+            let bytes = std::fs::read(root.join(name)).unwrap();
+            assert!(image::decode(&bytes).is_ok(), "{name}");
+            for n in (0..bytes.len()).step_by(97) {
+                assert!(image::decode(&bytes[..n]).is_err(), "{name} cut to {n}");
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Decoded frames that are kept for a while, for those who go over a sequence more than once or backwards.
+
+use super::{DatasetError, Sequence};
+use crate::image::Frame;
+use lru::LruCache;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The frames used last, of any number of sequences, up to a number of bytes.
+pub struct FrameCache {
+    most: usize,
+    kept: Mutex<Kept>,
+}
+
+struct Kept {
+    bytes: usize,
+    /// By the sequence's place in memory and the frame; the entry holds the sequence there.
+    frames: LruCache<(usize, usize), (Arc<Sequence>, Arc<Frame>)>,
+}
+
+impl FrameCache {
+    /// A cache of at most so many bytes of pixels; with 0 it keeps nothing.
+    pub fn new(most: usize) -> Self {
+        Self { most, kept: Mutex::new(Kept { bytes: 0, frames: LruCache::unbounded() }) }
+    }
+
+    /// Frame `t` of a sequence, from 0.
+    ///
+    /// # Errors
+    /// When it cannot be decoded.
+    pub fn frame(&self, sequence: &Arc<Sequence>, t: usize) -> Result<Arc<Frame>, DatasetError> {
+        let key = (Arc::as_ptr(sequence) as usize, t);
+        if let Some((_, frame)) = self.kept().frames.get(&key) {
+            return Ok(frame.clone());
+        }
+        let frame = Arc::new(sequence.frame(t)?);
+        let bytes = |f: &Frame| 3 * f.width() * f.height();
+        if bytes(&frame) <= self.most {
+            let mut kept = self.kept();
+            if kept.frames.put(key, (sequence.clone(), frame.clone())).is_none() {
+                kept.bytes += bytes(&frame);
+            }
+            while kept.bytes > self.most
+                && let Some((_, (_, oldest))) = kept.frames.pop_lru()
+            {
+                kept.bytes -= bytes(&oldest);
+            }
+        }
+        Ok(frame)
+    }
+
+    fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Frames, Numbering, Render};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Frames of 4 x 2 pixels, 24 bytes, that count how often they are made.
+    struct Counted(Arc<AtomicUsize>);
+    impl Render for Counted {
+        fn render(&self, t: usize) -> Frame {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Frame::from_fn(4, 2, |_, _| [t as u8; 3])
+        }
+    }
+
+    fn counted() -> (Arc<Sequence>, Arc<AtomicUsize>) {
+        let count = Arc::new(AtomicUsize::new(0));
+        let sequence = Sequence {
+            name: "counted".into(),
+            numbering: Numbering { first: 1, official: (1, 9) },
+            truth: vec![None; 9],
+            attributes: vec![],
+            frame_attributes: vec![],
+            digest: Default::default(),
+            frames: Frames::Rendered(Arc::new(Counted(count.clone())), 9),
+        };
+        (Arc::new(sequence), count)
+    }
+
+    // By hand: room for three frames of 24 bytes.
+    #[test]
+    fn the_frames_used_last_are_kept() {
+        let (sequence, count) = counted();
+        let cache = FrameCache::new(80);
+        let made = |t: usize| {
+            let before = count.load(Ordering::Relaxed);
+            assert_eq!(cache.frame(&sequence, t).unwrap().pixel(0, 0), [t as u8; 3]);
+            count.load(Ordering::Relaxed) > before
+        };
+        assert_eq!([0, 1, 2, 0, 1].map(made), [true, true, true, false, false]);
+        // 2 is the one not used for longest.
+        assert_eq!([3, 0, 1, 2].map(made), [true, false, false, true]);
+    }
+
+    #[test]
+    fn sequences_are_kept_apart_and_a_cache_without_room_keeps_nothing() {
+        let ((one, ones), (other, others)) = (counted(), counted());
+        let cache = FrameCache::new(1 << 20);
+        for sequence in [&one, &other, &one, &other] {
+            cache.frame(sequence, 4).unwrap();
+        }
+        assert_eq!((ones.load(Ordering::Relaxed), others.load(Ordering::Relaxed)), (1, 1));
+        let none = FrameCache::new(0);
+        for _ in 0..3 {
+            none.frame(&one, 4).unwrap();
+        }
+        assert_eq!(ones.load(Ordering::Relaxed), 4);
+    }
+}

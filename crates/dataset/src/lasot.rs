@@ -1,0 +1,149 @@
+//! Sequences in the layout of LaSOT (Fan et al.: LaSOT: A High-quality Benchmark for Large-scale Single Object
+//! Tracking, CVPR 2019).
+//!
+//! ```text
+//! airplane/airplane-1/img/00000001.jpg ...      frames from 1 on
+//! airplane/airplane-1/groundtruth.txt           x,y,w,h a line, one a frame
+//! airplane/airplane-1/full_occlusion.txt        all frames on one line, commas between: 1 where it is hidden
+//! airplane/airplane-1/out_of_view.txt           the same: 1 where it has left the image
+//! airplane/airplane-1/nlp.txt                   a sentence about the target; not read
+//! ```
+//!
+//! Coordinates count pixels from 1 (the authors, HengLan/LaSOT_Evaluation_Toolkit#14) and are counted from 0 in
+//! memory; the later 150 sequences have some boxes at 0, which are taken alike. A frame has no truth where
+//! either label is 1, which the authors' evaluation leaves out too, and where the box has a NaN or no area: the
+//! published annotation has a few of those (frame 553 of lion-5 is `1,1,-1,-1`, frame 118 of tiger-6
+//! `613,731,247,-11`), and a size below zero is no other kind of box.
+//!
+//! Frame attributes are `full_occlusion` and `out_of_view`; sequence attributes, those that some frame has.
+//! Either file may be missing, and its attribute is then, too. Images, lines of truth and labels must be as many.
+
+use super::files::image_folder;
+use super::labelled::{labels, one_based, sequence, truth};
+use super::{DatasetError, Sequence, text};
+use crate::region::Region;
+use std::path::Path;
+
+/// The label files, without `.txt`.
+const LABELS: [&str; 2] = ["full_occlusion", "out_of_view"];
+
+/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+///
+/// # Errors
+/// Missing frames, a broken or absent ground truth, and files of another length than it.
+pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
+    let path = folder.join("groundtruth.txt");
+    let bytes = text::read_capped(&path)?;
+    let lines = text::lines(&path, text::decode(&path, &bytes)?)?.len();
+    let mut attributes: Vec<(String, Vec<bool>)> = Vec::new();
+    for label in LABELS {
+        let found = labels(&folder.join(format!("{label}.txt")), lines, 1)?;
+        attributes.extend(found.map(|l| (label.to_owned(), l.into_iter().map(|l| l == 1).collect())));
+    }
+    let absent: Vec<bool> = (0..lines).map(|t| attributes.iter().any(|(_, flags)| flags[t])).collect();
+    let truth = parse_truth(&path, &bytes, &absent)?;
+    sequence(folder, &image_folder(folder, &["img"]), name, truth, attributes, Vec::new())
+}
+
+/// The rows of a ground-truth file; none in frames that `absent` names. `path` names it in messages.
+///
+/// # Errors
+/// The first line that is neither a box nor one of those without annotation.
+pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Option<Region>>, DatasetError> {
+    truth(path, bytes, absent, |row| {
+        let [_, _, w, h] = row;
+        if row.iter().all(|v| v.is_finite()) && (w <= 0.0 || h <= 0.0) { Ok(None) } else { one_based(row) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+    use proptest::prelude::*;
+
+    fn folder(frames: u32, files: &[(&str, &str)]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir(dir.path().join("img")).unwrap();
+        for n in 1..=frames {
+            let path = dir.path().join(format!("img/{n:08}.jpg"));
+            ::image::RgbImage::new(8, 6).save(path).unwrap();
+        }
+        for (name, text) in files {
+            std::fs::write(dir.path().join(name), text).unwrap();
+        }
+        dir
+    }
+
+    const FOUR: [(&str, &str); 4] = [
+        ("groundtruth.txt", "367,101,41,16\n366,103,45,16\n1,1,-1,-1\n363,103,43,17\n"),
+        ("full_occlusion.txt", "0,0,1,0"),
+        ("out_of_view.txt", "0,0,0,1\n"),
+        ("nlp.txt", "white airplane\n"),
+    ];
+
+    fn four(changes: &[(&str, &str)]) -> Result<Sequence, DatasetError> {
+        load(folder(4, &[&FOUR[..], changes].concat()).path(), Some("airplane-1"))
+    }
+
+    #[test]
+    fn truth_and_labels() {
+        let dir = folder(4, &FOUR);
+        let s = load(dir.path(), Some("airplane-1")).unwrap();
+        let rect = |x, y, w, h| Some(Region::Rect(Rect::new(x, y, w, h)));
+        assert_eq!(s.truth, [rect(366.0, 100.0, 41.0, 16.0), rect(365.0, 102.0, 45.0, 16.0), None, None]);
+        assert_eq!(s.frame_attributes[0], ("full_occlusion".into(), vec![false, false, true, false]));
+        assert_eq!(s.frame_attributes[1], ("out_of_view".into(), vec![false, false, false, true]));
+        assert_eq!(s.attributes, ["full_occlusion", "out_of_view"]);
+        assert_eq!((s.numbering.official, s.size().unwrap()), ((1, 4), (8, 6)));
+        let plain = load(folder(1, &[("groundtruth.txt", "0,0,3,3")]).path(), None).unwrap();
+        assert_eq!((plain.truth, plain.frame_attributes.len()), (vec![rect(-1.0, -1.0, 3.0, 3.0)], 0));
+    }
+
+    // What is published of tiger-6 and of frames in which nobody marked the target.
+    #[test]
+    fn boxes_without_area_are_no_truth() {
+        let text = "1,1,2,2\n613,731,247,-11\n5,5,0,3\nNaN,NaN,NaN,NaN";
+        let none =
+            [("groundtruth.txt", text), ("full_occlusion.txt", "0,0,0,0"), ("out_of_view.txt", "0 0 0 0")];
+        let s = four(&none).unwrap();
+        assert_eq!(s.truth.iter().flatten().count(), 1);
+        assert!(s.attributes.is_empty());
+    }
+
+    #[test]
+    fn faults_name_file_and_line_or_both_counts() {
+        for (file, text, words) in [
+            ("groundtruth.txt", "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", "3 numbers"]),
+            ("groundtruth.txt", "1,1,2,2\n1,inf,2,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
+            ("groundtruth.txt", "1,1,2,2\n1,1,-inf,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
+            ("full_occlusion.txt", "0,0,0", ["full_occlusion.txt", "3 labels for 4"]),
+            ("full_occlusion.txt", "0,0,0,7", ["full_occlusion.txt, line 1", "`7`"]),
+            ("out_of_view.txt", "0,0,0,0,0", ["out_of_view.txt", "5 labels for 4"]),
+        ] {
+            let error = four(&[(file, text)]).unwrap_err().to_string();
+            assert!(words.iter().all(|w| error.contains(w)), "{file}, {text:?}: {error}");
+        }
+        let dir = folder(3, &FOUR);
+        let error = load(dir.path(), None).unwrap_err().to_string();
+        assert!(error.contains("3 images, but 4 lines"), "{error}");
+    }
+
+    const VALID: &[u8] = b"367,101,41,16\n366,103,45,16\r\n1,1,-1,-1\n0,0,0,0\nnan,nan,nan,nan\n3.5\t4\t5\t6";
+
+    proptest! {
+        #[test]
+        fn damaged_truth_is_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
+            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes, &[]) {
+                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
+            }
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..3_usize) {
+            let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);
+            std::fs::write(dir.path().join(FOUR[file].0), &bytes).unwrap();
+            let _ = load(dir.path(), None);
+        }
+    }
+}

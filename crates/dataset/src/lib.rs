@@ -1,0 +1,110 @@
+//! Sequences and their ground truth.
+//!
+//! A [`Sequence`] is the frames of one target, in order, with one optional region a frame. Its frames
+//! come from files or from the synthetic renderer and are decoded one at a time, so that a suite of any
+//! size needs the memory of a few frames.
+
+pub mod archive;
+pub mod cvml;
+mod digest;
+mod error;
+pub mod fetch;
+pub mod files;
+pub mod frame_cache;
+pub mod got10k;
+mod labelled;
+pub mod lasot;
+pub mod lock;
+pub mod otb;
+pub mod synthetic;
+pub mod text;
+pub mod video;
+pub mod vot;
+
+pub use digest::file_digest;
+pub use digest::{Digest, content_digest};
+pub use error::DatasetError;
+pub use files::ImageFiles;
+
+use trackfail_core::{image, num, plugin, region};
+
+use crate::image::Frame;
+use crate::region::Region;
+use std::sync::Arc;
+
+/// Frames that are computed instead of read.
+pub trait Render: Send + Sync {
+    /// Frame `t`, 0-based.
+    fn render(&self, t: usize) -> Frame;
+}
+
+/// Where a sequence's frames come from.
+#[derive(Clone)]
+pub enum Frames {
+    /// Image files in order.
+    Files(ImageFiles),
+    /// Frames of a video file, decoded into image files when they are first asked for.
+    Video(Arc<video::Video>),
+    /// A renderer and the number of its frames.
+    Rendered(Arc<dyn Render>, usize),
+}
+
+impl std::fmt::Debug for Frames {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Files(files) => write!(f, "Files({} files)", files.len()),
+            Self::Video(video) => write!(f, "Video({})", video.path().display()),
+            Self::Rendered(_, n) => write!(f, "Rendered({n} frames)"),
+        }
+    }
+}
+
+/// How a dataset numbers the frames of a sequence, for readers of result files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Numbering {
+    /// Number of the sequence's first frame here.
+    pub first: u32,
+    /// First and last frame of the dataset's own, uncut range (OTB: David 300..=770).
+    pub official: (u32, u32),
+}
+
+/// The frames of one target with its ground truth.
+#[derive(Clone, Debug)]
+pub struct Sequence {
+    /// Name, unique in its suite: `Jogging-1`.
+    pub name: String,
+    /// Frame numbers.
+    pub numbering: Numbering,
+    /// Ground truth, one entry a frame; `None` where the target is not annotated.
+    pub truth: Vec<Option<Region>>,
+    /// Attributes of the whole sequence, sorted: `occlusion`, `scale-change` ...
+    pub attributes: Vec<String>,
+    /// Attributes a frame, by name, each as long as `truth`; empty where the dataset has none.
+    pub frame_attributes: Vec<(String, Vec<bool>)>,
+    /// The files digest, known already or computed by [`Sequence::digest`] when first asked for.
+    pub digest: Digest,
+    /// The pixels.
+    pub frames: Frames,
+}
+
+impl Sequence {
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.truth.len()
+    }
+
+    /// Whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.truth.is_empty()
+    }
+
+    /// The dataset's number of frame `t` (0-based).
+    pub fn number(&self, t: usize) -> u32 {
+        self.numbering.first + t as u32
+    }
+}
+
+/// Words in order, each once.
+fn sorted(words: impl IntoIterator<Item = String>) -> Vec<String> {
+    words.into_iter().collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}

@@ -1,0 +1,174 @@
+//! One line of `datasets.lock`.
+
+use crate::archive::Archive;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Layout of a suite's folders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// See [`crate::otb`].
+    Otb,
+    /// See [`crate::vot`].
+    Vot,
+    /// See [`crate::cvml`].
+    Cvml,
+    /// See [`crate::got10k`].
+    Got10k,
+    /// See [`crate::lasot`].
+    Lasot,
+}
+
+impl Format {
+    /// The word for it.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Otb => "otb",
+            Self::Vot => "vot",
+            Self::Cvml => "cvml",
+            Self::Got10k => "got10k",
+            Self::Lasot => "lasot",
+        }
+    }
+}
+
+/// What a target is, for tables by type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TargetType {
+    /// A car.
+    Car,
+    /// A whole person.
+    Person,
+    /// A face or head.
+    Face,
+    /// Anything else.
+    Other,
+}
+
+impl TargetType {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Car => "car",
+            Self::Person => "person",
+            Self::Face => "face",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// One line of `datasets.lock`: a sequence and what a local copy must be.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Name, unique in the suite.
+    pub name: String,
+    /// Folder under the data root, parts separated by `/`.
+    pub folder: String,
+    /// Layout of the folder where it is not the suite's.
+    pub format: Option<Format>,
+    /// Which target of the folder, where there are several: OTB from 1, CVML the object's id.
+    pub target: Option<u32>,
+    /// First and last frame used, in the dataset's numbers; all frames there are where no source states them.
+    pub range: Option<(u32, u32)>,
+    /// First and last frame of the dataset's own range; what the ground truth covers where not stated.
+    pub official: Option<(u32, u32)>,
+    /// Number of frames used, where it is known.
+    pub frames: Option<usize>,
+    /// Width and height in pixels, where a copy has been seen.
+    pub size: Option<(usize, usize)>,
+    /// What the target is, where it is known.
+    pub target_type: Option<TargetType>,
+    /// Codes of OTB attributes.
+    #[serde(default)]
+    pub attributes: Vec<String>,
+    /// Files digest, where a copy has been seen.
+    pub digest: Option<String>,
+    /// Name of the [`Archive`] it comes in, where its address is known.
+    pub archive: Option<String>,
+    /// Name of the [`Archive`] its ground truth comes in, where that is another.
+    pub truth_archive: Option<String>,
+}
+
+impl Entry {
+    /// The downloads it needs; none where no address is known.
+    pub fn archives(&self) -> impl Iterator<Item = &'static Archive> {
+        [&self.archive, &self.truth_archive].into_iter().flatten().filter_map(|name| super::archive(name))
+    }
+
+    /// The sequence's folder under `root`.
+    pub(super) fn path(&self, root: &Path) -> PathBuf {
+        below(root, &self.folder)
+    }
+
+    /// The entry as it stands in `datasets.lock`.
+    pub fn line(&self) -> String {
+        use std::fmt::Write as _;
+        let pair = |p: (u32, u32)| format!("[{}, {}]", p.0, p.1);
+        let mut line = format!("{{ name = \"{}\", folder = \"{}\"", self.name, self.folder);
+        // Writing to a string cannot fail.
+        if let Some(format) = self.format {
+            let _ = write!(line, ", format = \"{}\"", format.word());
+        }
+        if let Some(target) = self.target {
+            let _ = write!(line, ", target = {target}");
+        }
+        if let Some(range) = self.range {
+            let _ = write!(line, ", range = {}", pair(range));
+        }
+        if let Some(official) = self.official {
+            let _ = write!(line, ", official = {}", pair(official));
+        }
+        if let Some(frames) = self.frames {
+            let _ = write!(line, ", frames = {frames}");
+        }
+        if let Some((width, height)) = self.size {
+            let _ = write!(line, ", size = [{width}, {height}]");
+        }
+        if let Some(target_type) = self.target_type {
+            let _ = write!(line, ", target_type = \"{}\"", target_type.word());
+        }
+        if !self.attributes.is_empty() {
+            let _ = write!(line, ", attributes = [\"{}\"]", self.attributes.join("\", \""));
+        }
+        let texts =
+            [("digest", &self.digest), ("archive", &self.archive), ("truth_archive", &self.truth_archive)];
+        for (key, value) in texts {
+            if let Some(value) = value {
+                let _ = write!(line, ", {key} = \"{value}\"");
+            }
+        }
+        line + " },"
+    }
+}
+
+/// The attributes of a sequence: OTB's codes spelled out, and the type of the target.
+pub(crate) fn words(codes: &[String], target_type: Option<TargetType>) -> impl Iterator<Item = String> {
+    let target = target_type.map(|t| format!("target-{}", t.word()));
+    codes.iter().map(|code| attribute_word(code).to_owned()).chain(target)
+}
+
+/// A folder whose parts are separated by `/`, under `root`.
+pub(crate) fn below(root: &Path, folder: &str) -> PathBuf {
+    folder.split('/').fold(root.to_path_buf(), |path, part| path.join(part))
+}
+
+/// An OTB attribute spelled out (Wu et al., PAMI 2015, Table 2); other words stay as they are.
+pub fn attribute_word(code: &str) -> &str {
+    match code {
+        "IV" => "illumination-variation",
+        "SV" => "scale-variation",
+        "OCC" => "occlusion",
+        "DEF" => "deformation",
+        "MB" => "motion-blur",
+        "FM" => "fast-motion",
+        "IPR" => "in-plane-rotation",
+        "OPR" => "out-of-plane-rotation",
+        "OV" => "out-of-view",
+        "BC" => "background-clutter",
+        "LR" => "low-resolution",
+        other => other,
+    }
+}

@@ -1,0 +1,403 @@
+use super::text::{LOCK, Pinned};
+use super::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use trackfail_testing::real_data;
+
+fn pinned() -> Vec<&'static Pinned> {
+    text::names().map(|name| text::suite(name).unwrap()).collect()
+}
+
+#[test]
+fn the_lock_is_consistent() {
+    let mut copies: BTreeMap<_, &Entry> = BTreeMap::new();
+    for p in pinned() {
+        let mut seen = BTreeSet::new();
+        for e in &p.sequence {
+            let name = format!("{}/{}", p.name, e.name);
+            assert!(seen.insert(&e.name), "{name} twice");
+            assert_eq!(e.range.map(|(a, b)| (b - a) as usize + 1), e.frames, "{name}");
+            assert_eq!(e.range.is_some(), e.official.is_some(), "{name}");
+            if let (Some(range), Some(official)) = (e.range, e.official) {
+                assert!(1 <= official.0 && official.0 <= range.0 && range.1 <= official.1, "{name}");
+            }
+            assert!(e.attributes.iter().all(|a| attribute_word(a) != a), "{name}");
+            assert!(e.digest.as_ref().is_none_or(|d| hexadecimal(d)), "{name}");
+            assert_eq!(e.digest.is_some(), e.size.is_some(), "{name}");
+            assert!(inside(&e.folder), "{name}");
+            assert!(LOCK.contains(&e.line()), "not as `data lock` writes it: {}", e.line());
+            let wanted = [&e.archive, &e.truth_archive].into_iter().flatten().count();
+            assert_eq!(e.archives().count(), wanted, "{name} names an archive that is not there");
+            // What is unpacked lands in the sequence's folder, or in one that has it.
+            assert!(e.archives().all(|a| Path::new(&e.folder).starts_with(&a.into)), "{name}");
+            // The same frames of the same files are the same sequence, in whatever suite.
+            let same = copies.entry((&e.folder, e.target, e.range, e.official)).or_insert(e);
+            assert_eq!(same.digest, e.digest, "{name}");
+            assert_eq!(same.archive, e.archive, "{name}");
+        }
+    }
+}
+
+fn hexadecimal(digest: &str) -> bool {
+    digest.len() == 64 && digest.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
+}
+
+fn inside(folder: &str) -> bool {
+    folder.split('/').all(|part| !part.is_empty() && part != "." && part != ".." && !part.contains('\\'))
+}
+
+#[test]
+fn archives_are_consistent_and_all_are_used() {
+    let mut seen = BTreeSet::new();
+    let used: BTreeSet<&str> = pinned()
+        .iter()
+        .flat_map(|p| &p.sequence)
+        .flat_map(Entry::archives)
+        .map(|a| a.name.as_str())
+        .collect();
+    for a in text::archives() {
+        assert!(seen.insert(&a.name), "{} twice", a.name);
+        assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
+        assert!(inside(&a.into) && a.below.as_deref().is_none_or(inside), "{}", a.name);
+        assert!(a.sha256.as_deref().is_none_or(hexadecimal), "{}", a.name);
+        assert!(used.contains(a.name.as_str()), "{} belongs to no sequence", a.name);
+    }
+}
+
+// The published lengths of the 20 sequences, cut as in the paper and Jogging once, add up to 6717; Tiger1
+// starts at frame 6 here, as in the results of CVPR 2013.
+#[test]
+fn the_suites_have_the_published_sizes() {
+    let frames = |e: &Entry| e.frames.unwrap();
+    let dtef = suite("otb-dtef20").unwrap();
+    assert_eq!(dtef.entries().len(), 21);
+    let once = dtef.entries().iter().filter(|e| e.target != Some(2));
+    assert_eq!(once.map(frames).sum::<usize>() + 5, 6717);
+    // wc -l of the 25 result files of a VOT2014 entry: 10213.
+    let vot = suite("vot2014").unwrap();
+    assert_eq!((vot.entries().len(), vot.entries().iter().map(frames).sum::<usize>()), (25, 10_213));
+    let counts = [("otb-2013", 51), ("otb-100", 100), ("vot2013", 16), ("vot2015", 60), ("vot2016", 60)];
+    for (name, entries) in counts {
+        assert_eq!(suite(name).unwrap().entries().len(), entries, "{name}");
+    }
+}
+
+// Where the benchmark uses other frames than a folder has (notes on its page, and its start frames).
+#[test]
+fn otb_has_the_ranges_of_the_benchmark() {
+    let traps = [
+        ("David", (300, 770)),
+        ("Football1", (1, 74)),
+        ("Freeman3", (1, 460)),
+        ("Freeman4", (1, 283)),
+        ("Diving", (1, 215)),
+        ("Tiger1", (6, 354)),
+        ("BlurCar1", (247, 988)),
+        ("BlurCar3", (3, 359)),
+        ("BlurCar4", (18, 397)),
+    ];
+    let all = suite("otb-100").unwrap();
+    for (name, range) in traps {
+        assert_eq!(all.entries().iter().find(|e| e.name == name).unwrap().range, Some(range), "{name}");
+    }
+    for e in suite("otb-2013").unwrap().entries() {
+        let other = all.entries().iter().find(|o| o.name == e.name).unwrap();
+        assert_eq!(e.line(), other.line());
+    }
+}
+
+// Lengths and first images of OTB2013.json, an independent copy of the annotation of CVPR 2013.
+#[test]
+fn otb_2013_has_as_many_frames_as_annotated() {
+    let Some(root) = real_data("otb_2013_has_as_many_frames_as_annotated") else { return };
+    let text = std::fs::read(root.join("otb-annotations/OTB2013.json")).unwrap();
+    let all: BTreeMap<String, serde_json::Value> = serde_json::from_slice(&text).unwrap();
+    assert_eq!(all.len(), 51);
+    let entries = suite("otb-2013").unwrap().entries();
+    for (key, value) in &all {
+        let name = match key.strip_prefix("jogging_") {
+            Some(target) => format!("Jogging-{target}"),
+            None => value["name"].as_str().unwrap().to_owned(),
+        };
+        let entry = entries.iter().find(|e| e.name == name).unwrap();
+        assert_eq!(entry.frames, Some(value["gt_rect"].as_array().unwrap().len()), "{name}");
+        let first = value["image_files"][0].as_str().unwrap();
+        assert_eq!(format!("{:04}.jpg", entry.range.unwrap().0), first, "{name}");
+    }
+}
+
+// python3: {o.get('id') for f in root for o in f.find('objectlist')}, and first and last frame + 1 of each.
+#[test]
+fn pets_entries_are_the_presence_of_the_annotated_people() {
+    let Some(root) = real_data("pets_entries_are_the_presence_of_the_annotated_people") else { return };
+    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
+    let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let ids: Vec<u32> = annotation.objects().collect();
+    assert_eq!(ids, (1..=19).collect::<Vec<_>>());
+    for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").unwrap().entries()) {
+        assert_eq!((e.target, e.range, e.official), (Some(id), annotation.presence(id), e.range));
+    }
+    let whole = suite("pets2009-s2l1").unwrap().entries();
+    for e in suite("pets2009-s2l1-160").unwrap().entries() {
+        let (first, last) = whole.iter().find(|w| w.name == e.name).unwrap().range.unwrap();
+        assert_eq!((e.range, e.official), (Some((first, last.min(160))), Some((first, last))));
+    }
+}
+
+// The rule of the file's comment, by another reading of the annotation:
+// python3: b = {n: box of o in f for f in root if n(f) <= 160}; a = min(n for n in b if 0 <= x0(b[n]) and
+// 0 <= y0(b[n]) and x1(b[n]) <= 768 and y1(b[n]) <= 576); e = a; while e + 1 in b: e += 1; e - a + 1 >= 60
+// gives 9: 1-160, 11: 17-160, 12: 22-160, 13: 41-160, 15: 1-160, 19: 1-147.
+#[test]
+fn d1_real_has_the_people_of_its_rule_and_a_face() {
+    let entries = suite("d1-real").unwrap().entries();
+    let (faces, people): (Vec<&Entry>, Vec<_>) =
+        entries.iter().partition(|e| e.target_type == Some(TargetType::Face));
+    let found: Vec<_> = people.iter().map(|e| (e.target.unwrap(), e.range.unwrap())).collect();
+    let ranges = [(9, 1, 160), (11, 17, 160), (12, 22, 160), (13, 41, 160), (15, 1, 160), (19, 1, 147)];
+    assert_eq!(found, ranges.map(|(id, first, last)| (id, (first, last))));
+    assert_eq!(
+        faces.iter().map(|e| (e.name.as_str(), e.frames)).collect::<Vec<_>>(),
+        [("seq_mb", Some(500))]
+    );
+
+    let Some(root) = real_data("d1_real_has_the_people_of_its_rule_and_a_face") else { return };
+    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
+    let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let mut by_rule = Vec::new();
+    for id in annotation.objects() {
+        let inside = |n: &u32| {
+            annotation
+                .region(id, *n)
+                .is_some_and(|r| r.x >= 0.0 && r.y >= 0.0 && r.x + r.w <= 768.0 && r.y + r.h <= 576.0)
+        };
+        let Some(first) = (1..=160).find(inside) else { continue };
+        let last = (first..=160).take_while(|n| annotation.region(id, *n).is_some()).last().unwrap();
+        if last - first + 1 >= 60 {
+            by_rule.push((id, (first, last)));
+        }
+    }
+    assert_eq!(found, by_rule);
+    let loaded = suite("d1-real").unwrap().load(Some(&root));
+    assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
+    let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
+    assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
+    assert!(has(&loaded.sequences[6], "target-face"));
+    let verified = suite("d1-real").unwrap().verify(Some(&root));
+    assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
+}
+
+#[test]
+fn unknown_suites_name_the_nearest() {
+    let error = suite("otb-dtef2O").err().unwrap().to_string();
+    assert!(error.contains("did you mean `otb-dtef20`"), "{error}");
+    assert!(suite("zzz").err().unwrap().to_string().contains("vot2014"));
+}
+
+#[test]
+fn without_data_all_are_missing_and_say_how_to_get_them() {
+    let nothing = tempfile::tempdir().unwrap();
+    for name in text::names() {
+        for root in [None, Some(nothing.path())] {
+            let loaded = suite(name).unwrap().load(root);
+            assert_eq!((loaded.sequences.len(), loaded.missing.len()), (0, loaded.wanted));
+            assert!(loaded.missing.iter().all(|m| m.how_to_get.contains("http")));
+            assert_eq!(root.is_none(), loaded.missing[0].how_to_get.contains("--data-root"));
+        }
+    }
+}
+
+#[test]
+fn a_short_copy_is_broken_and_differs() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("vot2014/ball");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("00000001.jpg"), b"").unwrap();
+    std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4").unwrap();
+    let vot = suite("vot2014").unwrap();
+    let loaded = vot.load(Some(root.path()));
+    assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
+    assert!(loaded.broken[0].error.to_string().contains("602"));
+    let checked = vot.verify(Some(root.path()));
+    assert!(matches!(&checked[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
+    assert!(matches!(checked[1].finding, Finding::Missing(_)));
+}
+
+/// otb/Deer (71 frames) with empty images of the given numbers.
+fn deer(numbers: impl IntoIterator<Item = u32>) -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    let img = root.path().join("otb/Deer/img");
+    std::fs::create_dir_all(&img).unwrap();
+    std::fs::write(root.path().join("otb/Deer/groundtruth_rect.txt"), "1,1,2,2\n".repeat(71)).unwrap();
+    for n in numbers {
+        std::fs::write(img.join(format!("{n:04}.jpg")), b"").unwrap();
+    }
+    root
+}
+
+#[test]
+fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
+    let finding = |root: &tempfile::TempDir| {
+        let all = suite("otb-2013").unwrap().verify(Some(root.path()));
+        all.into_iter().find(|c| c.name == "Deer").unwrap().finding
+    };
+    assert_eq!(finding(&deer(1..=71)), Finding::NoDigestPinned);
+    match finding(&deer(1..=50)) {
+        Finding::Missing(m) => assert!(m.how_to_get.starts_with("frames 51 to 71 are not in otb/Deer; ")),
+        other => panic!("{other:?}"),
+    }
+    // Other frames than those of the range do not matter.
+    assert!(matches!(finding(&deer(100..=120)), Finding::Missing(_)));
+    for gap in [1, 30] {
+        match finding(&deer((1..=71).filter(|&n| n != gap))) {
+            Finding::Differs(fact) => assert!(fact.contains(&format!("frame {gap} is missing")), "{fact}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_clip_without_its_annotation_or_its_frames_is_missing() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("caviar/Walk1");
+    std::fs::create_dir_all(&folder).unwrap();
+    let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
+               <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
+    let finding = || suite("caviar").unwrap().verify(Some(root.path())).swap_remove(0).finding;
+    let hint = || match finding() {
+        Finding::Missing(m) => m.how_to_get,
+        other => panic!("{other:?}"),
+    };
+    assert!(hint().starts_with("no annotation (.xml) in caviar/Walk1; "));
+    std::fs::write(folder.join("Walk1.mpg"), "").unwrap();
+    assert!(hint().starts_with("no annotation (.xml) in caviar/Walk1; "));
+    std::fs::write(folder.join("wk1gt.xml"), xml).unwrap();
+    assert_eq!(finding(), Finding::NoDigestPinned);
+    std::fs::remove_file(folder.join("Walk1.mpg")).unwrap();
+    assert!(hint().starts_with("no images or video in caviar/Walk1; "));
+}
+
+#[test]
+fn an_entry_without_range_takes_what_is_there() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("vot2013/cup");
+    std::fs::create_dir_all(&folder).unwrap();
+    for n in 1..=3 {
+        std::fs::write(folder.join(format!("{n:08}.jpg")), b"").unwrap();
+    }
+    std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4\n".repeat(3)).unwrap();
+    let vot = suite("vot2013").unwrap();
+    let loaded = vot.load(Some(root.path()));
+    assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
+    let found = vot.verify(Some(root.path()));
+    assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
+}
+
+#[test]
+fn real_data_are_as_pinned() {
+    let Some(root) = real_data("real_data_are_as_pinned") else { return };
+    let mut same = 0;
+    for name in text::names() {
+        let suite = suite(name).unwrap();
+        let loaded = suite.load(Some(&root));
+        assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
+        assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
+        for checked in suite.verify(Some(&root)) {
+            let fine = matches!(checked.finding, Finding::Same | Finding::Missing(_));
+            assert!(fine, "{}: {:?}", checked.name, checked.finding);
+            same += usize::from(checked.finding == Finding::Same);
+        }
+        for line in suite.pin(Some(&root)).unwrap() {
+            assert!(LOCK.contains(&line), "{line}");
+        }
+    }
+    assert!(same > 0);
+}
+
+/// A copy of one folder under another root.
+fn copied(root: &Path, folder: &str) -> tempfile::TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for entry in walkdir::WalkDir::new(root.join(folder)) {
+        let entry = entry.unwrap();
+        let to = copy.path().join(entry.path().strip_prefix(root).unwrap());
+        if entry.file_type().is_dir() {
+            std::fs::create_dir_all(to).unwrap();
+        } else {
+            std::fs::copy(entry.path(), to).unwrap();
+        }
+    }
+    copy
+}
+
+/// Changes the byte in the middle of a file that `is` accepts into `to`.
+fn change(path: &PathBuf, is: fn(u8) -> bool, to: u8) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let middle = bytes.len() / 2;
+    let at = (middle..bytes.len()).find(|&k| is(bytes[k]) && bytes[k] != to).unwrap();
+    bytes[at] = to;
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn one_changed_byte_in_each_kind_of_file_is_named() {
+    let Some(root) = real_data("one_changed_byte_in_each_kind_of_file_is_named") else { return };
+    let digit = |b: u8| b.is_ascii_digit();
+    let cases: [(&str, &str, &str, &[&str]); 3] = [
+        ("otb-dtef20", "Couple", "otb/Couple", &["img/0077.jpg", "groundtruth_rect.txt"]),
+        (
+            "vot2014",
+            "sphere",
+            "vot2014/sphere",
+            &["00000077.jpg", "groundtruth.txt", "occlusion.label", "camera_motion.label"],
+        ),
+        ("pets2009-s2l1-160", "person-17", "pets2009/S2L1", &["img1/000150.jpg", "PETS2009-S2L1.xml"]),
+    ];
+    for (suite_name, sequence, folder, files) in cases {
+        let copy = copied(&root, folder);
+        let pinned = text::suite(suite_name).unwrap();
+        let entry = pinned.sequence.iter().find(|e| e.name == sequence).unwrap();
+        let check = || pinned.check(entry, Some(copy.path()));
+        assert_eq!(check(), Finding::Same, "{folder}");
+        for file in files {
+            let path = copy.path().join(folder).join(file);
+            let before = std::fs::read(&path).unwrap();
+            match file.rsplit_once('.').unwrap().1 {
+                "jpg" => change(&path, |_| true, b'x'),
+                "label" => change(&path, digit, if before[0] == b'1' { b'0' } else { b'1' }),
+                "xml" => {
+                    // A box of the person within the 160 frames.
+                    let mut bytes = before.clone();
+                    let text = String::from_utf8(before.clone()).unwrap();
+                    let object = text.find("<object id=\"17\">").unwrap();
+                    let at = object + text[object..].find("xc=\"").unwrap() + 4;
+                    bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
+                    std::fs::write(&path, bytes).unwrap();
+                }
+                _ => change(&path, digit, b'9'),
+            }
+            match check() {
+                Finding::Differs(fact) => {
+                    assert!(fact.starts_with(&format!("{file} is another file: ")), "{fact}");
+                }
+                other => panic!("{folder}/{file}: {other:?}"),
+            }
+            std::fs::write(&path, before).unwrap();
+        }
+        assert_eq!(check(), Finding::Same, "{folder}");
+        let frame = copy.path().join(folder).join(files[0]);
+        let spare = frame.with_extension("png");
+        std::fs::copy(&frame, &spare).unwrap();
+        match check() {
+            Finding::Differs(fact) => assert!(fact.contains(" does not belong there; "), "{fact}"),
+            other => panic!("{folder}: {other:?}"),
+        }
+        std::fs::remove_file(spare).unwrap();
+        std::fs::remove_file(&frame).unwrap();
+        match check() {
+            Finding::Differs(fact) => {
+                assert!(fact.starts_with(&format!("{} is missing; ", files[0])), "{fact}")
+            }
+            other => panic!("{folder}: {other:?}"),
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! From a plan (who moves where, under which light) to frames and ground truth.
+//!
+//! The world is a plane in pixels; the camera shows the part of it whose left top corner is at
+//! `camera`. Time is in frames, 0-based and real, so that a frame's exposure can be divided.
+
+use super::actor::Kind;
+use super::ground::{Ground, Picture};
+use super::motion::{Curve, at};
+use super::noise::{hash, smoothstep, value};
+use super::sensor;
+use super::sprite::{Pose, Sprite};
+use crate::image::Frame;
+use crate::num::seed::seed;
+use crate::region::{Rect, Region};
+use crate::{Frames, Numbering, Render, Sequence};
+use sha2::{Digest, Sha256};
+use std::sync::{Arc, OnceLock};
+
+/// One thing that is drawn, and its path.
+#[derive(Debug, Clone, Copy)]
+pub struct Actor {
+    /// What it is.
+    pub kind: Kind,
+    /// Which individual: colours and patterns.
+    pub look: u32,
+    /// Width and height in pixels at scale 1.
+    pub size: (f64, f64),
+    /// World column of its centre.
+    pub x: Curve,
+    /// World row of its centre.
+    pub y: Curve,
+    /// Magnification, 1 by default.
+    pub scale: Curve,
+    /// Clockwise turn in degrees, 0 by default.
+    pub turn: Curve,
+    /// Phase of the stride in cycles, or yaw; 0 by default.
+    pub pose: Curve,
+    /// Cycles of the stride a frame, added to `pose`.
+    pub cadence: f64,
+    /// Drawn with left and right swapped; walkers and swimmers, who face where they go, need it not.
+    pub mirrored: bool,
+}
+
+impl Actor {
+    /// An actor without motion, to be completed.
+    pub const STILL: Self = Self {
+        kind: Kind::Post,
+        look: 1,
+        size: (20.0, 60.0),
+        x: &[],
+        y: &[],
+        scale: &[],
+        turn: &[],
+        pose: &[],
+        cadence: 0.0,
+        mirrored: false,
+    };
+
+    fn pose_at(&self, t: f64, camera: (f64, f64)) -> Pose {
+        let s = at(self.scale, t, 1.0);
+        Pose {
+            x: at(self.x, t, 0.0) - camera.0,
+            y: at(self.y, t, 0.0) - camera.1,
+            w: self.size.0 * s,
+            h: self.size.1 * s,
+            turn: at(self.turn, t, 0.0),
+        }
+    }
+
+    /// Whether it looks to the left: walkers and swimmers face where they go.
+    fn faces_left(&self, t: f64) -> bool {
+        let swims = matches!(self.kind, Kind::Person | Kind::Fish);
+        self.mirrored || swims && at(self.x, t + 3.0, 0.0) < at(self.x, t - 3.0, 0.0)
+    }
+
+    /// Whether a place in the box counts as covered by it.
+    fn covers(&self, (u, v): (f64, f64)) -> bool {
+        let round = matches!(self.kind, Kind::Person | Kind::Bush | Kind::Ball | Kind::Face | Kind::Head);
+        let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        if round { a * a + b * b < 1.0 } else { a.abs() < 1.0 && b.abs() < 1.0 }
+    }
+}
+
+/// Everything about a sequence.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Name of the sequence.
+    pub name: &'static str,
+    /// Attributes of the whole sequence, sorted.
+    pub attributes: &'static [&'static str],
+    /// Width and height of the frames in pixels.
+    pub size: (usize, usize),
+    /// Number of frames.
+    pub frames: usize,
+    /// Background.
+    pub ground: Ground,
+    /// What is drawn before the target, in this order.
+    pub behind: &'static [Actor],
+    /// The target.
+    pub target: Actor,
+    /// What is drawn over the target.
+    pub front: &'static [Actor],
+    /// World column of the frame's left border, 0 by default.
+    pub camera_x: Curve,
+    /// World row of the frame's top border, 0 by default.
+    pub camera_y: Curve,
+    /// Amplitude in pixels of the camera's shake.
+    pub shake: f64,
+    /// Brightness, 1 by default.
+    pub light: Curve,
+    /// World column of the middle of a shadow; none by default.
+    pub shadow: Curve,
+    /// Width of the shadow in pixels.
+    pub shadow_width: f64,
+    /// Part of the frame interval during which the shutter is open; 0 for no motion blur, above 1 for
+    /// more blur than a real shutter gives.
+    pub exposure: f64,
+    /// Amplitude of the sensor noise, largest deviation in grey levels.
+    pub noise: f64,
+    /// Ground truth as the turned box (VOT) instead of an upright rectangle (OTB).
+    pub polygon: bool,
+}
+
+impl Plan {
+    /// A plan to be completed.
+    pub const EMPTY: Self = Self {
+        name: "",
+        attributes: &[],
+        size: (320, 240),
+        frames: 160,
+        ground: Ground::Street,
+        behind: &[],
+        target: Actor::STILL,
+        front: &[],
+        camera_x: &[],
+        camera_y: &[],
+        shake: 0.0,
+        light: &[],
+        shadow: &[],
+        shadow_width: 80.0,
+        exposure: 0.0,
+        noise: 6.0,
+        polygon: false,
+    };
+}
+
+/// A plan that can be rendered. Background and sprites are painted when the first frame is asked for.
+struct Scene {
+    plan: Plan,
+    seed: u32,
+    assets: OnceLock<Assets>,
+}
+
+struct Assets {
+    picture: Picture,
+    /// The distinct sprites, one picture a phase.
+    sprites: Vec<Vec<Sprite>>,
+    /// Which sprites an actor has, in drawing order.
+    cast: Vec<usize>,
+}
+
+/// The finest division of a frame's exposure.
+const MOST_SUBFRAMES: usize = 8;
+
+impl Scene {
+    fn camera(&self, t: f64) -> (f64, f64) {
+        let p = &self.plan;
+        let wobble = |k: f64| {
+            if p.shake == 0.0 { 0.0 } else { 2.0 * p.shake * (value(self.seed, 0.37 * t, k) - 0.5) }
+        };
+        (at(p.camera_x, t, 0.0) + wobble(0.0), at(p.camera_y, t, 0.0) + wobble(9.0))
+    }
+
+    fn actors(&self) -> impl Iterator<Item = &Actor> {
+        self.plan.behind.iter().chain([&self.plan.target]).chain(self.plan.front)
+    }
+
+    fn assets(&self) -> &Assets {
+        self.assets.get_or_init(|| {
+            let p = &self.plan;
+            let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
+            for k in 0..=4 * p.frames {
+                let c = self.camera(k as f64 / 4.0 - 1.0);
+                low = (low.0.min(c.0), low.1.min(c.1));
+                high = (high.0.max(c.0), high.1.max(c.1));
+            }
+            let (left, top) = (low.0.floor() - 1.0, low.1.floor() - 1.0);
+            let width = (high.0 - left).ceil() as usize + p.size.0 + 2;
+            let height = (high.1 - top).ceil() as usize + p.size.1 + 2;
+            let (left, top) = (left as i64, top as i64);
+            let picture = Picture::paint(p.ground, self.seed, left, top, width, height, p.size.1 as f64);
+            let mut known: Vec<(Kind, u32, [usize; 2])> = vec![];
+            let mut sprites = vec![];
+            let mut cast = vec![];
+            for a in self.actors() {
+                let largest =
+                    a.scale.iter().map(|s| s.1).fold(if a.scale.is_empty() { 1.0 } else { 0.0 }, f64::max);
+                let size = [a.size.0, a.size.1].map(|s| ((s * largest).ceil() as usize).clamp(4, 400));
+                let key = (a.kind, a.look, size);
+                cast.push(known.iter().position(|k| *k == key).unwrap_or_else(|| {
+                    let aspect = a.size.0 / a.size.1;
+                    let phase =
+                        |n| Sprite::paint(size[0], size[1], |u, v| a.kind.paint(a.look, n, aspect, u, v));
+                    sprites.push((0..a.kind.phases()).map(phase).collect());
+                    known.push(key);
+                    known.len() - 1
+                }));
+            }
+            Assets { picture, sprites, cast }
+        })
+    }
+
+    /// The scene at an instant, without light and noise.
+    fn instant(&self, t: f64, out: &mut [u8]) {
+        let assets = self.assets();
+        let camera = self.camera(t);
+        let width = self.plan.size.0;
+        assets.picture.view(camera.0, camera.1, width, out);
+        for (a, &k) in self.actors().zip(&assets.cast) {
+            let phase = a.kind.phase_of(at(a.pose, t, 0.0) + a.cadence * t);
+            assets.sprites[k][phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
+        }
+    }
+
+    /// Into how many instants the exposure of frame `t` is divided: one a pixel and a half of motion.
+    fn subframes(&self, t: f64) -> usize {
+        let half = self.plan.exposure / 2.0;
+        if half == 0.0 {
+            return 1;
+        }
+        let (a, b) = (self.camera(t - half), self.camera(t + half));
+        let (p, q) = (self.plan.target.pose_at(t - half, a), self.plan.target.pose_at(t + half, b));
+        let travel =
+            [b.0 - a.0, b.1 - a.1, q.x - p.x, q.y - p.y].map(f64::abs).into_iter().fold(0.0, f64::max);
+        ((travel / 1.5).ceil() as usize).clamp(1, MOST_SUBFRAMES)
+    }
+
+    fn truth(&self, t: usize) -> Region {
+        let t = t as f64;
+        let pose = self.plan.target.pose_at(t, self.camera(t));
+        if self.plan.polygon {
+            return Region::Polygon(pose.corners().map(|(x, y)| (snap(x), snap(y))).to_vec());
+        }
+        let (rx, ry) = pose.half_bounds();
+        Region::Rect(Rect::new(snap(pose.x - rx), snap(pose.y - ry), snap(2.0 * rx), snap(2.0 * ry)))
+    }
+
+    /// How much of the target lies behind something, 0 to 1, over an 8 x 8 grid in its box.
+    fn occluded(&self, t: usize) -> f64 {
+        let t = t as f64;
+        let camera = self.camera(t);
+        let target = self.plan.target.pose_at(t, camera);
+        let front: Vec<_> = self.plan.front.iter().map(|a| (a, a.pose_at(t, camera))).collect();
+        let c = target.corners();
+        let mut covered = 0;
+        for k in 0..64 {
+            let (u, v) = ((f64::from(k % 8) + 0.5) / 8.0, (f64::from(k / 8) + 0.5) / 8.0);
+            let x = c[0].0 + u * (c[1].0 - c[0].0) + v * (c[3].0 - c[0].0);
+            let y = c[0].1 + u * (c[1].1 - c[0].1) + v * (c[3].1 - c[0].1);
+            covered += i32::from(front.iter().any(|(a, pose)| a.covers(pose.place(x, y))));
+        }
+        f64::from(covered) / 64.0
+    }
+
+    /// Brightness at the target's centre.
+    fn brightness(&self, t: f64) -> f64 {
+        let p = &self.plan;
+        at(p.light, t, 1.0) * self.shadow_gain(at(p.target.x, t, 0.0), t)
+    }
+
+    /// Factor of the shadow at a world column.
+    fn shadow_gain(&self, x: f64, t: f64) -> f64 {
+        if self.plan.shadow.is_empty() {
+            return 1.0;
+        }
+        let half = self.plan.shadow_width / 2.0;
+        let distance = (x - at(self.plan.shadow, t, 0.0)).abs();
+        1.0 - 0.55 * (1.0 - smoothstep(half - 6.0, half + 6.0, distance))
+    }
+
+    /// The attributes of a frame, in the order of [`FRAME_ATTRIBUTES`].
+    fn frame_attributes(&self, t: usize) -> [bool; 5] {
+        let now = t as f64;
+        let place = |s: f64| {
+            let p = self.plan.target.pose_at(s, (0.0, 0.0));
+            (p.x, p.y, p.w * p.h)
+        };
+        let (a, b, c) = (place((now - 4.0).max(0.0)), place(now), place(now + 4.0));
+        let side = b.2.sqrt();
+        let bend = ((c.0 - 2.0 * b.0 + a.0) * (c.0 - 2.0 * b.0 + a.0)
+            + (c.1 - 2.0 * b.1 + a.1) * (c.1 - 2.0 * b.1 + a.1))
+            .sqrt();
+        let earlier = place((now - 10.0).max(0.0)).2;
+        let (light, first) = (self.brightness(now), self.brightness(0.0));
+        let (here, before) = (self.camera(now), self.camera((now - 1.0).max(0.0)));
+        let moved = (here.0 - before.0).abs().max((here.1 - before.1).abs());
+        [
+            self.occluded(t) > 0.2,
+            !(0.8..=1.25).contains(&(light / first)),
+            bend > 0.04 * side,
+            !(0.97..=1.03).contains(&(b.2 / earlier).sqrt()),
+            moved > 0.5,
+        ]
+    }
+}
+
+/// The attributes a frame of `synthetic-vot` can have. Of the target's centre, size and brightness:
+///
+/// * `occlusion`: more than a fifth of its box is behind something;
+/// * `illum_change`: its brightness differs from that of frame 0 by a quarter;
+/// * `motion_change`: its motion in the world over the next four frames differs from that over the last
+///   four by more than 4 % of its size (root of the area);
+/// * `size_change`: its size differs by 3 % from that of ten frames before;
+/// * `camera_motion`: the camera moved by more than half a pixel since the frame before.
+pub const FRAME_ATTRIBUTES: [&str; 5] =
+    ["occlusion", "illum_change", "motion_change", "size_change", "camera_motion"];
+
+/// To the grid of 1/64 pixel, on which adding 1 and taking it away again is exact.
+fn snap(v: f64) -> f64 {
+    (v * 64.0).round() / 64.0
+}
+
+impl Render for Scene {
+    fn render(&self, t: usize) -> Frame {
+        let (width, height) = self.plan.size;
+        let now = t as f64;
+        let n = self.subframes(now);
+        let mut rgb = vec![0_u8; 3 * width * height];
+        if n == 1 {
+            self.instant(now, &mut rgb);
+        } else {
+            let mut sum = vec![0_u16; rgb.len()];
+            for k in 0..n {
+                let s = (k as f64 + 0.5) / n as f64 - 0.5;
+                self.instant(now + s * self.plan.exposure, &mut rgb);
+                for (s, &v) in sum.iter_mut().zip(&rgb) {
+                    *s += u16::from(v);
+                }
+            }
+            let n = n as u16;
+            for (o, s) in rgb.iter_mut().zip(&sum) {
+                *o = ((s + n / 2) / n) as u8;
+            }
+        }
+        self.expose(t, &mut rgb);
+        Frame::new(width, height, rgb)
+    }
+}
+
+impl Scene {
+    /// Light, shadow and sensor noise.
+    fn expose(&self, t: usize, rgb: &mut [u8]) {
+        let width = self.plan.size.0;
+        let now = t as f64;
+        let (left, light) = (self.camera(now).0, at(self.plan.light, now, 1.0));
+        let gain = |i: usize| 256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now);
+        let gains: Vec<i32> = (0..width).map(|i| gain(i).clamp(0.0, 2048.0).round() as i32).collect();
+        sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
+    }
+}
+
+/// The sequence of a plan. Its `digest` is the SHA-256 of the names and `version`, which stand for the
+/// pixels: a test sees to it that the version is raised when they change.
+pub fn sequence(suite: &str, version: u32, plan: &Plan) -> Sequence {
+    let bits = seed(0, &["synthetic", suite, plan.name]);
+    let scene = Scene { plan: *plan, seed: (bits ^ (bits >> 32)) as u32, assets: OnceLock::new() };
+    let truth = (0..plan.frames).map(|t| Some(scene.truth(t))).collect();
+    let mut frame_attributes: Vec<(String, Vec<bool>)> = Vec::new();
+    let mut attributes: Vec<String> = plan.attributes.iter().map(|a| (*a).to_string()).collect();
+    if plan.polygon {
+        let rows: Vec<_> = (0..plan.frames).map(|t| scene.frame_attributes(t)).collect();
+        let column = |k: usize| rows.iter().map(|r| r[k]).collect();
+        frame_attributes =
+            FRAME_ATTRIBUTES.iter().enumerate().map(|(k, name)| ((*name).to_string(), column(k))).collect();
+        // As the reader of VOT folders has it: sorted, and a sequence has what any of its frames has.
+        frame_attributes.sort();
+        let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true));
+        attributes = ever.map(|(name, _)| name.clone()).collect();
+    }
+    let mut hash = Sha256::new();
+    for part in ["trackfail synthetic", &version.to_string(), suite, plan.name, &bits.to_string()] {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part.as_bytes());
+    }
+    Sequence {
+        name: plan.name.to_string(),
+        numbering: Numbering { first: 1, official: (1, plan.frames as u32) },
+        truth,
+        attributes,
+        frame_attributes,
+        digest: crate::num::hexadecimal(&hash.finalize()).into(),
+        frames: Frames::Rendered(Arc::new(scene), plan.frames),
+    }
+}

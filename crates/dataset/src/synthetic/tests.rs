@@ -1,0 +1,175 @@
+use super::scene::{Actor, Plan};
+use super::*;
+use crate::Frames;
+use crate::image::Frame;
+use crate::region::Region;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+fn frame(sequence: &Sequence, t: usize) -> Frame {
+    sequence.frame(t).unwrap()
+}
+
+fn all() -> impl Iterator<Item = (&'static Suite, Sequence)> {
+    SUITES.iter().flat_map(|s| s.sequences().into_iter().map(move |q| (s, q)))
+}
+
+/// Digest of three frames, every region and every attribute of a sequence.
+fn content(sequence: &Sequence) -> String {
+    let mut hash = Sha256::new();
+    let n = sequence.len();
+    for t in [0, n / 2, n - 1] {
+        hash.update(frame(sequence, t).bytes());
+    }
+    for (x, y) in sequence.truth.iter().flatten().flat_map(Region::corners) {
+        hash.update(x.to_le_bytes());
+        hash.update(y.to_le_bytes());
+    }
+    hash.update(sequence.attributes.join(","));
+    for (name, flags) in &sequence.frame_attributes {
+        hash.update(name);
+        hash.update(flags.iter().map(|&f| u8::from(f)).collect::<Vec<_>>());
+    }
+    hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
+}
+
+#[test]
+fn pixels_and_truth_are_those_of_this_version() {
+    let mut found = String::new();
+    for suite in SUITES {
+        let parts: Vec<_> = suite.sequences().par_iter().map(content).collect();
+        let digest = Sha256::digest(parts.concat());
+        let short: String = digest.iter().take(8).map(|b| format!("{b:02x}")).collect();
+        found.push_str(&format!("{} {VERSION} {short}\n", suite.name));
+    }
+    assert_eq!(
+        found, GOLDEN,
+        "frames or ground truth changed: raise synthetic::VERSION, then copy the left side"
+    );
+}
+const GOLDEN: &str = "synthetic-otb 1 a95b96b7bde659a4
+synthetic-vot 1 3f261f9d69df18e2
+synthetic-d1 1 4d0d1a554d53ad28
+synthetic-d2 1 76463e71f2d8a3c5
+";
+
+#[test]
+fn suites_are_well_formed() {
+    for (suite, q) in all() {
+        let n = q.len();
+        assert!((120..=260).contains(&n), "{}: {n}", q.name);
+        assert!(q.attributes.is_sorted() && !q.attributes.is_empty(), "{}", q.name);
+        assert!(q.truth.iter().all(Option::is_some));
+        assert_eq!((q.numbering.first, q.numbering.official), (1, (1, n as u32)));
+        assert_eq!(q.digest().unwrap().len(), 64);
+        assert!(matches!(q.frames, Frames::Rendered(_, m) if m == n));
+        let f = frame(&q, 0);
+        for (t, region) in q.truth.iter().enumerate() {
+            let region = region.as_ref().unwrap();
+            assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == Layout::Vot);
+            // The target's centre never leaves the frame.
+            let (x, y) = region.rect().centre();
+            let inside = (0.0..f.width() as f64).contains(&x) && (0.0..f.height() as f64).contains(&y);
+            assert!(inside, "{} {t}: {x} {y}", q.name);
+            let flat: Vec<f64> = region.corners().iter().flat_map(|c| [c.0, c.1]).collect();
+            assert!(Region::from_numbers(&flat).is_ok(), "{} {t}", q.name);
+        }
+    }
+    for suite in SUITES {
+        let names: Vec<_> = suite.names().collect();
+        assert!(names.is_sorted() && names.windows(2).all(|w| w[0] != w[1]));
+        assert_eq!(names.len(), suite.len());
+        assert!(suite.summary.starts_with(&suite.len().to_string()));
+    }
+    let digests: std::collections::BTreeSet<_> =
+        all().map(|(_, q)| q.digest().unwrap().to_string()).collect();
+    assert_eq!(digests.len(), all().count());
+    assert!(suite("synthetic-otb").is_some() && suite("otb").is_none());
+}
+
+#[test]
+fn coordinates_survive_counting_from_one() {
+    for (_, q) in all() {
+        for region in q.truth.iter().flatten() {
+            let numbers = match region {
+                Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
+                Region::Polygon(p) => p.iter().flat_map(|c| [c.0, c.1]).collect(),
+            };
+            for v in numbers {
+                assert_eq!((v * 64.0).fract(), 0.0);
+                let text = format!("{}", v + 1.0);
+                assert_eq!((text.parse::<f64>().unwrap() - 1.0).to_bits(), (v + 0.0).to_bits(), "{text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_do_not_depend_on_the_order() {
+    let again = suite("synthetic-otb").unwrap();
+    for (a, b) in suite("synthetic-otb").unwrap().iter().zip(&again).take(3) {
+        let forward: Vec<_> = [3, 40, 100].map(|t| frame(a, t)).into();
+        let backward: Vec<_> = [100, 40, 3].map(|t| frame(b, t)).into();
+        assert!(forward.iter().eq(backward.iter().rev()), "{}", a.name);
+        assert_ne!(forward[0], forward[1]);
+    }
+}
+
+/// The pixels that change when the target is taken away are those of the annotated box.
+#[test]
+fn the_truth_is_where_the_target_is() {
+    for suite in SUITES {
+        suite.plans().par_iter().for_each(|plan| {
+            let bare = Plan { front: &[], light: &[], shadow: &[], exposure: 0.0, noise: 0.0, ..*plan };
+            let gone = Plan { target: Actor { x: &[(0.0, -1e5)], ..bare.target }, ..bare };
+            let with = scene::sequence(suite.name, VERSION, &bare);
+            let without = scene::sequence(suite.name, VERSION, &gone);
+            for t in [0, plan.frames / 3, plan.frames / 2, plan.frames - 1] {
+                let (a, b) = (frame(&with, t), frame(&without, t));
+                let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
+                for y in 0..a.height() {
+                    for x in 0..a.width() {
+                        if a.pixel(x, y) != b.pixel(x, y) {
+                            low = (low.0.min(x as f64), low.1.min(y as f64));
+                            high = (high.0.max(x as f64 + 1.0), high.1.max(y as f64 + 1.0));
+                        }
+                    }
+                }
+                let corners = with.truth[t].as_ref().unwrap().corners();
+                let (w, h) = (a.width() as f64, a.height() as f64);
+                let edge = |f: fn(&(f64, f64)) -> f64, most: f64, upper: bool| {
+                    let v = corners.iter().map(f);
+                    let v = if upper { v.fold(f64::MIN, f64::max) } else { v.fold(f64::MAX, f64::min) };
+                    v.clamp(0.0, most)
+                };
+                let (l, r) = (edge(|c| c.0, w, false), edge(|c| c.0, w, true));
+                let (o, u) = (edge(|c| c.1, h, false), edge(|c| c.1, h, true));
+                // Card corners stick out of an inscribed ellipse's bounds by up to a sixth.
+                let slack = if suite.layout == Layout::Otb && !plan.target.turn.is_empty() {
+                    0.2 * (r - l).max(u - o)
+                } else {
+                    0.0
+                } + 1.6;
+                let name = format!("{} {t}: {low:?} {high:?} in {corners:?}", plan.name);
+                assert!(low.0 >= l - slack && high.0 <= r + slack, "{name}");
+                assert!(low.1 >= o - slack && high.1 <= u + slack, "{name}");
+                // And the box is not much larger than the target (a walker with closed legs is thin).
+                assert!(high.0 - low.0 > 0.55 * (r - l) && high.1 - low.1 > 0.7 * (u - o), "{name}");
+            }
+        });
+    }
+}
+
+#[test]
+fn attributes_of_frames_and_sequence_agree() {
+    for q in suite("synthetic-vot").unwrap() {
+        let names: std::collections::BTreeSet<&str> =
+            q.frame_attributes.iter().map(|a| a.0.as_str()).collect();
+        assert_eq!(names, FRAME_ATTRIBUTES.into_iter().collect());
+        assert!(q.frame_attributes.is_sorted());
+        assert!(q.frame_attributes.iter().all(|(_, flags)| flags.len() == q.len()));
+        let ever = q.frame_attributes.iter().filter(|(_, flags)| flags.iter().any(|f| *f));
+        assert!(ever.map(|a| &a.0).eq(&q.attributes), "{}", q.name);
+    }
+    assert!(suite("synthetic-otb").unwrap().iter().all(|q| q.frame_attributes.is_empty()));
+}

@@ -1,0 +1,205 @@
+//! Sequences in the layout of the Visual Object Tracking challenge (VOT2014, Kristan et al., ECCVW 2014).
+//!
+//! ```text
+//! ball/00000001.jpg ...     frames from 1 on, .jpg or .png
+//! ball/groundtruth.txt      a frame a line: 8 values x1,y1,...,x4,y4 or 4 values x,y,w,h
+//! ball/occlusion.label      a frame a line: 0 or 1
+//! list.txt                  beside the folders: the names of all sequences, one a line
+//! ```
+//!
+//! Coordinates are taken as they are written, i.e. 0-based, as the current VOT toolkit does; the toolkit of
+//! 2014 used them as MATLAB pixel coordinates, counted from 1, which moves truth and results alike. Polygons
+//! must be convex, as the rotated boxes of VOT2014 are. A line with a NaN or four zeros is a frame without
+//! annotation. The number of frames is the number of lines; other counts are errors, except that frame
+//! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
+//! are 1 in some frame.
+
+use super::files::{numbered_images, take_range};
+use super::otb::folder_name;
+use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::region::Region;
+use std::path::Path;
+
+/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+///
+/// # Errors
+/// Missing frames, and text files that are absent, broken or of another length than the frames.
+pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
+    let path = folder.join("groundtruth.txt");
+    let truth = parse_truth(&path, &text::read_capped(&path)?)?;
+
+    let images = numbered_images(folder)?;
+    let last = truth.len() as u32;
+    let have = images.keys().filter(|&&n| n > 0).count();
+    if have != truth.len() {
+        let message = format!("{have} frames, but {last} lines in groundtruth.txt; fetch the sequence again");
+        return Err(DatasetError::content(folder, message));
+    }
+    let frames = take_range(folder, &images, (1, last))?;
+    let frame_attributes = labels(folder, truth.len())?;
+    let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(n, _)| n.clone());
+    Ok(Sequence {
+        name: name.map_or_else(|| folder_name(folder), String::from),
+        numbering: Numbering { first: 1, official: (1, last) },
+        attributes: super::sorted(ever),
+        truth,
+        frame_attributes,
+        digest: Digest::default(),
+        frames: Frames::Files(frames.into()),
+    })
+}
+
+/// The rows of a ground-truth file, one a line; `path` names it in messages.
+///
+/// # Errors
+/// The first line that is neither a region nor one of those without annotation.
+pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+    text::rows(path, bytes, annotation)
+}
+
+fn annotation(row: &str) -> Result<Option<Region>, String> {
+    let values = text::numbers(row)?;
+    if values.iter().any(|v| v.is_nan()) || values == [0.0; 4] {
+        return Ok(None);
+    }
+    Region::from_numbers(&values).map(Some).map_err(|e| e.to_string())
+}
+
+/// The `*.label` files by name, sorted.
+fn labels(folder: &Path, frames: usize) -> Result<Vec<(String, Vec<bool>)>, DatasetError> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
+        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
+        if path.extension().is_none_or(|e| e != "label") {
+            continue;
+        }
+        let Some(name) = path.file_stem().and_then(|s| s.to_str()) else {
+            return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
+        };
+        let flags = text::rows(&path, &text::read_capped(&path)?, |row| match row {
+            "0" => Ok(false),
+            "1" => Ok(true),
+            _ => Err(format!("`{}`; a label is 0 or 1", text::shorten(row))),
+        })?;
+        if flags.len() != frames {
+            let message = format!("{} lines for {frames} frames; one line a frame is needed", flags.len());
+            return Err(DatasetError::content(&path, message));
+        }
+        found.push((name.to_owned(), flags));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The names in a `list.txt`, in its order.
+///
+/// # Errors
+/// An unreadable or empty file.
+pub fn read_list(path: &Path) -> Result<Vec<String>, DatasetError> {
+    let text = text::read(path)?;
+    Ok(text::lines(path, &text)?.into_iter().map(|(_, name)| name.to_owned()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+    use proptest::prelude::*;
+
+    fn folder(frames: std::ops::RangeInclusive<u32>, truth: &[u8]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().unwrap();
+        for n in frames {
+            std::fs::write(dir.path().join(format!("{n:08}.png")), b"").unwrap();
+        }
+        std::fs::write(dir.path().join("groundtruth.txt"), truth).unwrap();
+        dir
+    }
+
+    #[test]
+    fn polygons_rectangles_and_frame_zero() {
+        let dir = folder(0..=3, b"1,2,3,4\r\n0,0,0,5,6,5,6,0\r\nnan,nan,nan,nan");
+        std::fs::write(dir.path().join("occlusion.label"), "0\n1\n0").unwrap();
+        std::fs::write(dir.path().join("blur.label"), "0\r\n0\r\n0\r\n").unwrap();
+        let s = load(dir.path(), Some("x")).unwrap();
+        assert_eq!(s.truth[0], Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))));
+        assert_eq!(s.truth[1], Some(Region::Polygon(vec![(0.0, 0.0), (0.0, 5.0), (6.0, 5.0), (6.0, 0.0)])));
+        assert_eq!(s.truth[2], None);
+        assert_eq!((s.number(0), s.numbering.official), (1, (1, 3)));
+        assert_eq!(s.attributes, ["occlusion"]);
+        assert_eq!(s.frame_attributes[0], ("blur".into(), vec![false; 3]));
+        assert_eq!(s.frame_attributes[1], ("occlusion".into(), vec![false, true, false]));
+        let Frames::Files(files) = &s.frames else { panic!("files") };
+        assert!(files[0].ends_with("00000001.png"));
+    }
+
+    #[test]
+    fn counts_must_agree() {
+        assert!(load(folder(1..=3, b"1,2,3,4\n1,2,3,4").path(), None).is_err());
+        assert!(load(folder(1..=1, b"1,2,3,4\n1,2,3,4").path(), None).is_err());
+        let dir = folder(1..=1, b"1,2,3,4");
+        for bad in ["0\n1", "2", "", "0 1"] {
+            std::fs::write(dir.path().join("occlusion.label"), bad).unwrap();
+            assert!(load(dir.path(), None).unwrap_err().to_string().contains("occlusion.label"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn faults_name_file_and_line() {
+        for bad in
+            ["1,2,3,0", "1,2,3", "1,2,3,4,5,6,7", "0,0,1,1,0,1,1,0", "1,1,1,1,1,1,1,1", "inf,1,2,2", "1"]
+        {
+            let text = format!("1,2,3,4\n{bad}\n");
+            let error = load(folder(1..=2, text.as_bytes()).path(), None).unwrap_err();
+            assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{bad}: {error}");
+        }
+    }
+
+    #[test]
+    fn real_sequences() {
+        let Some(root) = trackfail_testing::real_data("vot real_sequences") else { return };
+        let names = read_list(&root.join("vot2014/list.txt")).unwrap();
+        assert_eq!(names.len(), 25);
+        let mut found = 0;
+        for name in &names {
+            let folder = root.join("vot2014").join(name);
+            if folder.is_dir() {
+                let s = load(&folder, None).unwrap();
+                assert_eq!((&s.name, s.frame_attributes.len()), (name, 5));
+                found += 1;
+            }
+        }
+        assert!(found > 0);
+        let diving = load(&root.join("vot2014/diving"), None).unwrap();
+        // grep -c 1 *.label: camera_motion 219, motion_change 54, size_change 74, others 0.
+        assert_eq!(diving.attributes, ["camera_motion", "motion_change", "size_change"]);
+        let ones = |k: usize| diving.frame_attributes[k].1.iter().filter(|&&f| f).count();
+        assert_eq!([0, 1, 2, 3, 4].map(ones), [219, 0, 54, 0, 74]);
+    }
+
+    const VALID: &[u8] = b"1,2,3,4\r\n0,0,0,5,6,5,6,0\n1.5,2.5,9e1,-7.25,11,12\nnan,nan,nan,nan\n";
+
+    proptest! {
+        #[test]
+        fn damaged_truth_is_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
+            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes) {
+                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
+            }
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            let dir = folder(1..=1, &bytes);
+            let _ = load(dir.path(), None);
+            std::fs::write(dir.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
+            std::fs::write(dir.path().join("a.label"), &bytes).unwrap();
+            let _ = load(dir.path(), None);
+        }
+
+        #[test]
+        fn any_numbers_are_read_or_refused(text in "[0-9.,\r\n-]{0,80}") {
+            if let Ok(s) = load(folder(1..=1, text.as_bytes()).path(), None) {
+                prop_assert!(s.truth.iter().flatten().all(|r| r.area() > 0.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! What each stage's results are made from; see [`address`](super::address) for the table.
+
+use super::address::{Address, Recipe, Stage};
+use super::pass::CellError;
+use super::plan::Job;
+use super::reverse::REVERSAL;
+use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
+use crate::detector::Learner;
+use crate::image::DECODER;
+use crate::num::seed;
+use crate::score::Protocol;
+use crate::score::overlap::OVERLAP;
+use crate::spec::method::{
+    Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
+};
+use crate::spec::{Experiment, Tracker};
+use crate::tracker::RunContext;
+use std::path::Path;
+
+/// Seed of a tracker's run on a sequence.
+pub fn track_seed(experiment: &Experiment, sequence: &Sequence, tracker: &Tracker, run: u32) -> u64 {
+    seed::seed(experiment.seed, &[&sequence.name, &tracker.label, &run.to_string()])
+}
+
+fn failed(e: DatasetError) -> CellError {
+    CellError::Failed(e.to_string())
+}
+
+/// What the tracks of a sequence have in common. `digest` is the sequence's.
+///
+/// # Errors
+/// When a video cannot be decoded.
+pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> {
+    let mut recipe =
+        Recipe::new(Stage::Track).with("sequence", &sequence.name).with("frames and truth", digest);
+    if !matches!(sequence.frames, Frames::Rendered(..)) {
+        recipe = recipe.with("frame decoder", DECODER);
+    }
+    // Trackers may choose by the type of the target.
+    if let Some(target) = sequence.attributes.iter().find(|a| a.starts_with("target-")) {
+        recipe = recipe.with("type of target", target);
+    }
+    if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
+        recipe = recipe.with("decoded frames", decoded);
+    }
+    Ok(recipe)
+}
+
+/// Of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
+///
+/// # Errors
+/// When a file that the tracker reads is not there.
+pub fn track(
+    experiment: &Experiment,
+    sequence: &Sequence,
+    common: &Recipe,
+    job: Job,
+    data_root: Option<&Path>,
+) -> Result<Recipe, CellError> {
+    let Job { run, .. } = job;
+    let tracker = &experiment.trackers[job.tracker];
+    let seed = track_seed(experiment, sequence, tracker, run);
+    let mut recipe =
+        common.clone().with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
+    if tracker.setup.uses_seed() {
+        recipe = recipe.with("seed", seed);
+    }
+    let start = RunContext { sequence, run, seed, data_root };
+    let inputs = tracker.setup.inputs(&start)?;
+    if !inputs.is_empty() || tracker.setup.uses_run() {
+        recipe = recipe.with("run", run);
+    }
+    for path in inputs {
+        // A file elsewhere goes by its name: where somebody keeps it changes nothing.
+        let below = data_root.and_then(|root| path.strip_prefix(root).ok());
+        let shown = below.or(path.file_name().map(Path::new)).unwrap_or(&path);
+        let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
+        recipe = recipe.with(format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?);
+    }
+    Ok(recipe)
+}
+
+/// Of a signal on a track.
+pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
+    let recipe = Recipe::new(Stage::Signal).with("track", track);
+    recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params())
+}
+
+/// Version of training; part of every model's address.
+/// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
+/// - 2: quantiles of the signal may be tried.
+pub const TRAINING: u32 = 2;
+
+/// What a detector reads: a signal, or the track itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Read {
+    /// A signal.
+    Signal(Address),
+    /// Nothing but the track's errors.
+    Track(Address),
+}
+
+impl Read {
+    /// Adds it to a recipe.
+    pub fn enter(self, recipe: Recipe) -> Recipe {
+        match self {
+            Self::Signal(address) => recipe.with("signal", address),
+            Self::Track(address) => recipe.with("track", address),
+        }
+    }
+}
+
+/// Of a trained parameter; `tracks` are those it is trained on.
+fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
+    let mut recipe = Recipe::new(Stage::Model)
+        .with("training", TRAINING)
+        .with("protocol", protocol.name)
+        .with("overlap", OVERLAP)
+        .with("parameter", &training.key)
+        .with("maximise", training.maximise.name())
+        .with("candidates", training.candidates.count());
+    recipe = with_reverse(recipe, &training.example);
+    let plugin = |fixed: &FixedDetector| {
+        let recipe = Recipe::new(Stage::Model);
+        recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params()).address()
+    };
+    match &training.candidates {
+        Candidates::Listed(list) => {
+            for (value, fixed) in list {
+                recipe = recipe.with(format!("candidate {value}"), plugin(fixed));
+            }
+        }
+        Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
+    }
+    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+}
+
+/// Of what a variant learns or is trained to be; none for one that does neither.
+pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
+    match &variant.detector {
+        DetectorChoice::Given(_) => None,
+        DetectorChoice::Trained(training) => Some(model(method.protocol, training, tracks)),
+        DetectorChoice::Learned(fixed) => Some(learned(fixed, fixed.detector.learner()?, tracks)),
+    }
+}
+
+/// Of a learned model; `tracks` are those it is learned from.
+fn learned(fixed: &FixedDetector, learner: &dyn Learner, tracks: &[Read]) -> Recipe {
+    let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
+    let recipe = recipe.with_plugin("learner", fixed.kind, fixed.version, &learner.params());
+    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+}
+
+/// What a detector puts into the recipes of its labels; the same for all of its cells.
+pub struct DetectorKey {
+    ingredients: Vec<(String, String)>,
+    uses_seed: bool,
+}
+
+/// What a detector puts into recipes besides itself.
+fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
+    if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
+}
+
+impl DetectorKey {
+    /// A detector with given parameters.
+    pub fn given(fixed: &FixedDetector) -> Self {
+        let recipe = Recipe::new(Stage::Labels);
+        let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
+        let recipe = with_reverse(recipe, fixed);
+        Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
+    }
+
+    /// A detector with a learned model.
+    pub fn learned(address: Address, fixed: &FixedDetector) -> Self {
+        let mut by = Self::given(fixed);
+        by.ingredients.push(("model".to_string(), address.to_string()));
+        by
+    }
+
+    /// A detector with trained parameters; any candidate stands for the others.
+    pub fn model(address: Address, candidate: &FixedDetector) -> Self {
+        let recipe = with_reverse(Recipe::new(Stage::Labels).with("model", address), candidate);
+        Self { ingredients: recipe.ingredients, uses_seed: candidate.detector.uses_seed() }
+    }
+}
+
+/// Version of the form in which verdicts are kept.
+/// - 2: with changes.
+/// - 3: with the tracker's condition.
+const VERDICT: u32 = 3;
+
+/// Of labels.
+pub fn labels(read: Read, by: &DetectorKey, seed: u64) -> Recipe {
+    let mut recipe = read.enter(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", VERDICT);
+    recipe.ingredients.extend_from_slice(&by.ingredients);
+    if by.uses_seed { recipe.with("seed", seed) } else { recipe }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::DETECTORS;
+    use std::sync::Arc;
+
+    fn fixed(kind: &str) -> FixedDetector {
+        let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+        let detector = Arc::from(entry.build_from_text(entry.example).unwrap());
+        FixedDetector { kind: entry.kind, version: entry.version, detector }
+    }
+
+    #[test]
+    fn the_seed_counts_for_detectors_that_use_it_given_or_trained() {
+        let read = Read::Track(Address([7; 32]));
+        for (kind, counts) in [("random", true), ("level", false)] {
+            let fixed = fixed(kind);
+            for by in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
+                let differ = labels(read, &by, 1).address() != labels(read, &by, 2).address();
+                assert_eq!(differ, counts, "{kind}");
+            }
+        }
+    }
+}

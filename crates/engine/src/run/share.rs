@@ -1,0 +1,89 @@
+//! A share of a run, for several processes or machines.
+
+use super::super::judge::{self, ReadyDetector, Source};
+use super::super::pass::CellError;
+use super::super::plan::{ExperimentPlan, variants};
+use super::super::shard::Shard;
+use super::super::store::Store;
+use super::super::tally::Tally;
+use super::super::tracks;
+use super::{Context, Options, RunError, Unit, frames_to_do, units};
+use crate::spec::method::{DetectorChoice, Variant};
+use rayon::prelude::*;
+
+/// What a share of a run has done.
+pub struct Shared {
+    /// Cells with a result.
+    pub done: usize,
+    /// Cells without, by name, with the reason.
+    pub failed: Vec<(String, CellError)>,
+    /// What was computed and what was there.
+    pub tally: Tally,
+}
+
+/// Computes a share of an experiment's tracks, signals and labels into the store. Trained methods are left
+/// to the run that has all tracks.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_shard(
+    plan: &ExperimentPlan<'_>,
+    store: &Store,
+    options: &Options,
+    shard: Shard,
+) -> Result<Shared, RunError> {
+    let units = units(plan, Some(shard));
+    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
+    let given = |variant: &Variant| match &variant.detector {
+        DetectorChoice::Given(fixed) => Some(ReadyDetector { fixed: fixed.clone(), source: Source::Given }),
+        DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
+    };
+    let given_cells = |j: &usize| {
+        variants(plan.experiment)
+            .filter(|(m, v)| given(v).is_some() && plan.has_cells(plan.jobs[*j], m))
+            .count()
+    };
+    let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
+    options.watch.all_cells(of_test.flat_map(|(.., jobs)| jobs).map(given_cells).sum());
+    options.watch.stage("running trackers and judging");
+    type Done = Vec<(String, Result<(), CellError>)>;
+    let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
+        let planned = &plan.suites[*suite].sequences[*sequence];
+        let _at = options.watch.at(&planned.sequence.name);
+        let tracks = tracks::tracks(&context, *suite, planned, jobs)?;
+        let mut cells = Vec::new();
+        let mut cases = Vec::new();
+        for (j, track) in jobs.iter().zip(&tracks) {
+            let job = plan.jobs[*j];
+            if *suite != 0 {
+                let name = plan.track_name(*suite, &planned.sequence.name, job);
+                cells.extend(track.as_ref().err().map(|e| (name, Err(e.clone()))));
+                continue;
+            }
+            for (v, (method, variant)) in variants(plan.experiment).enumerate() {
+                let Some(ready_detector) = given(variant).filter(|_| plan.has_cells(job, method)) else {
+                    continue;
+                };
+                let params = variant.params();
+                let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
+                let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
+                match track {
+                    Err(e) => cells.push((name, Err(e.clone()))),
+                    Ok(track) => cases.push(context.case(&name, track, (v, method), ready_detector, seed)),
+                }
+            }
+        }
+        let names: Vec<String> = cases.iter().map(|c| c.name.cell.clone()).collect();
+        let judged = judge::judge(&context, cases)?;
+        cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
+        options.watch.cells(if *suite == 0 { cells.len() } else { 0 });
+        Ok(cells)
+    };
+    let mut done: Vec<_> =
+        units.par_iter().with_max_len(1).map(of_unit).collect::<Result<Vec<_>, RunError>>()?;
+    let mut cells: Vec<_> = done.drain(..).flatten().collect();
+    cells.sort_by(|a, b| a.0.cmp(&b.0));
+    let total = cells.len();
+    let failed: Vec<_> = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?))).collect();
+    Ok(Shared { done: total - failed.len(), failed, tally: context.tally })
+}

@@ -1,0 +1,149 @@
+//! What comes with the program: experiments and the methods of the papers.
+
+use super::SpecError;
+use super::error::Source;
+use super::limits::MOST_DETECTORS;
+use super::method::{self, Method};
+use super::read::array_of_tables;
+use crate::score::PROTOCOLS;
+use std::sync::LazyLock;
+use toml::Spanned;
+use toml::de::DeTable;
+
+/// Name and text of every experiment that comes with the program.
+pub static EXPERIMENTS: &[(&str, &str)] = &[
+    ("quickstart", include_str!("../../../../experiments/quickstart.toml")),
+    ("khalid2016/table1", include_str!("../../../../experiments/khalid2016/table1.toml")),
+    ("khalid2016/table2", include_str!("../../../../experiments/khalid2016/table2.toml")),
+    ("khalid2016/training", include_str!("../../../../experiments/khalid2016/training.toml")),
+    ("khalid2016/figures", include_str!("../../../../experiments/khalid2016/figures.toml")),
+    ("sanmiguel2015/model", include_str!("../../../../experiments/sanmiguel2015/model.toml")),
+    ("sanmiguel2015/convolution", include_str!("../../../../experiments/sanmiguel2015/convolution.toml")),
+    ("sanmiguel2015/fig3", include_str!("../../../../experiments/sanmiguel2015/fig3.toml")),
+    ("sanmiguel2015/fig13-d1", include_str!("../../../../experiments/sanmiguel2015/fig13-d1.toml")),
+    ("sanmiguel2015/fig13-d2", include_str!("../../../../experiments/sanmiguel2015/fig13-d2.toml")),
+    ("sanmiguel2015/fig14", include_str!("../../../../experiments/sanmiguel2015/fig14.toml")),
+    (
+        "sanmiguel2015/fig13-d1-unsigned",
+        include_str!("../../../../experiments/sanmiguel2015/fig13-d1-unsigned.toml"),
+    ),
+    ("sanmiguel2015/start-up", include_str!("../../../../experiments/sanmiguel2015/start-up.toml")),
+    ("sanmiguel2015/model-real", include_str!("../../../../experiments/sanmiguel2015/model-real.toml")),
+    (
+        "sanmiguel2015/convolution-real",
+        include_str!("../../../../experiments/sanmiguel2015/convolution-real.toml"),
+    ),
+    ("sanmiguel2015/fig13-real", include_str!("../../../../experiments/sanmiguel2015/fig13-real.toml")),
+    ("sanmiguel2015/fig14-real", include_str!("../../../../experiments/sanmiguel2015/fig14-real.toml")),
+    ("sanmiguel2015/table6", include_str!("../../../../experiments/sanmiguel2015/table6.toml")),
+    ("sanmiguel2015/table6-d2", include_str!("../../../../experiments/sanmiguel2015/table6-d2.toml")),
+    ("sanmiguel2015/table4", include_str!("../../../../experiments/sanmiguel2015/table4.toml")),
+    ("sanmiguel2015/table4-d2", include_str!("../../../../experiments/sanmiguel2015/table4-d2.toml")),
+    ("sanmiguel2015/table5", include_str!("../../../../experiments/sanmiguel2015/table5.toml")),
+    ("sanmiguel2015/table7", include_str!("../../../../experiments/sanmiguel2015/table7.toml")),
+    ("sanmiguel2015/table7-d2", include_str!("../../../../experiments/sanmiguel2015/table7-d2.toml")),
+    ("sanmiguel2015/fig15", include_str!("../../../../experiments/sanmiguel2015/fig15.toml")),
+    (
+        "sanmiguel2015/built-in-model",
+        include_str!("../../../../experiments/sanmiguel2015/built-in-model.toml"),
+    ),
+    ("khalid2016/thresholds", include_str!("../../../../experiments/khalid2016/thresholds.toml")),
+    ("khalid2016/thresholds-real", include_str!("../../../../experiments/khalid2016/thresholds-real.toml")),
+    ("sanmiguel2015/thresholds", include_str!("../../../../experiments/sanmiguel2015/thresholds.toml")),
+    ("compare/otb", include_str!("../../../../experiments/compare/otb.toml")),
+    ("compare/vot2014", include_str!("../../../../experiments/compare/vot2014.toml")),
+];
+
+/// The experiment that `trackfail run` runs when none is named.
+pub const QUICKSTART: &str = "quickstart";
+
+/// The papers' methods with their published thresholds, as an experiment file would write them.
+const METHODS: &str = include_str!("methods.toml");
+
+static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
+    let source = Source { file: "methods.toml", text: METHODS };
+    let document = DeTable::parse(METHODS).map_err(|e| source.toml(&e, 0..0));
+    let tables = document.and_then(|d| array_of_tables(source, &d, "method")).unwrap_or_default();
+    let name = |t: &Spanned<DeTable<'_>>| {
+        t.get_ref().get("name").and_then(|n| n.get_ref().as_str()).unwrap_or_default().to_string()
+    };
+    tables.into_iter().map(|t| (name(&t), t)).collect()
+});
+
+/// Name and table of every published method.
+pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] {
+    &METHOD_TABLES
+}
+
+/// Names of the published methods.
+pub fn method_names() -> Vec<&'static str> {
+    METHOD_TABLES.iter().map(|(name, _)| name.as_str()).collect()
+}
+
+/// A published method by name, with its published threshold.
+///
+/// # Errors
+/// When the catalogue itself is wrong, which the tests exclude.
+pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
+    let source = Source { file: "methods.toml", text: METHODS };
+    let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
+    Some(method::read(source, name, table, &PROTOCOLS[0], MOST_DETECTORS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::measures::Metric;
+    use crate::spec::table::{Side, Table};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_published_method_builds() {
+        assert_eq!(
+            method_names(),
+            [
+                "DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist", "AVU", "Two-MChi", "M-model", "EmpTh",
+                "ARTE", "ARTE*",
+            ]
+        );
+        for name in method_names() {
+            let method = published_method(name).unwrap().unwrap();
+            assert_eq!(method.variants.len(), 1, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_experiment_is_valid_and_named_as_its_file() {
+        for (name, text) in EXPERIMENTS {
+            let experiment = super::super::parse(name, text).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(experiment.name, *name);
+        }
+    }
+
+    #[test]
+    fn every_table_of_detectors_has_all_anchors_and_a_score_that_chance_is_taken_from() {
+        for (name, text) in EXPERIMENTS {
+            let experiment = super::super::parse(name, text).unwrap();
+            let kinds = |methods: &[String]| -> BTreeSet<String> {
+                let methods = experiment.methods.iter().filter(|m| methods.contains(&m.name));
+                methods.flat_map(|m| &m.variants).map(|v| v.detector.example().kind.to_string()).collect()
+            };
+            let has = |table: &Table, metric: Metric| match &table.rows {
+                Side::Metrics(metrics) => metrics.contains(&metric),
+                _ => table.metric == Some(metric),
+            };
+            for table in experiment.tables.iter().filter(|t| t.shows.is_none()) {
+                let is_by_method =
+                    table.ranked.is_some() || [&table.rows, &table.columns].contains(&&Side::Method);
+                let kinds = kinds(&table.methods);
+                for anchor in
+                    ["never", "always", "periodic", "random", "oracle"].into_iter().filter(|_| is_by_method)
+                {
+                    assert!(kinds.contains(anchor), "{name}, {}: {anchor}", table.name);
+                }
+                let beside = experiment.tables.iter().any(|t| has(t, Metric::FOverChance));
+                assert!(!has(table, Metric::FScore) || beside, "{name}, {}", table.name);
+            }
+        }
+    }
+}

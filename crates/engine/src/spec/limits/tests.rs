@@ -1,0 +1,261 @@
+use super::*;
+use crate::spec::parse;
+use proptest::prelude::*;
+
+const HEAD: &str =
+    "schema = 1\nname = \"a\"\ntitle = \"A\"\nprotocol = \"khalid2016/1\"\nsuites.test = \"synthetic-vot\"\n";
+const TRACKER: &str = "[[tracker]]\nname = \"still\"\n";
+const METHOD: &str = "[[method]]\nname = \"RAW\"\n";
+
+fn refused(text: &str) -> SpecError {
+    match parse("a.toml", text) {
+        Ok(_) => panic!("read: {}", text.chars().take(300).collect::<String>()),
+        Err(e) => {
+            // Nobody wants to read more, and a word of the file must not fill the screen.
+            assert!(e.to_string().chars().count() < 2100, "{}", e.message.len());
+            e
+        }
+    }
+}
+
+fn many(count: usize, item: impl Fn(usize) -> String) -> String {
+    (0..count).map(item).collect()
+}
+
+#[test]
+fn long_files_are_refused_unread() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.toml");
+    std::fs::File::create(&path).unwrap().set_len(100 << 20).unwrap();
+    let error = read_text(&path).unwrap_err();
+    assert_eq!((error.file, error.line), (path.display().to_string(), 1));
+    assert_eq!(error.message, "an experiment file has at most 4194304 bytes");
+    std::fs::File::create(&path).unwrap().set_len(LONGEST as u64).unwrap();
+    assert_eq!(read_text(&path).unwrap().len(), LONGEST);
+    std::fs::write(&path, b"a\nb\xFF\n").unwrap();
+    assert_eq!(read_text(&path).unwrap_err().line, 2);
+    assert!(read_text(&dir.path().join("b.toml")).is_err() && read_text(dir.path()).is_err());
+    assert!(refused(&" ".repeat(LONGEST + 1)).message.contains("at most 4194304 bytes"));
+}
+
+#[cfg(unix)]
+#[test]
+fn endless_files_are_refused() {
+    assert!(read_text(Path::new("/dev/zero")).unwrap_err().message.contains("at most"));
+}
+
+#[test]
+fn deep_nesting_is_refused() {
+    let n = 200_000;
+    for text in [
+        format!("a = {}", "[".repeat(n)),
+        format!("a = {}{}", "[".repeat(n), "]".repeat(n)),
+        format!("a = {}", "{a=".repeat(n)),
+        format!("{}a = 1", "a.".repeat(n)),
+        format!("[{}a]", "a.".repeat(n)),
+        format!("[[{}a]]", "a.".repeat(n)),
+        format!("{HEAD}{TRACKER}{METHOD}signal = {}1", "{ kind = ".repeat(n)),
+        format!("{HEAD}{TRACKER}deep = {}{}\n{METHOD}", "[".repeat(n), "]".repeat(n)),
+    ] {
+        refused(&text);
+    }
+}
+
+#[test]
+fn long_words_are_shortened_in_messages() {
+    let long = "x".repeat(1 << 20);
+    for text in [
+        format!("{HEAD}{long} = 1\n{TRACKER}{METHOD}"),
+        format!("{HEAD}{TRACKER}{long} = 1\n{METHOD}"),
+        format!("{HEAD}{TRACKER}label = \"{long}\"\n{METHOD}"),
+        format!("{HEAD}[[tracker]]\nname = \"{long}\"\n{METHOD}"),
+        format!("{HEAD}[[tracker]]\nname = \"replay\"\nresults = \"../{long}\"\n{METHOD}"),
+        format!("{HEAD}{TRACKER}[[method]]\nname = \"{long}\"\n"),
+        format!("{HEAD}{TRACKER}{METHOD}signal.kind = \"{long}\"\ndetector.kind = \"never\"\n"),
+        format!("{HEAD}{TRACKER}{METHOD}detector.kind = \"{long}\"\n"),
+        format!("{HEAD}{TRACKER}{METHOD}detector = {{ kind = \"never\" }}\ngrid.{long} = [1]\n"),
+        format!(
+            "{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"{long}\"\nrows = [\"recall\"]\ncolumns = \"method\""
+        ),
+        format!("{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"t\"\nrows = [\"{long}\"]\ncolumns = \"method\""),
+        format!("{HEAD}{TRACKER}{METHOD}[[claim]]\ntext = \"t\"\nholds = \"{long}\""),
+        format!("{HEAD}{TRACKER}{METHOD}[[claim]]\ntext = \"t\"\nholds = \"recall[{}] > 1\"", &long[..4000]),
+        HEAD.replace("name = \"a\"", &format!("name = \"{long}\"")) + TRACKER + METHOD,
+        HEAD.replace("synthetic-vot", &long) + TRACKER + METHOD,
+        HEAD.replace("khalid2016/1", &long) + TRACKER + METHOD,
+        HEAD.replace("schema = 1", &format!("schema = {}", "1".repeat(1 << 20))) + TRACKER + METHOD,
+    ] {
+        refused(&text);
+    }
+}
+
+#[test]
+fn huge_numbers_are_refused() {
+    let method =
+        |detector: &str| format!("{HEAD}{TRACKER}{METHOD}signal.kind = \"rgb-histogram\"\n{detector}");
+    for text in [
+        format!("{HEAD}seed = -1\n{TRACKER}{METHOD}"),
+        format!("{HEAD}seed = 18446744073709551616\n{TRACKER}{METHOD}"),
+        format!("{HEAD}{TRACKER}runs = 1001\n{METHOD}"),
+        format!("{HEAD}{TRACKER}runs = 0\n{METHOD}"),
+        format!("{HEAD}{TRACKER}runs = 4294967296\n{METHOD}"),
+        format!("{HEAD}{TRACKER}runs = 1e300\n{METHOD}"),
+        method("detector = { kind = \"level\", below = inf }"),
+        method("detector = { kind = \"level\", below = nan }"),
+        method("detector = { kind = \"level\", below = 1e999 }"),
+        method("detector = { kind = \"level\", below = 0 }\ngrid = { below = [nan] }"),
+        method(
+            "detector = { kind = \"level\", below = { train = \"test\", maximise = \"recall\", grid = { from = 0, to = 1e300, step = 1e-300 } } }",
+        ),
+        method(
+            "detector = { kind = \"level\", below = { train = \"test\", maximise = \"recall\", grid = { from = 1, to = 0, step = 0 } } }",
+        ),
+        method(
+            "detector = { kind = \"arma-forecast\", order = [1000000, 9], window = 20, horizon = 5, threshold = 1 }",
+        ),
+        method(
+            "detector = { kind = \"arma-forecast\", order = [1, 1], window = 9223372036854775807, horizon = 5, threshold = 1 }",
+        ),
+    ] {
+        refused(&text);
+    }
+}
+
+#[test]
+fn long_lists_are_refused() {
+    let methods = |n| many(n, |i| format!("[[method]]\nname = \"m{i}\"\ndetector.kind = \"never\"\n"));
+    let trackers = |n| many(n, |i| format!("[[tracker]]\nname = \"still\"\nlabel = \"t{i}\"\n"));
+    assert!(parse("a", &format!("{HEAD}{}{}", trackers(256), methods(256))).is_ok());
+    let words = |text: &str, words: &str| {
+        let e = refused(text);
+        assert!(e.message.contains(words), "{}", e.message);
+    };
+    words(&format!("{HEAD}{}{METHOD}", trackers(60_000)), "60000 trackers");
+    words(&format!("{HEAD}{TRACKER}{}", methods(60_000)), "60000 methods");
+    let repeated = trackers(256).replace("\nlabel", "\nruns = 1000\nlabel");
+    words(&format!("{HEAD}{repeated}{}", methods(9)), "2304000 cells a sequence");
+    let numbers = many(300_000, |i| format!("{i},"));
+    let grid = format!(
+        "detector = {{ kind = \"level\", below = 1 }}\nsignal.kind = \"rgb-histogram\"\ngrid.below = [{numbers}]"
+    );
+    words(&format!("{HEAD}{TRACKER}{METHOD}{grid}"), "this makes 300000");
+    let trained = |i| {
+        format!(
+            "[[method]]\nname = \"m{i}\"\nsignal.kind = \"rgb-histogram\"\ndetector = {{ kind = \"level\", \
+             below = {{ train = \"test\", maximise = \"recall\", grid = {{ from = 0, to = 0.999, step = 0.001 }} }} }}\n"
+        )
+    };
+    assert!(parse("a", &format!("{HEAD}{TRACKER}{}", many(20, trained))).is_ok());
+    words(&format!("{HEAD}{TRACKER}{}", many(200, trained)), "more than 20000 detectors");
+    let roles = many(17, |i| format!("suites.r{i} = \"synthetic-vot\"\n"));
+    words(&format!("{HEAD}{roles}{TRACKER}{METHOD}"), "18 suites");
+    let list = |item: &str, n: usize| vec![format!("\"{item}\""); n].join(",");
+    let table = |i: usize, rows: usize| {
+        format!("[[table]]\nname = \"t{i}\"\nrows = [{}]\ncolumns = \"method\"\n", list("recall", rows))
+    };
+    let whole = |more: &str| format!("{HEAD}{TRACKER}{METHOD}{more}");
+    words(&whole(&many(257, |i| table(i, 1))), "257 tables");
+    words(&whole(&table(0, 65)), "65 rows of a table");
+    let methods = format!("methods = [{}]", list("RAW", 257));
+    words(&whole(&(table(0, 1) + &methods)), "257 methods of a table");
+    let figure = |more: &str| whole(&format!("[[figure]]\nname = \"f\"\nkind = \"strips\"\n{more}"));
+    words(&figure(&format!("panels = [[{}]]", list("error", 65))), "65 panels");
+    words(&figure(&format!("panels = [{}]", "[],".repeat(65))), "65 panels");
+    words(&figure(&format!("panels = [[\"error\"]]\nsequences = [{}]", list("ball", 65))), "65 sequences");
+    let claims = many(1025, |_| "[[claim]]\ntext = \"t\"\nholds = \"1 > 0\"\n".into());
+    words(&whole(&claims), "1025 claims");
+}
+
+#[test]
+fn names_that_become_paths_stay_in_their_folder() {
+    let long = "a".repeat(300);
+    let bad = [
+        "",
+        ".",
+        "..",
+        "../a",
+        "a/../b",
+        "/a",
+        "a/",
+        "a//b",
+        "./a",
+        "\\\\a",
+        "a\\\\b",
+        "C:a",
+        "c:/a",
+        "a\\u0000b",
+        "a\\nb",
+        "\u{e9}",
+        "a\u{202e}b",
+        "A",
+        "a b",
+        "~",
+        "-/../a",
+        "a.",
+        "con ",
+        &long,
+    ];
+    for bad in bad {
+        let name = HEAD.replace("name = \"a\"", &format!("name = \"{bad}\""));
+        assert_eq!(refused(&(name + TRACKER + METHOD)).line, 2, "{bad}");
+        let table = format!("[[table]]\nname = \"{bad}\"\nrows = [\"recall\"]\ncolumns = \"method\"\n");
+        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{table}")).line, 11, "{bad}");
+        let figure = format!("[[figure]]\nname = \"{bad}\"\nkind = \"strips\"\npanels = [[\"error\"]]\n");
+        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{figure}")).line, 11, "{bad}");
+        let suite = HEAD.replace("synthetic-vot", bad);
+        assert_eq!(refused(&(suite + TRACKER + METHOD)).line, 5, "{bad}");
+    }
+    // Table and figure names are one word; experiments may have folders.
+    refused(&format!(
+        "{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"a/b\"\nrows = [\"recall\"]\ncolumns = \"method\""
+    ));
+    for bad in
+        ["", ".", "..", "../a", "a/../b", "/a", "/etc/passwd", "a/", "a//b", "./a", "a\\\\b", "a\\u0000b"]
+    {
+        let tracker = format!("[[tracker]]\nname = \"replay\"\nresults = \"{bad}\"\n");
+        assert_eq!(refused(&format!("{HEAD}{tracker}{METHOD}")).line, 8, "{bad}");
+    }
+}
+
+#[test]
+fn labels_are_no_formulas_and_no_control_sequences() {
+    for bad in
+        ["=1", "+1", "-1", "@SUM(A1)", "a\\tb", "\\ra", "\\u001b[2J", "a\\u009bb", "a\u{202e}b", "a\u{2028}b"]
+    {
+        let label = format!("{HEAD}{TRACKER}label = \"{bad}\"\n{METHOD}");
+        assert_eq!(refused(&label).line, 8, "{bad}");
+        let method = format!("{HEAD}{TRACKER}[[method]]\nname = \"{bad}\"\ndetector.kind = \"never\"\n");
+        assert_eq!(refused(&method).line, 9, "{bad}");
+        let table = "[[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"method\"\n";
+        let row = format!(
+            "[[published]]\ntable = \"t\"\ntracker = \"{bad}\"\nrow = \"recall\"\nvalues.RAW = \".1\"\n"
+        );
+        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{table}{row}")).line, 16, "{bad}");
+    }
+    assert!(parse("a", &format!("{HEAD}{TRACKER}label = \"\u{5d0}-1 <b>&'`$#\"\n{METHOD}")).is_ok());
+}
+
+const WHOLE: &str = include_str!("../../../../../experiments/khalid2016/figures.toml");
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        let _ = parse("a", &String::from_utf8_lossy(&bytes));
+        let _ = parse("a", &format!("{HEAD}{}", String::from_utf8_lossy(&bytes)));
+    }
+
+    #[test]
+    fn damaged_experiments_are_read_or_refused(
+        at in any::<prop::sample::Index>(), from in any::<prop::sample::Index>(), length in 0..60_usize,
+        insert in "(\\PC{0,3}|-?[0-9]{1,20}|\\[{1,9}|1e999|\"\\\\u0000\"|\\[\\[method\\]\\]|inf|\\.\\.)",
+    ) {
+        let characters: Vec<char> = WHOLE.chars().collect();
+        let (at, from) = (at.index(characters.len()), from.index(characters.len()));
+        let piece = characters.iter().skip(from).take(length).collect::<String>();
+        let cut: String = characters.iter().skip(at + length).collect();
+        let head: String = characters.iter().take(at).collect();
+        for text in [format!("{head}{insert}{cut}"), format!("{head}{piece}{cut}"), format!("{head}{insert}")] {
+            let _ = parse("a", &text);
+        }
+    }
+}

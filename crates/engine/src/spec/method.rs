@@ -1,0 +1,485 @@
+//! Methods: a signal and a detector under a name, with the grid of their parameters and with
+//! parameters that are trained instead of given.
+
+use super::error::{Source, SpecError};
+use super::limits::MOST_DETECTORS;
+use super::wire;
+use crate::detector::{DETECTORS, Detector};
+use crate::direction::Direction;
+use crate::plugin::{self, Entry, ParamError, RawParams};
+use crate::score::Protocol;
+use crate::score::measures::Metric;
+use crate::signal::{SIGNALS, Signal};
+use serde::Deserialize;
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A method of an experiment.
+pub struct Method {
+    /// Name in tables.
+    pub name: String,
+    /// Labels of the trackers it is run on; all when `None`.
+    pub trackers: Option<Vec<String>>,
+    /// How its labels are scored.
+    pub protocol: &'static Protocol,
+    /// One entry a combination of the grid, in the order of the grid's values; a single one without.
+    pub variants: Vec<Variant>,
+}
+
+/// A method with one combination of its grid.
+pub struct Variant {
+    /// Grid axis -> value, sorted by axis; empty without a grid.
+    pub point: Vec<(String, f64)>,
+    /// The signal; `None` for detectors that need none.
+    pub signal: Option<SignalChoice>,
+    /// The detector, given or to be trained.
+    pub detector: DetectorChoice,
+}
+
+impl Variant {
+    /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.
+    pub fn params(&self) -> String {
+        let parts: Vec<_> = self.point.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
+        parts.join(";")
+    }
+}
+
+/// A checked signal with what identifies it.
+#[derive(Clone)]
+pub struct SignalChoice {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked signal.
+    pub signal: Arc<dyn Signal>,
+}
+
+/// A checked detector with what identifies it.
+#[derive(Clone)]
+pub struct FixedDetector {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked detector.
+    pub detector: Arc<dyn Detector>,
+}
+
+/// A detector that is ready, or one of many to be chosen by training, or one that has to learn.
+pub enum DetectorChoice {
+    /// All parameters are given.
+    Given(FixedDetector),
+    /// One parameter is chosen on a suite.
+    Trained(Training),
+    /// All parameters are given, and a model is learned on a suite.
+    Learned(FixedDetector),
+}
+
+impl DetectorChoice {
+    /// Role of the suite it is trained on or learns from.
+    pub fn role(&self) -> Option<&str> {
+        match self {
+            Self::Given(_) => None,
+            Self::Trained(training) => Some(&training.role),
+            Self::Learned(fixed) => fixed.detector.learner().map(|l| l.role()),
+        }
+    }
+
+    /// The detector, or the one that stands for all that are tried.
+    pub fn example(&self) -> &FixedDetector {
+        match self {
+            Self::Given(fixed) | Self::Learned(fixed) => fixed,
+            Self::Trained(training) => &training.example,
+        }
+    }
+}
+
+/// How a parameter is chosen.
+pub struct Training {
+    /// The parameter's name.
+    pub key: String,
+    /// Role of the suite.
+    pub role: String,
+    /// What is made as large as possible.
+    pub maximise: Metric,
+    /// What is tried.
+    pub candidates: Candidates,
+    /// One of the detectors, which stands for all.
+    pub example: FixedDetector,
+}
+
+/// The detector with a value of the trained parameter; in words, why it refuses the value.
+pub type Make = Arc<dyn Fn(f64) -> Result<FixedDetector, String> + Send + Sync>;
+
+/// Values that are tried in training.
+#[derive(Clone)]
+pub enum Candidates {
+    /// Value -> detector, ascending.
+    Listed(Vec<(f64, FixedDetector)>),
+    /// Quantiles of the signal on the training suite.
+    Quantiles {
+        /// How many.
+        count: usize,
+        /// Makes the detector of a value.
+        make: Make,
+    },
+}
+
+impl Candidates {
+    /// How many there are at most.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Listed(list) => list.len(),
+            Self::Quantiles { count, .. } => *count,
+        }
+    }
+}
+
+impl Method {
+    /// Whether it is run on a tracker.
+    pub fn runs_on(&self, tracker: &str) -> bool {
+        self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
+    }
+
+    /// Number of its detectors, those counted that are tried in training.
+    pub fn detectors(&self) -> usize {
+        self.variants.iter().map(Variant::detectors).sum()
+    }
+}
+
+impl Variant {
+    fn detectors(&self) -> usize {
+        match &self.detector {
+            DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
+            DetectorChoice::Trained(training) => training.candidates.count(),
+        }
+    }
+}
+
+/// At most this many combinations a method.
+const MOST_VARIANTS: usize = 10_000;
+/// At most this many values tried for one trained parameter.
+const MOST_CANDIDATES: usize = 1_000;
+
+/// A `[[method]]` table, checked, of at most `room` detectors; it is run on all trackers and scored by
+/// `protocol`.
+pub fn read(
+    source: Source<'_>,
+    name: &str,
+    table: &Spanned<DeTable<'_>>,
+    protocol: &'static Protocol,
+    room: usize,
+) -> Result<Method, SpecError> {
+    let span = table.span();
+    let part = |key: &str| -> Result<Option<Spanned<DeTable<'_>>>, SpecError> {
+        match table.get_ref().get(key) {
+            None => Ok(None),
+            Some(value) => match value.get_ref() {
+                DeValue::Table(t) => Ok(Some(Spanned::new(value.span(), t.clone()))),
+                other => Err(source
+                    .error(value.span(), format!("`{key}` must be a table, not a {}", other.type_str()))),
+            },
+        }
+    };
+    let (signal, detector, grid) = (part("signal")?, part("detector")?, part("grid")?);
+    let Some(detector) = detector else {
+        return Err(source
+            .error(span, format!("method `{name}` has no detector, and no published method has that name")));
+    };
+    let signal = signal.map(|t| RawPlugin::read(source, t, "signal", SIGNALS)).transpose()?;
+    let detector = RawPlugin::read(source, detector, "detector", DETECTORS)?;
+    let axes = match &grid {
+        None => Vec::new(),
+        Some(grid) => read_axes(source, grid, &detector, signal.as_ref())?,
+    };
+    let mut variants = Vec::new();
+    let mut detectors = 0;
+    for point in combinations(&axes) {
+        let variant = build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?;
+        detectors += variant.detectors();
+        if detectors > room {
+            let message = format!("the experiment tries more than {MOST_DETECTORS} detectors");
+            return Err(source.error(span, message));
+        }
+        variants.push(variant);
+    }
+    Ok(Method { name: name.to_string(), trackers: None, protocol, variants })
+}
+
+/// One grid axis: which plugin and key it sets, and its values.
+struct Axis<'i> {
+    name: String,
+    of_signal: bool,
+    key: String,
+    values: Vec<(f64, Spanned<DeValue<'i>>)>,
+}
+
+fn combinations<'a, 'i>(axes: &'a [Axis<'i>]) -> Vec<Vec<(&'a Axis<'i>, usize)>> {
+    axes.iter().fold(vec![Vec::new()], |points, axis| {
+        points
+            .iter()
+            .flat_map(|point| (0..axis.values.len()).map(|i| [point.clone(), vec![(axis, i)]].concat()))
+            .collect()
+    })
+}
+
+fn read_axes<'i>(
+    source: Source<'_>,
+    grid: &Spanned<DeTable<'i>>,
+    detector: &RawPlugin<'i, dyn Detector>,
+    signal: Option<&RawPlugin<'i, dyn Signal>>,
+) -> Result<Vec<Axis<'i>>, SpecError> {
+    let mut axes = Vec::new();
+    let mut size = 1usize;
+    let trained = detector.training(source)?.map(|(key, _)| key);
+    for (key, values) in grid.get_ref() {
+        let (name, span) = (key.get_ref().to_string(), key.span());
+        if trained.as_ref() == Some(&name) {
+            let message = format!("`{name}` is trained; it cannot be an axis of the grid too");
+            return Err(source.error(span, message));
+        }
+        let of_detector = detector.keys();
+        let of_signal = signal.map(RawPlugin::keys).unwrap_or_default();
+        let is_signal = match (of_detector.contains(&name), of_signal.contains(&name)) {
+            (true, false) => false,
+            (false, true) => true,
+            (true, true) => {
+                return Err(source.error(span, format!("both the signal and the detector have a `{name}`")));
+            }
+            (false, false) => {
+                let known: Vec<&str> = of_detector.iter().chain(&of_signal).map(String::as_str).collect();
+                return Err(source.unknown(span, "parameter", &name, known));
+            }
+        };
+        let DeValue::Array(list) = values.get_ref() else {
+            return Err(source.error(values.span(), format!("grid `{name}` must be a list of numbers")));
+        };
+        // Before the values are looked at, each of which is held against all others.
+        size = size.saturating_mul(list.len());
+        if list.is_empty() || size > MOST_VARIANTS {
+            return Err(source.error(
+                values.span(),
+                format!("the grid needs 1 to {MOST_VARIANTS} combinations, this makes {size}"),
+            ));
+        }
+        let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
+        for item in list.iter() {
+            let number =
+                f64::deserialize(RawParams::from(item.clone())).map_err(|e| source.toml(&e, item.span()))?;
+            if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
+                return Err(source.error(
+                    item.span(),
+                    format!("grid `{name}`: {number} is not finite or stands there twice"),
+                ));
+            }
+            numbers.push((number, item.clone()));
+        }
+        axes.push(Axis { name: name.clone(), of_signal: is_signal, key: name, values: numbers });
+    }
+    axes.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(axes)
+}
+
+fn build_variant<'i>(
+    source: Source<'_>,
+    name: &str,
+    span: std::ops::Range<usize>,
+    detector: &RawPlugin<'i, dyn Detector>,
+    signal: Option<&RawPlugin<'i, dyn Signal>>,
+    point: &[(&Axis<'i>, usize)],
+) -> Result<Variant, SpecError> {
+    let set = |of_signal: bool| -> Vec<(&str, Spanned<DeValue<'i>>)> {
+        let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
+        mine.map(|(axis, i)| (axis.key.as_str(), axis.values[*i].1.clone())).collect()
+    };
+    let signal = signal
+        .map(|raw| {
+            let built = raw.build(source, set(true))?;
+            Ok(SignalChoice { kind: raw.entry.kind, version: raw.entry.version, signal: Arc::from(built) })
+        })
+        .transpose()?;
+    let detector = match detector.training(source)? {
+        Some((key, train)) => train_choice(source, detector, &key, &train, set(false))?,
+        None => {
+            let fixed = detector.fixed(Arc::from(detector.build(source, set(false))?));
+            match fixed.detector.learner() {
+                Some(_) => DetectorChoice::Learned(fixed),
+                None => DetectorChoice::Given(fixed),
+            }
+        }
+    };
+    if detector.example().detector.needs_signal() && signal.is_none() {
+        return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
+    }
+    let point = point.iter().map(|(axis, i)| (axis.name.clone(), axis.values[*i].0)).collect();
+    Ok(Variant { point, signal, detector })
+}
+
+fn train_choice(
+    source: Source<'_>,
+    raw: &RawPlugin<'_, dyn Detector>,
+    key: &str,
+    train: &Spanned<wire::Train>,
+    set: Vec<(&str, Spanned<DeValue<'_>>)>,
+) -> Result<DetectorChoice, SpecError> {
+    let wire = train.get_ref();
+    let metric = Metric::from_name(wire.maximise.get_ref()).ok_or_else(|| {
+        source.unknown(wire.maximise.span(), "metric", wire.maximise.get_ref(), Metric::names())
+    })?;
+    if metric.direction() != Direction::HigherIsBetter {
+        let good = Metric::names()
+            .filter(|n| Metric::from_name(n).is_some_and(|m| m.direction() == Direction::HigherIsBetter));
+        let good = good.collect::<Vec<_>>().join(", ");
+        let message = format!("`maximise` takes measures of which more is better: {good}");
+        return Err(source.error(wire.maximise.span(), message));
+    }
+    let build = |value: f64| {
+        let mut set = set.clone();
+        // Twelve digits, so that .003 + .001 is the .004 a person would write.
+        let text = format!("{value:.12e}");
+        let parsed = DeValue::parse(&text).map_err(|e| source.toml(&e, wire.grid.span()))?;
+        set.push((key, Spanned::new(wire.grid.span(), parsed.into_inner())));
+        let value = text.parse().map_err(|_| source.error(wire.grid.span(), "not a number"))?;
+        Ok((value, raw.fixed(Arc::from(raw.build(source, set)?))))
+    };
+    let (candidates, example) = match wire.grid.get_ref() {
+        wire::Grid { from: Some(from), to: Some(to), step: Some(step), quantiles: None } => {
+            let count = ((to - from) / step + 1e-9).floor();
+            let usable = [*from, *to, *step].iter().all(|v| v.is_finite()) && *step > 0.0;
+            if !usable || !(0.0..MOST_CANDIDATES as f64).contains(&count) {
+                let message =
+                    format!("the grid needs from <= to, step > 0 and at most {MOST_CANDIDATES} values");
+                return Err(source.error(wire.grid.span(), message));
+            }
+            let values = (0..=count as usize).map(|i| build(from + i as f64 * step));
+            let list = values.collect::<Result<Vec<(f64, FixedDetector)>, SpecError>>()?;
+            let first = list[0].1.clone();
+            (Candidates::Listed(list), first)
+        }
+        wire::Grid { from: None, to: None, step: None, quantiles: Some(count) } => {
+            if !(2..=MOST_CANDIDATES).contains(count) {
+                let message = format!("`quantiles` must be 2 to {MOST_CANDIDATES}, not {count}");
+                return Err(source.error(wire.grid.span(), message));
+            }
+            // What the parameter takes is seen with any number; the quantiles are not known yet.
+            let (_, example) = build(1.0)?;
+            let (entry, key) = (raw.entry, key.to_string());
+            let mut table = raw.with(set);
+            table.get_mut().remove(key.as_str());
+            let table = toml::Table::deserialize(RawParams::from(as_value(&table)))
+                .map_err(|e| source.toml(&e, wire.grid.span()))?;
+            let make = move |value: f64| {
+                let mut table = table.clone();
+                table.insert(key.clone(), toml::Value::Float(value));
+                let built = entry.build_from_text(&toml::Value::Table(table).to_string());
+                let detector = Arc::from(built.map_err(|e| e.to_string())?);
+                Ok(FixedDetector { kind: entry.kind, version: entry.version, detector })
+            };
+            (Candidates::Quantiles { count: *count, make: Arc::new(make) }, example)
+        }
+        _ => {
+            let message = "`grid` needs `from`, `to` and `step`, or `quantiles` alone";
+            return Err(source.error(wire.grid.span(), message));
+        }
+    };
+    Ok(DetectorChoice::Trained(Training {
+        key: key.to_string(),
+        role: wire.train.get_ref().clone(),
+        maximise: metric,
+        candidates,
+        example,
+    }))
+}
+
+/// A plugin's table with its kind looked up and its parameters still raw.
+pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
+    pub(super) entry: &'static Entry<T>,
+    table: Spanned<DeTable<'i>>,
+}
+
+impl<'i, T: ?Sized> RawPlugin<'i, T> {
+    pub(super) fn read(
+        source: Source<'_>,
+        mut table: Spanned<DeTable<'i>>,
+        what: &str,
+        list: &'static [Entry<T>],
+    ) -> Result<Self, SpecError> {
+        let Some(kind) = table.get_mut().remove("kind") else {
+            return Err(source.error(table.span(), format!("the {what} has no `kind`")));
+        };
+        let kinds = list.iter().map(|e| e.kind);
+        let Some(word) = kind.get_ref().as_str() else {
+            return Err(source.error(kind.span(), format!("the {what}'s `kind` must be text")));
+        };
+        let Some(entry) = plugin::find(list, word) else {
+            return Err(source.unknown(kind.span(), what, word, kinds));
+        };
+        Ok(Self { entry, table })
+    }
+
+    /// Names of the parameters, from the plugin's schema.
+    fn keys(&self) -> Vec<String> {
+        let schema = (self.entry.schema)();
+        let properties = schema.get("properties").and_then(serde_json::Value::as_object);
+        properties.map(|p| p.keys().cloned().collect()).unwrap_or_default()
+    }
+
+    pub(super) fn build(
+        &self,
+        source: Source<'_>,
+        set: Vec<(&str, Spanned<DeValue<'_>>)>,
+    ) -> Result<Box<T>, SpecError> {
+        let table = self.with(set);
+        build_entry(self.entry, &table).map_err(|e| source.params(&e, &table))
+    }
+
+    /// The table with some values set.
+    fn with<'t>(&'t self, set: Vec<(&str, Spanned<DeValue<'t>>)>) -> Spanned<DeTable<'t>> {
+        let mut table: Spanned<DeTable<'t>> = self.table.clone();
+        for (key, value) in set {
+            table.get_mut().remove(key);
+            // The key gets the value's place, so that a refused grid value is blamed on the grid.
+            table.get_mut().insert(Spanned::new(value.span(), key.to_string().into()), value);
+        }
+        table
+    }
+}
+
+impl RawPlugin<'_, dyn Detector> {
+    /// A detector of this kind with what identifies it.
+    fn fixed(&self, detector: Arc<dyn Detector>) -> FixedDetector {
+        FixedDetector { kind: self.entry.kind, version: self.entry.version, detector }
+    }
+
+    /// The parameter that is to be trained, if one is.
+    fn training(&self, source: Source<'_>) -> Result<Option<(String, Spanned<wire::Train>)>, SpecError> {
+        let mut found = None;
+        for (key, value) in self.table.get_ref() {
+            let is_training = matches!(value.get_ref(), DeValue::Table(t) if t.contains_key("train") || t.contains_key("maximise"));
+            if !is_training {
+                continue;
+            }
+            if found.is_some() {
+                return Err(source.error(key.span(), "only one parameter of a method can be trained"));
+            }
+            let train = wire::Train::deserialize(RawParams::from(value.clone()))
+                .map_err(|e| source.toml(&e, value.span()))?;
+            found = Some((key.get_ref().to_string(), Spanned::new(value.span(), train)));
+        }
+        Ok(found)
+    }
+}
+
+/// Builds a plugin from a table of the file.
+pub(super) fn build_entry<T: ?Sized>(
+    entry: &Entry<T>,
+    table: &Spanned<DeTable<'_>>,
+) -> Result<Box<T>, ParamError> {
+    (entry.build)(RawParams::from(as_value(table)))
+}
+
+fn as_value<'t>(table: &Spanned<DeTable<'t>>) -> Spanned<DeValue<'t>> {
+    Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()))
+}

@@ -1,0 +1,224 @@
+//! `plugins.toml`: the programs that may be run as trackers, see [`process`](crate::tracker::process). As
+//! strict as experiment files: unknown keys are errors with their line and the nearest word.
+
+use super::error::{Source, SpecError};
+use super::table::is_word;
+use crate::dataset::{DatasetError, text};
+use crate::plugin::RawParams;
+use crate::tracker::process::{Program, Programs, Protocol, Regions};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Longest file that is read, in bytes.
+const LONGEST: u64 = 1 << 20;
+/// Longest time limit, in seconds.
+const LONGEST_WAIT: f64 = 86_400.0;
+/// Variables that the programs find set.
+const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wire {
+    #[serde(default)]
+    tracker: BTreeMap<String, Spanned<Wired>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wired {
+    command: Spanned<Vec<String>>,
+    version: Spanned<String>,
+    #[serde(default)]
+    protocol: Protocol,
+    regions: Option<Spanned<Regions>>,
+    start_timeout: Option<Spanned<f64>>,
+    answer_timeout: Option<Spanned<f64>>,
+    #[serde(default)]
+    deterministic: bool,
+    #[serde(default)]
+    environment: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
+    digest: Vec<Spanned<String>>,
+}
+
+/// Reads a file of programs.
+///
+/// # Errors
+/// A file that cannot be read, and the first thing that is wrong with it.
+pub fn read(path: &Path) -> Result<Programs, SpecError> {
+    let file = path.display().to_string();
+    let whole = |message: String| SpecError { file: file.clone(), line: 1, message };
+    let bytes = text::read_at_most(path, LONGEST).map_err(|e| match e {
+        DatasetError::Io { source, .. } => whole(source.to_string()),
+        DatasetError::Content { message, .. } => whole(message),
+        e => whole(e.to_string()),
+    })?;
+    let text = String::from_utf8(bytes).map_err(|_| whole("bytes that are not UTF-8 text".into()))?;
+    let absolute = std::path::absolute(path).map_err(|e| whole(e.to_string()))?;
+    parse(&file, &text, absolute.parent().unwrap_or(&absolute))
+}
+
+/// Reads the text of a file of programs; `file` names it in messages, relative paths start from `folder`.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
+    let source = Source { file, text };
+    let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
+    let whole = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
+    let wire = Wire::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
+    let programs =
+        wire.tracker.into_iter().map(|(name, wired)| check(source, name, wired, folder).map(Arc::new));
+    Ok(Programs { file: file.to_string(), list: programs.collect::<Result<_, _>>()? })
+}
+
+fn check(
+    source: Source<'_>,
+    name: String,
+    wired: Spanned<Wired>,
+    folder: &Path,
+) -> Result<Program, SpecError> {
+    let (span, wired) = (wired.span(), wired.into_inner());
+    if !is_word(&name) {
+        let message = format!("the name {name:?} must have 1 to 64 characters of a-z, 0-9, `-` and `_`");
+        return Err(source.error(span, message));
+    }
+    let command = wired.command.get_ref();
+    if command.first().is_none_or(String::is_empty) || command.iter().any(|word| word.contains('\0')) {
+        let message =
+            "`command` must be a program and its arguments, such as [\"python3\", \"my_tracker.py\"]";
+        return Err(source.error(wired.command.span(), message));
+    }
+    let version = wired.version.get_ref();
+    if !(1..=64).contains(&version.chars().count()) || !version.chars().all(text::is_plain) {
+        let message = "`version` must have 1 to 64 characters, on one line";
+        return Err(source.error(wired.version.span(), message));
+    }
+    if let (Protocol::Trax, Some(regions)) = (wired.protocol, &wired.regions) {
+        let message = "`regions` goes with protocol = \"lines\"; a TraX program says itself what it reads";
+        return Err(source.error(regions.span(), message));
+    }
+    for (key, value) in &wired.environment {
+        let is_name = !key.is_empty() && !key.contains(['=', '\0']) && !RESERVED.contains(&key.as_str());
+        if !is_name || value.get_ref().contains('\0') {
+            let message = format!("`{key}` cannot be set; {} are set already", RESERVED.join(", "));
+            return Err(source.error(value.span(), message));
+        }
+    }
+    if let Some(empty) = wired.digest.iter().find(|path| path.get_ref().is_empty()) {
+        return Err(source.error(empty.span(), "`digest` must be names of files"));
+    }
+    Ok(Program {
+        name,
+        folder: folder.to_path_buf(),
+        protocol: wired.protocol,
+        start_timeout: seconds(source, "start_timeout", wired.start_timeout)?,
+        answer_timeout: seconds(source, "answer_timeout", wired.answer_timeout)?,
+        regions: wired.regions.map(Spanned::into_inner).unwrap_or_default(),
+        deterministic: wired.deterministic,
+        environment: wired.environment.into_iter().map(|(k, v)| (k, v.into_inner())).collect(),
+        digest: wired.digest.iter().map(|path| folder.join(path.get_ref())).collect(),
+        command: wired.command.into_inner(),
+        version: wired.version.into_inner(),
+    })
+}
+
+fn seconds(source: Source<'_>, key: &str, value: Option<Spanned<f64>>) -> Result<Duration, SpecError> {
+    let Some(value) = value else { return Ok(Duration::from_secs(30)) };
+    let number = *value.get_ref();
+    if !(number > 0.0 && number <= LONGEST_WAIT) {
+        let message = format!("`{key}` must be above 0 and at most {LONGEST_WAIT} seconds, not {number}");
+        return Err(source.error(value.span(), message));
+    }
+    Ok(Duration::from_secs_f64(number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Programs, SpecError> {
+        parse("plugins.toml", text, Path::new("/home/ann"))
+    }
+
+    const FULL: &str = r#"[tracker.my-tracker]
+command = ["./bin/track", "--fast"]
+protocol = "lines"
+version = "1"
+start_timeout = 2.5
+answer_timeout = 0.5
+regions = "polygon"
+deterministic = true
+environment = { OMP_NUM_THREADS = "1" }
+digest = ["bin/track", "/models/a.bin"]
+
+[tracker.other]
+command = ["other"]
+version = "2026-01"
+"#;
+
+    #[test]
+    fn programs_are_read_with_their_defaults() {
+        let programs = read(FULL).unwrap();
+        let mine = programs.find("my-tracker").unwrap();
+        assert_eq!(mine.command, ["./bin/track", "--fast"]);
+        assert_eq!(
+            (mine.protocol, mine.regions, mine.deterministic),
+            (Protocol::Lines, Regions::Polygon, true)
+        );
+        assert_eq!(mine.digest, [Path::new("/home/ann/bin/track"), Path::new("/models/a.bin")]);
+        assert_eq!((mine.start_timeout.as_millis(), mine.answer_timeout.as_millis()), (2500, 500));
+        let other = programs.find("other").unwrap();
+        assert_eq!((other.protocol, other.deterministic), (Protocol::Trax, false));
+        assert_eq!((other.start_timeout.as_secs(), other.answer_timeout.as_secs()), (30, 30));
+        let unknown = programs.find("my-traker").unwrap_err();
+        assert_eq!(unknown, "plugins.toml: unknown program `my-traker`; did you mean `my-tracker`?");
+        assert!(read("").unwrap().find("x").unwrap_err().contains("plugins.toml names none"));
+        assert!(Programs::default().find("x").unwrap_err().contains("there is no plugins.toml here"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        for (from, to, line, words) in [
+            ("protocol =", "protokol =", 3, "unknown field `protokol`"),
+            ("protocol =", "protokol =", 3, "did you mean `protocol`?"),
+            ("\"lines\"", "\"line\"", 3, "did you mean `lines`?"),
+            ("\"lines\"", "\"trax\"", 7, "goes with protocol = \"lines\""),
+            ("\"polygon\"", "\"mask\"", 7, "unknown variant `mask`"),
+            ("[\"./bin/track\", \"--fast\"]", "[]", 2, "a program and its arguments"),
+            ("[\"./bin/track\", \"--fast\"]", "\"./bin/track --fast\"", 2, "expected a sequence"),
+            ("\"--fast\"", "\"a\\u0000\"", 2, "a program and its arguments"),
+            ("version = \"1\"\n", "", 1, "missing field `version`"),
+            ("version = \"1\"", "version = \"\"", 4, "1 to 64 characters"),
+            ("version = \"1\"", "version = \"a\\nb\"", 4, "on one line"),
+            ("2.5", "0", 5, "above 0 and at most 86400 seconds, not 0"),
+            ("2.5", "-1.0", 5, "above 0"),
+            ("2.5", "nan", 5, "above 0"),
+            ("0.5", "inf", 6, "above 0"),
+            ("OMP_NUM_THREADS", "TRACKFAIL_SEED", 9, "are set already"),
+            ("OMP_NUM_THREADS", "\"A=B\"", 9, "cannot be set"),
+            ("\"bin/track\"", "\"\"", 10, "names of files"),
+            ("[tracker.my-tracker]", "[tracker.\"My tracker\"]", 1, "a-z"),
+            ("[tracker.other]", "[trackers.other]", 12, "did you mean `tracker`?"),
+            ("[tracker.other]", "[tracker.my-tracker]", 12, "duplicate key"),
+        ] {
+            let error = read(&FULL.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to}")).to_string();
+            assert!(error.contains(words), "{to}: {error}");
+            assert!(error.starts_with(&format!("plugins.toml:{line}: ")), "{to}: {error}");
+        }
+        let absent = super::read(Path::new("/no/such/plugins.toml")).unwrap_err().to_string();
+        assert!(absent.starts_with("/no/such/plugins.toml:1: "), "{absent}");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(FULL.as_bytes())) {
+            let _ = parse("plugins.toml", &String::from_utf8_lossy(&bytes), Path::new("/"));
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Packs: immutable files of records, written once and whole.
+//!
+//! ```text
+//! magic   16 bytes   "trackfail-pack/1"
+//! record  *          head (postcard of [`Head`]), then the payload
+//! index              postcard of a list of [`Place`]
+//! length  8 bytes    of the index, little-endian
+//! digest  32 bytes   SHA-256 of the index
+//! magic   16 bytes   again: a pack that is cut short lacks it
+//! ```
+//!
+//! The index holds the digest of every record, so that a changed byte anywhere is noticed: in the index
+//! when the store is opened, in a record when it is read. A pack is named after the digest of its index.
+
+use super::file;
+use super::{StoreError, TEMPORARY};
+use crate::address::{Address, Recipe, Stage};
+use crate::num::hexadecimal;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8; 16] = b"trackfail-pack/1";
+const TAIL: u64 = 8 + 32 + 16;
+/// No index and no record is larger; what claims to be is damaged.
+const LARGEST: u64 = 1 << 30;
+
+/// A pack that could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum PackError {
+    /// Its content is not what was written; it is of no use any more.
+    #[error(transparent)]
+    Damaged(StoreError),
+    /// The system refused; the pack may be whole.
+    #[error(transparent)]
+    Unreadable(StoreError),
+}
+
+impl PackError {
+    fn damaged(path: &Path, what: impl std::fmt::Display) -> Self {
+        Self::Damaged(StoreError::new(path, what))
+    }
+
+    fn io(path: &Path, e: std::io::Error) -> Self {
+        match e.kind() {
+            std::io::ErrorKind::UnexpectedEof => Self::damaged(path, "is cut short"),
+            _ => Self::Unreadable(StoreError::new(path, e)),
+        }
+    }
+}
+
+/// What a record says of itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Head {
+    /// What it is called where it was made; for `why` only, never an ingredient.
+    pub name: Name,
+    /// What it was made from.
+    pub recipe: Recipe,
+    /// Number of rows (frames, or 1) the payload must have.
+    pub rows: u64,
+}
+
+/// What a result is called in the experiment that made it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Name {
+    /// The experiment.
+    pub experiment: String,
+    /// `suite/sequence/tracker/run/method`, as far as the stage has them.
+    pub cell: String,
+}
+
+/// Where a record is, and what it must be.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    /// Its address.
+    pub address: Address,
+    /// [`name_key`] of its name.
+    pub name: u64,
+    /// First byte in the pack.
+    pub offset: u64,
+    /// Bytes of head and payload.
+    pub length: u64,
+    /// SHA-256 of head and payload.
+    pub digest: [u8; 32],
+}
+
+/// A record to be written.
+pub struct Record {
+    /// What it says of itself.
+    pub head: Head,
+    /// Its content.
+    pub payload: Vec<u8>,
+}
+
+/// 64 bits that stand for a cell's name in the index, whichever experiment it was made for.
+pub fn name_key(stage: Stage, cell: &str) -> u64 {
+    crate::num::seed::seed(0, &[stage.word(), cell])
+}
+
+/// Writes a pack into `folder`; its path and index.
+///
+/// # Errors
+/// When the folder cannot be written to.
+pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>), StoreError> {
+    let fail = |e: &dyn std::fmt::Display| StoreError::new(folder, e);
+    let mut temporary =
+        tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|e| fail(&e))?;
+    let mut bytes = MAGIC.to_vec();
+    let mut index = Vec::with_capacity(records.len());
+    for record in records {
+        let offset = bytes.len();
+        bytes = postcard::to_extend(&record.head, bytes).map_err(|e| fail(&e))?;
+        bytes.extend_from_slice(&record.payload);
+        if (bytes.len() - offset) as u64 > LARGEST {
+            return Err(fail(&"a record of more than 1 GiB"));
+        }
+        let digest = Sha256::digest(&bytes[offset..]).into();
+        let length = (bytes.len() - offset) as u64;
+        let name = name_key(record.head.recipe.stage, &record.head.name.cell);
+        index.push(Place {
+            address: record.head.recipe.address(),
+            name,
+            offset: offset as u64,
+            length,
+            digest,
+        });
+    }
+    let listed = postcard::to_stdvec(&index).map_err(|e| fail(&e))?;
+    let digest = Sha256::digest(&listed);
+    bytes.extend_from_slice(&listed);
+    bytes.extend_from_slice(&(listed.len() as u64).to_le_bytes());
+    bytes.extend_from_slice(&digest);
+    bytes.extend_from_slice(MAGIC);
+    temporary.write_all(&bytes).map_err(|e| fail(&e))?;
+    let path = folder.join(format!("{}.pack", hexadecimal(&digest[..20])));
+    file::persist(temporary, &path)?;
+    Ok((path, index))
+}
+
+/// The index of a pack; `Ok(None)` when the file has gone.
+///
+/// # Errors
+/// When the file is no whole pack.
+pub fn read_index(path: &Path) -> Result<Option<Vec<Place>>, PackError> {
+    open(path)?.map(|mut pack| index_of(&mut pack, path)).transpose()
+}
+
+fn open(path: &Path) -> Result<Option<std::fs::File>, PackError> {
+    match std::fs::File::open(path) {
+        Ok(pack) => Ok(Some(pack)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(PackError::io(path, e)),
+    }
+}
+
+/// The index of a pack that is read from anywhere; `path` is for errors.
+///
+/// # Errors
+/// When it is no whole pack.
+pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, PackError> {
+    let damaged = |what: &str| PackError::damaged(path, what);
+    let size = pack.seek(SeekFrom::End(0)).map_err(|e| PackError::io(path, e))?;
+    let mut tail = [0; TAIL as usize];
+    let read = |pack: &mut R, from: u64, into: &mut [u8]| {
+        pack.seek(SeekFrom::Start(from))
+            .and_then(|_| pack.read_exact(into))
+            .map_err(|e| PackError::io(path, e))
+    };
+    let first = MAGIC.len() as u64;
+    let Some(end) = size.checked_sub(TAIL).filter(|end| *end >= first) else {
+        return Err(damaged("is cut short"));
+    };
+    read(pack, end, &mut tail)?;
+    let (length, rest) = tail.split_at(8);
+    let (digest, magic) = rest.split_at(32);
+    let length = length.iter().rev().fold(0_u64, |n, byte| (n << 8) | u64::from(*byte));
+    if magic != MAGIC {
+        return Err(damaged("is cut short"));
+    }
+    let Some(start) = end.checked_sub(length).filter(|s| *s >= first && length <= LARGEST) else {
+        return Err(damaged("has an index that cannot be its own"));
+    };
+    let mut index = vec![0; length as usize];
+    read(pack, start, &mut index)?;
+    if Sha256::digest(&index).as_slice() != digest {
+        return Err(damaged("has a damaged index"));
+    }
+    let index: Vec<Place> = postcard::from_bytes(&index).map_err(|e| PackError::damaged(path, e))?;
+    let mut head = [0; MAGIC.len()];
+    read(pack, 0, &mut head)?;
+    let inside = |p: &Place| p.offset >= first && p.offset.checked_add(p.length).is_some_and(|e| e <= start);
+    if &head != MAGIC || !index.iter().all(inside) {
+        return Err(damaged("is damaged"));
+    }
+    Ok(index)
+}
+
+/// Head and payload of a record; `Ok(None)` when the file has gone.
+///
+/// # Errors
+/// When it is not the record that `place` promises.
+pub fn read_record(path: &Path, place: &Place) -> Result<Option<(Head, Vec<u8>)>, PackError> {
+    open(path)?.map(|mut pack| record_of(&mut pack, place, path)).transpose()
+}
+
+/// A record of a pack that is read from anywhere; `path` is for errors.
+///
+/// # Errors
+/// When it is not the record that `place` promises.
+pub fn record_of<R: Read + Seek>(
+    pack: &mut R,
+    place: &Place,
+    path: &Path,
+) -> Result<(Head, Vec<u8>), PackError> {
+    let damaged = || PackError::damaged(path, "holds a damaged record");
+    if place.length > LARGEST {
+        return Err(damaged());
+    }
+    let mut bytes = vec![0; place.length as usize];
+    let read = pack.seek(SeekFrom::Start(place.offset)).and_then(|_| pack.read_exact(&mut bytes));
+    read.map_err(|e| PackError::io(path, e))?;
+    if Sha256::digest(&bytes).as_slice() != place.digest {
+        return Err(damaged());
+    }
+    let (head, payload): (Head, &[u8]) = postcard::take_from_bytes(&bytes).map_err(|_| damaged())?;
+    if head.recipe.address() != place.address {
+        return Err(damaged());
+    }
+    let payload = payload.to_vec();
+    Ok((head, payload))
+}

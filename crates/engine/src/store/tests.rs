@@ -1,0 +1,218 @@
+//! The store under truncation, changed bytes, twins, limits and kills.
+
+use super::*;
+use crate::region::{Rect, Region};
+use crate::tracker::{Moments, Status, TrackerState};
+
+fn name(cell: &str) -> Name {
+    Name { experiment: "e".into(), cell: cell.into() }
+}
+
+fn recipe(stage: Stage, n: u32) -> Recipe {
+    Recipe::new(stage).with("n", n)
+}
+
+fn states() -> Vec<TrackerState> {
+    let corners = vec![(0.5, 0.25), (9.0, 1.0), (4.0, 8.0)];
+    let moments = Moments {
+        mean: vec![1.0, -0.0],
+        covariance: vec![1.0; 4],
+        effective_samples: 3.5,
+        likelihood: 1e-300,
+        particles: vec![0.5, -2.0, 1.0],
+    };
+    vec![
+        TrackerState::initialised(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))),
+        TrackerState { region: Region::Polygon(corners), status: Status::Skipped, posterior: Some(moments) },
+    ]
+}
+
+/// A record of every kind of content.
+fn records() -> Vec<Record> {
+    vec![
+        record(name("a/track"), recipe(Stage::Track, 1), 2, &states()).unwrap(),
+        record(name("a/signal"), recipe(Stage::Signal, 1), 2, &vec![0.1, f64::MIN_POSITIVE]).unwrap(),
+        record(name("a/model"), recipe(Stage::Model, 1), 1, &(3_u64, Some(0.5))).unwrap(),
+        record(name("a/labels"), recipe(Stage::Labels, 1), 2, &(vec![true, false], None::<f64>)).unwrap(),
+    ]
+}
+
+fn store_of(records: &[Record]) -> (tempfile::TempDir, Store) {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    store.put(records).unwrap();
+    (dir, store)
+}
+
+fn only_pack(dir: &Path) -> PathBuf {
+    let packs = packs(&dir.join(".store/packs")).unwrap();
+    assert_eq!(packs.len(), 1);
+    packs[0].clone()
+}
+
+#[test]
+fn what_is_put_is_got_now_and_after_opening_again() {
+    let (dir, store) = store_of(&records());
+    let check = |store: &Store| {
+        assert_eq!(store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2), Some(states()));
+        let signal = store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2);
+        assert_eq!(signal, Some(vec![0.1, f64::MIN_POSITIVE]));
+        assert_eq!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 2).address(), 2), None);
+        assert_eq!((store.len(), store.problems()), (4, vec![]));
+        assert!(store.knows(Stage::Labels, "a/labels") && !store.knows(Stage::Track, "a/labels"));
+        assert_eq!(store.named(Stage::Model, "a/model")[0].recipe, recipe(Stage::Model, 1));
+    };
+    check(&store);
+    check(&Store::open(dir.path()).unwrap());
+    check(&Store::look(dir.path()).unwrap());
+    assert!(Store::look(&dir.path().join("nothing")).unwrap().is_empty());
+}
+
+#[test]
+fn another_number_of_rows_is_damage() {
+    let (_dir, store) = store_of(&records());
+    assert_eq!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 3), None);
+    assert!(store.problems()[0].contains("a record of 2 rows is not one of 3"));
+}
+
+#[test]
+fn every_prefix_of_a_pack_is_noticed_and_told() {
+    let (dir, store) = store_of(&records());
+    drop(store);
+    let pack = only_pack(dir.path());
+    let bytes = std::fs::read(&pack).unwrap();
+    for n in 0..bytes.len() {
+        std::fs::write(&pack, &bytes[..n]).unwrap();
+        let store = Store::look(dir.path()).unwrap();
+        assert!(store.is_empty(), "cut to {n} bytes");
+        assert!(store.problems()[0].contains("is computed again"), "cut to {n} bytes");
+    }
+    std::fs::write(&pack, [bytes.clone(), vec![0]].concat()).unwrap();
+    assert!(Store::look(dir.path()).unwrap().is_empty(), "one byte more");
+    std::fs::write(&pack, &bytes).unwrap();
+    assert_eq!(Store::look(dir.path()).unwrap().len(), 4);
+}
+
+#[test]
+fn no_changed_byte_is_believed() {
+    let (dir, store) = store_of(&records());
+    drop(store);
+    let pack = only_pack(dir.path());
+    let bytes = std::fs::read(&pack).unwrap();
+    for at in 0..bytes.len() {
+        let mut changed = bytes.clone();
+        changed[at] ^= 0x10;
+        std::fs::write(&pack, &changed).unwrap();
+        let store = Store::look(dir.path()).unwrap();
+        let track = store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2);
+        assert!(track.is_none() || track == Some(states()), "byte {at}");
+        let signal = store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2);
+        assert!(signal.is_none() || signal == Some(vec![0.1, f64::MIN_POSITIVE]), "byte {at}");
+        let model = store.get::<(u64, Option<f64>)>(&recipe(Stage::Model, 1).address(), 1);
+        assert!(model.is_none() || model == Some((3, Some(0.5))), "byte {at}");
+        let labels = store.get::<(Vec<bool>, Option<f64>)>(&recipe(Stage::Labels, 1).address(), 2);
+        assert!(labels.is_none() || labels == Some((vec![true, false], None)), "byte {at}");
+        let lost = [track.is_none(), signal.is_none(), model.is_none(), labels.is_none()];
+        assert!(lost.contains(&true) && !store.problems().is_empty(), "byte {at} is of no use");
+    }
+}
+
+#[test]
+fn joining_adds_what_is_new_and_refuses_what_contradicts() {
+    let (_a, mine) = store_of(&records()[..2]);
+    let (_b, theirs) = store_of(&records());
+    assert_eq!(mine.join(&theirs).unwrap(), Joined { added: 2, known: 2 });
+    assert_eq!(mine.join(&theirs).unwrap(), Joined { added: 0, known: 4 });
+    let other = record(name("a/model"), recipe(Stage::Model, 1), 1, &(4_u64, Some(0.5))).unwrap();
+    let (_c, contrary) = store_of(&[other]);
+    assert!(mine.join(&contrary).unwrap_err().to_string().contains("the model of a/model is not what"));
+}
+
+#[test]
+fn the_limit_removes_what_was_used_longest_ago_but_nothing_in_use() {
+    let dir = tempfile::tempdir().unwrap();
+    for n in 0..3 {
+        let store = Store::open(dir.path()).unwrap();
+        store
+            .put(&[record(name("x"), recipe(Stage::Signal, n), 2, &vec![f64::from(n); 2]).unwrap()])
+            .unwrap();
+    }
+    // Whichever was written first: the third is the oldest, the first the newest.
+    let age = |n: u32, seconds: u64| {
+        let store = Store::look(dir.path()).unwrap();
+        let pack = store.index().places[&recipe(Stage::Signal, n).address()].0;
+        let path = store.index().packs[pack as usize].clone();
+        let time = std::time::UNIX_EPOCH + std::time::Duration::from_secs(seconds);
+        File::options().append(true).open(&path).unwrap().set_modified(time).unwrap();
+        path.metadata().unwrap().len()
+    };
+    let sizes = [age(0, 30), age(1, 20), age(2, 10)];
+    let store = Store::open(dir.path()).unwrap();
+    let other = Store::open(dir.path()).unwrap();
+    assert_eq!(store.collect(0).packs, 0, "another run uses the store");
+    let kept = other.collect(sizes[0] + sizes[1]);
+    assert_eq!(kept, Collected { packs: 1, bytes: sizes[0] + sizes[1] });
+    let store = Store::open(dir.path()).unwrap();
+    assert!(!store.contains(&recipe(Stage::Signal, 2).address()));
+    assert!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2).is_some());
+    assert_eq!(store.collect(0), Collected { packs: 1, bytes: sizes[1] }, "what was used stays");
+}
+
+#[test]
+fn a_forgotten_record_is_gone_and_a_new_one_takes_its_place() {
+    let (dir, store) = store_of(&records());
+    let fresh = record(name("a/model"), recipe(Stage::Model, 1), 1, &(4_u64, Some(0.5))).unwrap();
+    assert!(store.differs(&fresh) && !store.differs(&records()[2]));
+    assert!(store.problems()[0].contains("a/model"));
+    store.forget(&[fresh.head.recipe.address()]);
+    store.put(&[fresh]).unwrap();
+    let store = Store::look(dir.path()).unwrap();
+    assert_eq!(store.get(&recipe(Stage::Model, 1).address(), 1), Some((4_u64, Some(0.5))));
+}
+
+#[test]
+fn records_that_are_there_twice_are_all_forgotten() {
+    let (dir, store) = store_of(&records()[..1]);
+    // The other pack has one record more, and another content under the same address.
+    let other = record(name("a/track"), recipe(Stage::Track, 1), 1, &states()[..1].to_vec()).unwrap();
+    store.put(&[other, records().remove(1)]).unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    assert_eq!(store.len(), 2);
+    assert!(store.differs(&records()[0]));
+    store.forget(&[recipe(Stage::Track, 1).address()]);
+    assert!(store.is_empty());
+    assert!(Store::look(dir.path()).unwrap().is_empty());
+}
+
+#[test]
+fn what_cannot_be_read_is_told_and_left_alone() {
+    let (dir, store) = store_of(&records());
+    drop(store);
+    let folder = dir.path().join(".store/packs/folder.pack");
+    std::fs::create_dir(&folder).unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    assert_eq!((store.len(), store.problems().len()), (4, 1));
+    assert!(folder.exists());
+    // Who only looks removes nothing, damaged or not.
+    std::fs::remove_dir(&folder).unwrap();
+    std::fs::write(only_pack(dir.path()), "short").unwrap();
+    assert!(Store::look(dir.path()).unwrap().is_empty());
+    assert!(only_pack(dir.path()).exists());
+}
+
+#[test]
+fn what_a_killed_run_left_is_swept_and_what_is_in_use_is_not() {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    let used = store.staging().unwrap();
+    let left = dir.path().join(".store/staging").join(format!("{TEMPORARY}left"));
+    std::fs::create_dir_all(left.join("tables")).unwrap();
+    File::create(left.join(".lock")).unwrap();
+    let half = dir.path().join(".store/packs").join(format!("{TEMPORARY}half"));
+    std::fs::write(&half, "half").unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    assert!(used.path().is_dir() && half.exists() && !left.exists(), "the first still uses the store");
+    drop(store);
+    drop(Store::open(dir.path()).unwrap());
+    assert!(used.path().is_dir() && !half.exists());
+}

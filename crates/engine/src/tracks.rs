@@ -1,0 +1,250 @@
+//! The tracks and signals of one sequence: from the store where they are, computed where they are not.
+
+use super::address::{Address, Recipe};
+use super::pass::{CellError, Pass, PassOutput, Task, pass};
+use super::plan::{ExperimentPlan, PlannedSequence};
+use super::recipes;
+use super::reverse::{Reversal, ReverseSource};
+use super::run::{Context, RunError};
+use super::store::{self, Name};
+use super::tally::Work;
+use crate::detector::Example;
+use crate::region::Region;
+use crate::score::overlap;
+use crate::tracker::{Status, TrackerState};
+use std::sync::Arc;
+
+/// What one tracker did on one sequence, with the signals computed from it.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Where it is filed.
+    pub address: Address,
+    /// The region of each frame.
+    pub regions: Vec<Region>,
+    /// What happened in each frame.
+    pub status: Vec<Status>,
+    /// O_t of each frame; NaN where the target is not annotated.
+    pub error: Vec<f64>,
+    /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
+    pub signals: Vec<Vec<f64>>,
+    /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
+    pub repeated: usize,
+    /// Its tracker backwards, where a method of the experiment asks for it.
+    pub reversal: Option<Arc<Reversal>>,
+}
+
+impl Track {
+    /// The track with one of its signals, to learn from.
+    pub fn example(&self, signal: Option<usize>) -> Example<'_> {
+        let signal = signal.and_then(|k| self.signals.get(k));
+        Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
+    }
+}
+
+/// The tracks of one sequence, one a job.
+pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
+
+/// Those of a suite's tracks of a tracker that are learned from and there, with their sequence and job, sequence
+/// by sequence; `tracks` has those of every suite.
+pub fn learned_from(
+    plan: &ExperimentPlan<'_>,
+    tracks: &[Vec<Tracks>],
+    suite: usize,
+    tracker: usize,
+) -> Vec<(Arc<Track>, usize, usize)> {
+    let pairs = plan.learned_from(suite, tracker).into_iter();
+    pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
+}
+
+/// At most so many tracks are made in one pass, for the sake of memory.
+const MOST_TASKS: usize = 64;
+
+/// What of a track is in the store.
+struct Found {
+    job: usize,
+    recipe: Recipe,
+    states: Option<Arc<Vec<TrackerState>>>,
+    signals: Vec<Option<Vec<f64>>>,
+}
+
+impl Found {
+    fn is_whole(&self) -> bool {
+        self.states.is_some() && self.signals.iter().all(Option::is_some)
+    }
+}
+
+/// Tracks of `jobs` on a sequence of a suite, in their order.
+///
+/// # Errors
+/// When the run is interrupted or the store cannot be written to; what goes wrong with a track is in its place.
+pub fn tracks(
+    context: &Context<'_>,
+    suite: usize,
+    planned: &PlannedSequence,
+    jobs: &[usize],
+) -> Result<Tracks, RunError> {
+    let mut done = Vec::with_capacity(jobs.len());
+    for jobs in jobs.chunks(MOST_TASKS) {
+        done.extend(some_tracks(context, suite, planned, jobs)?);
+    }
+    Ok(done)
+}
+
+fn some_tracks(
+    context: &Context<'_>,
+    suite: usize,
+    planned: &PlannedSequence,
+    jobs: &[usize],
+) -> Result<Tracks, RunError> {
+    let plan = context.plan;
+    let rows = planned.sequence.len();
+    let look = |job: &usize| {
+        let recipe = planned.tracks[*job].clone()?;
+        let address = recipe.address();
+        let signal = |(k, choice)| {
+            if !plan.wants_signal(suite, *job, k) {
+                return Some(Vec::new());
+            }
+            let address = recipes::signal(address, choice).address();
+            context.kept::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
+        };
+        let states = context.kept::<Vec<TrackerState>>(&address, rows);
+        let states = states.filter(|s| s.len() == rows).map(Arc::new);
+        let signals = plan.signals.iter().enumerate().map(signal).collect();
+        Ok(Found { job: *job, recipe, states, signals })
+    };
+    let mut found: Vec<Result<Found, CellError>> = jobs.iter().map(look).collect();
+    let wanted: Vec<usize> =
+        (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_whole())).collect();
+    for found in found.iter().flatten() {
+        context.tally.add(Work::Tracks, found.states.is_some());
+        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, found.job, *k);
+        let signals = found.signals.iter().enumerate().filter(wanted);
+        signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
+    }
+    if !wanted.is_empty() {
+        let task = |k: &usize| {
+            let found = found[*k].as_ref().ok()?;
+            let job = plan.jobs[found.job];
+            let tracker = &plan.experiment.trackers[job.tracker];
+            Some(Task {
+                setup: tracker.setup.clone(),
+                run: job.run,
+                seed: recipes::track_seed(plan.experiment, &planned.sequence, tracker, job.run),
+                states: found.states.clone(),
+                signals: (0..found.signals.len()).filter(|s| found.signals[*s].is_none()).collect(),
+            })
+        };
+        let one = Pass {
+            sequence: planned.sequence.clone(),
+            frames: context.frames.clone(),
+            signals: plan.signals.clone(),
+            data_root: context.options.data_root.clone(),
+            tasks: wanted.iter().filter_map(task).collect(),
+            on_frame: context.on_frame.clone(),
+        };
+        let mut made = pass(one, &context.options.limits)?;
+        if let Err(e) = unchanged(context, planned, &wanted, &found) {
+            made = made.into_iter().map(|_| Err(e.clone())).collect();
+        }
+        let mut records = Vec::new();
+        for (k, made) in wanted.into_iter().zip(made) {
+            let Ok(mut one) = std::mem::replace(&mut found[k], Err(CellError::Failed(String::new()))) else {
+                continue;
+            };
+            found[k] = match made {
+                Err(e) => Err(e),
+                Ok(made) => {
+                    keep(context, suite, planned, &mut one, made, &mut records)?;
+                    Ok(one)
+                }
+            };
+        }
+        context.put(records)?;
+    }
+    Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
+}
+
+/// Adds what was made to what was found, and to the records to be kept.
+fn keep(
+    context: &Context<'_>,
+    suite: usize,
+    planned: &PlannedSequence,
+    found: &mut Found,
+    made: PassOutput,
+    records: &mut Vec<store::Record>,
+) -> Result<(), RunError> {
+    let plan = context.plan;
+    let rows = planned.sequence.len();
+    let name = Name {
+        experiment: plan.experiment.name.clone(),
+        cell: plan.track_name(suite, &planned.sequence.name, plan.jobs[found.job]),
+    };
+    if found.states.is_none() {
+        records.push(store::record(name.clone(), found.recipe.clone(), rows, &*made.states)?);
+        found.states = Some(made.states);
+    }
+    let address = found.recipe.address();
+    let empty = found.signals.iter_mut().enumerate().filter(|(_, s)| s.is_none());
+    for ((k, place), series) in empty.zip(made.signals) {
+        let choice = &plan.signals[k];
+        let name = Name { cell: format!("{}/{}", name.cell, choice.kind), ..name.clone() };
+        records.push(store::record(name, recipes::signal(address, choice), rows, &series)?);
+        *place = Some(series);
+    }
+    Ok(())
+}
+
+/// Whether the files that were read are still those that the addresses tell of.
+fn unchanged(
+    context: &Context<'_>,
+    planned: &PlannedSequence,
+    wanted: &[usize],
+    found: &[Result<Found, CellError>],
+) -> Result<(), CellError> {
+    let plan = context.plan;
+    let name = &planned.sequence.name;
+    let changed = || CellError::Failed(format!("{name}: files changed while they were read; run again"));
+    let digest = planned.sequence.digest_anew().map_err(|e| CellError::Failed(e.to_string()))?;
+    if digest != planned.digest {
+        return Err(changed());
+    }
+    let common = recipes::sequence(&planned.sequence, &digest)?;
+    for found in wanted.iter().filter_map(|k| found[*k].as_ref().ok()) {
+        let root = context.options.data_root.as_deref();
+        let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], root)?;
+        if now != found.recipe {
+            return Err(changed());
+        }
+    }
+    Ok(())
+}
+
+fn track(context: &Context<'_>, planned: &PlannedSequence, found: Found) -> Track {
+    let plan = context.plan;
+    let states = found.states.unwrap_or_default();
+    let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
+    let reversal = plan.needs_reverse().then(|| {
+        let job = plan.jobs[found.job];
+        let tracker = &plan.experiment.trackers[job.tracker];
+        let origin = ReverseSource {
+            sequence: planned.sequence.clone(),
+            frames: context.frames.clone(),
+            setup: tracker.setup.clone(),
+            run: job.run,
+            seed: recipes::track_seed(plan.experiment, &planned.sequence, tracker, job.run),
+            data_root: context.options.data_root.clone(),
+        };
+        Arc::new(Reversal::new(origin, regions.clone()))
+    });
+    let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
+    Track {
+        address: found.recipe.address(),
+        regions,
+        status: states.iter().map(|s| s.status).collect(),
+        error: overlap::errors(&states, &planned.sequence.truth),
+        signals: found.signals.into_iter().flatten().collect(),
+        repeated,
+        reversal,
+    }
+}

@@ -1,0 +1,146 @@
+//! Why a cell is or is not in the store: the first ingredient, in data-flow order, that is another one now
+//! than it was.
+
+use super::address::{Address, Recipe, Stage};
+use super::plan::{CellState, ExperimentPlan};
+use super::recipes;
+use super::store::Store;
+use std::collections::BTreeMap;
+
+/// What there is to say of one cell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reason {
+    /// `sequence/tracker/run/method[params]`.
+    pub cell: String,
+    /// What the store knows of it.
+    pub state: CellState,
+    /// Why, in one sentence.
+    pub because: String,
+}
+
+/// Tells of every cell that `wanted` accepts by its name.
+pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool) -> Vec<Reason> {
+    let now = current(plan);
+    let kept = plan.kept_tracks(store);
+    let labels = plan.labels();
+    let mut reasons = Vec::new();
+    let cells = plan.cells().into_iter().zip(labels).filter(|(_, (cell, _))| wanted(cell));
+    for (place, (cell, recipe)) in cells {
+        let (state, because) = match recipe {
+            Err(e) => (CellState::Absent, e.to_string()),
+            Ok(recipe) if store.contains(&recipe.address()) && !kept[place.sequence][place.job] => {
+                (CellState::Missing, "its track or a signal on it has been removed".to_string())
+            }
+            Ok(recipe) if store.contains(&recipe.address()) => {
+                (CellState::Cached, "everything it was made from is as it was".to_string())
+            }
+            Ok(recipe) => {
+                let before = store.named(Stage::Labels, &plan.stored_name(&cell));
+                // The record that has most in common tells most.
+                let nearest = before.iter().max_by_key(|head| common(&head.recipe, &recipe));
+                match nearest {
+                    None => (CellState::Missing, "it was never computed here".to_string()),
+                    Some(head) => (CellState::Stale, difference(&head.recipe, &recipe, store, &now)),
+                }
+            }
+        };
+        reasons.push(Reason { cell, state, because });
+    }
+    reasons
+}
+
+/// Every recipe of the plan above the labels, by address.
+fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
+    let mut all = BTreeMap::new();
+    for suite in &plan.suites {
+        for track in suite.sequences.iter().flat_map(|s| s.tracks.iter().flatten()) {
+            let address = track.address();
+            for choice in plan.signals.iter() {
+                let signal = recipes::signal(address, choice);
+                all.insert(signal.address(), signal);
+            }
+            all.insert(address, track.clone());
+        }
+    }
+    all.extend(plan.models().into_iter().flatten().flatten().map(|model| (model.address(), model)));
+    all
+}
+
+/// Number of ingredients that two recipes share.
+fn common(a: &Recipe, b: &Recipe) -> usize {
+    a.ingredients.iter().filter(|i| b.ingredients.contains(i)).count()
+}
+
+/// Whether an ingredient is the address of the stage above.
+fn is_parent(name: &str) -> bool {
+    ["track", "signal", "model"].contains(&name)
+}
+
+/// Who made what a recipe is of.
+fn subject(recipe: &Recipe) -> String {
+    let what = match recipe.stage {
+        Stage::Track => "tracker",
+        Stage::Signal => "signal",
+        Stage::Model => "training of",
+        Stage::Labels => "detector",
+    };
+    let kind = match recipe.stage {
+        Stage::Model => recipe.value("parameter").or_else(|| recipe.value("learner")),
+        _ => recipe.value(what),
+    };
+    kind.map_or_else(|| recipe.stage.word().to_string(), |kind| format!("{what} {kind}"))
+}
+
+/// What is a parameter's name, what it was and what it is.
+fn parameter_difference(before: &str, now: &str) -> Option<String> {
+    let read = |text: &str| serde_json::from_str::<BTreeMap<String, serde_json::Value>>(text).ok();
+    let (before, now) = (read(before)?, read(now)?);
+    let names = now.keys().chain(before.keys());
+    let name = names.into_iter().find(|name| before.get(*name) != now.get(*name))?;
+    let show = |value: Option<&serde_json::Value>| value.map_or("not there".to_string(), |v| v.to_string());
+    Some(format!("{name} was {}, is {}", show(before.get(name)), show(now.get(name))))
+}
+
+/// The first difference between what something was made from and would be made from now.
+fn difference(before: &Recipe, now: &Recipe, store: &Store, current: &BTreeMap<Address, Recipe>) -> String {
+    let plugin = subject(now);
+    for (k, (name, value)) in now.ingredients.iter().enumerate() {
+        let was = match before.ingredients.get(k) {
+            Some((n, v)) if n == name => v,
+            Some((n, _)) => return format!("{plugin}: made from {n} before, from {name} now"),
+            None => return format!("{plugin}: {name} is new"),
+        };
+        if was == value {
+            continue;
+        }
+        let is_address = is_parent(name) && was.len() == 64;
+        if is_address {
+            let parent = |text: &str, recipe: fn(&Store, &Address) -> Option<Recipe>| {
+                parse(text).and_then(|a| current.get(&a).cloned().or_else(|| recipe(store, &a)))
+            };
+            let kept = |store: &Store, address: &Address| store.head(address).map(|head| head.recipe);
+            return match (parent(was, kept), parent(value, kept)) {
+                (Some(before), Some(now)) => difference(&before, &now, store, current),
+                _ => format!("{plugin}: another {name}, whose record has been removed"),
+            };
+        }
+        if name == "parameters"
+            && let Some(difference) = parameter_difference(was, value)
+        {
+            return format!("{plugin}: {difference}");
+        }
+        return format!("{plugin}: {name} was {was}, is {value}");
+    }
+    match before.ingredients.get(now.ingredients.len()) {
+        Some((name, _)) => format!("{plugin}: {name} is no longer used"),
+        None => format!("{plugin}: the same, but its record has been removed"),
+    }
+}
+
+fn parse(text: &str) -> Option<Address> {
+    let mut bytes = [0; 32];
+    for (k, byte) in bytes.iter_mut().enumerate() {
+        *byte = u8::from_str_radix(text.get(2 * k..2 * k + 2)?, 16).ok()?;
+    }
+    Some(Address(bytes))
+}

@@ -1,0 +1,191 @@
+//! What holds for every analysis in the list, checked on drawn tracks.
+
+use super::processing_time::{Spent, Timing};
+use super::*;
+use crate::num::hexadecimal;
+use crate::num::seed;
+use crate::region::{Rect, Region};
+use crate::tracker::Status;
+use rand::RngExt;
+use sha2::{Digest, Sha256};
+
+/// Kind and digest of what it finds out; a change without a raised version is a mistake.
+const GOLDEN: &[(&str, u32, &str)] = &[
+    ("uncertainty-model", 1, "129873628bdc9b4f"),
+    ("cut-values", 1, "00e7676b59366b45"),
+    ("success", 1, "48c57a1ce123ee66"),
+    ("resets", 1, "c14047f0b885a0b9"),
+    ("processing-time", 1, "a21aa7671c76ccbc"),
+];
+
+/// c_t and errors of a few tracks: mostly small values, larger ones where the track is lost.
+fn tracks(name: &str, scale: f64) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let mut rng = seed::rng(seed::seed(1, &[name]));
+    let mut track = |_| {
+        let error: Vec<f64> = (0..150)
+            .map(|t| match t {
+                70..90 => 1.0,
+                20..25 => f64::NAN,
+                _ => rng.random_range(0.05..0.85),
+            })
+            .collect();
+        let draw = |(t, error): (usize, &f64)| {
+            let u: f64 = rng.random_range(1e-6..1.0);
+            match t {
+                0 | 1 => 0.0,
+                _ if *error == 1.0 => -3.0 * u.ln(),
+                _ => -scale * u.ln() * if t % 3 == 0 { 4.0 } else { 1.0 },
+            }
+        };
+        (error.iter().enumerate().map(draw).collect(), error)
+    };
+    (0..6).map(&mut track).collect()
+}
+
+/// Regions and ground truth of one track: it drifts off and is started again.
+struct Drawn {
+    regions: Vec<Region>,
+    status: Vec<Status>,
+    truth: Vec<Option<Region>>,
+    attributes: Vec<String>,
+    frame_attributes: Vec<(String, Vec<bool>)>,
+}
+
+fn drawn(k: usize) -> Drawn {
+    let square = |x: f64| Region::Rect(Rect::new(x, 20.0, 30.0, 40.0));
+    let status = |t: usize| match t {
+        0 => Status::Initialised,
+        95 if k > 0 => Status::Initialised,
+        90 if k > 0 => Status::Failed,
+        91..95 if k > 0 => Status::Skipped,
+        _ => Status::Tracked,
+    };
+    Drawn {
+        regions: (0..150).map(|t| square(50.0 + ((t * (k + 1)) % 17) as f64)).collect(),
+        status: (0..150).map(status).collect(),
+        truth: (0..150).map(|t| (t % 9 != 4).then(|| square(50.0))).collect(),
+        attributes: vec!["SV".into()],
+        frame_attributes: vec![("occlusion".into(), (0..150).map(|t| t % 3 == 0).collect())],
+    }
+}
+
+fn trajectories(drawn: &[Drawn]) -> Vec<Trajectory<'_>> {
+    fn trajectory((k, d): (usize, &Drawn)) -> Trajectory<'_> {
+        Trajectory {
+            sequence: if k < 2 { "first" } else { "second" },
+            run: (k % 2) as u32,
+            regions: &d.regions,
+            status: &d.status,
+            truth: &d.truth,
+            frame: (160, 120),
+            attributes: &d.attributes,
+            frame_attributes: &d.frame_attributes,
+        }
+    }
+    drawn.iter().enumerate().map(trajectory).collect()
+}
+
+fn population<'a>(suite: &'a str, tracks: &'a [(Vec<f64>, Vec<f64>)], drawn: &'a [Drawn]) -> Population<'a> {
+    let tracks = tracks.iter().map(|(signal, error)| Example { signal, error }).collect();
+    let spent =
+        |seconds: f64| Spent { signal: seconds, detection: 0.25, reverse: seconds, runs: 3, frames: 40 };
+    let timing = |repeat: usize| Timing {
+        repeat,
+        frames: 100,
+        tracking: 0.5,
+        methods: [1.0, 2.0].map(|k| spent(0.125 * k * (repeat + 1) as f64)).into(),
+    };
+    let timings = if drawn.is_empty() { vec![] } else { (0..4).map(timing).collect() };
+    Population { suite, tracks, trajectories: trajectories(drawn), timings }
+}
+
+fn digest(findings: &Findings) -> String {
+    let mut hash = Sha256::new();
+    let mut number = |v: f64| hash.update(format!("{v:.6e} ").as_bytes());
+    findings.numbers.iter().for_each(|(_, v)| number(*v));
+    let cells = findings.tables.iter().flat_map(|t| &t.rows).flat_map(|(_, values)| values);
+    cells.flatten().for_each(|v| number(*v));
+    let points = findings.charts.iter().flat_map(|c| &c.curves).flat_map(|(_, points)| points);
+    points.for_each(|p| [p.0, p.1].into_iter().for_each(&mut number));
+    hexadecimal(&hash.finalize()[..8])
+}
+
+#[test]
+fn what_is_promised_is_found_finite_and_golden() {
+    let (first, second) = (tracks("first", 0.05), tracks("second", 0.08));
+    let drawn: Vec<Drawn> = (0..4).map(drawn).collect();
+    let mut found = Vec::new();
+    for entry in ANALYSES {
+        let analysis = entry.build_from_text(entry.example).unwrap();
+        let (fewest, most) = analysis.suites();
+        for suites in fewest..=most {
+            let populations = [population("first", &first, &drawn), population("second", &second, &drawn)];
+            let findings = analysis.analyse(&populations[..suites]).unwrap();
+            let names = analysis.names(suites);
+            let sorted = |mut names: Vec<String>| {
+                names.sort();
+                names
+            };
+            assert_eq!(sorted(findings.numbers.iter().map(|n| n.0.clone()).collect()), sorted(names.numbers));
+            assert_eq!(
+                sorted(findings.tables.iter().map(|t| t.name.clone()).collect()),
+                sorted(names.tables)
+            );
+            assert_eq!(
+                sorted(findings.charts.iter().map(|c| c.name.clone()).collect()),
+                sorted(names.charts)
+            );
+            for table in &findings.tables {
+                assert!(
+                    table.rows.iter().all(|(_, values)| values.len() == table.columns.len()),
+                    "{}",
+                    table.name
+                );
+                assert!(
+                    table.rows.iter().flat_map(|r| &r.1).flatten().all(|v| v.is_finite()),
+                    "{}",
+                    table.name
+                );
+            }
+            for chart in &findings.charts {
+                let points = || chart.curves.iter().flat_map(|c| &c.1);
+                assert!(points().next().is_some(), "{} is empty", chart.name);
+                assert!(points().all(|p| p.0.is_finite() && p.1.is_finite()), "{}", chart.name);
+            }
+            assert!(findings.numbers.iter().all(|(_, v)| v.is_finite()));
+            if suites == most {
+                found.push((entry.kind, entry.version, digest(&findings)));
+            }
+        }
+    }
+    let golden: Vec<_> = GOLDEN.iter().map(|(k, v, d)| (*k, *v, d.to_string())).collect();
+    assert_eq!(found, golden, "raise the version of what has changed");
+}
+
+#[test]
+fn suites_without_consistent_frames_are_an_error_in_words() {
+    let mut lost = tracks("lost", 0.05);
+    lost.iter_mut().for_each(|(_, error)| error.fill(1.0));
+    for entry in ANALYSES {
+        let analysis = entry.build_from_text(entry.example).unwrap();
+        let populations = [population("lost", &lost, &[]), population("lost", &lost, &[])];
+        if analysis.reads() != Reads::Signal {
+            assert!(analysis.analyse(&populations[..1]).unwrap_err().contains("no track"), "{}", entry.kind);
+            continue;
+        }
+        let reason = analysis.analyse(&populations[..analysis.suites().0]).unwrap_err();
+        assert!(reason.contains("mixture of Gammas"), "{}: {reason}", entry.kind);
+    }
+}
+
+/// Two suites that are one: no distance, no difference.
+#[test]
+fn a_suite_is_as_far_from_itself_as_can_be_near() {
+    let one = tracks("one", 0.05);
+    let analysis = uncertainty_model::ENTRY.build_from_text("{}").unwrap();
+    let findings = analysis.analyse(&[population("a", &one, &[]), population("b", &one, &[])]).unwrap();
+    for name in ["similarity", "cut-difference"] {
+        let table = findings.tables.iter().find(|t| t.name == name).unwrap();
+        assert!(table.rows.iter().flat_map(|r| &r.1).flatten().all(|v| *v == 0.0), "{name}");
+    }
+}

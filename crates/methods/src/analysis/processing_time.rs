@@ -1,0 +1,235 @@
+//! `processing-time`: what judging a track costs, split by stage, for methods side by side (SanMiguel and
+//! Cavallaro, CVIU 131, 2015, Table 5).
+//!
+//! | stage | what is timed |
+//! |---|---|
+//! | `signal` | the signal that the method reads, from the tracker's answers |
+//! | `detection` | the detector, without what it has the tracker do again |
+//! | `reverse tracking` | the tracker run backwards |
+//! | `total` | the three together |
+//! | `tracking` | the tracker itself, the same for all methods; not in the total |
+//!
+//! Milliseconds a frame of the sequence, medians over `repeats`, each of which goes over all tracks, on one
+//! thread; frames are decoded before the clock starts. What a run backwards costs is what it costs a program
+//! that judges while it tracks: the tracker is not brought to its start anew. `ratio` is the median over the
+//! repeats of the last method's total over the first one's.
+//!
+//! These are the only results with a clock in them: they differ from run to run and are never kept for the
+//! next one. `reverse runs` and `reverse frames` beside them are counts, per 1000 frames, and do not.
+
+use super::{Analysis, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// In the list of analyses.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "processing-time",
+    version: 1,
+    summary: "milliseconds a frame that methods cost, by stage",
+    example: "{ methods = [\"ARTE\", \"ARTE*\"] }",
+    build: |raw| Ok(Box::new(ProcessingTime::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Methods of the experiment without a grid, each once.
+    pub methods: Vec<String>,
+    /// How often everything is timed, 1 to 1000.
+    #[serde(default = "five")]
+    pub repeats: usize,
+}
+
+fn five() -> usize {
+    5
+}
+
+/// Seconds that one method took on one track.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Spent {
+    /// Its signal.
+    pub signal: f64,
+    /// Its detector, the tracker's runs backwards left out.
+    pub detection: f64,
+    /// Those runs.
+    pub reverse: f64,
+    /// How many there were.
+    pub runs: u64,
+    /// Over how many frames.
+    pub frames: u64,
+}
+
+/// One pass over one track.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Timing {
+    /// Which repeat it belongs to, from 0.
+    pub repeat: usize,
+    /// Frames of the track.
+    pub frames: usize,
+    /// Seconds of the tracker.
+    pub tracking: f64,
+    /// What each method took, in the order of the parameters.
+    pub methods: Vec<Spent>,
+}
+
+struct ProcessingTime(Params);
+
+impl ProcessingTime {
+    fn new(p: Params) -> Result<Self, ParamError> {
+        if !(1..=1000).contains(&p.repeats) {
+            return Err(ParamError::out_of_range("repeats", "1 to 1000", p.repeats));
+        }
+        let repeated = p.methods.iter().enumerate().any(|(k, m)| p.methods[..k].contains(m));
+        if p.methods.is_empty() || p.methods.len() > 20 || repeated {
+            let rule = "1 to 20 different methods";
+            return Err(ParamError::out_of_range("methods", rule, format!("{:?}", p.methods)));
+        }
+        Ok(Self(p))
+    }
+}
+
+/// Median of at least one number.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len() % 2 == 1 { values[half] } else { (values[half - 1] + values[half]) / 2.0 }
+}
+
+impl Analysis for ProcessingTime {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Clock
+    }
+
+    fn timed(&self) -> (&[String], usize) {
+        (&self.0.methods, self.0.repeats)
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        let numbers = ["ratio", "reverse-runs-ratio"].map(String::from).to_vec();
+        Names { numbers, tables: vec!["stages".to_string()], charts: Vec::new() }
+    }
+
+    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+        let timings = populations.first().map_or(&[][..], |p| &p.timings);
+        let methods = self.0.methods.len();
+        if timings.is_empty() || timings.iter().any(|t| t.methods.len() != methods) {
+            return Err("no track was timed".to_string());
+        }
+        // Sums over the tracks of each repeat, in milliseconds a frame.
+        let a_frame = |seconds: &dyn Fn(&Timing) -> f64| -> Vec<f64> {
+            let of_repeat = |repeat: usize| {
+                let mine = || timings.iter().filter(|t| t.repeat == repeat);
+                let frames: usize = mine().map(|t| t.frames).sum();
+                1000.0 * mine().map(seconds).sum::<f64>() / frames.max(1) as f64
+            };
+            (0..self.0.repeats).filter(|r| timings.iter().any(|t| t.repeat == *r)).map(of_repeat).collect()
+        };
+        let total =
+            |m: usize| a_frame(&|t| t.methods[m].signal + t.methods[m].detection + t.methods[m].reverse);
+        let row = |name: &str, of: &dyn Fn(usize) -> f64| {
+            (name.to_string(), (0..methods).map(|m| Some(of(m))).collect::<Vec<_>>())
+        };
+        let median_of = |of: fn(&Spent) -> f64| move |m: usize| median(a_frame(&|t| of(&t.methods[m])));
+        let runs = median_of(|s| s.runs as f64);
+        let rows = vec![
+            row("signal", &median_of(|s| s.signal)),
+            row("detection", &median_of(|s| s.detection)),
+            row("reverse tracking", &median_of(|s| s.reverse)),
+            row("total", &|m| median(total(m))),
+            row("tracking", &|_| median(a_frame(&|t| t.tracking))),
+            row("reverse runs", &runs),
+            row("reverse frames", &median_of(|s| s.frames as f64)),
+        ];
+        let ratios = total(0).iter().zip(total(methods - 1)).map(|(first, last)| last / first).collect();
+        let mut numbers = vec![("ratio".to_string(), median(ratios))];
+        if runs(0) > 0.0 {
+            numbers.push(("reverse-runs-ratio".to_string(), runs(methods - 1) / runs(0)));
+        }
+        let columns = self.0.methods.clone();
+        let stages = Grid {
+            name: "stages".into(),
+            corner: "milliseconds a frame; runs per 1000".into(),
+            columns,
+            rows,
+        };
+        Ok(Findings { numbers, tables: vec![stages], charts: Vec::new() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // By hand: two tracks of 100 and 300 frames, three repeats; 0.4 s in 400 frames are 1 ms a frame.
+    #[test]
+    fn medians_over_repeats_of_sums_over_tracks() {
+        let spent = |signal: f64, reverse: f64, runs: u64| Spent {
+            signal,
+            detection: 0.1,
+            reverse,
+            runs,
+            frames: 40 * runs,
+        };
+        let timings: Vec<Timing> = [1.0, 3.0, 2.0]
+            .into_iter()
+            .enumerate()
+            .flat_map(|(repeat, slow)| {
+                let timing = move |frames: usize, share: f64| Timing {
+                    repeat,
+                    frames,
+                    tracking: 2.0 * slow * share,
+                    methods: vec![
+                        spent(0.2 * slow * share, 0.4 * slow, 2),
+                        spent(0.2 * slow * share, 0.0, 1),
+                    ],
+                };
+                [timing(100, 0.25), timing(300, 0.75)]
+            })
+            .collect();
+        let analysis = ENTRY.build_from_text(ENTRY.example).unwrap();
+        let population = Population { suite: "s", tracks: vec![], trajectories: vec![], timings };
+        let found = analysis.analyse(&[population]).unwrap();
+        let of = |name: &str| found.tables[0].rows.iter().find(|r| r.0 == name).unwrap().1.clone();
+        let close = |name: &str, expected: [f64; 2]| {
+            for (got, expected) in of(name).into_iter().zip(expected) {
+                assert!((got.unwrap() - expected).abs() < 1e-12, "{name}: {got:?} {expected}");
+            }
+        };
+        // The median repeat is the one with `slow` 2: .4 s, .2 s, 1.6 s and 0 s in 400 frames.
+        close("signal", [1.0, 1.0]);
+        close("detection", [0.5, 0.5]);
+        close("reverse tracking", [4.0, 0.0]);
+        close("total", [5.5, 1.5]);
+        close("tracking", [10.0, 10.0]);
+        close("reverse runs", [10.0, 5.0]);
+        close("reverse frames", [400.0, 200.0]);
+        // Totals are (.2 + .8) slow + .2 and .2 slow + .2: .4/1.2, .8/3.2 and .6/2.2, of which the last is the
+        // median.
+        assert!((found.number("ratio").unwrap() - 0.6 / 2.2).abs() < 1e-12);
+        assert!((found.number("reverse-runs-ratio").unwrap() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        for (text, key) in [
+            ("{ methods = [] }", "methods"),
+            ("{ methods = [\"A\", \"A\"] }", "methods"),
+            ("{ methods = [\"A\"], repeats = 0 }", "repeats"),
+        ] {
+            let e = ENTRY.build_from_text(text).err().unwrap().to_string();
+            assert!(e.contains(key), "{text}: {e}");
+        }
+        assert!(median(vec![3.0, 1.0, 2.0]) == 2.0 && median(vec![4.0, 1.0]) == 2.5);
+    }
+}

@@ -1,0 +1,238 @@
+//! `resets`: accuracy, failures and expected average overlap of trackers that were run under the VOT reset
+//! protocol, or whose results come from it.
+//!
+//! The measures are in [`crate::score::resets`]. Tracks of another protocol have no failures, and are then
+//! scored as one long run.
+//!
+//! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, and `eao` where a run is long enough.
+//! Tables: `overall`, `sequences`, `attributes`. Charts: `accuracy-robustness`, a point a tracker, with
+//! `robustness = exp(-S failures / frames)`, the chance to get through S frames; `expected-overlap`, E(N).
+
+use super::{Analysis, Chart, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::Areas;
+use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
+use crate::score::trajectory::{Trajectory, mean};
+use crate::tracker::Status;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// In the list of analyses.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "resets",
+    version: 1,
+    summary: "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
+    example: "{}",
+    build: |raw| Ok(Box::new(Resets::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// How areas are counted: `exact`, `raster-2014` or `vot-toolkit`.
+    pub areas: Areas,
+    /// Whether only what lies on the frame counts.
+    pub bounded: bool,
+    /// Frames from a start on that do not count for the accuracy.
+    pub burn_in: usize,
+    /// Shortest run of the expected average overlap, in frames.
+    pub low: usize,
+    /// Longest run of the expected average overlap, in frames.
+    pub high: usize,
+    /// Frames S of the robustness, above 0.
+    pub sensitivity: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { areas: Areas::Exact, bounded: true, burn_in: 10, low: 108, high: 371, sensitivity: 30.0 }
+    }
+}
+
+struct Resets(Params);
+
+impl Resets {
+    fn new(p: Params) -> Result<Self, ParamError> {
+        if p.low == 0 || p.low > p.high {
+            return Err(ParamError::out_of_range("low", "1 to `high`", p.low));
+        }
+        if !(p.sensitivity.is_finite() && p.sensitivity > 0.0) {
+            return Err(ParamError::out_of_range("sensitivity", "a number above 0", p.sensitivity));
+        }
+        Ok(Self(p))
+    }
+
+    fn rules(&self) -> Rules {
+        Rules { areas: self.0.areas, bounded: self.0.bounded, burn_in: self.0.burn_in }
+    }
+}
+
+/// Means of a sequence's runs.
+struct OfSequence<'a> {
+    name: &'a str,
+    accuracy: f64,
+    failures: f64,
+    frames: f64,
+}
+
+impl Analysis for Resets {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Regions
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
+        Names {
+            numbers: words(&["accuracy", "accuracy_of_sequences", "failures", "eao"]),
+            tables: words(&["overall", "sequences", "attributes"]),
+            charts: words(&["accuracy-robustness", "expected-overlap"]),
+        }
+    }
+
+    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+        let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
+        let rules = self.rules();
+        let tracks: Vec<(Trajectory<'_>, Measured)> =
+            trajectories.iter().map(|c| (*c, rules.measure(c))).collect();
+        let mut sequences = Vec::new();
+        for runs in tracks.chunk_by(|a, b| a.0.sequence == b.0.sequence) {
+            let measured: Vec<&Measured> = runs.iter().map(|r| &r.1).collect();
+            if let Some((accuracy, failures)) = of_sequence(&measured) {
+                let (name, frames) = (runs[0].0.sequence, runs[0].1.frames as f64);
+                sequences.push(OfSequence { name, accuracy, failures, frames });
+            }
+        }
+        let plain = mean(sequences.iter().map(|s| s.accuracy)).ok_or("there is no track to score")?;
+        let frames: f64 = sequences.iter().map(|s| s.frames).sum();
+        let accuracy = sequences.iter().map(|s| s.accuracy * s.frames).sum::<f64>() / frames;
+        let failures: f64 = sequences.iter().map(|s| s.failures).sum();
+        let curve = expected_overlap(&tracks);
+        let eao = expected_average_overlap(&curve, self.0.low, self.0.high);
+        let mut numbers = vec![
+            ("accuracy".to_string(), accuracy),
+            ("accuracy_of_sequences".to_string(), plain),
+            ("failures".to_string(), failures),
+        ];
+        numbers.extend(eao.map(|eao| ("eao".to_string(), eao)));
+        let grid = |name: &str, corner: &str, columns: &[&str], rows| Grid {
+            name: name.into(),
+            corner: corner.into(),
+            columns: columns.iter().map(ToString::to_string).collect(),
+            rows,
+        };
+        let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
+        let overall = vec![Some(accuracy), Some(plain), Some(failures), eao];
+        let robustness = (-self.0.sensitivity * failures / frames).exp();
+        let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
+        let chart = |name: &str, x: &str, y: &str, curve: (String, Vec<(f64, f64)>)| Chart {
+            name: name.into(),
+            x: x.into(),
+            y: y.into(),
+            y_log: false,
+            curves: vec![curve],
+        };
+        let robustness_axis = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
+        let eao_name = eao.map_or_else(String::new, |eao| format!("[{eao:.3}]"));
+        Ok(Findings {
+            numbers,
+            tables: vec![
+                grid(
+                    "overall",
+                    "tracker",
+                    &["accuracy", "accuracy (sequences)", "failures", "EAO"],
+                    vec![(String::new(), overall)],
+                ),
+                grid(
+                    "sequences",
+                    "sequence",
+                    &["accuracy", "failures"],
+                    sequences.iter().map(of_sequence).collect(),
+                ),
+                grid("attributes", "attribute", &["accuracy", "failures"], attributes(&tracks)),
+            ],
+            charts: vec![
+                chart(
+                    "accuracy-robustness",
+                    &robustness_axis,
+                    "accuracy",
+                    (String::new(), vec![(robustness, accuracy)]),
+                ),
+                chart("expected-overlap", "frames", "expected average overlap", (eao_name, points)),
+            ],
+        })
+    }
+}
+
+/// Accuracy and failures on the frames of each attribute; failures are a mean over repetitions.
+fn attributes(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<(String, Vec<Option<f64>>)> {
+    let names: BTreeSet<&str> =
+        tracks.iter().flat_map(|(c, _)| c.frame_attributes.iter().map(|a| a.0.as_str())).collect();
+    let repetitions = tracks.iter().map(|(c, _)| c.run + 1).max().unwrap_or(1);
+    let row = |name: &str| {
+        let (mut overlaps, mut failures) = (Vec::new(), 0);
+        for (trajectory, measured) in tracks {
+            let Some((_, flags)) = trajectory.frame_attributes.iter().find(|a| a.0 == name) else { continue };
+            for t in (0..trajectory.len()).filter(|t| flags.get(*t) == Some(&true)) {
+                if measured.counts[t] {
+                    overlaps.push(measured.overlaps[t]);
+                }
+                failures += usize::from(trajectory.status[t] == Status::Failed);
+            }
+        }
+        (name.to_string(), vec![mean(overlaps), Some(failures as f64 / f64::from(repetitions))])
+    };
+    names.into_iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+
+    // Worked by hand: two runs of four frames, shift 5 of 10 in the second (overlap 1/3), lost in the third frame of
+    // the second run; the attribute is on in frames 2 and 3 (from 0).
+    #[test]
+    fn attributes_count_their_own_frames() {
+        let square = |x: f64| Region::Rect(Rect::new(x, 0.0, 10.0, 10.0));
+        use Status::{Failed, Initialised as RunContext, Skipped, Tracked};
+        let truth = vec![Some(square(0.0)); 4];
+        let regions = [square(0.0), square(5.0), square(5.0), square(0.0)];
+        let flags = vec![("occlusion".to_string(), vec![false, false, true, true])];
+        let trajectory = |run, status| Trajectory {
+            sequence: "a",
+            run,
+            regions: &regions,
+            status,
+            truth: &truth,
+            frame: (99, 99),
+            attributes: &[],
+            frame_attributes: &flags,
+        };
+        let resets = Resets::new(Params { burn_in: 1, ..Params::default() }).unwrap();
+        let trajectories = vec![
+            trajectory(0, &[RunContext, Tracked, Tracked, Tracked]),
+            trajectory(1, &[RunContext, Tracked, Failed, Skipped]),
+        ];
+        let population = Population { suite: "s", tracks: Vec::new(), trajectories, timings: vec![] };
+        let findings = resets.analyse(&[population]).unwrap();
+        let rows = &findings.tables[2].rows;
+        assert_eq!(rows.len(), 1);
+        assert!((rows[0].1[0].unwrap() - (1.0 / 3.0 + 1.0) / 2.0).abs() < 1e-12);
+        assert_eq!(rows[0].1[1], Some(0.5));
+        // First run (1/3 + 1/3 + 1) / 3, second 1/3.
+        let accuracy = findings.number("accuracy").unwrap();
+        assert!((accuracy - (5.0 / 9.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
+        assert_eq!((findings.number("failures"), findings.number("eao")), (Some(0.5), None));
+    }
+}

@@ -1,0 +1,134 @@
+//! `success`: success and precision of trackers on a suite, by the rules of an evaluation program.
+//!
+//! The measures, and what the programs differ in, are in [`crate::score::success`]. Runs of a sequence are
+//! averaged first (over start frames and boxes for the temporal and spatial protocol of OTB), then the
+//! sequences with equal weights, all of them and those of each attribute. High is good.
+//!
+//! Numbers: `success_auc`, `precision_20`. Tables: `overall`, `sequences`, `attributes`. Charts: `success`
+//! (share of frames over the overlap threshold), `precision` (over the error threshold in pixels); their legends
+//! hold the AUC and the precision at 20 pixels.
+
+use super::{Analysis, Chart, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, ParamError, read_params, show_params, unknown};
+use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// In the list of analyses.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "success",
+    version: 1,
+    summary: "success AUC and precision@20 of trackers, by the rules of an evaluation program",
+    example: "{ rules = \"otb-matlab/1\" }",
+    build: |raw| Ok(Box::new(Success::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// `otb-matlab/1`, `pysot/1` or `got10k/1`.
+    pub rules: String,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { rules: RULES[0].name.to_string() }
+    }
+}
+
+struct Success {
+    params: Params,
+    rules: &'static Rules,
+}
+
+impl Success {
+    fn new(params: Params) -> Result<Self, ParamError> {
+        let known = || RULES.iter().map(|r| r.name);
+        let rules = RULES.iter().find(|r| r.name == params.rules).ok_or_else(|| {
+            let message = unknown("set of rules", &params.rules, known());
+            ParamError { message, key: Some("rules"), span: None }
+        })?;
+        Ok(Self { params, rules })
+    }
+}
+
+/// The means of a sequence's runs.
+struct OfSequence<'a> {
+    name: &'a str,
+    attributes: &'a [String],
+    curves: Curves,
+}
+
+impl Analysis for Success {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Regions
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
+        Names {
+            numbers: words(&["success_auc", "precision_20"]),
+            tables: words(&["overall", "sequences", "attributes"]),
+            charts: words(&["success", "precision"]),
+        }
+    }
+
+    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+        let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
+        let mut sequences: Vec<OfSequence<'_>> = Vec::new();
+        for runs in trajectories.chunk_by(|a, b| a.sequence == b.sequence) {
+            let curves: Vec<Curves> = runs.iter().map(|c| self.rules.curves(c)).collect();
+            if let Some(curves) = Curves::mean(&curves) {
+                let (name, attributes) = (runs[0].sequence, runs[0].attributes);
+                sequences.push(OfSequence { name, attributes, curves });
+            }
+        }
+        let all = Curves::mean(sequences.iter().map(|s| &s.curves)).ok_or("there is no track to score")?;
+        let values = |c: &Curves| vec![Some(c.auc()), Some(c.precision_at_20())];
+        let table = |name: &str, corner: &str, rows| Grid {
+            name: name.into(),
+            corner: corner.into(),
+            columns: ["success AUC", "precision@20"].map(String::from).into(),
+            rows,
+        };
+        let attributes: BTreeSet<&String> = sequences.iter().flat_map(|s| s.attributes).collect();
+        let of_attribute = |attribute: &&String| {
+            let mine: Vec<_> = sequences.iter().filter(|s| s.attributes.contains(attribute)).collect();
+            let mean = Curves::mean(mine.iter().map(|s| &s.curves))?;
+            Some((format!("{attribute} ({})", mine.len()), values(&mean)))
+        };
+        let chart = |name: &str, x: &str, y: &str, points: Vec<(f64, f64)>, headline: f64| Chart {
+            name: name.into(),
+            x: x.into(),
+            y: y.into(),
+            y_log: false,
+            curves: vec![(format!("[{headline:.3}]"), points)],
+        };
+        let overlaps = (0..success::OVERLAPS).map(|i| (overlap_threshold(i), all.success[i])).collect();
+        let errors = (0..success::ERRORS).map(|e| (e as f64, all.precision[e])).collect();
+        let rows = sequences.iter().map(|s| (s.name.to_string(), values(&s.curves))).collect();
+        Ok(Findings {
+            numbers: vec![("success_auc".into(), all.auc()), ("precision_20".into(), all.precision_at_20())],
+            tables: vec![
+                table("overall", "tracker", vec![(String::new(), values(&all))]),
+                table("sequences", "sequence", rows),
+                table("attributes", "attribute", attributes.iter().filter_map(of_attribute).collect()),
+            ],
+            charts: vec![
+                chart("success", "overlap threshold", "success", overlaps, all.auc()),
+                chart("precision", "error threshold (px)", "precision", errors, all.precision_at_20()),
+            ],
+        })
+    }
+}

@@ -1,0 +1,387 @@
+//! AVU, accumulated validation of uncertainty (SanMiguel and Cavallaro, "Temporal validation of particle
+//! filters for video tracking", CVIU 131, 2015, sections 4.2 and 5).
+//!
+//! ```text
+//! s[t] = sum_{r=1..L} c[t - L + r]                    Eq. 8, with w_r = 1
+//! alarm at t when s[t] > beta                         P_2(S < beta) = 1 - alpha, Eq. 11
+//! p_2  = density of the sum of L independent values with density p_1       Eq. 17
+//! p_1  = mixture of K Gamma densities, learned from consistent frames      Eq. 12, 13, 24
+//! ```
+//!
+//! `c` is the change signal c_t (`uncertainty-change`), without unit; `t` is a 0-based frame, and before
+//! frame `L - 1` the sum runs over the frames there are. `L` is `length`, `alpha` the accepted rate of
+//! false alarms. The score is s_t, high is suspicious, the threshold is `beta`.
+//!
+//! Learning: c_t of all frames of the suite in role `train` with an error below `tau` ([`consistency`]),
+//! a mixture for each order up to `max_components`, the order by dAIC or dBIC. One model serves all lengths
+//! and rates. Instead of learning, `beta` can be given.
+//!
+//! Choices where the source is silent: alarm only above `beta` (the text says s_t > beta); orders 1 to 10.
+//! The paper convolves a histogram of numbers drawn from p_1, which `sampled` does; the default convolves
+//! p_1 itself. `normal` is the central limit theorem, and `empirical` the quantile of s_t of the training
+//! tracks over windows whose frames are all consistent: the two that the paper compares it with.
+
+use super::consistency::{self, ConsistencyModel, Fitting};
+use super::{Detection, Detector, Example, Input, Learner};
+use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
+use crate::num::gamma_mixture::FitOptions;
+use crate::num::gamma_mixture::select::Criterion;
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "accumulated-validation",
+    version: 1,
+    summary: "alarm while the sum of the last c_t is beyond what a learned model of consistency allows (AVU)",
+    example: "{ length = 5, beta = 0.2 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(AccumulatedValidation::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// How the distribution of the sum is had from that of one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Approximation {
+    /// Convolution of the mixture with itself.
+    Convolution,
+    /// Convolution of a histogram of numbers drawn from the mixture, as the paper writes it.
+    Sampled,
+    /// Central limit theorem: normal with L times the mean and variance of c_t.
+    Normal,
+    /// No model: the quantile of s_t on the training tracks.
+    Empirical,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames that are summed, L, 1 to 10000.
+    pub length: usize,
+    /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
+    pub alpha: f64,
+    /// The threshold itself; nothing is learned then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<f64>,
+    /// Role of the suite to learn from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub train: Option<String>,
+    /// Error below which a frame is consistent, above 0 and at most 1.
+    pub tau: f64,
+    /// Order of the mixture; chosen by `criterion` where it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub components: Option<usize>,
+    /// Largest order that is tried, 1 to 20.
+    pub max_components: usize,
+    /// What chooses the order: `aic` (dAIC) or `bic` (dBIC).
+    pub criterion: Criterion,
+    /// How the distribution of the sum is had.
+    pub approximation: Approximation,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            length: 20,
+            alpha: 0.005,
+            beta: None,
+            train: None,
+            tau: 0.9,
+            components: None,
+            max_components: 10,
+            criterion: Criterion::Bic,
+            approximation: Approximation::Convolution,
+        }
+    }
+}
+
+/// Numbers that `sampled` draws.
+const DRAWN: usize = 1_000_000;
+
+/// The detector; silent until it has a threshold.
+#[derive(Debug, Clone)]
+pub struct AccumulatedValidation {
+    params: Params,
+    beta: Option<f64>,
+}
+
+impl AccumulatedValidation {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range, and without both `beta` and `train`.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        let wrong = |key, rule: &str, got: String| Err(ParamError::out_of_range(key, rule, got));
+        if !(1..=10_000).contains(&p.length) {
+            return wrong("length", "1 to 10000", p.length.to_string());
+        }
+        if !(p.alpha > 0.0 && p.alpha < 0.5) {
+            return wrong("alpha", "above 0 and below 0.5", p.alpha.to_string());
+        }
+        if !(p.tau > 0.0 && p.tau <= 1.0) {
+            return wrong("tau", "above 0 and at most 1", p.tau.to_string());
+        }
+        if !(1..=20).contains(&p.max_components) {
+            return wrong("max_components", "1 to 20", p.max_components.to_string());
+        }
+        if let Some(k) = p.components.filter(|k| !(1..=20).contains(k)) {
+            return wrong("components", "1 to 20", k.to_string());
+        }
+        match (p.beta, &p.train) {
+            (Some(beta), None) if beta.is_finite() => Ok(Self { beta: p.beta, params: p }),
+            (Some(beta), None) => wrong("beta", "finite", beta.to_string()),
+            (None, Some(_)) => Ok(Self { params: p, beta: None }),
+            (None, None) => {
+                let message = "give `train` (role of the suite to learn from) or `beta` (the threshold)";
+                Err(ParamError { message: message.to_string(), key: None, span: None })
+            }
+            (Some(_), Some(_)) => {
+                let message = "give `train` or `beta`, not both";
+                Err(ParamError { message: message.to_string(), key: Some("beta"), span: None })
+            }
+        }
+    }
+
+    /// Itself with a model that it learned.
+    ///
+    /// # Errors
+    /// In words, when it is no such model.
+    pub(super) fn ready(&self, model: &Value) -> Result<Self, String> {
+        let model = Learned::deserialize(model).map_err(|e| format!("no model of consistency: {e}"))?;
+        let beta = self.cut(&model)?;
+        Ok(Self { params: self.params.clone(), beta: Some(beta) })
+    }
+
+    fn cut(&self, model: &Learned) -> Result<f64, String> {
+        let Params { length, alpha, approximation, .. } = self.params;
+        let grid = Grid::default();
+        let m = &model.consistency;
+        let convolved = |sum: Result<Accumulated, AccumulationError>| {
+            sum.and_then(|sum| sum.upper_quantile(alpha)).map_err(|e| e.to_string())
+        };
+        match approximation {
+            Approximation::Convolution => convolved(Accumulated::of_mixture(&m.mixture, length, &grid)),
+            Approximation::Sampled => {
+                let mut rng = crate::num::seed::rng(2015);
+                let drawn: Vec<f64> = (0..DRAWN).map(|_| m.mixture.sample(&mut rng)).collect();
+                convolved(Accumulated::from_samples(&drawn, length, &grid))
+            }
+            Approximation::Normal => Ok(accumulation::clt_quantile(m.mean, m.variance, length, alpha)),
+            Approximation::Empirical => {
+                let known = model.empirical.filter(|e| e.length == length && e.alpha == alpha);
+                known.map(|e| e.beta).ok_or_else(|| "a model of another length or rate".to_string())
+            }
+        }
+    }
+}
+
+/// What is learned.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Learned {
+    consistency: ConsistencyModel,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    empirical: Option<EmpiricalCut>,
+}
+
+/// The quantile of s_t on the training tracks.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EmpiricalCut {
+    length: usize,
+    alpha: f64,
+    beta: f64,
+}
+
+impl Learner for AccumulatedValidation {
+    fn role(&self) -> &str {
+        self.params.train.as_deref().unwrap_or_default()
+    }
+
+    fn params(&self) -> Value {
+        let p = &self.params;
+        let mut params = json!({
+            "tau": p.tau,
+            "components": p.components,
+            "max_components": p.max_components,
+            "criterion": p.criterion,
+        });
+        if p.approximation == Approximation::Empirical {
+            params["empirical"] = json!([p.length, p.alpha]);
+        }
+        params
+    }
+
+    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, String> {
+        let p = &self.params;
+        let how = Fitting {
+            tau: p.tau,
+            components: p.components,
+            max_components: p.max_components,
+            criterion: p.criterion,
+            options: FitOptions::default(),
+        };
+        let consistency = consistency::fit(examples, &how)?.model;
+        let empirical = match p.approximation {
+            Approximation::Empirical => {
+                let sums = examples.iter().flat_map(|e| consistency::consistent_sums(e, p.tau, p.length));
+                let mut sums: Vec<f64> = sums.collect();
+                sums.sort_by(f64::total_cmp);
+                let beta = accumulation::empirical_quantile(&sums, 1.0 - p.alpha);
+                let beta = beta.ok_or_else(|| format!("no window of {} consistent frames", p.length))?;
+                Some(EmpiricalCut { length: p.length, alpha: p.alpha, beta })
+            }
+            _ => None,
+        };
+        serde_json::to_value(Learned { consistency, empirical }).map_err(|e| e.to_string())
+    }
+
+    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, String> {
+        Ok(Box::new(self.ready(model)?))
+    }
+}
+
+impl Detector for AccumulatedValidation {
+    fn params(&self) -> Value {
+        show_params(&self.params)
+    }
+
+    fn learner(&self) -> Option<&dyn Learner> {
+        self.params.beta.is_none().then_some(self as &dyn Learner)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        self.beta
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let score = accumulation::sums(input.signal, self.params.length);
+        let alarm = score.iter().map(|s| self.beta.is_some_and(|beta| *s > beta)).collect();
+        Detection { score, alarm, ..Detection::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+
+    fn built(text: &str) -> Box<dyn Detector> {
+        ENTRY.build_from_text(text).unwrap()
+    }
+
+    fn alarms(detector: &dyn Detector, signal: &[f64]) -> Vec<bool> {
+        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None }).alarm
+    }
+
+    // By hand: s = 1, 3, 5, 7 for L = 2; only values above beta are alarms.
+    #[test]
+    fn the_sum_of_the_last_values_is_compared() {
+        let detector = built("{ length = 2, beta = 5.0 }");
+        let verdict =
+            detector.detect(&Input { signal: &[1.0, 2.0, 3.0, 4.0], error: &[], seed: 0, reverse: None });
+        assert_eq!(verdict.score, [1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(verdict.alarm, [false, false, false, true]);
+        assert_eq!(detector.threshold(), Some(5.0));
+    }
+
+    /// Exponential c_t of mean 0.2 in consistent frames and of mean 2 in the others.
+    fn drawn() -> (Vec<f64>, Vec<f64>) {
+        let mut rng = crate::num::seed::rng(3);
+        let error: Vec<f64> = (0..20_000).map(|t| if t % 400 < 40 { 1.0 } else { 0.4 }).collect();
+        let draw = |e: &f64| -rng.random_range(1e-9_f64..1.0).ln() * if *e < 1.0 { 0.2 } else { 2.0 };
+        (error.iter().map(draw).collect(), error)
+    }
+
+    fn learned(more: &str) -> (Value, Box<dyn Detector>) {
+        let (signal, error) = drawn();
+        let detector = built(&format!("{{ train = \"train\", components = 1, {more} }}"));
+        let learner = detector.learner().unwrap();
+        let model = learner.learn(&[Example { signal: &signal, error: &error }]).unwrap();
+        let ready = learner.with_model(&model).unwrap();
+        (model, ready)
+    }
+
+    // The sum of L exponentials of mean 0.2 is Gamma(L, 0.2).
+    // scipy.stats.gamma.ppf(0.995, [1, 5, 20], scale=0.2) = [1.05966347, 2.51881796, 6.67659618]
+    #[test]
+    fn a_model_of_exponential_values_has_the_cut_values_of_gamma() {
+        for (length, beta) in [(1, 1.05966347), (5, 2.51881796), (20, 6.67659618)] {
+            for approximation in ["convolution", "sampled", "empirical"] {
+                let (_, ready) = learned(&format!("length = {length}, approximation = \"{approximation}\""));
+                let got = ready.threshold().unwrap();
+                // 18,000 samples, and a tenth as many independent windows of 20.
+                assert!((got / beta - 1.0).abs() < 0.06, "{approximation} {length}: {got}, not {beta}");
+            }
+        }
+        // 20 * 0.2 + 2.5758293 * 0.2 * sqrt(20) = 6.3039
+        let got = learned("length = 20, approximation = \"normal\"").1.threshold().unwrap();
+        assert!((got / 6.3039 - 1.0).abs() < 0.02, "{got}");
+    }
+
+    #[test]
+    fn the_cut_value_grows_with_the_length_and_with_fewer_false_alarms() {
+        let (model, _) = learned("length = 1");
+        let cut = |length: usize, alpha: f64| {
+            let text = format!("{{ train = \"train\", components = 1, length = {length}, alpha = {alpha} }}");
+            built(&text).learner().unwrap().with_model(&model).unwrap().threshold().unwrap()
+        };
+        let lengths: Vec<f64> = [1, 2, 5, 10, 20, 60].map(|l| cut(l, 0.005)).to_vec();
+        assert!(lengths.is_sorted_by(|a, b| a < b), "{lengths:?}");
+        let rates: Vec<f64> = [0.1, 0.05, 0.01, 0.005, 0.001].map(|a| cut(10, a)).to_vec();
+        assert!(rates.is_sorted_by(|a, b| a < b), "{rates:?}");
+    }
+
+    #[test]
+    fn lost_frames_alarm_and_consistent_ones_seldom_do() {
+        let (signal, error) = drawn();
+        let (model, ready) = learned("length = 5");
+        let alarm = alarms(&*ready, &signal);
+        let share = |frames: std::ops::Range<usize>| {
+            let mine: Vec<bool> =
+                (0..error.len()).filter(|t| frames.contains(&(t % 400))).map(|t| alarm[t]).collect();
+            mine.iter().filter(|a| **a).count() as f64 / mine.len() as f64
+        };
+        // Lost in frames 0..40 of every 400; the window has forgotten that 5 frames later.
+        assert!(share(4..40) > 0.9 && share(45..400) < 0.01, "{} {}", share(4..40), share(45..400));
+        // The model survives being written and read to the last bit.
+        let text = model.to_string();
+        let again: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(again, model);
+    }
+
+    #[test]
+    fn a_constant_signal_never_alarms_once_it_is_consistent() {
+        let (signal, error) = (vec![0.25; 200], vec![0.1; 200]);
+        let detector = built("{ length = 10, train = \"t\" }");
+        let learner = detector.learner().unwrap();
+        // Equal samples have no mixture: an error in words, no threshold.
+        assert!(learner.learn(&[Example { signal: &signal, error: &error }]).is_err());
+        assert!(!alarms(&*detector, &signal).contains(&true));
+        assert!(!alarms(&*learned("length = 10").1, &[0.0; 300]).contains(&true));
+    }
+
+    #[test]
+    fn parameters_and_models_are_checked() {
+        for text in [
+            "{}",
+            "{ length = 0, beta = 1.0 }",
+            "{ alpha = 0.5, beta = 1.0 }",
+            "{ alpha = 0.0, beta = 1.0 }",
+            "{ beta = nan }",
+            "{ beta = 1.0, train = \"t\" }",
+            "{ train = \"t\", tau = 0.0 }",
+            "{ train = \"t\", components = 0 }",
+            "{ train = \"t\", max_components = 21 }",
+        ] {
+            assert!(ENTRY.build_from_text(text).is_err(), "{text}");
+        }
+        let (model, _) = learned("length = 5, approximation = \"empirical\"");
+        let other = built("{ length = 6, train = \"t\", approximation = \"empirical\" }");
+        assert!(other.learner().unwrap().with_model(&model).is_err());
+        assert!(other.learner().unwrap().with_model(&json!({"beta": 1})).is_err());
+        assert!(built("{ beta = 1.0 }").learner().is_none());
+    }
+}

@@ -1,0 +1,181 @@
+//! Forecast error of an ARMA model: Khalid, Cavallaro and Rinner, "Detecting tracking errors via
+//! forecasting" (BMVC 2016), section 3, Eqs. 8 and 9; the method DTEF on its distribution field signal.
+//!
+//! ```text
+//! |z[t]| = |y[t] - y^[t]|        alarm at t when |z[t]| >= threshold
+//! ```
+//!
+//! `y` is the signal and `y^` its forecast, both in the signal's unit; `t` is a 0-based frame. High
+//! values of `|z|` are bad. The forecast comes from an ARMA model fitted to the last `window` frames
+//! before its origin, see [`crate::num::arma`]; frames before the first forecast have `|z| = 0`.
+//!
+//! Paper to code: P, Q are `order`, Delta t_2 is `window`, l is `horizon`, tau_1 is `threshold`. The
+//! defaults are the paper's values for its tests on OTB.
+//!
+//! The paper leaves open, and the parameters choose: which origin serves which frame (`scheme`; default
+//! `block`, since it says of its naive rival that it forecasts "at time t for the complete forecast
+//! length"), and the responses before the window (`start`; default `backcast`, as its software does). If
+//! a window cannot be fitted because its values overflow, its last value is the forecast.
+
+use super::forecasting::{self, Scheme};
+use super::{Detection, Detector, Input};
+use crate::num::arma::{self, Start};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "arma-forecast",
+    version: 1,
+    summary: "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold",
+    example: "{ order = [1, 1], window = 20, horizon = 5, threshold = 0.004 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(ArmaForecast::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Autoregressive and moving average order, each 0 to 5.
+    pub order: [usize; 2],
+    /// Frames a model is fitted to, at least `2 p + q + 3`.
+    pub window: usize,
+    /// Frames a forecast looks ahead, at least 1.
+    pub horizon: usize,
+    /// Smallest forecast error that is an alarm, in the signal's unit, above 0.
+    pub threshold: f64,
+    /// Which origin serves which frame.
+    pub scheme: Scheme,
+    /// Where the responses before the window come from.
+    pub start: Start,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            order: [1, 1],
+            window: 20,
+            horizon: 5,
+            threshold: 0.004,
+            scheme: Scheme::Block,
+            start: Start::Backcast,
+        }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct ArmaForecast(Params);
+
+impl ArmaForecast {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        if params.order.iter().any(|&k| k > arma::MAX_ORDER) {
+            let [p, q] = params.order;
+            return Err(ParamError::out_of_range("order", "two numbers from 0 to 5", format!("[{p}, {q}]")));
+        }
+        let least = arma::least_window(params.order);
+        forecasting::check(params.window, least, params.horizon, params.threshold)?;
+        Ok(Self(params))
+    }
+}
+
+impl Detector for ArmaForecast {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.0.threshold)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let Params { order, window, horizon, threshold, scheme, start } = self.0;
+        let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
+            match arma::fit(y, order, start) {
+                Ok(model) => model.forecast(ahead),
+                Err(_) => vec![y[y.len() - 1]; ahead],
+            }
+        });
+        forecasting::judge(input.signal, forecast, threshold)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn detect(params: Params, signal: &[f64]) -> Detection {
+        ArmaForecast::new(params).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    }
+
+    // A step of 0.02 at frame 30, itself the first frame of a block: the model of the level before it cannot
+    // foresee it, so the block's forecasts miss by the step. From frame 50 on the window lies behind it.
+    #[test]
+    fn a_step_is_an_alarm_where_it_happens() {
+        let signal: Vec<f64> = (0..80).map(|t| if t < 30 { 0.05 } else { 0.03 }).collect();
+        let verdict = detect(Params::default(), &signal);
+        assert!(verdict.alarm[..30].iter().all(|a| !a));
+        assert!(verdict.alarm[30..35].iter().all(|&a| a));
+        assert!(verdict.score[30..35].iter().all(|z| (z - 0.02).abs() < 1e-12));
+        assert!(verdict.alarm[50..].iter().all(|a| !a));
+    }
+
+    #[test]
+    fn forecasts_begin_after_the_window() {
+        let signal: Vec<f64> = (0..40).map(|t| f64::from(t * 7 % 10) / 10.0).collect();
+        for (scheme, first) in [(Scheme::Block, 20), (Scheme::Rolling, 24)] {
+            let verdict = detect(Params { scheme, ..Params::default() }, &signal);
+            let forecast = verdict.forecast.unwrap();
+            assert!(forecast[..first].iter().all(|v| v.is_nan()));
+            assert!(forecast[first..].iter().all(|v| v.is_finite()));
+            assert!(verdict.score[..first].iter().all(|&z| z == 0.0));
+        }
+    }
+
+    // Block forecasts of frame 24 and rolling ones five ahead share origin 19.
+    #[test]
+    fn schemes_agree_where_they_share_an_origin() {
+        let signal: Vec<f64> = (0..40).map(|t| f64::from(t * 7 % 10) / 10.0).collect();
+        let block = detect(Params::default(), &signal).forecast.unwrap();
+        let rolling =
+            detect(Params { scheme: Scheme::Rolling, ..Params::default() }, &signal).forecast.unwrap();
+        for t in [24, 29, 34, 39] {
+            assert_eq!(block[t], rolling[t]);
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
+        assert_eq!(key("{ order = [6, 1] }"), Some("order"));
+        assert_eq!(key("{ window = 5 }"), Some("window"));
+        assert_eq!(key("{ horizon = 0 }"), Some("horizon"));
+        for bad in ["0.0", "-1.0", "nan", "inf"] {
+            assert_eq!(key(&format!("{{ threshold = {bad} }}")), Some("threshold"));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn scaling_the_signal_scales_the_errors(
+            y in prop::collection::vec(-1.0_f64..1.0, 0..48),
+            power in -20_i32..20,
+        ) {
+            let by = 2.0_f64.powi(power);
+            let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
+            let a = detect(Params::default(), &y);
+            let b = detect(Params { threshold: 0.004 * by, ..Params::default() }, &scaled);
+            let want: Vec<f64> = a.score.iter().map(|z| z * by).collect();
+            prop_assert_eq!(want, b.score);
+            prop_assert_eq!(a.alarm, b.alarm);
+        }
+    }
+}

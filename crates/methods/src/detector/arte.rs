@@ -1,0 +1,247 @@
+//! ARTE, whether a track can be trusted, from changes of the tracker's uncertainty and runs backwards in time
+//! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; as described in SanMiguel and Cavallaro, "Temporal
+//! validation of particle filters for video tracking", CVIU 131, 2015, section 6).
+//!
+//! ```text
+//! S_t = mean of u over the frames t - smoothing + 1 to t
+//! increase(W)_t = (S_t - min S_j) / min S_j            j in t - W, ..., t - 1
+//! decrease(W)_t = (S_t - max S_j) / S_t                same j, `over-current`
+//!                 (S_t - max S_j) / max S_j            same j, `over-reference`
+//! large increase:  increase(long)_t > tau_1  or  increase(short)_t > tau_1
+//! large decrease:  decrease(long)_t < tau_2  or  decrease(short)_t < tau_2        tau_2 = -tau_1
+//! small decrease:  decrease(short)_t < tau_3                                      tau_3 = -tau_1 / 2
+//! ```
+//!
+//! `u` is the spatial uncertainty of the tracker (`uncertainty` of the centre, `components = [0, 1]`); a
+//! constant factor of it cancels. The changes have no unit; `t` is a 0-based frame, and windows are cut off
+//! at the track's start. What the events do is in [`super::track_quality::machine`], what a recovery check is
+//! in [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is the
+//! larger of the two increases, high is suspicious, the threshold is `tau_1`. Frame t is labelled from frames
+//! up to t alone.
+//!
+//! Source: four signals of two windows, smoothing, and three thresholds tied to tau_1 are in section 6 of the
+//! second paper. Reconstruction, as the first was not at hand:
+//!
+//! * references: the least value of the window for a rise, the largest for a fall. A fall is taken over the
+//!   current value, as one over the old value never gets below -1 and could not reach the thresholds: a rise
+//!   from 1 to 5 is +4, a fall from 5 to 1 is -4. The other form, `decrease = "over-reference"`, needs
+//!   thresholds of its own. That the changes, and not their onsets, are events is a choice, too;
+//! * windows of 25 (slow changes) and 10 frames (sudden ones) and tau_1 = 2.05, from defaults in the authors'
+//!   released program; the paper tuned tau_1 by hand, and it can be trained here. The short window is a part
+//!   of the long one, so with these references its large changes are always large in the long one as well;
+//!   the short window decides on small decreases alone;
+//! * `smoothing` of 5 frames, causal; the kind of filter is not known.
+//!
+//! As in [`crate::signal::uncertainty_change`], frames whose uncertainty is at its floor are no reference: they
+//! are left out of the mean, and S_t, which is the floor where nothing else is left, is no reference then.
+//! As a current value it stays, and is a large fall. `settling` frames at the start of a track enter
+//! neither means nor windows and change nothing, as a filter that starts on the annotation needs some 20
+//! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
+
+use super::track_quality::Rules;
+use super::track_quality::machine::{Event, Events};
+use super::{Detection, Detector, Input};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::signal::uncertainty;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "arte",
+    version: 1,
+    summary: "alarm from a large rise of the uncertainty until a run backwards confirms a recovery (ARTE)",
+    example: "{ tau_1 = 2.05 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(Arte::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// What a fall is divided by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decrease {
+    /// The current value; a fall has no lower bound.
+    OverCurrent,
+    /// The value it has fallen from; a fall gives more than -1.
+    OverReference,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames of the window for slow changes, 1 to 100000.
+    pub long: usize,
+    /// Frames of the window for sudden changes, 1 to `long`.
+    pub short: usize,
+    /// Frames that the uncertainty is averaged over, 1 to 100000.
+    pub smoothing: usize,
+    /// A larger increase is large; above 0.
+    pub tau_1: f64,
+    /// A change below this is a large decrease; below 0, -tau_1 when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tau_2: Option<f64>,
+    /// A sudden change below this is a small decrease; below 0, -tau_1 / 2 when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tau_3: Option<f64>,
+    /// What a fall is divided by.
+    pub decrease: Decrease,
+    /// Frames at the start of a track that are no reference and change nothing, 0 to 100000.
+    pub settling: usize,
+    /// The floor of the signal, 1e-100 to 1; frames that are not above it are no reference.
+    pub floor: f64,
+    /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
+    pub accept_below: f64,
+    /// Frames that the tracker is run backwards at most, 0 to 100000.
+    pub reverse_limit: usize,
+    /// Frames after which LOCKING-IN ends, 1 to 100000; `long` when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub locking_in_limit: Option<usize>,
+    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    pub reference_lag: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            long: 25,
+            short: 10,
+            smoothing: 5,
+            tau_1: 2.05,
+            tau_2: None,
+            tau_3: None,
+            decrease: Decrease::OverCurrent,
+            settling: 0,
+            floor: uncertainty::Params::default().floor,
+            accept_below: 0.8,
+            reverse_limit: 200,
+            locking_in_limit: None,
+            reference_lag: 1,
+        }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct Arte {
+    params: Params,
+    rules: Rules,
+}
+
+/// The change signals of one frame, without unit; 0 where there is no reference.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Changes {
+    long_increase: f64,
+    short_increase: f64,
+    long_decrease: f64,
+    short_decrease: f64,
+}
+
+impl Arte {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        for (key, frames) in [("long", p.long), ("smoothing", p.smoothing)] {
+            if !(1..=100_000).contains(&frames) {
+                return Err(ParamError::out_of_range(key, "1 to 100000 frames", frames));
+            }
+        }
+        if !(1..=p.long).contains(&p.short) {
+            return Err(ParamError::out_of_range("short", "1 to `long` frames", p.short));
+        }
+        if !(p.tau_1 > 0.0 && p.tau_1.is_finite()) {
+            return Err(ParamError::out_of_range("tau_1", "finite and above 0", p.tau_1));
+        }
+        for (key, tau) in [("tau_2", p.tau_2), ("tau_3", p.tau_3)] {
+            if let Some(tau) = tau.filter(|tau| !(*tau < 0.0 && tau.is_finite())) {
+                return Err(ParamError::out_of_range(key, "finite and below 0", tau));
+            }
+        }
+        if p.settling > 100_000 {
+            return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
+        }
+        if !(1e-100..=1.0).contains(&p.floor) {
+            return Err(ParamError::out_of_range("floor", "1e-100 to 1", p.floor));
+        }
+        let limit = p.locking_in_limit.unwrap_or(p.long);
+        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit, p.reference_lag)?, params: p })
+    }
+
+    /// S_t: the mean of the last values of `u` that are above the floor, which it is where there is none.
+    fn smoothed(&self, u: &[f64]) -> Vec<f64> {
+        let Params { smoothing, settling, floor, .. } = self.params;
+        let mean = |t: usize| {
+            let first = settling.max((t + 1).saturating_sub(smoothing)).min(t + 1);
+            let above = u[first..=t].iter().filter(|u| **u > floor);
+            // A running mean: no sum overflows, and that of equal values is their value.
+            let (n, mean) = above.fold((0.0, 0.0), |(n, mean), u| (n + 1.0, mean + (u - mean) / (n + 1.0)));
+            if n > 0.0 { f64::max(mean, floor) } else { floor }
+        };
+        (0..u.len()).map(mean).collect()
+    }
+
+    /// The four signals in frame `t` of the smoothed series.
+    fn changes(&self, smoothed: &[f64], t: usize) -> Changes {
+        let Params { long, short, settling, floor, decrease, .. } = self.params;
+        let now = smoothed[t];
+        let within = |window: usize| {
+            let first = settling.max(t.saturating_sub(window)).min(t);
+            let past = smoothed[first..t].iter().copied().filter(|s| *s > floor);
+            let bounds = past.fold(None, |bounds: Option<(f64, f64)>, s| {
+                Some(bounds.map_or((s, s), |(least, most)| (least.min(s), most.max(s))))
+            });
+            let Some((least, most)) = bounds.filter(|_| t >= settling) else { return (0.0, 0.0) };
+            let over = match decrease {
+                Decrease::OverCurrent => now,
+                Decrease::OverReference => most,
+            };
+            // Ratios of numbers that have little to do with each other may be too large for a number.
+            (((now - least) / least).min(f64::MAX), ((now - most) / over).max(-f64::MAX))
+        };
+        let ((long_increase, long_decrease), (short_increase, short_decrease)) =
+            (within(long), within(short));
+        Changes { long_increase, short_increase, long_decrease, short_decrease }
+    }
+
+    /// The score and the events in every frame of the uncertainty `u`.
+    fn events(&self, u: &[f64]) -> (Vec<f64>, Vec<Events>) {
+        let tau_1 = self.params.tau_1;
+        let tau_2 = self.params.tau_2.unwrap_or(-tau_1);
+        let tau_3 = self.params.tau_3.unwrap_or(-tau_1 / 2.0);
+        let smoothed = self.smoothed(u);
+        let frame = |t: usize| {
+            let c = self.changes(&smoothed, t);
+            let score = c.long_increase.max(c.short_increase);
+            let events = Events::default()
+                .with(Event::LargeIncrease, score > tau_1)
+                .with(Event::LargeDecrease, c.long_decrease.min(c.short_decrease) < tau_2)
+                .with(Event::SmallDecrease, c.short_decrease < tau_3);
+            (score, events)
+        };
+        (0..u.len()).map(frame).unzip()
+    }
+}
+
+impl Detector for Arte {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn needs_reverse(&self) -> bool {
+        true
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.params.tau_1)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let (score, events) = self.events(input.signal);
+        let (alarm, quality) = self.rules.follow(input, &events);
+        Detection { score, alarm, quality: Some(quality), ..Detection::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,202 @@
+//! ARTE*, [ARTE](super::arte) with the change detection of AVU instead of its own thresholds (SanMiguel and
+//! Cavallaro, "Temporal validation of particle filters for video tracking", CVIU 131, 2015, section 6).
+//!
+//! ```text
+//! s[t] = sum_{r=1..L} c[t - L + r],   inconsistent when s[t] > beta_1              Eq. 8, 11
+//! large increase in t:   s[t] becomes inconsistent
+//! large decrease in t:   s[t] becomes consistent
+//! small decrease in t:   c[t - 1] > beta_2  and  c[t] <= beta_2,   beta_2 = beta_1 / 2
+//! ```
+//!
+//! `c` is the change signal c_t (`uncertainty-change`) of the full state, without unit and not smoothed; `t`
+//! is a 0-based frame, and a track counts as consistent before its first. `s`, `beta_1` and how it is learned
+//! are those of [`super::accumulated_validation`], Eq. 12 to 24; beta_1 can be given as `beta`. What the
+//! events do is in [`super::track_quality::machine`], what a recovery check is in
+//! [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is s_t,
+//! high is suspicious, the threshold is beta_1. Frame t is labelled from frames up to t alone.
+//!
+//! Source: which labels take the place of which thresholds is in the text of section 6; its Table 2 was not
+//! legible. Reconstruction:
+//!
+//! * beta_2 is half of beta_1 as it is written (`half`), although c_t is one value and beta_1 a bound on L of
+//!   them, so that nearly every c_t is below it for a large L. `half-of-one` is half of the bound on one value;
+//! * LOCKING-IN ends after `locking_in_limit` frames, by default as many as the long window of ARTE.
+//!
+//! As increases are onsets here and s_t is inconsistent all the time while the tracker is SCANNING or
+//! LOCKING-IN, no large increase ever happens in these two conditions.
+
+use super::accumulated_validation::{self as avu, AccumulatedValidation};
+use super::track_quality::Rules;
+use super::track_quality::machine::{Event, Events};
+use super::{Detection, Detector, Example, Input, Learner};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// The list's entry. Its labels change with those of AVU.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "arte-star",
+    version: 1,
+    summary: "alarm from where the sum of c_t passes its cut value until a run backwards confirms a recovery (ARTE*)",
+    example: "{ length = 5, beta = 0.2 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(ArteStar::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// The threshold on a single c_t, beta_2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Second {
+    /// Half of beta_1.
+    Half,
+    /// Half of what beta_1 is for a sum of one value; only with a learned model.
+    HalfOfOne,
+}
+
+/// Parameters; the first five are those of `accumulated-validation`.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames that are summed, L, 1 to 10000.
+    pub length: usize,
+    /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
+    pub alpha: f64,
+    /// The threshold beta_1 itself; nothing is learned then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<f64>,
+    /// Role of the suite to learn from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub train: Option<String>,
+    /// Error below which a frame is consistent, above 0 and at most 1.
+    pub tau: f64,
+    /// The threshold on a single c_t.
+    pub beta_2: Second,
+    /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
+    pub accept_below: f64,
+    /// Frames that the tracker is run backwards at most, 0 to 100000.
+    pub reverse_limit: usize,
+    /// Frames after which LOCKING-IN ends, 1 to 100000.
+    pub locking_in_limit: usize,
+    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    pub reference_lag: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        let avu::Params { length, alpha, beta, train, tau, .. } = avu::Params::default();
+        Self {
+            length,
+            alpha,
+            beta,
+            train,
+            tau,
+            beta_2: Second::Half,
+            accept_below: 0.8,
+            reverse_limit: 200,
+            locking_in_limit: 25,
+            reference_lag: 1,
+        }
+    }
+}
+
+/// The detector; silent until it has thresholds.
+#[derive(Debug, Clone)]
+pub struct ArteStar {
+    params: Params,
+    rules: Rules,
+    validation: AccumulatedValidation,
+    beta_2: Option<f64>,
+}
+
+impl ArteStar {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range, without both `beta` and `train`, and for `half-of-one` with `beta`.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit, p.reference_lag)?;
+        let validation = AccumulatedValidation::new(validation_params(&p, p.length))?;
+        if p.beta.is_some() && p.beta_2 == Second::HalfOfOne {
+            let message =
+                "`beta_2` = \"half-of-one\" comes from a learned model; give `train` instead of `beta`";
+            return Err(ParamError { message: message.to_string(), key: Some("beta_2"), span: None });
+        }
+        let beta_2 = p.beta.map(|beta| beta / 2.0);
+        Ok(Self { params: p, rules, validation, beta_2 })
+    }
+
+    /// The score and the events in every frame of the changes `c`.
+    fn events(&self, input: &Input<'_>) -> (Vec<f64>, Vec<Events>) {
+        let Detection { score, alarm: inconsistent, .. } = self.validation.detect(input);
+        let large = |t: usize| inconsistent[t];
+        let small = |t: usize| self.beta_2.is_some_and(|beta_2| input.signal[t] > beta_2);
+        let frame = |t: usize| {
+            let (was_large, was_small) = t.checked_sub(1).map_or((false, false), |t| (large(t), small(t)));
+            Events::default()
+                .with(Event::LargeIncrease, !was_large && large(t))
+                .with(Event::LargeDecrease, was_large && !large(t))
+                .with(Event::SmallDecrease, was_small && !small(t))
+        };
+        let events = (0..score.len()).map(frame).collect();
+        (score, events)
+    }
+}
+
+/// AVU with the parameters that both have.
+fn validation_params(p: &Params, length: usize) -> avu::Params {
+    let Params { alpha, beta, tau, .. } = *p;
+    avu::Params { length, alpha, beta, train: p.train.clone(), tau, ..avu::Params::default() }
+}
+
+impl Learner for ArteStar {
+    fn role(&self) -> &str {
+        self.validation.role()
+    }
+
+    fn params(&self) -> Value {
+        Learner::params(&self.validation)
+    }
+
+    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, String> {
+        self.validation.learn(examples)
+    }
+
+    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, String> {
+        let validation = self.validation.ready(model)?;
+        let whole = match self.params.beta_2 {
+            Second::Half => validation.threshold(),
+            Second::HalfOfOne => {
+                let one = AccumulatedValidation::new(validation_params(&self.params, 1));
+                one.map_err(|e| e.to_string())?.ready(model)?.threshold()
+            }
+        };
+        Ok(Box::new(Self { validation, beta_2: whole.map(|beta| beta / 2.0), ..self.clone() }))
+    }
+}
+
+impl Detector for ArteStar {
+    fn params(&self) -> Value {
+        show_params(&self.params)
+    }
+
+    fn needs_reverse(&self) -> bool {
+        true
+    }
+
+    fn learner(&self) -> Option<&dyn Learner> {
+        self.params.beta.is_none().then_some(self as &dyn Learner)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        self.validation.threshold()
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let (score, events) = self.events(input);
+        let (alarm, quality) = self.rules.follow(input, &events);
+        Detection { score, alarm, quality: Some(quality), ..Detection::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

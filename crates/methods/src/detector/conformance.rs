@@ -1,0 +1,317 @@
+//! What every detector in the list must do, whatever it does.
+
+use super::{DETECTORS, Detection, Detector, Input, Quality};
+use proptest::prelude::*;
+use sha2::{Digest, Sha256};
+
+/// Parameters beyond each entry's example, so that every branch is under the laws.
+const MORE: &[(&str, &str)] = &[
+    ("arma-forecast", "{}"),
+    ("arma-forecast", "{ scheme = \"rolling\", start = \"drop-first\", window = 10, horizon = 3 }"),
+    ("arma-forecast", "{ order = [2, 1], window = 12, horizon = 10, threshold = 0.1 }"),
+    ("arma-forecast", "{ order = [0, 0], window = 3, horizon = 1, threshold = 0.1 }"),
+    ("naive-forecast", "{ scheme = \"rolling\", window = 1, horizon = 1, threshold = 0.3 }"),
+    ("level", "{ above = 0.5 }"),
+    ("two-model-chi-square", "{ test = \"energy\", length = 3, least_reference = 2, alpha = 0.05 }"),
+    ("two-model-chi-square", "{ length = 1, reference = 9, variance_floor = 0.01 }"),
+    ("matched-kalman-bank", "{ noise_variance = 0.01, life = 0, models = 2, start_level = 1.0 }"),
+    ("matched-kalman-bank", "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }"),
+    ("arte", "{ long = 4, short = 2, smoothing = 1, tau_1 = 0.2, settling = 3, locking_in_limit = 2 }"),
+    ("arte", "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }"),
+    ("arte-star", "{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"),
+    ("periodic", "{ period = 2, phase = 1 }"),
+    ("random", "{ rate = 0.5 }"),
+];
+
+/// Verdicts of each kind's example on `series()`, and the version they belong to.
+const GOLDEN: &[(&str, u32, &str)] = &[
+    ("arma-forecast", 1, "457709fb4fa7690f"),
+    ("naive-forecast", 1, "11a50e49e974cc48"),
+    ("level", 1, "1855484e0bedf579"),
+    ("accumulated-validation", 1, "816f2c06de79c795"),
+    ("two-model-chi-square", 1, "1d0ad0f43f943791"),
+    ("matched-kalman-bank", 1, "887dc0fed0059e5a"),
+    ("arte", 1, "a39dc94a9708decd"),
+    ("arte-star", 1, "1b5ca0620030071a"),
+    ("never", 1, "d20d5d685a1fdb28"),
+    ("always", 1, "c36d0fed489c136c"),
+    ("periodic", 1, "34547fe21e5b1038"),
+    ("random", 1, "a6084e14743a87b0"),
+    ("oracle", 1, "ada0e6855da10c22"),
+];
+
+fn everyone() -> Vec<(&'static str, &'static str, Box<dyn Detector>)> {
+    let examples = DETECTORS.iter().map(|e| (e.kind, e.example));
+    examples
+        .chain(MORE.iter().copied())
+        .map(|(kind, text)| {
+            let entry = crate::plugin::find(DETECTORS, kind).unwrap_or_else(|| panic!("no detector {kind}"));
+            (kind, text, entry.build_from_text(text).unwrap_or_else(|e| panic!("{kind} {text}: {e}")))
+        })
+        .collect()
+}
+
+/// A smooth signal with steps and kinks made of whole numbers, and an error with two failures and a gap.
+fn series() -> (Vec<f64>, Vec<f64>) {
+    let signal = (0..120_i32)
+        .map(|t| {
+            let wave = f64::from((t * 37 % 64 - 32).abs()) / 4096.0;
+            let level = if (40..70).contains(&t) { 0.028 } else { 0.045 };
+            level + wave
+        })
+        .collect();
+    let error = (0..120)
+        .map(|t| match t {
+            42..60 | 90..95 => 1.0,
+            60..64 => f64::NAN,
+            _ => 0.25,
+        })
+        .collect();
+    (signal, error)
+}
+
+fn digest(verdict: &Detection) -> String {
+    let mut hash = Sha256::new();
+    let forecast = verdict.forecast.as_deref().unwrap_or_default();
+    for value in verdict.score.iter().chain(forecast) {
+        // NaN has many bit patterns, all of them the same answer.
+        hash.update(if value.is_nan() { u64::MAX } else { value.to_bits() }.to_le_bytes());
+    }
+    hash.update(verdict.alarm.iter().map(|&a| u8::from(a)).collect::<Vec<_>>());
+    hash.update(verdict.changes.iter().flatten().map(|&c| c as u8).collect::<Vec<_>>());
+    if let Some(quality) = &verdict.quality {
+        hash.update(quality.condition.iter().map(|&c| c as u8).collect::<Vec<_>>());
+        for check in &quality.checks {
+            hash.update([check.frame as u64, check.reference as u64].map(u64::to_le_bytes).concat());
+            hash.update([u8::from(check.error.is_some()), u8::from(check.accepted)]);
+        }
+    }
+    hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The first `frames` frames of a verdict.
+fn cut(verdict: &Detection, frames: usize) -> Detection {
+    Detection {
+        score: verdict.score[..frames].to_vec(),
+        alarm: verdict.alarm[..frames].to_vec(),
+        forecast: verdict.forecast.as_ref().map(|f| f[..frames].to_vec()),
+        changes: verdict.changes.as_ref().map(|c| c[..frames].to_vec()),
+        quality: verdict.quality.as_ref().map(|q| Quality {
+            condition: q.condition[..frames].to_vec(),
+            checks: q.checks.iter().filter(|c| c.frame < frames).copied().collect(),
+            transitions: q.transitions.iter().filter(|t| t.0 < frames).copied().collect(),
+        }),
+    }
+}
+
+/// Lengths, finite scores, forecasts that are finite from their beginning on.
+fn check_shape(label: &str, verdict: &Detection, frames: usize) {
+    assert_eq!(verdict.score.len(), frames, "{label}: length of score");
+    assert_eq!(verdict.alarm.len(), frames, "{label}: length of alarm");
+    assert!(verdict.score.iter().all(|v| v.is_finite()), "{label}: a score is not finite");
+    if let Some(changes) = &verdict.changes {
+        assert_eq!(changes.len(), frames, "{label}: length of changes");
+        assert!(changes.iter().all(|c| (-1..=1).contains(c)), "{label}: a change is none of -1, 0, 1");
+    }
+    if let Some(quality) = &verdict.quality {
+        assert_eq!(quality.condition.len(), frames, "{label}: length of condition");
+        assert!(quality.checks.is_sorted_by_key(|c| c.frame), "{label}: order of checks");
+        assert!(quality.checks.iter().all(|c| c.reference <= c.frame), "{label}: a check runs forwards");
+    }
+    if let Some(forecast) = &verdict.forecast {
+        assert_eq!(forecast.len(), frames, "{label}: length of forecast");
+        let begin = forecast.iter().position(|v| !v.is_nan()).unwrap_or(frames);
+        assert!(forecast[begin..].iter().all(|v| v.is_finite()), "{label}: a forecast is not finite");
+    }
+}
+
+#[test]
+fn kinds_are_unique_and_described() {
+    for (i, entry) in DETECTORS.iter().enumerate() {
+        assert!(DETECTORS[..i].iter().all(|other| other.kind != entry.kind), "{} twice", entry.kind);
+        assert!(!entry.summary.is_empty() && entry.version >= 1);
+        let schema = (entry.schema)();
+        assert_eq!(schema.get("additionalProperties"), Some(&serde_json::json!(false)), "{}", entry.kind);
+    }
+}
+
+#[test]
+fn verdicts_are_as_long_as_the_signal() {
+    let (signal, error) = series();
+    for (kind, text, detector) in everyone() {
+        let label = format!("{kind} {text}");
+        for frames in [0, 1, 2, 20, 21, 120] {
+            let input = Input { signal: &signal[..frames], error: &error[..frames], seed: 3, reverse: None };
+            check_shape(&label, &detector.detect(&input), frames);
+        }
+    }
+}
+
+#[test]
+fn hard_signals_give_finite_scores() {
+    let alternating: Vec<f64> = (0..60).map(|t| if t % 2 == 0 { 1.7e308 } else { -1.7e308 }).collect();
+    let tiny: Vec<f64> = (0..60).map(|t| f64::from(t % 3) * 1e-310).collect();
+    let spike: Vec<f64> = (0..60).map(|t| if t == 25 { 1e9 } else { 0.0 }).collect();
+    let line: Vec<f64> = (0..60).map(f64::from).collect();
+    let cases = [vec![0.0; 60], vec![0.04; 60], vec![-7e300; 60], alternating, tiny, spike, line];
+    for (kind, text, detector) in everyone() {
+        for signal in &cases {
+            let input = Input { signal, error: &[f64::NAN; 60], seed: 3, reverse: None };
+            check_shape(&format!("{kind} {text}"), &detector.detect(&input), 60);
+        }
+    }
+}
+
+#[test]
+fn forecasts_of_a_constant_are_exact() {
+    for (kind, text, detector) in everyone() {
+        let verdict =
+            detector.detect(&Input { signal: &[0.04; 60], error: &[0.0; 60], seed: 3, reverse: None });
+        if verdict.forecast.is_some() {
+            assert!(verdict.score.iter().all(|&z| z == 0.0), "{kind} {text}");
+        }
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_verdict() {
+    let (signal, error) = series();
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
+    for ((kind, text, one), (_, _, two)) in everyone().into_iter().zip(everyone()) {
+        let first = digest(&one.detect(&input));
+        assert_eq!(first, digest(&one.detect(&input)), "{kind} {text}: second call");
+        assert_eq!(first, digest(&two.detect(&input)), "{kind} {text}: second instance");
+    }
+}
+
+#[test]
+fn anchors_do_not_read_the_signal() {
+    let (signal, error) = series();
+    let other = vec![-3.5; signal.len()];
+    for (kind, text, detector) in everyone().into_iter().filter(|d| !d.2.needs_signal()) {
+        let [a, b] = [&signal, &other]
+            .map(|signal| detector.detect(&Input { signal, error: &error, seed: 3, reverse: None }));
+        assert_eq!(digest(&a), digest(&b), "{kind} {text}");
+        assert!(a.score.iter().zip(&a.alarm).all(|(&s, &a)| s == f64::from(u8::from(a))), "{kind} {text}");
+        assert_eq!(detector.threshold(), None, "{kind} {text}");
+    }
+}
+
+#[test]
+fn only_anchors_read_error_and_seed() {
+    let (signal, error) = series();
+    for (kind, text, detector) in everyone().into_iter().filter(|d| d.2.needs_signal()) {
+        let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
+        let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4, reverse: None });
+        assert_eq!(digest(&a), digest(&b), "{kind} {text}");
+        // What is compared with no threshold finds its changes itself.
+        assert!(detector.threshold().is_some() || a.changes.is_some(), "{kind} {text}");
+    }
+}
+
+#[test]
+fn unknown_parameters_are_refused() {
+    for entry in DETECTORS {
+        let mut table: toml::Table = toml::from_str(&format!("v = {}", entry.example)).unwrap();
+        let params = table["v"].as_table_mut().unwrap();
+        params.insert("no_such_parameter".into(), toml::Value::Integer(1));
+        let error = entry.build_from_text(&table["v"].to_string()).err();
+        let error = error.unwrap_or_else(|| panic!("{} takes an unknown parameter", entry.kind));
+        assert!(error.message.contains("no_such_parameter"), "{}: {error}", entry.kind);
+        assert!(error.span.is_some(), "{}: no place in the text", entry.kind);
+        assert!(entry.build_from_text("{ ").is_err() && entry.build_from_text("3").is_err());
+    }
+}
+
+#[test]
+fn checked_parameters_make_the_same_detector() {
+    let (signal, error) = series();
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
+    for (kind, text, detector) in everyone() {
+        let params = detector.params();
+        let table = toml::Value::try_from(&params).unwrap().to_string();
+        let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+        let again = entry.build_from_text(&table).unwrap_or_else(|e| panic!("{kind} {table}: {e}"));
+        assert_eq!(params, again.params(), "{kind} {text}");
+        assert_eq!(digest(&detector.detect(&input)), digest(&again.detect(&input)), "{kind} {text}");
+    }
+}
+
+#[test]
+fn golden_verdicts() {
+    let (signal, error) = series();
+    let got: Vec<(&str, u32, String)> = DETECTORS
+        .iter()
+        .map(|entry| {
+            let detector = entry.build_from_text(entry.example).unwrap();
+            let verdict =
+                detector.detect(&Input { signal: &signal, error: &error, seed: 2016, reverse: None });
+            (entry.kind, entry.version, digest(&verdict))
+        })
+        .collect();
+    for (kind, version, digest) in &got {
+        let line = GOLDEN.iter().find(|line| line.0 == *kind);
+        let ok = line.is_some_and(|line| line.1 == *version && line.2 == digest);
+        assert!(
+            ok,
+            "the output of `{kind}` version {version} has changed or is new. If that is meant, raise `version` \
+             in its ENTRY and write (\"{kind}\", <version>, \"{digest}\") into GOLDEN"
+        );
+    }
+    assert_eq!(GOLDEN.len(), DETECTORS.len(), "GOLDEN has lines of detectors that are gone");
+}
+
+#[test]
+fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
+    let (signal, error) = series();
+    for (kind, text, detector) in everyone() {
+        let labels = [1, 2].map(|seed| {
+            digest(&detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None }))
+        });
+        assert_eq!(detector.uses_seed(), labels[0] != labels[1], "{kind} {text}: `uses_seed` is not true");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn no_label_uses_a_later_frame(
+        pairs in prop::collection::vec((-0.5_f64..1.0, 0.0_f64..1.5), 0..64),
+        at in 0.0_f64..1.0,
+        seed in any::<u64>(),
+    ) {
+        let signal: Vec<f64> = pairs.iter().map(|p| p.0).collect();
+        let error: Vec<f64> = pairs.iter().map(|p| p.1.min(1.0)).collect();
+        let frames = (at * signal.len() as f64) as usize;
+        for (kind, text, detector) in everyone() {
+            let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None });
+            let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None });
+            prop_assert_eq!(digest(&cut(&whole, frames)), digest(&part), "{} {}", kind, text);
+        }
+    }
+
+    #[test]
+    fn alarms_are_monotone_in_the_threshold(
+        signal in prop::collection::vec(0.0_f64..1.0, 0..64),
+        one in 0.001_f64..1.0,
+        two in 0.001_f64..1.0,
+    ) {
+        let (low, high) = (one.min(two), one.max(two));
+        let cases = [
+            ("arma-forecast", "threshold"),
+            ("naive-forecast", "threshold"),
+            ("level", "above"),
+            ("level", "below"),
+        ];
+        for (kind, key) in cases {
+            let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+            let [few, many] = if key == "below" { [low, high] } else { [high, low] }.map(|value| {
+                let detector = entry.build_from_text(&format!("{{ {key} = {value:?} }}")).unwrap();
+                detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None })
+            });
+            prop_assert_eq!(&few.score, &many.score);
+            prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f), "{} {}", kind, key);
+        }
+    }
+}

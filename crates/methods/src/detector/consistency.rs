@@ -1,0 +1,219 @@
+//! The model of a consistent filter: which values of c_t count as consistent, and the mixture of Gammas
+//! fitted to them (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 12-15, 18 and 24).
+//!
+//! A frame is consistent when its tracking error is below `tau` (Eq. 24). Frames without ground truth are
+//! left out. So are the frames at the start of a track in which c_t is exactly 0 because there is no
+//! reference yet: they say nothing of the filter.
+
+use super::{Detection, Example};
+use crate::num::accumulation::sums;
+use crate::num::gamma_mixture::select::{self, Criterion, MAX_PENALTY_WEIGHT};
+use crate::num::gamma_mixture::{Binned, Clipped, Fit, FitError, FitOptions, Mixture, fit_all};
+use serde::{Deserialize, Serialize};
+
+/// Number of frames at the start of a track in which c_t is exactly 0, because there is no reference yet.
+pub fn undefined_frames(signal: &[f64]) -> usize {
+    signal.iter().position(|c| *c != 0.0).unwrap_or(signal.len())
+}
+
+/// A verdict on the frames in which c_t is defined, silent in those before.
+pub fn on_defined_frames(signal: &[f64], detect: impl Fn(&[f64]) -> Detection) -> Detection {
+    let undefined = undefined_frames(signal);
+    let mut verdict = detect(&signal[undefined..]);
+    verdict.score.splice(0..0, std::iter::repeat_n(0.0, undefined));
+    verdict.alarm.splice(0..0, std::iter::repeat_n(false, undefined));
+    if let Some(changes) = &mut verdict.changes {
+        changes.splice(0..0, std::iter::repeat_n(0, undefined));
+    }
+    verdict
+}
+
+/// Values of c_t in the consistent frames of a track.
+pub fn consistent_changes<'a>(example: &Example<'a>, tau: f64) -> impl Iterator<Item = f64> + use<'a> {
+    let (signal, error) = (example.signal, example.error);
+    let first = undefined_frames(signal);
+    let frames = signal.iter().zip(error).skip(first);
+    frames.filter(move |(_, e)| **e < tau).map(|(c, _)| *c)
+}
+
+/// Sums of `length` values of c_t that end in consistent frames of a track and cover such frames alone.
+pub fn consistent_sums(example: &Example<'_>, tau: f64, length: usize) -> Vec<f64> {
+    let (signal, error) = (example.signal, example.error);
+    let first = undefined_frames(signal);
+    let (signal, error) = (&signal[first..], &error[first.min(error.len())..]);
+    let mut run = 0;
+    let mut ends = Vec::new();
+    for (s, e) in sums(signal, length).into_iter().zip(error) {
+        run = if *e < tau { run + 1 } else { 0 };
+        if run >= length {
+            ends.push(s);
+        }
+    }
+    ends
+}
+
+/// One order that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Order {
+    /// Number of components.
+    pub components: usize,
+    /// Its largest log-likelihood.
+    pub log_likelihood: f64,
+    /// For how many weights of the penalty dAIC chooses it.
+    pub wins_daic: usize,
+    /// For how many dBIC does.
+    pub wins_dbic: usize,
+}
+
+/// The model of c_t of a consistent filter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConsistencyModel {
+    /// Error below which a frame was consistent.
+    pub tau: f64,
+    /// Number of values it was learned from.
+    pub samples: u64,
+    /// Values that were raised to the floor, and those beyond the last cell.
+    pub clipped: Clipped,
+    /// Mean of the values.
+    pub mean: f64,
+    /// Variance of the values.
+    pub variance: f64,
+    /// Every order that was tried.
+    pub orders: Vec<Order>,
+    /// The order that dAIC chooses most often, orders of one component left out; 1 where there is no other.
+    pub order_daic: usize,
+    /// The same of dBIC.
+    pub order_dbic: usize,
+    /// The mixture of the chosen order, p_1.
+    pub mixture: Mixture,
+}
+
+/// What a model is fitted with.
+#[derive(Debug, Clone)]
+pub struct Fitting {
+    /// Error below which a frame is consistent.
+    pub tau: f64,
+    /// The order, where it is given and not chosen.
+    pub components: Option<usize>,
+    /// Largest order that is tried.
+    pub max_components: usize,
+    /// Which criterion chooses the order.
+    pub criterion: Criterion,
+    /// How the mixtures are fitted.
+    pub options: FitOptions,
+}
+
+impl Fitting {
+    /// The order by dBIC, and mixtures as they are usually fitted.
+    pub fn usual(tau: f64, max_components: usize) -> Self {
+        let options = FitOptions::default();
+        Self { tau, components: None, max_components, criterion: Criterion::Bic, options }
+    }
+}
+
+/// A model with everything it was chosen from.
+pub struct Fitted {
+    /// The model.
+    pub model: ConsistencyModel,
+    /// The fits of all orders.
+    pub fits: Vec<Fit>,
+    /// Which order dAIC chooses for each weight of the penalty.
+    pub daic: Vec<usize>,
+    /// Which dBIC does.
+    pub dbic: Vec<usize>,
+}
+
+/// Fits a model to tracks.
+///
+/// # Errors
+/// In words, when there are no values to fit it to.
+pub fn fit(examples: &[Example<'_>], how: &Fitting) -> Result<Fitted, String> {
+    let mut binned = Binned::default();
+    let (mut sum, mut n) = (0.0, 0.0);
+    for c in examples.iter().flat_map(|e| consistent_changes(e, how.tau)) {
+        binned.add(c).map_err(|e| format!("c_t of the training tracks: {e}"))?;
+        (sum, n) = (sum + c, n + 1.0);
+    }
+    let mean = sum / n;
+    let squares = examples.iter().flat_map(|e| consistent_changes(e, how.tau)).map(|c| (c - mean).powi(2));
+    let variance = squares.sum::<f64>() / n;
+    let asked = how.components.unwrap_or(how.max_components);
+    let mut fits = fit_all(&binned, asked, &how.options);
+    // Few samples carry few components.
+    for fewer in (1..asked).rev() {
+        if how.components.is_some() || !matches!(fits, Err(FitError::TooFew { .. })) {
+            break;
+        }
+        fits = fit_all(&binned, fewer, &how.options);
+    }
+    let fits = fits.map_err(|e| format!("a mixture of Gammas for errors below {}: {e}", how.tau))?;
+    let terms = select::terms(&fits, binned.count());
+    let choose = |criterion| select::choose(&terms, criterion, MAX_PENALTY_WEIGHT);
+    let (daic, dbic) = (choose(Criterion::Aic), choose(Criterion::Bic));
+    let chosen = match how.criterion {
+        Criterion::Aic => daic.order,
+        Criterion::Bic => dbic.order,
+    };
+    let order = how.components.or(chosen).unwrap_or(1);
+    let fit = fits.get(order.wrapping_sub(1)).ok_or_else(|| format!("no mixture of {order} components"))?;
+    let wins = |winners: &[usize], k: usize| winners.iter().filter(|w| **w == k).count();
+    let orders = fits.iter().enumerate().map(|(i, fit)| Order {
+        components: i + 1,
+        log_likelihood: fit.log_likelihood,
+        wins_daic: wins(&daic.winners, i + 1),
+        wins_dbic: wins(&dbic.winners, i + 1),
+    });
+    let model = ConsistencyModel {
+        tau: how.tau,
+        samples: binned.count(),
+        clipped: binned.clipped(),
+        mean,
+        variance,
+        orders: orders.collect(),
+        order_daic: daic.order.unwrap_or(1),
+        order_dbic: dbic.order.unwrap_or(1),
+        mixture: fit.mixture.clone(),
+    };
+    Ok(Fitted { model, fits, daic: daic.winners, dbic: dbic.winners })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // By hand: the first two frames have no reference, frames 4 and 5 are lost, frame 7 is not annotated.
+    #[test]
+    fn lost_unknown_and_undefined_frames_are_left_out() {
+        let signal = [0.0, 0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 0.0];
+        let error = [0.1, 0.1, 0.1, 0.1, 1.0, 0.95, 0.1, f64::NAN, 0.1, 0.1, 0.1];
+        let example = Example { signal: &signal, error: &error };
+        let changes = |tau| consistent_changes(&example, tau).collect::<Vec<_>>();
+        assert_eq!(changes(0.9), [1.0, 2.0, 16.0, 64.0, 128.0, 0.0]);
+        assert_eq!(changes(1.0), [1.0, 2.0, 8.0, 16.0, 64.0, 128.0, 0.0]);
+        assert_eq!(consistent_sums(&example, 0.9, 2), [3.0, 192.0, 128.0]);
+        assert_eq!(consistent_sums(&example, 0.9, 1), changes(0.9));
+        assert!(consistent_sums(&example, 0.9, 12).is_empty());
+        let never = Example { signal: &[0.0; 5], error: &[0.0; 5] };
+        assert_eq!(consistent_changes(&never, 0.9).count() + consistent_sums(&never, 0.9, 1).len(), 0);
+    }
+
+    #[test]
+    fn few_samples_carry_few_components_and_none_are_an_error() {
+        let signal = [0.5, 0.25, 0.7, 0.1, 0.9, 1.5, 0.4];
+        let example = Example { signal: &signal, error: &[0.0; 7] };
+        let how = Fitting {
+            tau: 0.9,
+            components: None,
+            max_components: 10,
+            criterion: Criterion::Bic,
+            options: FitOptions::default(),
+        };
+        let fitted = fit(&[example], &how).unwrap();
+        assert_eq!((fitted.model.samples, fitted.fits.len()), (7, 2));
+        assert!((fitted.model.mean - signal.iter().sum::<f64>() / 7.0).abs() < 1e-12);
+        let lost = Example { signal: &signal, error: &[1.0; 7] };
+        assert!(fit(&[lost], &how).is_err());
+    }
+}

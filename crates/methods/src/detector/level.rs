@@ -1,0 +1,118 @@
+//! A fixed level of the signal itself: RAW, RgbHist, RLHist (alarm below) and CovF (alarm above) in
+//! Khalid, Cavallaro and Rinner (BMVC 2016), section 4.1.
+//!
+//! ```text
+//! alarm at t when y[t] < below          or          alarm at t when y[t] >= above
+//! ```
+//!
+//! `y` and the level are in the signal's unit; `t` is a 0-based frame. The score is the signal.
+//!
+//! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
+//! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
+
+use super::{Detection, Detector, Input};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "level",
+    version: 1,
+    summary: "alarm while the signal is below (or at and above) a fixed level",
+    example: "{ below = 0.039 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(Level::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters; exactly one of the two.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Alarm when the signal is less than this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Alarm when the signal is this or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+}
+
+/// The detector.
+#[derive(Debug, Clone, Copy)]
+pub enum Level {
+    /// Low values are alarms.
+    Below(f64),
+    /// High values are alarms.
+    Above(f64),
+}
+
+impl Level {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When none or both are given, or the one is not finite.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let message = match (params.below, params.above) {
+            (Some(level), None) if level.is_finite() => return Ok(Self::Below(level)),
+            (None, Some(level)) if level.is_finite() => return Ok(Self::Above(level)),
+            (Some(level), None) => return Err(ParamError::out_of_range("below", "finite", level)),
+            (None, Some(level)) => return Err(ParamError::out_of_range("above", "finite", level)),
+            (Some(_), Some(_)) => "give `below` or `above`, not both",
+            (None, None) => "give `below` (low values are alarms) or `above` (high values are alarms)",
+        };
+        Err(ParamError { message: message.to_string(), key: None, span: None })
+    }
+}
+
+impl Detector for Level {
+    fn params(&self) -> serde_json::Value {
+        show_params(&match *self {
+            Self::Below(level) => Params { below: Some(level), above: None },
+            Self::Above(level) => Params { below: None, above: Some(level) },
+        })
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        match *self {
+            Self::Below(level) | Self::Above(level) => Some(level),
+        }
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let alarm = input
+            .signal
+            .iter()
+            .map(|&y| match *self {
+                Self::Below(level) => y < level,
+                Self::Above(level) => y >= level,
+            })
+            .collect();
+        Detection { score: input.signal.to_vec(), alarm, ..Detection::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alarms(text: &str, signal: &[f64]) -> Vec<bool> {
+        ENTRY
+            .build_from_text(text)
+            .unwrap()
+            .detect(&Input { signal, error: &[], seed: 0, reverse: None })
+            .alarm
+    }
+
+    #[test]
+    fn the_level_itself_is_above() {
+        let signal = [0.5, 0.75, 1.0];
+        assert_eq!(alarms("{ below = 0.75 }", &signal), [true, false, false]);
+        assert_eq!(alarms("{ above = 0.75 }", &signal), [false, true, true]);
+    }
+
+    #[test]
+    fn exactly_one_finite_level() {
+        for text in ["{}", "{ below = 1.0, above = 2.0 }", "{ below = nan }", "{ above = inf }"] {
+            assert!(ENTRY.build_from_text(text).is_err(), "{text}");
+        }
+    }
+}

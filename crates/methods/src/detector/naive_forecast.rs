@@ -1,0 +1,116 @@
+//! Forecast error of the naive model, the rival NAIVE in Khalid, Cavallaro and Rinner, "Detecting
+//! tracking errors via forecasting" (BMVC 2016), section 4.1.
+//!
+//! ```text
+//! y^[o+k] = y[o], k = 1..horizon        |z[t]| = |y[t] - y^[t]|        alarm at t when |z[t]| >= threshold
+//! ```
+//!
+//! `y` is the signal, `o` the origin of the forecast and `t` a 0-based frame; `y`, `y^` and `threshold`
+//! are in the signal's unit. High values of `|z|` are bad.
+//!
+//! Paper to code: l is `horizon`; the threshold is the paper's, trained on its set D1. The model needs no
+//! past but the origin's value. `window` (20 by default) only says where the first forecast is made, so
+//! that this detector and `arma-forecast` start in the same frame; the paper does not say where its own
+//! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
+
+use super::forecasting::{self, Scheme};
+use super::{Detection, Detector, Input};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "naive-forecast",
+    version: 1,
+    summary: "forecasts the last value; alarm when the signal leaves it by the threshold",
+    example: "{ window = 20, horizon = 5, threshold = 0.004 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(NaiveForecast::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames before the first forecast, at least 1.
+    pub window: usize,
+    /// Frames a forecast looks ahead, at least 1.
+    pub horizon: usize,
+    /// Smallest forecast error that is an alarm, in the signal's unit, above 0.
+    pub threshold: f64,
+    /// Which origin serves which frame.
+    pub scheme: Scheme,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { window: 20, horizon: 5, threshold: 0.004, scheme: Scheme::Block }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct NaiveForecast(Params);
+
+impl NaiveForecast {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        forecasting::check(params.window, 1, params.horizon, params.threshold)?;
+        Ok(Self(params))
+    }
+}
+
+impl Detector for NaiveForecast {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.0.threshold)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        let Params { window, horizon, threshold, scheme } = self.0;
+        let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
+            vec![y[y.len() - 1]; ahead]
+        });
+        forecasting::judge(input.signal, forecast, threshold)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // By hand: origins are frames 1, 3 and 5.
+    #[test]
+    fn blocks_by_hand() {
+        let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0, 4.5];
+        let params = Params { window: 2, horizon: 2, threshold: 1.0, ..Params::default() };
+        let verdict = NaiveForecast::new(params).unwrap().detect(&Input {
+            signal: &signal,
+            error: &[],
+            seed: 0,
+            reverse: None,
+        });
+        assert_eq!(verdict.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
+        assert_eq!(verdict.alarm, [false, false, true, true, false, true, false]);
+    }
+
+    // By hand: each frame is compared with the one two before it, from frame 3 on.
+    #[test]
+    fn rolling_by_hand() {
+        let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0];
+        let params = Params { window: 2, horizon: 2, threshold: 1.0, scheme: Scheme::Rolling };
+        let verdict = NaiveForecast::new(params).unwrap().detect(&Input {
+            signal: &signal,
+            error: &[],
+            seed: 0,
+            reverse: None,
+        });
+        assert_eq!(verdict.score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0]);
+    }
+}

@@ -1,0 +1,359 @@
+//! Two sliding windows and a chi-square test, the rival Two-MChi in SanMiguel and Cavallaro (CVIU 131,
+//! 2015), after Gustafsson, "Adaptive Filtering and Change Detection" (2000).
+//!
+//! ```text
+//! m1, v   mean and unbiased variance of the N frames that end before the last L
+//! m2      mean of the last L frames, t - L + 1 .. t
+//! mean:   T[t] = (m1 - m2)^2 / (v / N + v / L)              chi-square with 1 degree of freedom
+//! energy: T[t] = sum over the last L of (y - m1)^2 / v      chi-square with L degrees of freedom
+//! alarm at t when T[t] > h,  P(chi-square > h) = alpha
+//! ```
+//!
+//! `y` is the signal, `m1` and `m2` are in its unit, `v` in its square; `T` has no unit, `t` is a 0-based
+//! frame. High values of `T` are bad; while there are fewer than N + L frames it is 0. Frames at the start in
+//! which the signal is exactly 0 are left out: c_t has no reference there yet.
+//!
+//! Paper to code: L is `length`, alpha as for the paper's own method. The paper only says that the two
+//! windows differ in length, that one is taken as free of changes and that the data are taken as Gaussian;
+//! the book's text was not available. Choices: N is `reference` times `length` but at least
+//! `least_reference`, right before the test window; `v` is at least `variance_floor`; the means are
+//! compared, and `energy` is the other reading of "chi-square test".
+//!
+//! Alarms stand while the two windows differ, after a fall as after a rise. A run of alarms with m2 >= m1
+//! therefore begins with the change +1 and one with m2 < m1 with -1 (the track is consistent again), also
+//! where the one follows the other without a gap. The end of an alarm is no change: the reference window
+//! has only caught up.
+
+use super::{Detection, Detector, Input, consistency};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "two-model-chi-square",
+    version: 1,
+    summary: "chi-square test of the last frames against a longer window before them",
+    example: "{ length = 5, alpha = 0.005 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(TwoModelChiSquare::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Test {
+    /// The means of the two windows.
+    Mean,
+    /// The energy of the last frames about the mean before them.
+    Energy,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames of the test window L, 1 to 10000.
+    pub length: usize,
+    /// Length of the reference window in units of `length`, 1 to 100.
+    pub reference: usize,
+    /// Fewest frames of the reference window, 2 to 10000.
+    pub least_reference: usize,
+    /// Probability of an alarm where nothing changes, 1e-6 to 0.5.
+    pub alpha: f64,
+    /// Smallest variance, in the square of the signal's unit, finite and above 0.
+    pub variance_floor: f64,
+    /// What is compared.
+    pub test: Test,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            length: 5,
+            reference: 2,
+            least_reference: 10,
+            alpha: 0.005,
+            variance_floor: 1e-8,
+            test: Test::Mean,
+        }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct TwoModelChiSquare {
+    params: Params,
+    threshold: f64,
+}
+
+impl TwoModelChiSquare {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let Params { length, reference, least_reference, alpha, variance_floor, test } = params;
+        if !(1..=10_000).contains(&length) {
+            return Err(ParamError::out_of_range("length", "from 1 to 10000 frames", length));
+        }
+        if !(1..=100).contains(&reference) {
+            return Err(ParamError::out_of_range("reference", "from 1 to 100 lengths", reference));
+        }
+        if !(2..=10_000).contains(&least_reference) {
+            return Err(ParamError::out_of_range(
+                "least_reference",
+                "from 2 to 10000 frames",
+                least_reference,
+            ));
+        }
+        // Nearer to 1, 1 - alpha has too few digits for a quantile.
+        if !(1e-6..=0.5).contains(&alpha) {
+            return Err(ParamError::out_of_range("alpha", "from 1e-6 to 0.5", alpha));
+        }
+        if !(variance_floor.is_finite() && variance_floor > 0.0) {
+            return Err(ParamError::out_of_range("variance_floor", "finite and above 0", variance_floor));
+        }
+        let freedom = match test {
+            Test::Mean => 1.0,
+            Test::Energy => length as f64,
+        };
+        let chi_square = ChiSquared::new(freedom).map_err(|e| ParamError {
+            message: e.to_string(),
+            key: Some("length"),
+            span: None,
+        })?;
+        Ok(Self { params, threshold: chi_square.inverse_cdf(1.0 - alpha) })
+    }
+
+    /// T, and m2 - m1 in some unit, of a reference window and the test window after it.
+    fn statistic(&self, reference: &[f64], test: &[f64]) -> (f64, f64) {
+        // In units of the largest value nothing overflows, and a constant signal is constant exactly.
+        let unit = reference.iter().chain(test).fold(0.0_f64, |most, y| most.max(y.abs()));
+        if unit == 0.0 {
+            return (0.0, 0.0);
+        }
+        let (n, l) = (reference.len() as f64, test.len() as f64);
+        let m1 = reference.iter().map(|y| y / unit).sum::<f64>() / n;
+        let m2 = test.iter().map(|y| y / unit).sum::<f64>() / l;
+        let variance = reference.iter().map(|y| (y / unit - m1).powi(2)).sum::<f64>() / (n - 1.0);
+        let variance = variance.max(self.params.variance_floor / unit / unit);
+        let (distance, scale) = match self.params.test {
+            Test::Mean => ((m1 - m2).powi(2), variance / n + variance / l),
+            Test::Energy => (test.iter().map(|y| (y / unit - m1).powi(2)).sum(), variance),
+        };
+        // Of enormous signals the floor is 0 and the quotient may be infinite.
+        let statistic = if distance == 0.0 { 0.0 } else { (distance / scale).min(f64::MAX) };
+        (statistic, m2 - m1)
+    }
+}
+
+impl Detector for TwoModelChiSquare {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.threshold)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> Detection {
+        consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
+    }
+}
+
+impl TwoModelChiSquare {
+    fn compare(&self, signal: &[f64]) -> Detection {
+        let Params { length, reference, least_reference, .. } = self.params;
+        let before = (reference * length).max(least_reference);
+        let frames = signal.len();
+        let mut score = vec![0.0; frames];
+        let mut alarm = vec![false; frames];
+        let mut changes = vec![0; frames];
+        let mut sign = 0;
+        for (window, t) in signal.windows(before + length).zip(before + length - 1..) {
+            let (reference, test) = window.split_at(before);
+            let (statistic, rise) = self.statistic(reference, test);
+            score[t] = statistic;
+            alarm[t] = statistic > self.threshold;
+            let now = match (alarm[t], rise < 0.0) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => -1,
+            };
+            if now != sign {
+                changes[t] = now;
+            }
+            sign = now;
+        }
+        Detection { score, alarm, changes: Some(changes), ..Detection::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn detect(text: &str, signal: &[f64]) -> Detection {
+        ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    }
+
+    const SIGNAL: [f64; 25] = [
+        0.10, 0.12, 0.09, 0.11, 0.13, 0.10, 0.08, 0.12, 0.11, 0.10, 0.09, 0.12, 0.11, 0.50, 0.62, 0.58, 0.55,
+        0.61, 0.57, 0.12, 0.10, 0.11, 0.09, 0.10, 0.12,
+    ];
+
+    // python3, y = SIGNAL as an array, for t in range(8, 25):
+    //   a, b = y[t-8:t-2], y[t-2:t+1]; v = a.var(ddof=1)
+    //   mean: (a.mean()-b.mean())**2/(v/6+v/3); energy: ((b-a.mean())**2).sum()/v
+    const MEAN: [f64; 17] = [
+        0.2307692307692,
+        0.1428571428571,
+        0.1428571428571,
+        0.1685393258427,
+        0.0,
+        205.4444444444,
+        705.3333333333,
+        3074.18699187,
+        13.04782069379,
+        3.684602130326,
+        1.770491803279,
+        0.01455957291919,
+        2.86466210005,
+        224.748096075,
+        9.047812848573,
+        3.525564578719,
+        1.752180085175,
+    ];
+    const ENERGY: [f64; 17] = [
+        4.346153846154,
+        0.7857142857143,
+        0.7857142857143,
+        1.825842696629,
+        1.521739130435,
+        802.5,
+        1591.25,
+        4665.914634146,
+        19.66668805338,
+        5.558623120301,
+        2.684426229508,
+        2.716573647173,
+        8.067120362957,
+        337.2275922671,
+        13.57714569956,
+        5.291754216594,
+        2.635368079497,
+    ];
+
+    fn near(got: &[f64], want: &[f64]) {
+        assert_eq!(got.len(), want.len());
+        for (t, (a, b)) in got.iter().zip(want).enumerate() {
+            // Sums of 0.1 and the like leave about 1e-14 of a squared difference of means.
+            assert!((a - b).abs() <= 1e-11 * b.max(1.0), "{t}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn statistics_agree_with_numpy() {
+        let mean = detect("{ length = 3, least_reference = 2 }", &SIGNAL);
+        assert_eq!(mean.score[..8], [0.0; 8]);
+        near(&mean.score[8..], &MEAN);
+        let alarms: Vec<usize> = (0..25).filter(|t| mean.alarm[*t]).collect();
+        assert_eq!(alarms, [13, 14, 15, 16, 21, 22]);
+        let changes = mean.changes.unwrap();
+        assert_eq!((changes[13], changes[21]), (1, -1));
+        assert_eq!(changes.iter().filter(|c| **c != 0).count(), 2);
+        let energy = detect("{ length = 3, least_reference = 2, test = \"energy\" }", &SIGNAL);
+        near(&energy.score[8..], &ENERGY);
+    }
+
+    // scipy.stats.chi2.isf(alpha, df)
+    #[test]
+    fn thresholds_agree_with_scipy() {
+        for (text, want) in [
+            ("{}", 7.879438576622417),
+            ("{ alpha = 0.05 }", 3.841458820694124),
+            ("{ alpha = 1e-6 }", 23.928126976934827),
+            ("{ alpha = 0.5 }", 0.4549364231195724),
+            ("{ test = \"energy\", length = 5 }", 16.749602343639044),
+            ("{ test = \"energy\", length = 60 }", 91.95169815962974),
+            ("{ test = \"energy\", length = 10000 }", 10368.033052761462),
+        ] {
+            let got = ENTRY.build_from_text(text).unwrap().threshold().unwrap();
+            assert!((got / want - 1.0).abs() < 1e-9, "{text}: {got} {want}");
+        }
+    }
+
+    // By hand: N = 2, L = 1. Frames 3 and 4 leave 0 for 1 and for -9: two changes without a gap between.
+    #[test]
+    fn a_fall_that_follows_a_rise_is_a_change_of_its_own() {
+        let verdict = detect("{ length = 1, least_reference = 2 }", &[0.0, 1e-3, 0.0, 1.0, -9.0, -4.0, -4.0]);
+        assert_eq!(verdict.alarm, [false, false, false, true, true, false, false]);
+        assert_eq!(verdict.changes.unwrap(), [0, 0, 0, 1, -1, 0, 0]);
+    }
+
+    #[test]
+    fn a_constant_never_alarms() {
+        for test in ["mean", "energy"] {
+            let text = format!("{{ length = 7, test = \"{test}\" }}");
+            for level in [0.0, 0.1, -3.3, 1e300] {
+                assert_eq!(detect(&text, &[level; 60]).score, [0.0; 60], "{text} {level}");
+            }
+            // The windows are 14 and 7 frames: from frame 8 + 20 on they hold the constant alone.
+            let start: Vec<f64> = (0..80).map(|t| if t < 8 { f64::from(t * t) } else { 0.3 }).collect();
+            let verdict = detect(&text, &start);
+            assert!(verdict.score[28..].iter().all(|t| *t == 0.0));
+            assert!(verdict.score[27] != 0.0);
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
+        assert_eq!(key("{ length = 0 }"), Some("length"));
+        assert_eq!(key("{ reference = 0 }"), Some("reference"));
+        assert_eq!(key("{ least_reference = 1 }"), Some("least_reference"));
+        for bad in ["0.0", "0.6", "nan"] {
+            assert_eq!(key(&format!("{{ alpha = {bad} }}")), Some("alpha"));
+        }
+        for bad in ["0.0", "inf", "nan"] {
+            assert_eq!(key(&format!("{{ variance_floor = {bad} }}")), Some("variance_floor"));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn scale_and_sign(
+            y in prop::collection::vec(-1.0_f64..1.0, 0..60),
+            power in -8_i32..8,
+            energy in any::<bool>(),
+        ) {
+            let test = if energy { Test::Energy } else { Test::Mean };
+            let run = |y: &[f64], variance_floor: f64| {
+                let params = Params { length: 3, least_reference: 4, variance_floor, test, ..Params::default() };
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None })
+            };
+            let by = 2.0_f64.powi(power);
+            let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
+            let verdict = run(&y, 1e-4);
+            prop_assert_eq!(&verdict, &run(&scaled, 1e-4 * by * by));
+            let turned: Vec<f64> = y.iter().map(|v| -v).collect();
+            let turned = run(&turned, 1e-4);
+            prop_assert_eq!(&verdict.score, &turned.score);
+            let negated = turned.changes.map(|c| c.iter().map(|c| -c).collect::<Vec<i32>>());
+            prop_assert_eq!(verdict.changes, negated);
+        }
+
+        #[test]
+        fn a_larger_alpha_alarms_no_less(
+            y in prop::collection::vec(0.0_f64..1.0, 0..60), one in 1e-6..0.5_f64, two in 1e-6..0.5_f64,
+        ) {
+            let [few, many] = [one.min(two), one.max(two)].map(|alpha| {
+                let params = Params { alpha, ..Params::default() };
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: &y, error: &[], seed: 0, reverse: None })
+            });
+            prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f));
+        }
+    }
+}

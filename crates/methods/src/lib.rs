@@ -1,0 +1,18 @@
+//! Trackers, signals, detectors, and what is counted and computed from them.
+//!
+//! | module | from | to |
+//! |---|---|---|
+//! | [`tracker`] | a sequence | a region for each frame |
+//! | [`signal`] | frames and regions | one number for each frame |
+//! | [`detector`] | a signal | a label for each frame |
+//! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
+//! | [`analysis`] | signals or regions of whole suites | numbers, tables and charts |
+
+pub mod analysis;
+pub mod detector;
+pub mod score;
+pub mod signal;
+pub mod tracker;
+
+use trackfail_core::{direction, image, num, plugin, region};
+use trackfail_dataset as dataset;

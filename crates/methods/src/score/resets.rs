@@ -1,0 +1,143 @@
+//! Accuracy, failures and expected average overlap of trackers under the VOT reset protocol.
+//!
+//! ```text
+//! accuracy   mean overlap of the frames that count
+//! failures   number of frames in which the overlap was 0 and the tracker was started anew
+//! EAO        mean over N = low ..= high of  E(N) = mean over runs of (1/N) sum_{i=1..N} overlap_i
+//! ```
+//!
+//! Frames count for the accuracy unless they are a failure, skipped after one, or one of the first
+//! `burn_in` (10, the initialisation included) of a start. For the EAO a track is cut into runs from a start
+//! to the next failure, index 0 being the start itself, which is not counted; after a failure a run goes on
+//! with overlap 0 for ever, after the end of the sequence it leaves the mean.
+//!
+//! Accuracy of a suite: the mean over a sequence's repetitions, then over sequences by their numbers of
+//! frames (`accuracy`) or with equal weights (`accuracy_of_sequences`). Failures of a suite: the sum over
+//! sequences of the mean over repetitions. Overlaps count on the frame where `bounded`. Low numbers of
+//! failures and high values of the rest are good.
+//!
+//! An attribute is a set of frames: its accuracy is the mean overlap over the frames of all sequences that
+//! have it and count, its failures are those in frames that have it.
+//!
+//! Source: Kristan et al., The Visual Object Tracking VOT2014 and VOT2015 challenge results; agrees with
+//! vot-toolkit 0.7.4 on the same result files (tests). Deviations: `f64` throughout, where the toolkit sums
+//! EAO curves in `f32`. The interval of EAO is that of VOT2014 and VOT2015, 108 to 371 frames.
+
+use super::trajectory::{Trajectory, mean};
+use crate::region::Areas;
+use crate::tracker::Status;
+
+/// How overlaps are counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// How areas are counted.
+    pub areas: Areas,
+    /// Whether only what lies on the frame counts.
+    pub bounded: bool,
+    /// Frames from a start on that do not count for the accuracy.
+    pub burn_in: usize,
+}
+
+/// The measures of one track.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Mean overlap of the frames that count, none where none does.
+    pub accuracy: Option<f64>,
+    /// Number of failures.
+    pub failures: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Overlap of each frame; 0 where the tracker has no region.
+    pub overlaps: Vec<f64>,
+    /// Whether each frame counts for the accuracy.
+    pub counts: Vec<bool>,
+}
+
+impl Rules {
+    /// Measures one track.
+    pub fn measure(&self, trajectory: &Trajectory<'_>) -> Measured {
+        let frame = self.bounded.then_some(trajectory.frame);
+        let mut counts = vec![true; trajectory.len()];
+        let mut overlaps = Vec::with_capacity(trajectory.len());
+        for (t, status) in trajectory.status.iter().enumerate() {
+            let tracked = matches!(status, Status::Tracked);
+            overlaps.push(match &trajectory.truth[t] {
+                Some(truth) if tracked => self.areas.overlap(&trajectory.regions[t], truth, frame),
+                _ => 0.0,
+            });
+            match status {
+                Status::Initialised => {
+                    let end = (t + self.burn_in).min(counts.len());
+                    counts[t..end].fill(false);
+                    counts[t] = false;
+                }
+                Status::Tracked => counts[t] &= trajectory.truth[t].is_some(),
+                Status::Failed | Status::Skipped | Status::Waiting => counts[t] = false,
+            }
+        }
+        let failures = trajectory.status.iter().filter(|s| **s == Status::Failed).count();
+        let counted = overlaps.iter().zip(&counts).filter(|(_, counts)| **counts).map(|(o, _)| *o);
+        Measured { accuracy: mean(counted), failures, frames: trajectory.len(), overlaps, counts }
+    }
+}
+
+/// Means of one sequence's repetitions: accuracy (0 where no frame counts) and failures.
+pub fn of_sequence(runs: &[&Measured]) -> Option<(f64, f64)> {
+    let accuracy = mean(runs.iter().map(|m| m.accuracy.unwrap_or(0.0)))?;
+    Some((accuracy, mean(runs.iter().map(|m| m.failures as f64))?))
+}
+
+/// One run from a start on.
+struct Run<'a> {
+    overlaps: &'a [f64],
+    failed: bool,
+}
+
+fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<Run<'a>> {
+    let mut all = Vec::new();
+    let mut start = None;
+    for (t, status) in trajectory.status.iter().enumerate() {
+        match (status, start) {
+            (Status::Initialised, _) => start = Some(t),
+            (Status::Failed, Some(from)) => {
+                all.push(Run { overlaps: &measured.overlaps[from..t], failed: true });
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    if let Some(from) = start {
+        all.push(Run { overlaps: &measured.overlaps[from..], failed: false });
+    }
+    all
+}
+
+/// E(N) for N = 0, 1 ... up to the longest run; none where no run is that long. E(0) is 0.
+pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64>> {
+    let all: Vec<Run<'_>> =
+        tracks.iter().flat_map(|(trajectory, measured)| runs(trajectory, measured)).collect();
+    let longest = all.iter().map(|r| r.overlaps.len()).max().unwrap_or(0);
+    let mut sums = vec![0.0; longest];
+    let mut counts = vec![0_usize; longest];
+    for run in &all {
+        let mut total = 0.0;
+        let end = if run.failed { longest } else { run.overlaps.len() };
+        for n in 0..end {
+            if n > 0 {
+                total += run.overlaps.get(n).copied().unwrap_or(0.0);
+                sums[n] += total / n as f64;
+            }
+            counts[n] += 1;
+        }
+    }
+    sums.iter().zip(&counts).map(|(s, n)| (*n > 0).then(|| s / *n as f64)).collect()
+}
+
+/// Mean of E(N) over `low ..= high`, as far as the curve goes; none where it does not reach `low`.
+pub fn expected_average_overlap(curve: &[Option<f64>], low: usize, high: usize) -> Option<f64> {
+    let part = curve.get(low..(high + 1).min(curve.len()))?;
+    mean(part.iter().flatten().copied())
+}
+
+#[cfg(test)]
+mod tests;

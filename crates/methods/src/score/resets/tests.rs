@@ -1,0 +1,124 @@
+use super::*;
+use crate::region::{Rect, Region};
+use crate::tracker::results::vot;
+
+const RULES: Rules = Rules { areas: Areas::Exact, bounded: false, burn_in: 2 };
+
+fn square(x: f64) -> Region {
+    Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
+}
+
+/// A course over a target that stands still at 0.
+fn trajectory<'a>(
+    regions: &'a [Region],
+    status: &'a [Status],
+    truth: &'a [Option<Region>],
+) -> Trajectory<'a> {
+    let (attributes, frame_attributes) = (&[], &[]);
+    Trajectory {
+        sequence: "a",
+        run: 0,
+        regions,
+        status,
+        truth,
+        frame: (40, 40),
+        attributes,
+        frame_attributes,
+    }
+}
+
+// Worked by hand. Frames: start, burn-in, .6 (shift 2.5), 1/3 (shift 5), failure, skipped, start, burn-in, 1, 1.
+// Accuracy (.6 + 1/3 + 1 + 1) / 4. Runs: [0, 1, .6, 1/3] failed and [0, 1, 1, 1] to the end.
+// E(1) = 1; E(2) = (.8 + 1) / 2; E(3) = ((1 + .6 + 1/3) / 3 + 1) / 2. The second run leaves, the first does not: none
+// is longer than 4 frames.
+#[test]
+fn a_track_worked_by_hand() {
+    use Status::{Failed, Initialised as RunContext, Skipped, Tracked};
+    let status =
+        [RunContext, Tracked, Tracked, Tracked, Failed, Skipped, RunContext, Tracked, Tracked, Tracked];
+    let shift = [0.0, 0.0, 2.5, 5.0, 5.0, 5.0, 0.0, 0.0, 0.0, 0.0];
+    let (regions, truth) = (shift.map(square), vec![Some(square(0.0)); 10]);
+    let trajectory = trajectory(&regions, &status, &truth);
+    let measured = RULES.measure(&trajectory);
+    assert_eq!(measured.failures, 1);
+    assert!((measured.accuracy.unwrap() - (0.6 + 1.0 / 3.0 + 2.0) / 4.0).abs() < 1e-12);
+    let curve = expected_overlap(&[(trajectory, measured)]);
+    let expected = [0.0, 1.0, 0.9, ((1.6 + 1.0 / 3.0) / 3.0 + 1.0) / 2.0];
+    assert_eq!(curve.len(), 4);
+    for (got, expected) in curve.iter().zip(expected) {
+        assert!((got.unwrap() - expected).abs() < 1e-12, "{curve:?}");
+    }
+    let eao = expected_average_overlap(&curve, 1, 2).unwrap();
+    assert!((eao - 0.95).abs() < 1e-12);
+    assert_eq!(expected_average_overlap(&curve, 4, 9), None);
+}
+
+#[test]
+fn a_failed_run_goes_on_with_nothing_and_a_finished_one_leaves() {
+    use Status::{Failed, Initialised as RunContext, Tracked};
+    let truth = vec![Some(square(0.0)); 5];
+    let regions = vec![square(0.0); 5];
+    let failed = trajectory(&regions[..3], &[RunContext, Tracked, Failed], &truth[..3]);
+    let finished = trajectory(&regions, &[RunContext, Tracked, Tracked, Tracked, Tracked], &truth);
+    let with = |list: &[Trajectory<'_>]| {
+        expected_overlap(&list.iter().map(|c| (*c, RULES.measure(c))).collect::<Vec<_>>())
+    };
+    assert_eq!(with(&[failed, finished]), [0.0, 1.0, 0.75, (1.0 / 3.0 + 1.0) / 2.0, 0.625].map(Some));
+    let short = trajectory(&regions[..2], &[RunContext, Tracked], &truth[..2]);
+    assert_eq!(with(&[short, finished]), [0.0, 1.0, 1.0, 1.0, 1.0].map(Some));
+    assert!(expected_overlap(&[]).is_empty());
+}
+
+#[test]
+fn frames_without_truth_or_a_start_do_not_count() {
+    use Status::{Initialised as RunContext, Tracked, Waiting};
+    let truth = [None, Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None];
+    let regions = vec![square(0.0); 5];
+    let measured =
+        RULES.measure(&trajectory(&regions, &[Waiting, RunContext, Tracked, Tracked, Tracked], &truth));
+    assert_eq!(measured.counts, [false, false, false, true, false]);
+    assert_eq!((measured.accuracy, measured.failures), (Some(1.0), 0));
+    let nothing = RULES.measure(&trajectory(&regions[..1], &[RunContext], &truth[1..2]));
+    assert_eq!(nothing.accuracy, None);
+    assert_eq!(of_sequence(&[&measured, &nothing]), Some((0.5, 0.0)));
+}
+
+// Accuracy, failures and EAO[108..371] of real result files on the sequences of VOT2014 that are here, by
+// vot-toolkit 0.7.4 with attributee 0.1.9: python3 tests/oracles/resets.py DATA prints these lines.
+#[test]
+fn real_results_score_as_in_the_vot_toolkit() {
+    let Some(root) = trackfail_testing::real_data("real_results_score_as_in_the_vot_toolkit") else { return };
+    let rules = Rules { areas: Areas::VotToolkit, bounded: true, burn_in: 10 };
+    for (tracker, runs, per_sequence, eao) in TOOLKIT {
+        let mut tracks = Vec::new();
+        let sequences: Vec<_> = per_sequence
+            .iter()
+            .map(|row| crate::dataset::vot::load(&root.join("vot2014").join(row.0), None).unwrap())
+            .collect();
+        let mut states = Vec::new();
+        for q in &sequences {
+            for run in 1..=*runs {
+                let path = format!("results/vot2014/{tracker}/{0}/{0}_{run:03}.txt", q.name);
+                let read = vot::read(&root.join(path), &q.truth).unwrap();
+                let status: Vec<Status> = read.iter().map(|s| s.status).collect();
+                let regions: Vec<Region> = read.into_iter().map(|s| s.region).collect();
+                states.push((q, status, regions));
+            }
+        }
+        for (q, status, regions) in &states {
+            let frame = q.size().unwrap();
+            let trajectory = Trajectory { frame, ..trajectory(regions, status, &q.truth) };
+            tracks.push((trajectory, rules.measure(&trajectory)));
+        }
+        for (k, (name, accuracy, failures)) in per_sequence.iter().enumerate() {
+            let mine: Vec<&Measured> = tracks[k * runs..(k + 1) * runs].iter().map(|t| &t.1).collect();
+            let (a, f) = of_sequence(&mine).unwrap();
+            assert!((a - accuracy).abs() < 1e-9, "{tracker} {name}: {a} {accuracy}");
+            assert!((f - failures).abs() < 1e-9, "{tracker} {name}: {f} {failures}");
+        }
+        let got = expected_average_overlap(&expected_overlap(&tracks), 108, 371).unwrap();
+        // The toolkit sums in f32.
+        assert!((got - eao).abs() < 1e-5, "{tracker}: {got} {eao}");
+    }
+}
+include!("toolkit.rs");

@@ -1,0 +1,212 @@
+//! Success and precision of trackers, as the evaluation programs of OTB compute them.
+//!
+//! ```text
+//! S(u) = #{t: overlap_t >  u} / n    u = 0, .05, ... 1      success AUC = mean of the 21 values
+//! P(e) = #{t: error_t  <= e} / n    e = 0, 1, ... 50 px     precision@20 = P(20)
+//! ```
+//!
+//! `overlap_t` is intersection over union of the two rectangles in frame t, `error_t` the distance of their
+//! centres in pixels, n the number of all frames. High is good. Both are computed for every sequence and
+//! then averaged with equal weights (Wu, Lim, Yang, CVPR 2013 and TPAMI 37(9), 2015).
+//!
+//! The programs agree on that and differ in the rest, so that the same boxes have different scores:
+//!
+//! | | `otb-matlab/1` | `pysot/1` | `got10k/1` |
+//! |---|---|---|---|
+//! | first frame | replaced by the truth | as reported | replaced by the truth |
+//! | frame without annotation | overlap -1: a miss; error -1: a **hit** | the same | a miss |
+//! | what counts as annotated | x, y, w and h above 0, 1-based | w and h above 0; for the error, the centre above 0 | every box |
+//! | tracker without a box | its last box stays | a miss | a miss |
+//!
+//! Boxes are continuous and 0-based here; in OTB's 1-based pixels x and y are larger by 1 and a centre is
+//! `x + (w - 1) / 2`, which cancels in both measures and counts only for the rules of the third row. In a frame
+//! that a reset protocol skipped, or a replayed file had no box for, the tracker has no box.
+//! A run that starts later than the sequence (a temporal restart) is scored from its start on.
+//!
+//! Sources: OTB toolkit `calcSeqErrRobust.m`, `perfPlot`; pysot-toolkit `success_overlap`, `success_error`;
+//! got10k-toolkit `ExperimentOTB`, all read for their rules only.
+
+use super::trajectory::{Trajectory, mean};
+use crate::region::{Rect, Region};
+use crate::tracker::Status;
+
+/// Number of overlap thresholds, from 0 to 1.
+pub const OVERLAPS: usize = 21;
+/// Number of error thresholds, from 0 to 50 pixels.
+pub const ERRORS: usize = 51;
+/// The error threshold that trackers are compared at, in pixels.
+pub const PRECISION_AT: usize = 20;
+
+/// What the programs differ in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rules {
+    /// Name and version.
+    pub name: &'static str,
+    /// One line for `trackfail list`.
+    pub summary: &'static str,
+    /// Whether the first box is replaced by the annotation.
+    replaces_first: bool,
+    /// Whether frames without annotation are hits of the precision.
+    absent_is_hit: bool,
+    /// Whether a tracker without a box keeps its last one.
+    keeps_box: bool,
+    /// Which annotations count.
+    counts: Counts,
+}
+
+/// Which annotations count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Counts {
+    /// Those that are positive in all four 1-based numbers.
+    Positive,
+    /// Those with a positive size and, for the error, with a positive 1-based centre.
+    PositiveCentre,
+    /// All.
+    All,
+}
+
+/// Every set of rules.
+pub static RULES: &[Rules] = &[
+    Rules {
+        name: "otb-matlab/1",
+        summary: "success AUC and precision@20 as the OTB toolkit computes them",
+        replaces_first: true,
+        absent_is_hit: true,
+        keeps_box: true,
+        counts: Counts::Positive,
+    },
+    Rules {
+        name: "pysot/1",
+        summary: "success AUC and precision@20 as pysot-toolkit computes them",
+        replaces_first: false,
+        absent_is_hit: true,
+        keeps_box: false,
+        counts: Counts::PositiveCentre,
+    },
+    Rules {
+        name: "got10k/1",
+        summary: "success AUC and precision@20 as got10k-toolkit computes them",
+        replaces_first: true,
+        absent_is_hit: false,
+        keeps_box: false,
+        counts: Counts::All,
+    },
+];
+
+/// Success and precision of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    /// Share of frames with an overlap above each threshold.
+    pub success: Vec<f64>,
+    /// Share of frames with an error of at most so many pixels.
+    pub precision: Vec<f64>,
+}
+
+impl Curves {
+    /// Area under the success curve.
+    pub fn auc(&self) -> f64 {
+        mean(self.success.iter().copied()).unwrap_or(0.0)
+    }
+
+    /// Precision at [`PRECISION_AT`] pixels.
+    pub fn precision_at_20(&self) -> f64 {
+        self.precision[PRECISION_AT]
+    }
+
+    /// Mean of several runs or sequences, none of none.
+    pub fn mean<'c>(curves: impl IntoIterator<Item = &'c Self>) -> Option<Self> {
+        let mut sum = Self { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
+        let mut count = 0;
+        for c in curves {
+            sum.success.iter_mut().zip(&c.success).for_each(|(s, v)| *s += v);
+            sum.precision.iter_mut().zip(&c.precision).for_each(|(s, v)| *s += v);
+            count += 1;
+        }
+        sum.success.iter_mut().chain(&mut sum.precision).for_each(|v| *v /= f64::from(count));
+        (count > 0).then_some(sum)
+    }
+}
+
+/// Overlap threshold number `i`. As the programs have it, `i / 20` and not a sum of twentieths.
+pub fn overlap_threshold(i: usize) -> f64 {
+    i as f64 / (OVERLAPS - 1) as f64
+}
+
+fn iou(a: &Rect, b: &Rect) -> f64 {
+    let inside = Region::Rect(*a).intersection(&Region::Rect(*b));
+    let all = a.area() + b.area() - inside;
+    if all > 0.0 { inside / all } else { 0.0 }
+}
+
+impl Rules {
+    /// Success and precision of one run; of a run without frames all are 0.
+    pub fn curves(&self, trajectory: &Trajectory<'_>) -> Curves {
+        let started = trajectory.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0);
+        let boxes: Vec<Option<Rect>> = trajectory.regions[started..]
+            .iter()
+            .zip(&trajectory.status[started..])
+            .map(|(r, s)| (!matches!(s, Status::Failed | Status::Skipped)).then(|| r.rect()))
+            .collect();
+        let truth: Vec<Option<Rect>> =
+            trajectory.truth[started..].iter().map(|t| t.as_ref().map(Region::rect)).collect();
+        self.of_boxes(&boxes, &truth)
+    }
+
+    /// The same of plain boxes, `None` where there is none.
+    pub fn of_boxes(&self, boxes: &[Option<Rect>], truth: &[Option<Rect>]) -> Curves {
+        let mut hits = Curves { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
+        let mut last = None;
+        for (t, (reported, truth)) in boxes.iter().zip(truth).enumerate() {
+            let mut tracked = *reported;
+            if tracked.is_none() && self.keeps_box {
+                tracked = last;
+            }
+            last = tracked;
+            if t == 0 && self.replaces_first {
+                tracked = *truth;
+            }
+            let (for_overlap, for_error) = self.annotated(truth.as_ref());
+            let overlap = match (for_overlap, tracked) {
+                (Some(truth), Some(tracked)) => iou(&tracked, &truth),
+                _ => -1.0,
+            };
+            let error = match (for_error, tracked) {
+                (None, _) if self.absent_is_hit => -1.0,
+                (Some(truth), Some(tracked)) => {
+                    let (a, b) = (tracked.centre(), truth.centre());
+                    (a.0 - b.0).hypot(a.1 - b.1)
+                }
+                _ => f64::INFINITY,
+            };
+            for (i, hits) in hits.success.iter_mut().enumerate() {
+                *hits += f64::from(u8::from(overlap > overlap_threshold(i)));
+            }
+            for (e, hits) in hits.precision.iter_mut().enumerate() {
+                *hits += f64::from(u8::from(error <= e as f64));
+            }
+        }
+        let frames = boxes.len().max(1) as f64;
+        hits.success.iter_mut().chain(&mut hits.precision).for_each(|v| *v /= frames);
+        hits
+    }
+
+    /// The annotation as it counts for the overlap and for the error.
+    fn annotated(&self, truth: Option<&Rect>) -> (Option<Rect>, Option<Rect>) {
+        let Some(truth) = truth else { return (None, None) };
+        let keep = |good: bool| good.then_some(*truth);
+        match self.counts {
+            Counts::All => (keep(true), keep(true)),
+            Counts::Positive => {
+                let good = truth.x + 1.0 > 0.0 && truth.y + 1.0 > 0.0;
+                (keep(good), keep(good))
+            }
+            Counts::PositiveCentre => {
+                let (x, y) = truth.centre();
+                (keep(true), keep(x + 0.5 > 0.0 && y + 0.5 > 0.0))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,270 @@
+//! What every signal of the list must do, and the laws they obey.
+
+use super::{SIGNALS, Signal};
+use crate::image::Frame;
+use crate::plugin::{Entry, find};
+use crate::region::{Rect, Region};
+use crate::tracker::{Moments, TrackerState};
+use proptest::prelude::*;
+use sha2::{Digest, Sha256};
+
+/// Textured frame, different for each `t` and seed.
+fn frame(width: usize, height: usize, seed: u64, t: usize) -> Frame {
+    Frame::from_fn(width, height, |x, y| pixel(x as i64, y as i64, seed, t))
+}
+
+fn pixel(x: i64, y: i64, seed: u64, t: usize) -> [u8; 3] {
+    std::array::from_fn(|c| {
+        let key = (x + 1000) as u64 * 7919 + (y + 1000) as u64 * 104_729 + c as u64 * 1_299_709 + seed * 31;
+        let noise = (key.wrapping_mul(6_364_136_223_846_793_005) >> 58) as i64;
+        ((3 * x + 2 * y + 60 * c as i64 + 5 * t as i64 + seed as i64).rem_euclid(180) + noise) as u8
+    })
+}
+
+/// Moments of frame `t` of a posterior of five components: none of it spread in the first frame, then more
+/// and less of it, with correlations.
+fn moments(t: usize) -> Moments {
+    let s = t as f64;
+    let deviations =
+        [3.0 + s, 2.0 + 0.5 * s, 0.5, 0.4 + 0.1 * (s % 3.0), 0.05].map(|d| if t == 0 { 0.0 } else { d });
+    let correlation = |i: usize, j: usize| if i == j { 1.0 } else { 0.3 / (1.0 + i.abs_diff(j) as f64) };
+    let covariance =
+        (0..25).map(|n| deviations[n / 5] * deviations[n % 5] * correlation(n / 5, n % 5)).collect();
+    let mean = vec![20.0 + s, 15.0 - s, 7.0, 5.5, 0.1];
+    Moments { mean, covariance, effective_samples: 200.0, likelihood: 0.5, particles: Vec::new() }
+}
+
+fn state(region: Region, t: usize) -> TrackerState {
+    TrackerState { posterior: Some(moments(t)), ..TrackerState::tracked(region) }
+}
+
+fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
+    let mut session = signal.start();
+    let states = boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t));
+    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+}
+
+fn build(kind: &str, params: &str) -> Box<dyn Signal> {
+    find(SIGNALS, kind).unwrap().build_from_text(params).unwrap()
+}
+
+/// Eight frames and a box that moves, grows and leaves.
+fn track() -> (Vec<Frame>, Vec<Rect>) {
+    let boxes = (0..8).map(f64::from).map(|t| Rect::new(5.2 + 7.3 * t, 9.0 - t, 14.0 + t, 11.0));
+    ((0..8).map(|t| frame(56, 40, 1, t)).collect(), boxes.collect())
+}
+
+fn within(entry: &Entry<dyn Signal>, signal: &dyn Signal, values: &[f64]) {
+    let (low, high) = signal.bounds();
+    assert!(values.iter().all(|v| v.is_finite() && (low..=high).contains(v)), "{}: {values:?}", entry.kind);
+}
+
+#[test]
+fn kinds_are_unique_and_examples_build() {
+    for (n, entry) in SIGNALS.iter().enumerate() {
+        assert!(SIGNALS[..n].iter().all(|e| e.kind != entry.kind), "{}", entry.kind);
+        assert!(entry.version > 0 && !entry.summary.is_empty());
+        assert!(entry.build_from_text(entry.example).is_ok(), "{}", entry.kind);
+        assert!((entry.schema)().get("properties").is_some(), "{}", entry.kind);
+    }
+}
+
+#[test]
+fn parameters_round_trip_and_unknown_ones_are_refused() {
+    for entry in SIGNALS {
+        let params = entry.build_from_text("{}").unwrap().params();
+        let text = toml::Value::try_from(&params).unwrap().to_string();
+        assert_eq!(entry.build_from_text(&text).unwrap().params(), params, "{}", entry.kind);
+        assert_eq!(entry.build_from_text(entry.example).unwrap().params(), params, "{}", entry.kind);
+        let error = entry.build_from_text("{ no_such_parameter = 1 }").err().unwrap();
+        assert!(error.message.contains("no_such_parameter"), "{}", error.message);
+        // Every parameter has a type that is checked.
+        for key in params.as_object().unwrap().keys() {
+            assert!(entry.build_from_text(&format!("{{ {key} = [] }}")).is_err(), "{} {key}", entry.kind);
+        }
+    }
+}
+
+#[test]
+fn values_are_deterministic_finite_and_bounded() {
+    let (frames, boxes) = track();
+    for entry in SIGNALS {
+        let signal = entry.build_from_text("{}").unwrap();
+        let values = run(signal.as_ref(), &frames, &boxes);
+        assert_eq!(values, run(signal.as_ref(), &frames, &boxes), "{}", entry.kind);
+        within(entry, signal.as_ref(), &values);
+        // Online: what comes later changes nothing.
+        assert_eq!(run(signal.as_ref(), &frames[..3], &boxes[..3]), values[..3], "{}", entry.kind);
+        assert!(values.iter().any(|v| *v != values[0]), "{} is constant", entry.kind);
+    }
+}
+
+#[test]
+fn odd_boxes_and_frames_are_survived() {
+    let boxes = [
+        Rect::new(20.0, 20.0, 1.0, 1.0),
+        Rect::new(3.0, 3.0, 0.0, 0.2),
+        Rect::new(-500.0, -500.0, 20.0, 20.0),
+        Rect::new(500.0, 10.0, 7.0, 300.0),
+        Rect::new(-100.0, -100.0, 900.0, 900.0),
+        Rect::new(1e300, -1e300, 1e300, 2.0),
+        Rect::new(f64::NAN, f64::INFINITY, f64::NAN, 3.0),
+        Rect::new(20.0, 20.0, 9.0, 9.0),
+    ];
+    for entry in SIGNALS {
+        let signal = entry.build_from_text("{}").unwrap();
+        let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(56, 40, 2, t)).collect();
+        within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
+        // One frame, of one pixel, and frames whose size changes.
+        let tiny = [frame(1, 1, 3, 0), frame(5, 3, 3, 1), frame(1, 40, 3, 2)];
+        within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny[..1], &boxes));
+        within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny, &boxes));
+        let turned = Region::Polygon(vec![(20.0, 10.0), (30.0, 20.0), (20.0, 30.0), (10.0, 20.0)]);
+        let value = signal.start().push(&frames[0], &state(turned, 0));
+        within(entry, signal.as_ref(), &[value]);
+    }
+}
+
+/// Kind, VERSION and the digest of the values on [`track`] at nine digits.
+const GOLDEN: &[(&str, u32, &str)] = &[
+    ("distribution-field", 1, "5bb62391ec6c474b"),
+    ("region-covariance", 1, "3720df68d985d2d6"),
+    ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
+    ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
+    ("uncertainty", 1, "985d47f4a5c51359"),
+    ("uncertainty-change", 1, "080b0a765d5db90e"),
+];
+
+#[test]
+fn outputs_are_those_of_the_version() {
+    let (frames, boxes) = track();
+    let mut found = Vec::new();
+    for entry in SIGNALS {
+        let values = run(entry.build_from_text("{}").unwrap().as_ref(), &frames, &boxes);
+        let text: String = values.iter().map(|v| format!("{v:.8e}\n")).collect();
+        let digest: String = Sha256::digest(&text).iter().take(8).map(|b| format!("{b:02x}")).collect();
+        found.push((entry.kind, entry.version, digest));
+    }
+    let golden: Vec<_> = GOLDEN.iter().map(|(k, v, d)| (*k, *v, (*d).to_string())).collect();
+    assert_eq!(found, golden, "a signal's output changed: raise its `version` and record the new digest");
+}
+
+/// Runs on frames and boxes of `f`, a map of the scene, and compares with the scene itself.
+fn same(kind: &str, params: &str, a: (&[Frame], &[Rect]), b: (&[Frame], &[Rect]), tolerance: f64) {
+    let signal = build(kind, params);
+    let (a, b) = (run(signal.as_ref(), a.0, a.1), run(signal.as_ref(), b.0, b.1));
+    for (x, y) in a.iter().zip(&b) {
+        assert!((x - y).abs() <= tolerance, "{kind} {params}: {a:?} {b:?}");
+    }
+}
+
+fn map(frame: &Frame, f: impl Fn(usize, usize) -> [u8; 3]) -> Frame {
+    Frame::from_fn(frame.width(), frame.height(), f)
+}
+
+/// A track of whole, even boxes whose displacement is constant and whole, inside a 64 x 48 frame: all its
+/// windows lie on whole pixels. `(w + h) / 4` is even, too.
+fn whole_boxes() -> impl Strategy<Value = Vec<Rect>> {
+    (1..8_u8, 1..3_u8, -2..3_i8, -2..3_i8, 16..22_u8, 12..18_u8).prop_map(|(a, b, dx, dy, x, y)| {
+        let w = 2 * a;
+        let h = 8 * (b + a / 4) - w;
+        let [w, h, x, y, dx, dy] = [w.into(), h.into(), x.into(), y.into(), f64::from(dx), dy.into()];
+        (0..4).map(|t| Rect::new(x + dx * f64::from(t), y + dy * f64::from(t), w, h)).collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn values_stay_in_bounds(
+        seed in 0..1000_u64,
+        boxes in proptest::collection::vec((-30.0..60.0, -30.0..50.0, 0.5..40.0, 0.5..40.0), 1..5),
+    ) {
+        let boxes: Vec<Rect> = boxes.iter().map(|&(x, y, w, h)| Rect::new(x, y, w, h)).collect();
+        let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(41, 33, seed, t)).collect();
+        for entry in SIGNALS {
+            let signal = entry.build_from_text("{}").unwrap();
+            within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
+        }
+    }
+
+    #[test]
+    fn nothing_moves_nothing_changes(seed in 0..1000_u64, x in 0.0..30.0, y in 0.0..20.0, w in 1.0..25.0) {
+        let frames = [frame(64, 48, seed, 0), frame(64, 48, seed, 0)];
+        let boxes = [Rect::new(x, y, w, 14.0); 2];
+        for (kind, same) in [("region-covariance", 0.0), ("rgb-histogram", 1.0), ("rgb-lbp-histogram", 1.0)] {
+            for reference in ["{}", "{ reference = \"first\" }"] {
+                let Ok(signal) = find(SIGNALS, kind).unwrap().build_from_text(reference) else { continue };
+                prop_assert_eq!(run(signal.as_ref(), &frames, &boxes), vec![same; 2], "{}", kind);
+            }
+        }
+        // Where every window shows the same, the target looks exactly like what surrounds it.
+        let flat = map(&frames[0], |_, _| [seed as u8, 7, 255]);
+        for border in ["uniform", "zero", "replicate"] {
+            let signal = build("distribution-field", &format!("{{ border = \"{border}\" }}"));
+            prop_assert_eq!(run(signal.as_ref(), std::slice::from_ref(&flat), &boxes), vec![0.0]);
+        }
+        // Columns that repeat with the shift of the windows (4 for 16 x 16 pixels) are the same, too.
+        let tiles = map(&frames[0], |x, y| pixel((x % 4) as i64, (y % 4) as i64, seed, 0));
+        let signal = build("distribution-field", "{}");
+        let square = [Rect::new(x.round() + 4.0, y.round() + 4.0, 16.0, 16.0)];
+        prop_assert_eq!(run(signal.as_ref(), &[tiles], &square), vec![0.0]);
+    }
+
+    #[test]
+    fn swapping_red_and_blue_changes_nothing(seed in 0..1000_u64, boxes in whole_boxes()) {
+        let frames: Vec<Frame> = (0..4).map(|t| frame(64, 48, seed, t)).collect();
+        let swapped: Vec<Frame> = frames
+            .iter()
+            .map(|f| map(f, |x, y| { let [r, g, b] = f.pixel(x, y); [b, g, r] }))
+            .collect();
+        for kind in ["distribution-field", "region-covariance", "rgb-histogram"] {
+            same(kind, "{}", (&frames, &boxes), (&swapped, &boxes), 1e-10);
+        }
+    }
+
+    #[test]
+    fn moving_scene_and_boxes_changes_nothing(
+        seed in 0..1000_u64, boxes in whole_boxes(), dx in 0..20_i64, dy in 0..20_i64,
+    ) {
+        let frames: Vec<Frame> = (0..4).map(|t| frame(90, 80, seed, t)).collect();
+        let moved: Vec<Frame> = (0..4)
+            .map(|t| Frame::from_fn(90, 80, |x, y| pixel(x as i64 - dx, y as i64 - dy, seed, t)))
+            .collect();
+        let boxes: Vec<Rect> = boxes.iter().map(|r| r.shifted(5.0, 4.0)).collect();
+        let shifted: Vec<Rect> = boxes.iter().map(|r| r.shifted(dx as f64, dy as f64)).collect();
+        for entry in SIGNALS {
+            same(entry.kind, "{}", (&frames, &boxes), (&moved, &shifted), 1e-10);
+        }
+    }
+
+    #[test]
+    fn mirroring_scene_and_boxes_changes_nothing(seed in 0..1000_u64, boxes in whole_boxes()) {
+        let frames: Vec<Frame> = (0..4).map(|t| frame(64, 48, seed, t)).collect();
+        let across: Vec<Frame> = frames.iter().map(|f| map(f, |x, y| f.pixel(63 - x, y))).collect();
+        let down: Vec<Frame> = frames.iter().map(|f| map(f, |x, y| f.pixel(x, 47 - y))).collect();
+        let left: Vec<Rect> = boxes.iter().map(|r| Rect::new(64.0 - r.x - r.w, r.y, r.w, r.h)).collect();
+        let up: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.x, 48.0 - r.y - r.h, r.w, r.h)).collect();
+        for entry in SIGNALS {
+            same(entry.kind, "{}", (&frames, &boxes), (&across, &left), 1e-10);
+            same(entry.kind, "{}", (&frames, &boxes), (&down, &up), 1e-10);
+        }
+        for params in ["{ border = \"replicate\" }", "{ regions = \"sides\" }", "{ support_u = 21, history = 1 }"] {
+            same("distribution-field", params, (&frames, &boxes), (&across, &left), 1e-12);
+        }
+    }
+
+    #[test]
+    fn transposing_swaps_the_two_sigmas(seed in 0..1000_u64, boxes in whole_boxes()) {
+        let frames: Vec<Frame> = (0..4).map(|t| frame(50, 50, seed, t)).collect();
+        let turned: Vec<Frame> = frames.iter().map(|f| map(f, |x, y| f.pixel(y, x))).collect();
+        let flipped: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.y, r.x, r.h, r.w)).collect();
+        let one = build("distribution-field", "{ sigma_u = 0.8, sigma_v = 3.0, support_u = 5, support_v = 17 }");
+        let two = build("distribution-field", "{ sigma_u = 3.0, sigma_v = 0.8, support_u = 17, support_v = 5 }");
+        let (a, b) = (run(one.as_ref(), &frames, &boxes), run(two.as_ref(), &turned, &flipped));
+        for (x, y) in a.iter().zip(&b) {
+            prop_assert!((x - y).abs() < 1e-12, "{:?} {:?}", a, b);
+        }
+    }
+}

@@ -1,0 +1,422 @@
+//! Track quality y_t: how much the target looks like what surrounds it (Khalid, Cavallaro and Rinner,
+//! BMVC 2016, Eq. 1-7). Low values mean that the box lies on background.
+//!
+//! ```text
+//! v_t     = (1 / k) (x_{t-1} - x_{t-1-k})                                              Eq. 1
+//! B_t     : centre x_{t-1} + v_t, width w + ceil((w + h) / 4), height h + ceil((w + h) / 4)
+//! y_t^a   = 1 / (w_t h_t M) sum_c omega_c sum_{i,j,m} |d_S(i,j,c,m) - d_{b^a}(i,j,c,m)|    Eq. 2-5
+//! omega_c = |mean_S^c - mean_{b^a}^c| / sum_c |mean_S^c - mean_{b^a}^c|                 Eq. 6
+//! y_t     = (y_t^1 + y_t^2 + y_t^3 + y_t^4) / 4                                         Eq. 7
+//! ```
+//!
+//! `x_t` is the centre of the box in pixels, `w`, `h` (without index) the box of frame t - 1, `S_t` the
+//! box of frame t, `b^a` four windows of the size of `S_t` in `B_t`, `c` the channels R, G, B, `d` the
+//! distribution fields of [`crate::image::distribution`] with `M` layers. Frames count from 1 in the
+//! paper, k = min(history, t - 2). y_t is dimensionless, between 0 and 2 / M.
+//!
+//! Choices where the paper leaves room; each is a parameter, its default stands first:
+//!
+//! - Eq. 1 as printed sums displacements up to the current frame, which a prediction of that frame
+//!   cannot use: `displacement` "past" stops at t - 1, "printed" uses (x_t - x_{t-k}) / k.
+//! - sigma_1 = 1 (u), 2 (v): `smoothing` "anisotropic" is one Gaussian of support 9 x 15; "two-levels" is
+//!   the code of Distribution Field Tracking: isotropic levels of sigma_u and sigma_v, here averaged.
+//! - `layer_rule` "paper" is ceil(value / (255 / M)) with 0 put into layer 1 (Eq. 2); "dft" is
+//!   ceil((value + 1) / (256 / M)). With 32 layers they agree for every value.
+//! - `border` "uniform" pads each patch with uniform distributions; padding with zeros gives the same y_t,
+//!   because both sides of a difference share the padding, so "zero" is another word for it. "replicate"
+//!   repeats border pixels.
+//! - `regions` "corners" are the four corner windows of `B_t` (it is too small for four disjoint ones);
+//!   "sides" are the windows at the middle of its sides. Where `S_t` is larger than `B_t`, `B_t` is
+//!   enlarged about its centre.
+//! - `outside` "shift" moves a window that leaves the frame inside and repeats border pixels only for
+//!   windows larger than the frame; "replicate" always repeats border pixels.
+//! - `equal_means`: without any difference of means Eq. 6 is 0 / 0; "thirds" sets omega_c = 1/3, "zero"
+//!   sets y_t^a = 0.
+//! - In the first frame x_{t-1} is the box itself and v_t = 0.
+
+use crate::image::distribution::{Border, FieldDistance, Smoothing, gaussian};
+use crate::image::{Frame, Window};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::Rect;
+use crate::signal::{Direction, Session, Signal};
+use crate::tracker::TrackerState;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// In the list of signals.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "distribution-field",
+    version: 1,
+    summary: "track quality y_t: L1 distance of distribution fields, target against surroundings",
+    example: "{ layers = 32, history = 10 }",
+    build: |raw| Ok(Box::new(DistributionField::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// How the printed sigma_1 = (1, 2) is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SmoothingRule {
+    /// One Gaussian, sigma_u across and sigma_v down.
+    Anisotropic,
+    /// Two isotropic Gaussians, sigma_u with `support_u` and sigma_v with `support_v`; y_t is averaged.
+    TwoLevels,
+}
+
+/// How a value becomes a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerRule {
+    /// max(1, ceil(value M / 255)).
+    Paper,
+    /// ceil((value + 1) M / 256).
+    Dft,
+}
+
+/// What surrounds a patch when it is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BorderRule {
+    /// Uniform distributions; "zero" gives the same values and is read as this.
+    #[serde(alias = "zero")]
+    Uniform,
+    /// The patch's own border pixels.
+    Replicate,
+}
+
+/// Where the four background windows lie in B_t.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Regions {
+    /// In its corners.
+    Corners,
+    /// At the middle of its left, right, top and bottom side.
+    Sides,
+}
+
+/// Which displacements Eq. 1 averages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Displacement {
+    /// Those up to frame t - 1.
+    Past,
+    /// Those up to frame t, as printed.
+    Printed,
+}
+
+/// What a window outside the frame shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outside {
+    /// It is shifted inside first.
+    Shift,
+    /// Repeated border pixels of the frame.
+    Replicate,
+}
+
+/// The channel weights when all channel means agree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EqualMeans {
+    /// 1/3 each.
+    Thirds,
+    /// All 0.
+    Zero,
+}
+
+/// Parameters of y_t; the defaults are the paper's values and the choices of the module's text.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Layers M of a field, 2 to 256.
+    pub layers: usize,
+    /// Standard deviation of the spatial Gaussian along u (columns) in pixels, above 0.
+    pub sigma_u: f64,
+    /// Standard deviation of the spatial Gaussian along v (rows) in pixels, above 0.
+    pub sigma_v: f64,
+    /// Standard deviation of the Gaussian over layers, in layers, above 0.
+    pub sigma_layer: f64,
+    /// Displacements that are averaged for the prediction (Delta t_1), 1 to 1000.
+    pub history: usize,
+    /// Support of the Gaussian along u in pixels, odd, 1 to 63.
+    pub support_u: usize,
+    /// Support of the Gaussian along v in pixels, odd, 1 to 63.
+    pub support_v: usize,
+    /// Support of the Gaussian over layers, odd, 1 to 63.
+    pub support_layer: usize,
+    /// How sigma_u and sigma_v are used.
+    pub smoothing: SmoothingRule,
+    /// How a value becomes a layer.
+    pub layer_rule: LayerRule,
+    /// What surrounds a patch when it is smoothed.
+    pub border: BorderRule,
+    /// Where the four background windows lie.
+    pub regions: Regions,
+    /// Which displacements are averaged.
+    pub displacement: Displacement,
+    /// What a window outside the frame shows.
+    pub outside: Outside,
+    /// The channel weights when all channel means agree.
+    pub equal_means: EqualMeans,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            layers: 32,
+            sigma_u: 1.0,
+            sigma_v: 2.0,
+            sigma_layer: 0.625,
+            history: 10,
+            support_u: 9,
+            support_v: 15,
+            support_layer: 5,
+            smoothing: SmoothingRule::Anisotropic,
+            layer_rule: LayerRule::Paper,
+            border: BorderRule::Uniform,
+            regions: Regions::Corners,
+            displacement: Displacement::Past,
+            outside: Outside::Shift,
+            equal_means: EqualMeans::Thirds,
+        }
+    }
+}
+
+/// The signal y_t with checked parameters.
+pub struct DistributionField(Params);
+
+impl DistributionField {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        if !(2..=256).contains(&p.layers) {
+            return Err(ParamError::out_of_range("layers", "2 to 256", p.layers));
+        }
+        let sigmas = [("sigma_u", p.sigma_u), ("sigma_v", p.sigma_v), ("sigma_layer", p.sigma_layer)];
+        for (key, sigma) in sigmas {
+            if !(1e-3..=1e3).contains(&sigma) {
+                return Err(ParamError::out_of_range(key, "above 0 (0.001 to 1000)", sigma));
+            }
+        }
+        if !(1..=1000).contains(&p.history) {
+            return Err(ParamError::out_of_range("history", "1 to 1000", p.history));
+        }
+        let supports =
+            [("support_u", p.support_u), ("support_v", p.support_v), ("support_layer", p.support_layer)];
+        for (key, support) in supports {
+            if support % 2 == 0 || support > 63 {
+                return Err(ParamError::out_of_range(key, "odd and at most 63", support));
+            }
+        }
+        Ok(Self(p))
+    }
+
+    fn smoothings(&self) -> Vec<Smoothing> {
+        let p = &self.0;
+        let u = gaussian(p.sigma_u, p.support_u / 2);
+        let v = gaussian(p.sigma_v, p.support_v / 2);
+        let over_layers = gaussian(p.sigma_layer, p.support_layer / 2);
+        let border = match p.border {
+            BorderRule::Uniform => Border::Common,
+            BorderRule::Replicate => Border::Replicate,
+        };
+        let make =
+            |across: &[f64], down| Smoothing::new(p.layers, across.to_vec(), down, &over_layers, border);
+        match p.smoothing {
+            SmoothingRule::Anisotropic => vec![make(&u, &v)],
+            SmoothingRule::TwoLevels => vec![make(&u, &u), make(&v, &v)],
+        }
+    }
+}
+
+impl Signal for DistributionField {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::HigherIsBetter
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, 2.0 / self.0.layers as f64)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(Quality {
+            params: self.0.clone(),
+            smoothings: self.smoothings(),
+            layer_of: layer_table(self.0.layers, self.0.layer_rule),
+            past: Vec::new(),
+            planes: Default::default(),
+            distance: FieldDistance::default(),
+        })
+    }
+}
+
+/// The layer, from 0, of each value.
+fn layer_table(layers: usize, rule: LayerRule) -> [u8; 256] {
+    std::array::from_fn(|value| {
+        let layer = match rule {
+            LayerRule::Paper => (value * layers).div_ceil(255).max(1),
+            LayerRule::Dft => ((value + 1) * layers).div_ceil(256),
+        };
+        (layer - 1) as u8
+    })
+}
+
+/// The region B_t around the place where the target is expected in the current frame (Eq. 1).
+///
+/// `past` holds the boxes of the frames before, oldest first; only the last `history + 1` count. In the
+/// first frame, when it is empty, `current` takes its place. `current` is the box of the current frame;
+/// otherwise only [`Displacement::Printed`] looks at it. The result may leave the frame.
+pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Displacement) -> Rect {
+    let Some(last) = past.last() else { return enlarged(current, current.centre()) };
+    let (end, steps) = match rule {
+        Displacement::Past => (last, history.min(past.len() - 1)),
+        Displacement::Printed => (current, history.min(past.len())),
+    };
+    let begin = match rule {
+        Displacement::Past => &past[past.len() - 1 - steps],
+        Displacement::Printed => &past[past.len() - steps],
+    };
+    let (from, to, at) = (begin.centre(), end.centre(), last.centre());
+    let k = steps.max(1) as f64;
+    enlarged(last, (at.0 + (to.0 - from.0) / k, at.1 + (to.1 - from.1) / k))
+}
+
+/// A box of the size of B_t for a target of the size of `last`, around `centre`.
+fn enlarged(last: &Rect, centre: (f64, f64)) -> Rect {
+    let margin = ((last.w + last.h) / 4.0).ceil();
+    let (w, h) = (last.w + margin, last.h + margin);
+    Rect::new(centre.0 - w / 2.0, centre.1 - h / 2.0, w, h)
+}
+
+/// The four windows of the size of `state` in the region `background`.
+fn background_windows(background: &Rect, state: &Rect, regions: Regions) -> [Rect; 4] {
+    let (cx, cy) = background.centre();
+    let (w, h) = (background.w.max(state.w), background.h.max(state.h));
+    let (left, top) = (cx - w / 2.0, cy - h / 2.0);
+    let (right, bottom) = (left + w - state.w, top + h - state.h);
+    let (middle_x, middle_y) = (cx - state.w / 2.0, cy - state.h / 2.0);
+    let places = match regions {
+        Regions::Corners => [(left, top), (right, top), (left, bottom), (right, bottom)],
+        Regions::Sides => [(left, middle_y), (right, middle_y), (middle_x, top), (middle_x, bottom)],
+    };
+    places.map(|(x, y)| Rect::new(x, y, state.w, state.h))
+}
+
+/// Layers and channel sums of one window.
+#[derive(Default)]
+struct Planes {
+    layers: [Vec<u8>; 3],
+    sums: [u64; 3],
+}
+
+impl Planes {
+    /// Reads a window; pixels outside the frame are its nearest border pixels.
+    fn read(&mut self, frame: &Frame, window: &Window, layer_of: &[u8; 256]) {
+        self.sums = [0; 3];
+        for plane in &mut self.layers {
+            plane.clear();
+            plane.reserve(window.w * window.h);
+        }
+        for i in 0..window.h as i64 {
+            for j in 0..window.w as i64 {
+                let pixel = frame.pixel_clamped(window.x + j, window.y + i);
+                for c in 0..3 {
+                    self.sums[c] += u64::from(pixel[c]);
+                    self.layers[c].push(layer_of[usize::from(pixel[c])]);
+                }
+            }
+        }
+    }
+}
+
+/// y_t of one track.
+struct Quality {
+    params: Params,
+    smoothings: Vec<Smoothing>,
+    layer_of: [u8; 256],
+    /// The last boxes before the current frame, at most `history + 1`.
+    past: Vec<Rect>,
+    /// The target and the four background windows.
+    planes: [Planes; 5],
+    distance: FieldDistance,
+}
+
+impl Session for Quality {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let current = state.region.rect();
+        let p = &self.params;
+        let background = background_region(&self.past, &current, p.history, p.displacement);
+        let [a, b, c, d] = background_windows(&background, &current, p.regions);
+        let outside = p.outside;
+        let windows = [current, a, b, c, d].map(|r| place(&r, frame, outside));
+        if self.past.len() > p.history {
+            self.past.remove(0);
+        }
+        self.past.push(current);
+        self.quality(frame, &windows)
+    }
+}
+
+/// The window of a box; of boxes that are no numbers it is one pixel.
+fn place(r: &Rect, frame: &Frame, outside: Outside) -> Window {
+    let window = Window::from_rect(r);
+    let window = Window { w: window.w.max(1), h: window.h.max(1), ..window };
+    match outside {
+        Outside::Shift => window.shifted_inside(frame),
+        Outside::Replicate => window,
+    }
+}
+
+impl Quality {
+    /// Eq. 2-7 for the window of the target and those of the background.
+    fn quality(&mut self, frame: &Frame, windows: &[Window; 5]) -> f64 {
+        let differs: [bool; 4] = std::array::from_fn(|a| windows[a + 1] != windows[0]);
+        if differs == [false; 4] {
+            return 0.0;
+        }
+        for (planes, window) in self.planes.iter_mut().zip(windows) {
+            planes.read(frame, window, &self.layer_of);
+        }
+        let [target, others @ ..] = &self.planes;
+        // L1 distances a channel and window; channels that agree (grey frames) are computed once.
+        let mut distances = [[0.0; 4]; 3];
+        for c in 0..3 {
+            let twin = (0..c).find(|&e| self.planes.iter().all(|p| p.layers[c] == p.layers[e]));
+            if let Some(twin) = twin {
+                distances[c] = distances[twin];
+                continue;
+            }
+            let planes: [_; 4] = std::array::from_fn(|a| differs[a].then(|| others[a].layers[c].as_slice()));
+            for smoothing in &self.smoothings {
+                let (w, plane) = (windows[0].w, target.layers[c].as_slice());
+                self.distance.l1(smoothing, w, plane, &planes, &mut distances[c]);
+            }
+        }
+        let scale = (windows[0].w * windows[0].h * self.params.layers * self.smoothings.len()) as f64;
+        let scores = others.iter().enumerate().map(|(a, other)| {
+            let weights = self.channel_weights(target, other);
+            (0..3).map(|c| weights[c] * distances[c][a]).sum::<f64>() / scale
+        });
+        // Rounding may pass the bound by an ulp.
+        (scores.sum::<f64>() / 4.0).min(2.0 / self.params.layers as f64)
+    }
+
+    /// omega_c of Eq. 6.
+    fn channel_weights(&self, target: &Planes, other: &Planes) -> [f64; 3] {
+        let gaps: [u64; 3] = std::array::from_fn(|c| target.sums[c].abs_diff(other.sums[c]));
+        match (gaps.iter().sum::<u64>(), self.params.equal_means) {
+            (0, EqualMeans::Thirds) => [1.0 / 3.0; 3],
+            (0, EqualMeans::Zero) => [0.0; 3],
+            (all, _) => gaps.map(|gap| gap as f64 / all as f64),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,71 @@
+//! Signals: one real number a frame, computed from the frame and the tracker's answer.
+//!
+//! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
+//! online: the value of frame `t` uses frames up to `t` only.
+
+#[cfg(test)]
+mod conformance;
+pub mod distribution_field;
+mod histogram;
+#[cfg(test)]
+mod oracles;
+pub mod region_covariance;
+pub mod rgb_histogram;
+pub mod rgb_lbp_histogram;
+pub mod uncertainty;
+pub mod uncertainty_change;
+
+pub use crate::direction::Direction;
+use crate::image::Frame;
+use crate::plugin::Entry;
+use crate::tracker::TrackerState;
+
+/// What a signal looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// The frame, and the tracker's region.
+    Pixels,
+    /// The moments of the tracker's posterior; frames are not decoded for it.
+    Posterior,
+}
+
+/// A checked configuration of a signal.
+pub trait Signal: Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// Which values speak for a failure.
+    fn direction(&self) -> Direction;
+
+    /// What it looks at.
+    fn reads(&self) -> Reads {
+        Reads::Pixels
+    }
+
+    /// Its letter in figures.
+    fn symbol(&self) -> &'static str {
+        "yₜ"
+    }
+
+    /// Smallest and largest value it can take.
+    fn bounds(&self) -> (f64, f64);
+
+    /// A fresh computation for one track.
+    fn start(&self) -> Box<dyn Session>;
+}
+
+/// A signal being computed; `push` is called once a frame, in order, from the first frame on.
+pub trait Session: Send {
+    /// The signal's value at this frame, finite unless the state has not what the signal reads.
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64;
+}
+
+/// Every signal, by kind.
+pub static SIGNALS: &[Entry<dyn Signal>] = &[
+    distribution_field::ENTRY,
+    region_covariance::ENTRY,
+    rgb_histogram::ENTRY,
+    rgb_lbp_histogram::ENTRY,
+    uncertainty::ENTRY,
+    uncertainty_change::ENTRY,
+];

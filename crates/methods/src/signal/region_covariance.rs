@@ -1,0 +1,209 @@
+//! Change of the target's region covariance between consecutive frames, after CovF (SanMiguel and Calvo,
+//! Electronics Letters 51(3), 2015). High values speak for a failure.
+//!
+//! ```text
+//! z(i, j) = (x, y, R, G, B)                       for each pixel of the box
+//! C_t     = 1 / (n - 1) sum (z - m)(z - m)^T      (Tuzel, Porikli and Meer, ECCV 2006, Eq. 1)
+//! d_t     = sqrt( sum_k ln^2 lambda_k ),  C_t v = lambda C_{t-1} v      (ibid., Eq. 3; Foerstner)
+//! ```
+//!
+//! `x`, `y` in pixels, colours 0 to 255, `n` the pixels of the box on the frame; `d_t` is dimensionless
+//! and at least 0, and 0 in the first frame. A common linear map of all features changes nothing, so
+//! units and origin do not matter; dividing positions by each box's own size would, and is not done.
+//!
+//! The letter's text was not available; the descriptor and the distance are the likely ones. Choices:
+//! covariances are made definite by adding `ridge * w * h` to the variances of x and y and
+//! `ridge * 255^2` to those of the colours; where all pixels of a box are grey (R = G = B, so that C is
+//! singular), `grey_ridge` times its own variance is added to each feature as well. A box of one pixel
+//! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
+
+use crate::image::{Frame, Window};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::signal::{Direction, Session, Signal};
+use crate::tracker::TrackerState;
+use nalgebra::{Cholesky, Matrix5, Vector5};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// In the list of signals.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "region-covariance",
+    version: 1,
+    summary: "distance of the (x, y, R, G, B) covariances of consecutive frames",
+    example: "{ ridge = 1e-6 }",
+    build: |raw| Ok(Box::new(RegionCovariance::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters of the covariance distance.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Added to every variance, relative to w h (positions) and 255^2 (colours); 1e-9 to 1.
+    pub ridge: f64,
+    /// Added to every variance of an all-grey box, relative to that variance; 0 to 1.
+    pub grey_ridge: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { ridge: 1e-6, grey_ridge: 1e-3 }
+    }
+}
+
+/// The covariance distance with checked parameters.
+pub struct RegionCovariance(Params);
+
+impl RegionCovariance {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        if !(1e-9..=1.0).contains(&p.ridge) {
+            return Err(ParamError::out_of_range("ridge", "1e-9 to 1", p.ridge));
+        }
+        if !(0.0..=1.0).contains(&p.grey_ridge) {
+            return Err(ParamError::out_of_range("grey_ridge", "0 to 1", p.grey_ridge));
+        }
+        Ok(Self(p))
+    }
+}
+
+impl Signal for RegionCovariance {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::LowerIsBetter
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, f64::INFINITY)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(Change { params: self.0.clone(), last: None })
+    }
+}
+
+/// The distance to the frame before, of one track.
+struct Change {
+    params: Params,
+    last: Option<Matrix5<f64>>,
+}
+
+impl Session for Change {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let window = Window::on_frame(&state.region.rect(), frame);
+        let now = covariance(frame, &window, &self.params);
+        let before = self.last.replace(now).unwrap_or(now);
+        distance(&now, &before)
+    }
+}
+
+/// The regularised covariance of (x, y, R, G, B) over a window that lies on the frame.
+fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
+    let (x0, y0) = (window.x as usize, window.y as usize);
+    // Sums of integers, exact in any order: linear and bilinear terms of (x, y, R, G, B).
+    let mut sums = [0_i64; 5];
+    let mut products = [[0_i64; 5]; 5];
+    let mut grey = true;
+    for i in 0..window.h {
+        for pixel in frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)].chunks_exact(3).zip(0_i64..) {
+            let (rgb, j) = pixel;
+            let z = [j, i as i64, i64::from(rgb[0]), i64::from(rgb[1]), i64::from(rgb[2])];
+            grey &= rgb[0] == rgb[1] && rgb[1] == rgb[2];
+            for a in 0..5 {
+                sums[a] += z[a];
+                for b in 0..=a {
+                    products[a][b] += z[a] * z[b];
+                }
+            }
+        }
+    }
+    let pixels = (window.w * window.h) as i128;
+    let scale = (pixels * (pixels - 1).max(1)) as f64;
+    let mut c = Matrix5::from_fn(|a, b| {
+        let (a, b) = (a.max(b), a.min(b));
+        let centred = pixels * i128::from(products[a][b]) - i128::from(sums[a]) * i128::from(sums[b]);
+        centred as f64 / scale
+    });
+    let position = p.ridge * (window.w * window.h) as f64;
+    let colour = p.ridge * 255.0 * 255.0;
+    for (a, unit) in [position, position, colour, colour, colour].into_iter().enumerate() {
+        c[(a, a)] += unit + if grey { p.grey_ridge * c[(a, a)] } else { 0.0 };
+    }
+    c
+}
+
+/// Foerstner's distance between two positive definite matrices; 0 for equal ones.
+fn distance(a: &Matrix5<f64>, b: &Matrix5<f64>) -> f64 {
+    if a == b {
+        return 0.0;
+    }
+    // lambda are the squares of the singular values of root(b)^-1 root(a). The roots keep twice as many
+    // digits of the small ones as the matrices; scaling by the deviations of `b` changes none of them.
+    let scale = Vector5::from_fn(|k, _| b[(k, k)].sqrt().recip());
+    let root = |m: &Matrix5<f64>| {
+        let scaled = Matrix5::from_fn(|i, j| m[(i, j)] * scale[i] * scale[j]);
+        Cholesky::new(scaled).map(|root| root.unpack())
+    };
+    // The ridge keeps both definite, so that there are roots and quotients.
+    let (Some(root_a), Some(root_b)) = (root(a), root(b)) else { return 0.0 };
+    let quotient = root_b.solve_lower_triangular(&root_a).unwrap_or_default();
+    let logs = quotient.singular_values().map(|s| 2.0 * s.max(f64::MIN_POSITIVE).ln());
+    logs.norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use proptest::prelude::*;
+
+    #[test]
+    fn distance_of_diagonal_matrices() {
+        // lambda = 4, 1, 1/2, 1, 1: sqrt(ln^2 4 + ln^2 2).
+        let a = Matrix5::from_diagonal(&Vector5::new(4.0, 9.0, 1.0, 1.0, 1.0));
+        let b = Matrix5::from_diagonal(&Vector5::new(1.0, 9.0, 2.0, 1.0, 1.0));
+        assert!((distance(&a, &b) - 1.549_924).abs() < 5e-7);
+        assert!((distance(&a, &b) - 5.0_f64.sqrt() * 2.0_f64.ln()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        assert!(RegionCovariance::new(Params { ridge: 0.0, ..Params::default() }).is_err());
+        assert!(RegionCovariance::new(Params { grey_ridge: f64::NAN, ..Params::default() }).is_err());
+    }
+
+    fn matrix() -> impl Strategy<Value = Matrix5<f64>> {
+        proptest::collection::vec(-3.0..3.0_f64, 25).prop_map(|v| {
+            let m = Matrix5::from_column_slice(&v);
+            m * m.transpose() + Matrix5::identity() * 0.1
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn is_a_distance_that_ignores_linear_maps(a in matrix(), b in matrix(), c in matrix()) {
+            let d = distance(&a, &b);
+            prop_assert!((d - distance(&b, &a)).abs() < 1e-9);
+            prop_assert!(d <= distance(&a, &c) + distance(&c, &b) + 1e-9);
+            prop_assert_eq!(distance(&a, &a), 0.0);
+            let map = |m: &Matrix5<f64>| c * m * c.transpose();
+            prop_assert!((d - distance(&map(&a), &map(&b))).abs() < 1e-6);
+        }
+
+        #[test]
+        fn flat_boxes_stay_finite(w in 1.0..9.0_f64, h in 1.0..9.0_f64, value in 0..=255_u8) {
+            let signal = RegionCovariance::new(Params::default()).unwrap();
+            let mut session = signal.start();
+            let state = TrackerState::tracked(Region::Rect(Rect::new(3.0, 2.0, w, h)));
+            prop_assert_eq!(session.push(&Frame::new(20, 20, vec![value; 1200]), &state), 0.0);
+            let colours = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
+            prop_assert!(session.push(&colours, &state).is_finite());
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! Uncertainty of a multi-hypothesis tracker: how far its hypotheses are spread (SanMiguel and Cavallaro,
+//! CVIU 131, 2015, Eq. 4-5). High values speak for a failure.
+//!
+//! ```text
+//! S_ij = sum_n pi(n) (x_i(n) - m_i)(x_j(n) - m_j)            weighted covariance of the particles
+//! u_t  = (1 / C) det(S)^(1 / d)
+//! ```
+//!
+//! `S` is the `d x d` covariance of the tracker's posterior, which the tracker delivers with its answer;
+//! `C` is a size in square pixels. Where all components are pixels, `u_t` has no unit; with an angle
+//! among them it is a geometric mean of unlike variances, and only its ratios mean something.
+//!
+//! Paper to code: Sigma_t and d are those of `components`, 0-based: all of them in this paper, the centre
+//! `[0, 1]` in ARTE (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012). Choices where the paper is
+//! silent: C, "to consider the target size", is Hx Hy, a quarter of the area of the first region's
+//! rectangle (`first-size`); a constant C cancels in [`super::uncertainty_change`]. `u_t` is at least
+//! `floor`, as particles that agree in one component have determinant 0. A determinant that rounding
+//! makes negative, or that is positive by rounding alone, counts as 0.
+//!
+//! A tracker without posterior, a component it does not have and a region without area give NaN, which
+//! the engine reports as the error of that track.
+
+use super::{Direction, Reads, Session, Signal};
+use crate::image::Frame;
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::tracker::{Moments, TrackerState};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// In the list of signals.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "uncertainty",
+    version: 1,
+    summary: "spread of the tracker's hypotheses: root of the determinant of their covariance",
+    example: "{ normalise = \"first-size\" }",
+    build: |raw| Ok(Box::new(Uncertainty::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// The size that uncertainty is divided by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Normalise {
+    /// C = 1.
+    None,
+    /// A quarter of the area of the region's rectangle in the first frame.
+    FirstSize,
+    /// A quarter of the area of the region's rectangle in each frame.
+    CurrentSize,
+}
+
+/// Parameters of the uncertainty.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// The state components that count, 0-based, each once; all of them when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub components: Option<Vec<usize>>,
+    /// The size C.
+    pub normalise: Normalise,
+    /// Smallest value, 1e-100 to 1.
+    pub floor: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { components: None, normalise: Normalise::FirstSize, floor: 1e-12 }
+    }
+}
+
+/// The uncertainty with checked parameters.
+#[derive(Debug, Clone)]
+pub struct Uncertainty(Params);
+
+impl Uncertainty {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        if let Some(components) = &p.components {
+            let repeated = components.iter().enumerate().any(|(k, c)| components[..k].contains(c));
+            if components.is_empty() || components.len() > 64 || repeated {
+                let rule = "1 to 64 different indices of state components";
+                return Err(ParamError::out_of_range("components", rule, format!("{components:?}")));
+            }
+        }
+        if !(1e-100..=1.0).contains(&p.floor) {
+            return Err(ParamError::out_of_range("floor", "1e-100 to 1", p.floor));
+        }
+        Ok(Self(p))
+    }
+
+    /// A fresh computation for one track.
+    pub(super) fn spread(&self) -> Spread {
+        Spread { params: self.0.clone(), first_size: None }
+    }
+}
+
+impl Signal for Uncertainty {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::LowerIsBetter
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Posterior
+    }
+
+    fn symbol(&self) -> &'static str {
+        "uₜ"
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (self.0.floor, f64::INFINITY)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(self.spread())
+    }
+}
+
+/// The uncertainty of one track.
+pub(super) struct Spread {
+    params: Params,
+    first_size: Option<f64>,
+}
+
+impl Session for Spread {
+    fn push(&mut self, _: &Frame, state: &TrackerState) -> f64 {
+        let quarter = state.region.rect().area() / 4.0;
+        let size = match self.params.normalise {
+            Normalise::None => 1.0,
+            Normalise::FirstSize => *self.first_size.get_or_insert(quarter),
+            Normalise::CurrentSize => quarter,
+        };
+        let components = self.params.components.as_deref();
+        let root = state.posterior.as_ref().and_then(|m| root_determinant(m, components));
+        // 0 / 0, x / 0 and overflow must not hide behind the floor.
+        match root.map(|root| root / size) {
+            Some(u) if u.is_finite() => u.max(self.params.floor),
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// det(S)^(1/d) of the chosen components; 0 for a covariance that is singular within rounding, `None` when
+/// a component does not exist or a number is not finite.
+fn root_determinant(moments: &Moments, components: Option<&[usize]>) -> Option<f64> {
+    let dimension = moments.mean.len();
+    let picked: Vec<usize> = components.map_or_else(|| (0..dimension).collect(), <[usize]>::to_vec);
+    let n = picked.len();
+    if n == 0 || picked.iter().any(|k| *k >= dimension) || moments.covariance.len() != dimension * dimension {
+        return None;
+    }
+    let mut s: Vec<f64> =
+        (0..n * n).map(|k| moments.covariance[picked[k / n] * dimension + picked[k % n]]).collect();
+    if s.iter().chain(&moments.mean).any(|v| !v.is_finite()) {
+        return None;
+    }
+    // Elimination without pivoting is stable for covariances. A pivot is the variance of a component given
+    // those before it; below these bounds it is the rounding of its variance, or of the mean's digits.
+    let least: Vec<f64> = picked
+        .iter()
+        .enumerate()
+        .map(|(k, i)| 1e-13 * s[k * n + k].abs() + (1e-13 * moments.mean[*i]).powi(2))
+        .collect();
+    let mut log_determinant = 0.0;
+    for k in 0..n {
+        let pivot = s[k * n + k];
+        if pivot <= least[k] {
+            return Some(0.0);
+        }
+        log_determinant += pivot.ln();
+        for i in k + 1..n {
+            let factor = s[i * n + k] / pivot;
+            for j in k + 1..n {
+                s[i * n + j] -= factor * s[k * n + j];
+            }
+        }
+    }
+    Some((log_determinant / n as f64).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use proptest::prelude::*;
+
+    fn moments(covariance: &[f64]) -> Moments {
+        let dimension = covariance.len().isqrt();
+        let mean = vec![0.0; dimension];
+        Moments { mean, covariance: covariance.to_vec(), effective_samples: 100.0, ..Moments::default() }
+    }
+
+    fn state(w: f64, h: f64, covariance: &[f64]) -> TrackerState {
+        let region = Region::Rect(Rect::new(3.0, 4.0, w, h));
+        TrackerState { posterior: Some(moments(covariance)), ..TrackerState::tracked(region) }
+    }
+
+    fn run(text: &str, states: &[TrackerState]) -> Vec<f64> {
+        let mut session = ENTRY.build_from_text(text).unwrap().start();
+        states.iter().map(|s| session.push(&Frame::new(1, 1, vec![0; 3]), s)).collect()
+    }
+
+    // python3: import numpy as np; S=np.array([[25,3,.5,-.2,.1],[3,16,.4,.3,-.2],[.5,.4,.6,.05,.01],
+    // [-.2,.3,.05,.5,.02],[.1,-.2,.01,.02,.04]]); np.linalg.det(S)**.2, np.sqrt(np.linalg.det(S[:2,:2])),
+    // np.linalg.det(S[np.ix_([4,1,2],[4,1,2])])**(1/3)
+    const S: [f64; 25] = [
+        25.0, 3.0, 0.5, -0.2, 0.1, 3.0, 16.0, 0.4, 0.3, -0.2, 0.5, 0.4, 0.6, 0.05, 0.01, -0.2, 0.3, 0.05,
+        0.5, 0.02, 0.1, -0.2, 0.01, 0.02, 0.04,
+    ];
+
+    #[test]
+    fn agrees_with_numpy() {
+        let track = [state(10.0, 8.0, &S)];
+        for (text, want) in [
+            ("{ normalise = \"none\" }", FULL),
+            ("{}", FULL / 20.0),
+            ("{ components = [0, 1], normalise = \"none\" }", CENTRE),
+            ("{ components = [4, 1, 2], normalise = \"none\" }", THREE),
+        ] {
+            let got = run(text, &track)[0];
+            assert!((got / want - 1.0).abs() < 1e-14, "{text}: {got} {want}");
+        }
+    }
+    const FULL: f64 = 1.314083800119825;
+    const CENTRE: f64 = 19.77371993328519;
+    const THREE: f64 = 0.7049982395207787;
+
+    // By hand: det = 36, root 6; quarters of the areas are 1, 2 and 4.
+    #[test]
+    fn sizes_by_hand() {
+        let s = [4.0, 0.0, 0.0, 9.0];
+        let track = [state(2.0, 2.0, &s), state(4.0, 2.0, &s), state(4.0, 4.0, &s)];
+        let near = |a: Vec<f64>, b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-14);
+        assert!(near(run("{ normalise = \"first-size\" }", &track[1..]), [3.0; 3]));
+        assert!(near(run("{ normalise = \"current-size\" }", &track), [6.0, 3.0, 1.5]));
+        assert!(near(run("{ normalise = \"none\" }", &track), [6.0; 3]));
+    }
+
+    // Nothing spread; one component fixed; a line; a line that rounding bends to either side; a variance
+    // that is the last digit of the mean.
+    #[test]
+    fn singular_covariances_are_at_the_floor() {
+        let up = 1.0 + f64::EPSILON;
+        for s in [
+            [0.0; 4],
+            [9.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 9.0],
+            [9.0, 6.0, 6.0, 4.0],
+            [9.0, 6.0 * up, 6.0 * up, 4.0],
+            [9.0, 6.0, 6.0, 4.0 * up],
+        ] {
+            assert_eq!(run("{}", &[state(4.0, 4.0, &s)]), [1e-12], "{s:?}");
+        }
+        let mut digits = state(4.0, 4.0, &[9.0, 0.0, 0.0, 1e-28]);
+        if let Some(moments) = &mut digits.posterior {
+            moments.mean = vec![3.0, 300.0];
+        }
+        assert_eq!(run("{ floor = 1e-9 }", &[digits]), [1e-9]);
+    }
+
+    #[test]
+    fn what_has_no_uncertainty_is_not_a_number() {
+        let nan = |text: &str, state: TrackerState| assert!(run(text, &[state])[0].is_nan(), "{text}");
+        nan("{}", TrackerState::tracked(Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0))));
+        nan("{ components = [0, 2] }", state(4.0, 4.0, &[1.0, 0.0, 0.0, 1.0]));
+        nan("{}", state(0.0, 4.0, &[1.0, 0.0, 0.0, 1.0]));
+        nan("{}", state(0.0, 4.0, &[0.0; 4]));
+        nan("{}", state(4.0, 4.0, &[f64::NAN, 0.0, 0.0, 1.0]));
+        nan("{}", state(4.0, 4.0, &[]));
+        let mut short = state(4.0, 4.0, &[1.0, 0.0, 0.0, 1.0]);
+        if let Some(moments) = &mut short.posterior {
+            moments.covariance.pop();
+        }
+        nan("{}", short);
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
+        assert_eq!(key("{ components = [] }"), Some("components"));
+        assert_eq!(key("{ components = [1, 0, 1] }"), Some("components"));
+        assert_eq!(key("{ floor = 0.0 }"), Some("floor"));
+        assert_eq!(key("{ floor = nan }"), Some("floor"));
+    }
+
+    fn covariance(d: usize) -> impl Strategy<Value = Vec<f64>> {
+        proptest::collection::vec(-3.0..3.0_f64, d * d).prop_map(move |a| {
+            let product = |i: usize, j: usize| (0..d).map(|k| a[i * d + k] * a[j * d + k]).sum::<f64>();
+            let ridge = |i, j| if i == j { 0.1 } else { 0.0 };
+            (0..d * d).map(|n| product(n / d, n % d) + ridge(n / d, n % d)).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn scaling_scales_and_order_does_not_matter(s in covariance(4), by in 0.01..100.0_f64) {
+            let root = |s: &[f64], picked: &[usize]| root_determinant(&moments(s), Some(picked)).unwrap();
+            let u = root(&s, &[0, 1, 2, 3]);
+            prop_assert!((root(&s, &[2, 0, 3, 1]) / u - 1.0).abs() < 1e-9);
+            let scaled: Vec<f64> = s.iter().map(|v| v * by).collect();
+            prop_assert!((root(&scaled, &[0, 1, 2, 3]) / (by * u) - 1.0).abs() < 1e-12);
+            // Uncorrelated parts: det of a block matrix is the product of those of its blocks.
+            let mut blocks = s.clone();
+            for (i, j) in [(0, 2), (0, 3), (1, 2), (1, 3)] {
+                blocks[i * 4 + j] = 0.0;
+                blocks[j * 4 + i] = 0.0;
+            }
+            let parts = (root(&s, &[0, 1]) * root(&s, &[2, 3])).sqrt();
+            prop_assert!((root(&blocks, &[0, 1, 2, 3]) / parts - 1.0).abs() < 1e-12);
+        }
+    }
+}

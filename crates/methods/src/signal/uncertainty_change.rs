@@ -1,0 +1,308 @@
+//! Change of a multi-hypothesis tracker's uncertainty against the frames before (SanMiguel and Cavallaro,
+//! CVIU 131, 2015, Eq. 6-7). High values speak for a failure, or for the end of one.
+//!
+//! ```text
+//! c_t = |u_t - u_r| / |u_r|      r = argmax over j in W of |u_t - u_j| / |u_j|
+//! ```
+//!
+//! `u_t` is [`super::uncertainty`]; `t` is a 0-based frame and W the frames `t - window` to `t - 1`, as far
+//! as there are any. `c_t` has no unit, is at least 0, and is 0 in the first frame. A rise has no upper
+//! bound; a fall gives less than 1. Constant factors of `u` cancel.
+//!
+//! Paper to code: |W| is `window`, 25. The formulas have lost their fences in the copy that was read; that
+//! they are absolute values is likely, as the paper calls `c_t` positive and looks for falls as well. The
+//! other reading is `form = "signed"`, (u_t - min u_j) / min u_j floored at 0, which ignores falls.
+//!
+//! Deviation: a particle filter that starts with all particles on the annotation has no spread in its first
+//! frame, `u` is at its floor there, and 25 frames long every `c_t` would be of the order of 1e12. Frames at
+//! the floor are therefore no reference (`skip_degenerate`), and `c_t` is 0 while there is no other.
+//!
+//! Such a filter then needs some 20 frames until its spread is that of a filter at work; all that time, and
+//! as long as those frames are in the window, c_t is large although nothing is lost. The paper shows c_t of a
+//! consistent filter close to 0 and its uncertainty almost constant (section 5.1, Fig. 4), so its own filter
+//! had no such start. `settling` frames at the start of a track are therefore no reference and have
+//! c_t = 0; 0, the default, takes the formulas as they stand.
+
+use super::uncertainty::{self, Normalise, Spread, Uncertainty};
+use super::{Direction, Reads, Session, Signal};
+use crate::image::Frame;
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::tracker::TrackerState;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// In the list of signals.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "uncertainty-change",
+    version: 1,
+    summary: "largest relative change of the uncertainty against the frames of a window before",
+    example: "{ window = 25 }",
+    build: |raw| Ok(Box::new(UncertaintyChange::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Which changes count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// Rises and falls.
+    Absolute,
+    /// Rises only; falls are 0.
+    Signed,
+}
+
+/// Parameters: those of [`uncertainty`] and how it is compared.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Frames before the current one that it is compared with, 1 to 100000.
+    pub window: usize,
+    /// Frames at the start of a track that are no reference and do not change, 0 to 100000.
+    pub settling: usize,
+    /// Which changes count.
+    pub form: Form,
+    /// Whether frames whose uncertainty is at the floor are no reference.
+    pub skip_degenerate: bool,
+    /// The state components that count, 0-based, each once; all of them when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub components: Option<Vec<usize>>,
+    /// The size that uncertainty is divided by.
+    pub normalise: Normalise,
+    /// Smallest uncertainty, 1e-100 to 1.
+    pub floor: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        let uncertainty::Params { components, normalise, floor } = uncertainty::Params::default();
+        let form = Form::Absolute;
+        Self { window: 25, settling: 0, form, skip_degenerate: true, components, normalise, floor }
+    }
+}
+
+/// The change of uncertainty with checked parameters.
+pub struct UncertaintyChange {
+    params: Params,
+    uncertainty: Uncertainty,
+}
+
+impl UncertaintyChange {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        if !(1..=100_000).contains(&p.window) {
+            return Err(ParamError::out_of_range("window", "1 to 100000 frames", p.window));
+        }
+        if p.settling > 100_000 {
+            return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
+        }
+        let Params { components, normalise, floor, .. } = p.clone();
+        let uncertainty = Uncertainty::new(uncertainty::Params { components, normalise, floor })?;
+        Ok(Self { params: p, uncertainty })
+    }
+}
+
+impl Signal for UncertaintyChange {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::LowerIsBetter
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Posterior
+    }
+
+    fn symbol(&self) -> &'static str {
+        "cₜ"
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, f64::INFINITY)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        let Params { window, settling, form, skip_degenerate, floor, .. } = self.params;
+        let degenerate = if skip_degenerate { floor } else { 0.0 };
+        Box::new(Change {
+            settling,
+            spread: self.uncertainty.spread(),
+            changes: Changes::new(window, form, degenerate),
+        })
+    }
+}
+
+/// The change of uncertainty of one track.
+struct Change {
+    /// Frames that are still to be left out.
+    settling: usize,
+    spread: Spread,
+    changes: Changes,
+}
+
+impl Session for Change {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let u = self.spread.push(frame, state);
+        if self.settling > 0 {
+            self.settling -= 1;
+            // A value that is not finite is an error in any frame.
+            return if u.is_finite() { 0.0 } else { u };
+        }
+        self.changes.push(u)
+    }
+}
+
+/// Eq. 6-7 for a series that arrives frame by frame.
+#[derive(Debug, Clone)]
+pub struct Changes {
+    window: usize,
+    form: Form,
+    degenerate: f64,
+    past: VecDeque<f64>,
+}
+
+impl Changes {
+    /// Nothing seen yet; values of `degenerate` (at least 0) or less are no reference.
+    pub fn new(window: usize, form: Form, degenerate: f64) -> Self {
+        Self { window, form, degenerate, past: VecDeque::new() }
+    }
+
+    /// The change at the next value of `u`, at least 0; NaN for a value that is not finite.
+    pub fn push(&mut self, u: f64) -> f64 {
+        if !u.is_finite() {
+            return f64::NAN;
+        }
+        // The largest ratio is that of the argmax; signed ratios are largest against the minimum.
+        let change = self.past.iter().filter(|r| **r > self.degenerate).fold(0.0_f64, |most, r| {
+            let ratio = (u - r) / r;
+            most.max(match self.form {
+                Form::Absolute => ratio.abs(),
+                Form::Signed => ratio,
+            })
+        });
+        if self.past.len() == self.window {
+            self.past.pop_front();
+        }
+        self.past.push_back(u);
+        change
+    }
+}
+
+/// The change at every value of `u`; see [`Changes`].
+pub fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
+    let mut changes = Changes::new(window, form, degenerate);
+    u.iter().map(|&u| changes.push(u)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use crate::tracker::Moments;
+    use proptest::prelude::*;
+
+    // python3: u=[2.,3.,1.,4.,4.,.5]; [max([abs(u[t]-v)/v for v in u[max(0,t-W):t]], default=0.) for t in range(6)]
+    // with W = 2, and max([0.]+[(u[t]-v)/v ...]) for the signed form.
+    #[test]
+    fn by_hand() {
+        let u = [2.0, 3.0, 1.0, 4.0, 4.0, 0.5];
+        assert_eq!(changes(&u, 2, Form::Absolute, 0.0), [0.0, 0.5, 2.0 / 3.0, 3.0, 3.0, 0.875]);
+        assert_eq!(changes(&u, 2, Form::Signed, 0.0), [0.0, 0.5, 0.0, 3.0, 3.0, 0.0]);
+        // References are above 2: none, 3, 3, 4 and twice 4.
+        assert_eq!(changes(&u, 2, Form::Absolute, 2.0), [0.0, 0.0, 2.0 / 3.0, 1.0 / 3.0, 0.0, 0.875]);
+        assert!(changes(&[1.0, f64::NAN], 2, Form::Absolute, 0.0)[1].is_nan());
+    }
+
+    fn track(roots: &[f64]) -> Vec<TrackerState> {
+        let posterior = |root: f64| Moments {
+            mean: vec![50.0, 60.0],
+            covariance: vec![root, 0.0, 0.0, root],
+            effective_samples: 9.0,
+            ..Moments::default()
+        };
+        let region = Region::Rect(Rect::new(0.0, 0.0, 8.0, 4.0));
+        let state = |root: &f64| TrackerState {
+            posterior: Some(posterior(*root)),
+            ..TrackerState::tracked(region.clone())
+        };
+        roots.iter().map(state).collect()
+    }
+
+    fn run(text: &str, roots: &[f64]) -> Vec<f64> {
+        let mut session = ENTRY.build_from_text(text).unwrap().start();
+        track(roots).iter().map(|s| session.push(&Frame::new(1, 1, vec![0; 3]), s)).collect()
+    }
+
+    // By hand: the first frame has no spread, the second no reference, the third doubles the second.
+    #[test]
+    fn a_start_without_spread_is_no_reference() {
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * b.max(1.0);
+        let c = run("{}", &[0.0, 4.0, 8.0]);
+        assert!(c[..2] == [0.0, 0.0] && near(c[2], 1.0), "{c:?}");
+        let c = run("{ skip_degenerate = false }", &[0.0, 4.0, 8.0]);
+        assert!(c[0] == 0.0 && near(c[1], 5e11 - 1.0) && near(c[2], 1e12 - 1.0), "{c:?}");
+    }
+
+    // By hand: the first two frames are no reference; the fourth is half as much again as the third.
+    #[test]
+    fn settling_frames_are_no_reference_and_do_not_change() {
+        assert_eq!(run("{ settling = 2 }", &[2.0, 16.0, 4.0, 6.0, 4.0]), [0.0, 0.0, 0.0, 0.5, 1.0 / 3.0]);
+        assert_eq!(run("{ settling = 9 }", &[2.0, 16.0, 4.0]), [0.0; 3]);
+        assert!(run("{ components = [5], settling = 9 }", &[2.0])[0].is_nan());
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        assert!(ENTRY.build_from_text("{ settling = 100001 }").is_err());
+        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
+        assert_eq!(key("{ window = 0 }"), Some("window"));
+        assert_eq!(key("{ components = [1, 1] }"), Some("components"));
+        assert_eq!(key("{ floor = 2.0 }"), Some("floor"));
+    }
+
+    proptest! {
+        #[test]
+        fn a_factor_of_the_uncertainty_cancels(
+            u in proptest::collection::vec(0.0..10.0_f64, 0..60),
+            window in 1..30_usize,
+            power in -40..40_i32,
+            degenerate in 0.0..2.0_f64,
+        ) {
+            let by = 2.0_f64.powi(power);
+            let scaled: Vec<f64> = u.iter().map(|v| v * by).collect();
+            for form in [Form::Absolute, Form::Signed] {
+                let c = changes(&u, window, form, degenerate);
+                prop_assert_eq!(&c, &changes(&scaled, window, form, degenerate * by));
+                prop_assert!(c.iter().all(|c| *c >= 0.0));
+            }
+        }
+
+        #[test]
+        fn signed_changes_are_those_against_the_minimum(
+            u in proptest::collection::vec(0.1..10.0_f64, 1..60), window in 1..30_usize,
+        ) {
+            let signed = changes(&u, window, Form::Signed, 0.0);
+            for (t, c) in signed.iter().enumerate().skip(1) {
+                let least = u[t.saturating_sub(window)..t].iter().copied().fold(f64::INFINITY, f64::min);
+                prop_assert_eq!(*c, ((u[t] - least) / least).max(0.0));
+            }
+            let absolute = changes(&u, window, Form::Absolute, 0.0);
+            prop_assert!(signed.iter().zip(&absolute).all(|(s, a)| s <= a));
+        }
+
+        #[test]
+        fn the_signal_is_the_change_of_the_uncertainty(
+            roots in proptest::collection::vec(prop_oneof![Just(0.0), 0.1..100.0_f64], 1..40),
+        ) {
+            let mut spread = Uncertainty::new(uncertainty::Params::default()).unwrap().start();
+            let frame = Frame::new(1, 1, vec![0; 3]);
+            let u: Vec<f64> = track(&roots).iter().map(|s| spread.push(&frame, s)).collect();
+            prop_assert_eq!(run("{}", &roots), changes(&u, 25, Form::Absolute, 1e-12));
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! What holds for every tracker in the list, checked on short synthetic sequences.
+//!
+//! `replay` and `process` are not run here: one needs result files, the other a program. Their
+//! parameters are checked as everybody's.
+
+use super::*;
+use crate::dataset::synthetic;
+use crate::plugin::RawParams;
+use crate::region::Rect;
+use sha2::{Digest, Sha256};
+
+/// Kinds that cannot run on a synthetic sequence.
+const NOT_RUN: [&str; 2] = ["replay", "process"];
+
+fn runnable() -> impl Iterator<Item = &'static Entry<dyn TrackerConfig>> {
+    TRACKERS.iter().filter(|e| !NOT_RUN.contains(&e.kind))
+}
+
+/// The first `n` frames of a small sequence.
+fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
+    let mut q = synthetic::suite("synthetic-otb").unwrap().into_iter().find(|q| q.name == "Girl").unwrap();
+    q.truth.truncate(n);
+    let frames = (0..n).map(|t| q.frame(t).unwrap()).collect();
+    (q, frames)
+}
+
+fn open(setup: &dyn TrackerConfig, sequence: &Sequence, seed: u64) -> Box<dyn Tracker> {
+    setup.open(&RunContext { sequence, run: 0, seed, data_root: None }).unwrap()
+}
+
+/// One pass from the first frame on.
+fn track(tracker: &mut dyn Tracker, frames: &[Frame], region: &Region) -> Vec<TrackerState> {
+    let first = tracker.init(&frames[0], region).unwrap();
+    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+}
+
+fn finite(state: &TrackerState) -> bool {
+    let corners = state.region.corners();
+    let moments = state.posterior.iter().flat_map(|m| {
+        m.mean.iter().chain(&m.covariance).chain([&m.effective_samples, &m.likelihood]).copied()
+    });
+    !corners.is_empty() && corners.iter().flat_map(|c| [c.0, c.1]).chain(moments).all(f64::is_finite)
+}
+
+#[test]
+fn same_seed_same_track_also_after_a_reset() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let mut tracker = open(&*setup, &q, 7);
+        let first = track(&mut *tracker, &frames, &region);
+        tracker.reset();
+        assert_eq!(track(&mut *tracker, &frames, &region), first, "{}: after a reset", e.kind);
+        let again = e.build_from_text(e.example).unwrap();
+        assert_eq!(track(&mut *open(&*again, &q, 7), &frames, &region), first, "{}: opened again", e.kind);
+    }
+}
+
+#[test]
+fn trackers_that_use_no_seed_give_the_same_track_with_any() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let tracks = [1, 2].map(|seed| track(&mut *open(&*setup, &q, seed), &frames, &region));
+        assert_eq!(setup.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
+    }
+}
+
+/// Those that give a posterior can be started from it.
+#[test]
+fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let mut tracker = open(&*setup, &q, 7);
+        let states = track(&mut *tracker, &frames[..12], &region);
+        let Some(mut same) = tracker.fork(None) else {
+            assert!(states.iter().all(|s| s.posterior.is_none()), "{}: a posterior, but no fork", e.kind);
+            continue;
+        };
+        let go_on = |tracker: &mut dyn Tracker| -> Vec<TrackerState> {
+            frames[12..].iter().map(|f| tracker.update(f).unwrap()).collect()
+        };
+        let [mut one, mut again, mut other] = [3, 3, 4].map(|seed| tracker.fork(Some(seed)).unwrap());
+        let reseeded = go_on(&mut *one);
+        let rest = go_on(&mut *tracker);
+        assert_eq!(go_on(&mut *same), rest, "{}: a fork", e.kind);
+        assert_eq!(go_on(&mut *again), reseeded, "{}: two forks of a seed", e.kind);
+        assert_ne!(go_on(&mut *other), reseeded, "{}: forks of two seeds", e.kind);
+        assert_ne!(rest, reseeded, "{}: a fork of another seed", e.kind);
+        assert_eq!(
+            [states, rest].concat(),
+            track(&mut *open(&*setup, &q, 7), &frames, &region),
+            "{}: forked from",
+            e.kind
+        );
+    }
+}
+
+#[test]
+fn answers_are_finite_and_marked() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let states = track(&mut *open(&*setup, &q, 3), &frames, &region);
+        assert_eq!((states[0].status, &states[0].region), (Status::Initialised, &region), "{}", e.kind);
+        for (t, s) in states.iter().enumerate() {
+            assert!(finite(s), "{} frame {t}: {s:?}", e.kind);
+            assert!(t == 0 || s.status == Status::Tracked, "{} frame {t}", e.kind);
+        }
+    }
+}
+
+#[test]
+fn one_frame_is_enough() {
+    let (q, frames) = excerpt(1);
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let states = track(&mut *open(&*setup, &q, 1), &frames, q.truth[0].as_ref().unwrap());
+        assert!(states.len() == 1 && finite(&states[0]), "{}", e.kind);
+    }
+}
+
+/// A tracker may refuse such a start, but must not break down, and what it answers must be a region.
+#[test]
+fn survives_tiny_huge_and_distant_boxes() {
+    let (mut q, frames) = excerpt(5);
+    let (w, h) = (frames[0].width() as f64, frames[0].height() as f64);
+    let mut regions: Vec<Region> = [
+        (10.0, 10.0, 1.0, 1.0),
+        (10.3, 10.7, 0.25, 0.5),
+        (20.0, 20.0, 2.0, 1.0),
+        (20.0, 20.0, 3.0, 40.0),
+        (-5.0, -5.0, 12.0, 12.0),
+        (w - 3.0, h - 3.0, 12.0, 20.0),
+        (-80.0, 20.0, 20.0, 20.0),
+        (w + 30.0, h + 30.0, 20.0, 20.0),
+        (0.0, 0.0, w, h),
+        (-w, -h, 3.0 * w, 3.0 * h),
+    ]
+    .map(|(x, y, w, h)| Region::Rect(Rect::new(x, y, w, h)))
+    .into();
+    regions.push(Region::Polygon(vec![(30.0, 20.0), (60.0, 40.0), (50.0, 55.0), (20.0, 35.0)]));
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        for region in &regions {
+            q.truth.fill(Some(region.clone()));
+            let mut tracker = open(&*setup, &q, 1);
+            if let Ok(first) = tracker.init(&frames[0], region) {
+                assert!(finite(&first), "{} {region:?}", e.kind);
+                for f in &frames[1..] {
+                    if let Ok(s) = tracker.update(f) {
+                        assert!(finite(&s), "{} {region:?}: {s:?}", e.kind);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_without_contrast_are_survived() {
+    let (q, _) = excerpt(4);
+    for level in [0, 255] {
+        let frames = vec![Frame::new(64, 48, vec![level; 3 * 64 * 48]); 4];
+        for e in runnable() {
+            let setup = e.build_from_text(e.example).unwrap();
+            let states =
+                track(&mut *open(&*setup, &q, 1), &frames, &Region::Rect(Rect::new(20.0, 10.0, 16.0, 20.0)));
+            assert!(states.iter().all(finite), "{} on grey level {level}", e.kind);
+        }
+    }
+}
+
+#[test]
+fn an_update_before_the_initialisation_is_an_error() {
+    let (q, frames) = excerpt(1);
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let mut tracker = open(&*setup, &q, 1);
+        assert!(tracker.update(&frames[0]).is_err(), "{}", e.kind);
+        tracker.init(&frames[0], q.truth[0].as_ref().unwrap()).unwrap();
+        tracker.reset();
+        assert!(tracker.update(&frames[0]).is_err(), "{} after a reset", e.kind);
+    }
+}
+
+#[test]
+fn unknown_parameters_are_refused() {
+    for e in TRACKERS {
+        let inner = e.example.trim().trim_start_matches('{').trim_end_matches('}').trim();
+        let comma = if inner.is_empty() { "" } else { "," };
+        let text = format!("{{ {inner}{comma} no-such-parameter = 1 }}");
+        let refused = e.build_from_text(&text).err().unwrap_or_else(|| panic!("{}: {text}", e.kind));
+        assert!(refused.message.contains("no-such-parameter"), "{}: {}", e.kind, refused.message);
+    }
+}
+
+#[test]
+fn parameters_survive_being_shown_and_read() {
+    for e in TRACKERS {
+        let shown = e.build_from_text(e.example).unwrap().params();
+        let table: toml::Value = serde_json::from_value(without_nulls(shown.clone())).unwrap();
+        let text = toml::Value::try_from(&table).unwrap().to_string();
+        let again = (e.build)(RawParams::parse(&text).unwrap()).unwrap();
+        assert_eq!(again.params(), shown, "{}", e.kind);
+    }
+}
+
+/// TOML has no null: an option that is not set is left out.
+fn without_nulls(v: serde_json::Value) -> serde_json::Value {
+    match v {
+        serde_json::Value::Object(m) => {
+            m.into_iter().filter(|(_, v)| !v.is_null()).map(|(k, v)| (k, without_nulls(v))).collect()
+        }
+        other => other,
+    }
+}
+
+#[test]
+fn the_list_is_in_order() {
+    let kinds: Vec<_> = TRACKERS.iter().map(|e| e.kind).collect();
+    let mut unique = kinds.clone();
+    unique.sort_unstable();
+    unique.dedup();
+    assert_eq!(unique.len(), kinds.len(), "a kind twice: {kinds:?}");
+    for e in TRACKERS {
+        assert!(e.version >= 1 && !e.summary.is_empty(), "{}", e.kind);
+        assert!((e.schema)().as_value().is_object(), "{}", e.kind);
+    }
+}
+
+/// Kind, version and digest of the track on an excerpt, to a hundredth of a pixel: floating-point
+/// transforms may differ in their last bits between processors.
+const GOLDEN: &[(&str, u32, &str)] = &[
+    ("adaptive-local-sparse", 1, "00ec79f073bf8f37"),
+    ("color-particle-filter", 1, "903ba88dc38921bc"),
+    ("fragments-particle-filter", 1, "f6b4994276cc080f"),
+    ("dsst", 1, "5ca8fd78c14580b6"),
+    // The basis is not full yet, so that this and sparse-prototypes are one.
+    ("ivt", 1, "c18af4c6ac5c4ca7"),
+    ("kcf", 1, "742f231b58208290"),
+    ("ncc", 1, "098328b0acb2f7be"),
+    ("pixel-lut", 1, "f275f1ffd3a63c02"),
+    ("samf", 1, "eced239009d57018"),
+    ("scripted", 1, "d134c55166cbc1f3"),
+    ("sparse-prototypes", 2, "c18af4c6ac5c4ca7"),
+    ("still", 1, "53a7173aca7dcdd5"),
+];
+
+#[test]
+fn output_is_that_of_the_version() {
+    let (q, frames) = excerpt(25);
+    let region = q.truth[0].clone().unwrap();
+    let mut wrong = vec![];
+    for e in runnable() {
+        let setup = e.build_from_text(e.example).unwrap();
+        let mut hash = Sha256::new();
+        for s in track(&mut *open(&*setup, &q, 2016), &frames, &region) {
+            for (x, y) in s.region.corners() {
+                hash.update(((x * 100.0).round() as i64).to_le_bytes());
+                hash.update(((y * 100.0).round() as i64).to_le_bytes());
+            }
+        }
+        let digest: String = hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect();
+        if !GOLDEN.contains(&(e.kind, e.version, digest.as_str())) {
+            wrong.push(format!("(\"{}\", {}, \"{digest}\"),", e.kind, e.version));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "output changed (or a new tracker): raise VERSION in the entry, then put into GOLDEN\n{}",
+        wrong.join("\n")
+    );
+}

@@ -1,0 +1,394 @@
+//! What correlation filter trackers share: labels, peaks, and the kernelised filter of Henriques et al.
+//! ("High-speed tracking with kernelized correlation filters", PAMI 37(3), 2015).
+//!
+//! ```text
+//! y(i, j)    = exp(-(i^2 + j^2) / (2 s^2))                                label; i, j wrap, so the peak is at (0, 0)
+//! k^{xz}     = exp(-max(0, |x|^2 + |z|^2 - 2 F^-1(sum_c conj(X_c) Z_c)) / (sigma^2 n))           eq. 30 and 31
+//! A          = Y / (K^{xx} + lambda)                                                             eq. 17
+//! f(z)       = F^-1(K^{xz} A),   its peak is the shift from x to z                               eq. 22
+//! ```
+//!
+//! `x` is the model, `z` a new look, both `c` channels of `w x h` cells times a Hann window; capitals are Fourier
+//! transforms; `n` is the number of values, `w h c`. After a look both `A` and `X` are blended with what
+//! it gives, at the rate `r`: `A <- (1 - r) A + r A'` (`linear`), or, as the VOT2014 entry is said to do,
+//! numerator and denominator on their own (`fraction`; Danelljan et al., CVPR 2014, eq. 5 and 6):
+//!
+//! ```text
+//! A_N <- (1 - r) A_N + r Y K^{xx}      A_D <- (1 - r) A_D + r K^{xx} (K^{xx} + lambda)      A = A_N / A_D
+//! ```
+//!
+//! A look without any contrast neither moves nor teaches the filter: its response would be rounding errors.
+
+use crate::image::Frame;
+use crate::image::patch::halved;
+use crate::num::fourier::{Complex, Fourier, hann_plane};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// How a filter follows the target's look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Update {
+    /// The filter is blended.
+    Linear,
+    /// Its numerator and denominator are.
+    Fraction,
+}
+
+/// The highest response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Its value.
+    pub value: f32,
+    /// Its column as a shift, from `-w / 2` to below `w / 2`.
+    pub x: i64,
+    /// Its row as a shift.
+    pub y: i64,
+}
+
+/// A Gaussian of deviation `sigma` (in cells) around cell (0, 0) of a plane whose sides wrap.
+pub fn label(width: usize, height: usize, sigma: f64) -> Vec<f32> {
+    let squares = |n: usize| (0..n).map(move |i| (signed(i, n) as f64).powi(2));
+    let across: Vec<f64> = squares(width).collect();
+    squares(height)
+        .flat_map(|v| across.iter().map(move |u| (-0.5 * (u + v) / (sigma * sigma)).exp() as f32))
+        .collect()
+}
+
+/// Index `i` of `n` as a shift: the upper half is negative.
+fn signed(i: usize, n: usize) -> i64 {
+    if 2 * i >= n.max(2) { i as i64 - n as i64 } else { i as i64 }
+}
+
+/// The peak of a response; among equals the first, row by row.
+pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
+    let mut best = (0, f32::NEG_INFINITY);
+    for (i, &v) in response.iter().enumerate() {
+        if v > best.1 {
+            best = (i, v);
+        }
+    }
+    Peak { value: best.1, x: signed(best.0 % width, width), y: signed(best.0 / width, height) }
+}
+
+/// Where a parabola through a peak `c` and its neighbours has its top, in `[-0.5, 0.5]`.
+pub fn parabola(left: f32, c: f32, right: f32) -> f64 {
+    let bend = 2.0 * f64::from(c) - f64::from(left) - f64::from(right);
+    if bend > 0.0 { (0.5 * (f64::from(right) - f64::from(left)) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+}
+
+/// How often a frame is halved for a target of `side` pixels (root of its area): once from 100 on, as the
+/// published trackers do, and again while more than 400 are left, which bounds the time of a frame.
+pub fn halvings(side: f64) -> u32 {
+    let mut times = u32::from(side >= 100.0);
+    while times < 16 && side / f64::from(1_u32 << times) >= 400.0 {
+        times += 1;
+    }
+    times
+}
+
+/// The frame, halved so many times.
+pub fn reduced(frame: &Frame, times: u32) -> Cow<'_, Frame> {
+    (0..times).fold(Cow::Borrowed(frame), |f, _| Cow::Owned(halved(&f)))
+}
+
+/// What a filter is made with.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Deviation `s` of the label, in cells, above 0.
+    pub label_width: f64,
+    /// Deviation `sigma` of the kernel, above 0.
+    pub kernel_width: f64,
+    /// Regularisation, above 0.
+    pub lambda: f64,
+    /// Share `r` of the newest look.
+    pub rate: f64,
+    /// What is blended.
+    pub update: Update,
+}
+
+/// A filter, its model and buffers, for looks of one size.
+pub struct KernelFilter {
+    settings: Settings,
+    channels: usize,
+    fourier: Fourier,
+    window: Vec<f32>,
+    label: Vec<Complex>,
+    /// Spectra of the model and of the newest look, channel after channel.
+    model: Vec<Complex>,
+    look: Vec<Complex>,
+    /// `A` of the linear update, `A_N` and `A_D` of the other.
+    numerator: Vec<Complex>,
+    denominator: Vec<Complex>,
+    taught: bool,
+    /// `|x|^2`.
+    energy: f64,
+    product: Vec<Complex>,
+    plane: Vec<f32>,
+}
+
+impl KernelFilter {
+    /// An untaught filter for looks of `channels` channels with `width` x `height` cells.
+    pub fn new(width: usize, height: usize, channels: usize, settings: Settings) -> Self {
+        let mut fourier = Fourier::new(width, height);
+        let empty = vec![Complex::default(); fourier.spectrum_len()];
+        let mut transformed = empty.clone();
+        fourier.forward(&label(width, height, settings.label_width), &mut transformed);
+        Self {
+            settings,
+            channels,
+            window: hann_plane(width, height),
+            label: transformed,
+            model: vec![Complex::default(); channels * fourier.spectrum_len()],
+            look: vec![Complex::default(); channels * fourier.spectrum_len()],
+            numerator: empty.clone(),
+            denominator: empty.clone(),
+            taught: false,
+            energy: 0.0,
+            product: empty,
+            plane: vec![0.0; fourier.plane_len()],
+            fourier,
+        }
+    }
+
+    /// Where `features` (channel after channel, without the window) respond most; `None` without contrast.
+    pub fn respond(&mut self, features: &[f32]) -> Option<Peak> {
+        let z = self.transform(features);
+        let x = self.energy;
+        if !self.taught || z <= 0.0 || x <= 0.0 {
+            return None;
+        }
+        let Self { model, look, product, .. } = self;
+        product.fill(Complex::default());
+        for (xs, zs) in model.chunks_exact(product.len()).zip(look.chunks_exact(product.len())) {
+            for ((p, x), z) in product.iter_mut().zip(xs).zip(zs) {
+                p.re += x.re * z.re + x.im * z.im;
+                p.im += x.re * z.im - x.im * z.re;
+            }
+        }
+        self.kernel(x + z);
+        match self.settings.update {
+            Update::Linear => self.product.iter_mut().zip(&self.numerator).for_each(|(p, a)| *p *= a),
+            Update::Fraction => {
+                let filter = self.numerator.iter().zip(&self.denominator);
+                self.product.iter_mut().zip(filter).for_each(|(p, (n, d))| *p *= n / d);
+            }
+        }
+        self.fourier.backward(&mut self.product, &mut self.plane);
+        Some(peak(&self.plane, self.fourier.width(), self.fourier.height()))
+    }
+
+    /// The peak of the newest response between the cells, by parabolas, in cells.
+    pub fn refine(&self, peak: &Peak) -> (f64, f64) {
+        let (w, h) = (self.fourier.width() as i64, self.fourier.height() as i64);
+        let at = |dx: i64, dy: i64| {
+            let (x, y) = ((peak.x + dx).rem_euclid(w), (peak.y + dy).rem_euclid(h));
+            self.plane[(y * w + x) as usize]
+        };
+        let dx = parabola(at(-1, 0), peak.value, at(1, 0));
+        let dy = parabola(at(0, -1), peak.value, at(0, 1));
+        (peak.x as f64 + dx, peak.y as f64 + dy)
+    }
+
+    /// Blends in the look at the target's place; the first one counts fully.
+    pub fn learn(&mut self, features: &[f32]) {
+        let x = self.transform(features);
+        if x <= 0.0 {
+            return;
+        }
+        let Self { look, product, .. } = self;
+        product.fill(Complex::default());
+        for spectrum in look.chunks_exact(product.len()) {
+            product.iter_mut().zip(spectrum).for_each(|(p, x)| p.re += x.norm_sqr());
+        }
+        self.kernel(2.0 * x);
+        let rate = if self.taught { self.settings.rate as f32 } else { 1.0 };
+        self.taught = true;
+        let lambda = self.settings.lambda as f32;
+        let filter = self.numerator.iter_mut().zip(&mut self.denominator);
+        for ((n, d), (k, y)) in filter.zip(self.product.iter().zip(&self.label)) {
+            let (numerator, denominator) = match self.settings.update {
+                Update::Linear => (y / (k + lambda), Complex::new(1.0, 0.0)),
+                Update::Fraction => (y * k, k * (k + lambda)),
+            };
+            *n += (numerator - *n) * rate;
+            *d += (denominator - *d) * rate;
+        }
+        self.model.iter_mut().zip(&self.look).for_each(|(m, x)| *m += (x - *m) * rate);
+        self.energy = energy(&self.fourier, &self.model);
+    }
+
+    /// Transforms a look and returns its energy.
+    fn transform(&mut self, features: &[f32]) -> f64 {
+        let (n, m) = (self.fourier.plane_len(), self.fourier.spectrum_len());
+        debug_assert!(features.len() == self.channels * n);
+        for (plane, spectrum) in features.chunks_exact(n).zip(self.look.chunks_exact_mut(m)) {
+            self.fourier.forward_windowed(plane, &self.window, spectrum);
+        }
+        energy(&self.fourier, &self.look)
+    }
+
+    /// Makes `product`, a correlation's spectrum, the kernel's; `energies` is `|x|^2 + |z|^2`.
+    fn kernel(&mut self, energies: f64) {
+        let n = (self.plane.len() * self.channels) as f64;
+        self.fourier.backward(&mut self.product, &mut self.plane);
+        let factor = -1.0 / (self.settings.kernel_width.powi(2) * n);
+        for v in &mut self.plane {
+            *v = (factor * (energies - 2.0 * f64::from(*v)).max(0.0)) as f32;
+        }
+        self.plane.iter_mut().for_each(|v| *v = v.exp());
+        self.fourier.forward(&self.plane, &mut self.product);
+    }
+}
+
+fn energy(fourier: &Fourier, spectra: &[Complex]) -> f64 {
+    spectra.chunks_exact(fourier.spectrum_len()).map(|s| fourier.energy(s)).sum()
+}
+
+#[cfg(test)]
+pub mod testing {
+    //! What the tests of the trackers share.
+
+    use crate::dataset::synthetic;
+    use crate::image::Frame;
+    use crate::plugin::Entry;
+    use crate::region::Region;
+    use crate::tracker::{RunContext, TrackerConfig};
+
+    /// Noise of 5-pixel grain, linear in between, 160 x 120; moved by `(dx, dy)` and magnified by `zoom` around (80, 60).
+    pub fn texture(dx: f64, dy: f64, zoom: f64, grey: bool) -> Frame {
+        let grain = |i: f64, j: f64, c: usize| {
+            let seed = ((i + 500.0) as u64 * 7919 + (j + 500.0) as u64 * 104_729 + c as u64 * 1_299_709)
+                .wrapping_mul(6_364_136_223_846_793_005);
+            ((seed ^ (seed >> 29)).wrapping_mul(2_654_435_761) >> 24) as u8
+        };
+        Frame::from_fn(160, 120, |x, y| {
+            let (u, v) =
+                ((x as f64 + 0.5 - 80.0 - dx) / zoom / 5.0, (y as f64 + 0.5 - 60.0 - dy) / zoom / 5.0);
+            let ((i, j), (a, b)) = ((u.floor(), v.floor()), (u - u.floor(), v - v.floor()));
+            std::array::from_fn(|c| {
+                let at = |di: f64, dj: f64| f64::from(grain(i + di, j + dj, if grey { 0 } else { c }));
+                let (above, below) = (
+                    (1.0 - a) * at(0.0, 0.0) + a * at(1.0, 0.0),
+                    (1.0 - a) * at(0.0, 1.0) + a * at(1.0, 1.0),
+                );
+                ((1.0 - b) * above + b * below) as u8
+            })
+        })
+    }
+
+    /// The last region of a tracker that starts with `region` in the first frame.
+    pub fn follow(
+        entry: &Entry<dyn TrackerConfig>,
+        params: &str,
+        region: &Region,
+        frames: &[Frame],
+    ) -> Region {
+        let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
+        let setup = entry.build_from_text(params).unwrap();
+        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
+        let mut tracker = setup.open(&start).unwrap();
+        let mut last = tracker.init(&frames[0], region).unwrap().region;
+        for frame in &frames[1..] {
+            last = tracker.update(frame).unwrap().region;
+        }
+        last
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SETTINGS: Settings =
+        Settings { label_width: 1.2, kernel_width: 0.6, lambda: 1e-3, rate: 0.1, update: Update::Linear };
+
+    fn texture(n: usize, k: usize) -> Vec<f32> {
+        (0..n).map(|i| (((i * 7919 + k * 104_729) * 1_664_525 % (1 << 20)) >> 10) as f32 / 1024.0).collect()
+    }
+
+    // python3: import numpy as np; w, h, c = 7, 6, 2; F, G = np.fft.fft2, np.fft.ifft2
+    // def look(k): i = np.arange(w * h * c); return (((i * 7919 + k * 104729) * 1664525 % 2**20 >> 10) / 1024
+    //   ).reshape(c, h, w) * np.outer(np.hanning(h), np.hanning(w))
+    // s = lambda n: np.array([i - n if 2 * i >= n else i for i in range(n)])
+    // y = np.exp(-.5 * (s(h)[:, None]**2 + s(w)**2) / 1.2**2)
+    // def K(x, z): return F(np.exp(-np.maximum(0, (x**2).sum() + (z**2).sum() - 2 * G((F(x).conj() * F(z)).sum(0)).real)
+    //   / (.6**2 * w * h * c)))
+    // a, b, z = look(1), look(2), look(3); k = [K(a, a), K(b, b)]; m = .9 * a + .1 * b
+    // A = [.9 * F(y) / (k[0] + 1e-3) + .1 * F(y) / (k[1] + 1e-3), F(y) * (.9 * k[0] + .1 * k[1])
+    //   / (.9 * k[0] * (k[0] + 1e-3) + .1 * k[1] * (k[1] + 1e-3))]
+    // for q in A: r = G(K(m, z) * q).real; i = r.argmax(); print(r.max(), i % w, i // w, r[0, :3])
+    #[test]
+    fn responses_agree_with_numpy() {
+        for (update, want) in [(Update::Linear, LINEAR), (Update::Fraction, FRACTION)] {
+            let mut filter = KernelFilter::new(7, 6, 2, Settings { update, ..SETTINGS });
+            filter.learn(&texture(84, 1));
+            filter.learn(&texture(84, 2));
+            let peak = filter.respond(&texture(84, 3)).unwrap();
+            let got = [peak.value, filter.plane[0], filter.plane[1], filter.plane[2]];
+            for (a, b) in got.iter().zip(want.0) {
+                assert!((a - b).abs() < 2e-3, "{got:?} {want:?}");
+            }
+            assert_eq!((peak.x, peak.y), want.1);
+        }
+    }
+    const LINEAR: ([f32; 4], (i64, i64)) = ([0.961989, 0.961989, 0.553923, 0.172643], (0, 0));
+    const FRACTION: ([f32; 4], (i64, i64)) = ([0.897018, 0.897018, 0.540386, 0.209704], (0, 0));
+
+    #[test]
+    fn without_contrast_it_says_nothing() {
+        let mut filter = KernelFilter::new(8, 8, 1, SETTINGS);
+        assert_eq!(filter.respond(&texture(64, 1)), None, "untaught");
+        filter.learn(&[0.0; 64]);
+        assert_eq!(filter.respond(&texture(64, 1)), None, "taught nothing");
+        filter.learn(&texture(64, 1));
+        assert_eq!(filter.respond(&[0.0; 64]), None);
+        let peak = filter.respond(&texture(64, 1)).unwrap();
+        assert_eq!((peak.x, peak.y), (0, 0));
+        assert!(peak.value > 0.9 && peak.value < 1.05, "{peak:?}");
+    }
+
+    #[test]
+    fn halves_from_a_hundred_pixels_on() {
+        assert_eq!([1.0, 99.9, 100.0, 799.0, 800.0, 1600.0].map(halvings), [0, 0, 1, 1, 2, 3]);
+        let frame = Frame::new(9, 5, vec![50; 135]);
+        let small = reduced(&frame, 2);
+        assert_eq!((small.width(), small.height(), small.pixel(2, 1)), (3, 2, [50; 3]));
+    }
+
+    proptest! {
+        #[test]
+        fn the_first_highest_value_is_the_peak(w in 1_usize..9, h in 1_usize..9, at in any::<prop::sample::Index>()) {
+            let at = at.index(w * h);
+            let values: Vec<f32> = (0..w * h).map(|i| if i >= at { 2.0 } else { 1.0 }).collect();
+            let p = peak(&values, w, h);
+            prop_assert_eq!(p.x.rem_euclid(w as i64) as usize, at % w);
+            prop_assert_eq!(p.y.rem_euclid(h as i64) as usize, at / w);
+            prop_assert!(2 * p.x.unsigned_abs() as usize <= w && 2 * p.y.unsigned_abs() as usize <= h);
+            prop_assert_eq!(p.value, 2.0);
+        }
+
+        #[test]
+        fn a_parabola_has_its_top_where_it_is(top in -0.5_f64..0.5, bend in 0.1_f64..9.0) {
+            let f = |x: f64| (3.0 - bend * (x - top).powi(2)) as f32;
+            prop_assert!((parabola(f(-1.0), f(0.0), f(1.0)) - top).abs() < 1e-4);
+        }
+
+        #[test]
+        fn finds_the_shift_of_a_wrapped_texture(dx in -4_i64..5, dy in -4_i64..5) {
+            // Without a window shifts are exactly cyclic.
+            let mut filter = KernelFilter::new(10, 11, 1, SETTINGS);
+            filter.window.fill(1.0);
+            let look = texture(110, 5);
+            let moved: Vec<f32> = (0..110_i64)
+                .map(|i| look[((i / 10 - dy).rem_euclid(11) * 10 + (i % 10 - dx).rem_euclid(10)) as usize])
+                .collect();
+            filter.learn(&look);
+            let p = filter.respond(&moved).unwrap();
+            prop_assert_eq!((p.x, p.y), (dx, dy));
+            let (x, y) = filter.refine(&p);
+            prop_assert!((x - dx as f64).abs() < 0.05 && (y - dy as f64).abs() < 0.05, "{} {}", x, y);
+        }
+    }
+}

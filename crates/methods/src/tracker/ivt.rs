@@ -1,0 +1,98 @@
+//! Incremental visual tracking (Ross, Lim, Lin and Yang, "Incremental learning for robust visual tracking",
+//! IJCV 77, 2008, sections 3.2 to 3.4): [`super::sparse_prototypes`] without its model of occlusion.
+//!
+//! ```text
+//! L_i = exp(-|d - U U'd|^2 / c)         d = mu - y_i, high is good; the estimate has the highest
+//! ```
+//!
+//! All else, from candidates and posterior to the units, is as there, and every estimate is learned as it is. Choices:
+//! the defaults are those of SP, so that the two differ in the L1 term alone; Ross et al. recommend
+//! `forgetting = 0.95`. Their prior of the next state is the same Gaussian, from the last estimate instead of from
+//! weighted particles, as in their program's default, and the likelihood has no factor for the distance
+//! within the subspace.
+
+use super::sparse_prototypes::{Model, Tracking};
+use super::{RunContext, Tracker, TrackerConfig, TrackerError};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Candidates a frame, from 2 to 10000.
+    pub samples: usize,
+    /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
+    pub noise: [f64; 6],
+    /// Scale `c` of the likelihood, from 0.0001 to 1000.
+    pub likelihood_scale: f64,
+    /// Most basis vectors, from 1 to 256.
+    pub max_basis: usize,
+    /// Windows that are taken in together, from 1 to 1000.
+    pub batch: usize,
+    /// Weight of what is known when new windows come, above 0 and at most 1.
+    pub forgetting: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            samples: 600,
+            noise: [4.0, 4.0, 0.02, 0.02, 0.005, 0.001],
+            likelihood_scale: 0.25,
+            max_basis: 16,
+            batch: 5,
+            forgetting: 1.0,
+        }
+    }
+}
+
+/// A checked configuration.
+#[derive(Debug, Clone)]
+pub struct Ivt(Params);
+
+impl Ivt {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        p.model().check()?;
+        Ok(Self(p))
+    }
+}
+
+impl Params {
+    fn model(&self) -> Model {
+        Model {
+            name: ENTRY.kind,
+            samples: self.samples,
+            noise: self.noise,
+            scale: self.likelihood_scale,
+            most: self.max_basis,
+            batch: self.batch,
+            forgetting: self.forgetting,
+            occlusion: None,
+        }
+    }
+}
+
+/// The list's line.
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
+    kind: "ivt",
+    version: 1,
+    summary: "principal components of the target, learned as it goes",
+    example: "{}",
+    build: |raw: RawParams<'_>| Ok(Box::new(Ivt::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+impl TrackerConfig for Ivt {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+        Ok(Box::new(Tracking::new(self.0.model(), start.seed)))
+    }
+}

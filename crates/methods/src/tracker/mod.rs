@@ -1,0 +1,204 @@
+//! Trackers: from the frames of a sequence to a region a frame.
+//!
+//! A plugin is one file with parameters, a [`TrackerConfig`] and an `ENTRY` in [`TRACKERS`]. A setup is shared
+//! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
+
+pub mod adaptive_local_sparse;
+mod affine_candidates;
+pub mod color_particle_filter;
+mod correlation;
+pub mod dsst;
+pub mod fragments_particle_filter;
+pub mod ivt;
+pub mod kcf;
+pub mod ncc;
+pub mod pixel_lut;
+pub mod process;
+pub mod protocol;
+pub mod replay;
+pub mod results;
+pub mod samf;
+pub mod scripted;
+pub mod sparse_prototypes;
+pub mod still;
+pub mod trax;
+
+#[cfg(test)]
+mod conformance;
+
+use crate::dataset::Sequence;
+use crate::image::Frame;
+use crate::plugin::{Entry, ParamError};
+use crate::region::Region;
+use serde::{Deserialize, Serialize};
+
+/// What happened in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// The tracker was (re)initialised with the ground truth.
+    Initialised,
+    /// An ordinary frame.
+    Tracked,
+    /// A reset protocol declared failure in this frame; the region is the one that failed, or repeats the last
+    /// one where result files do not hold it.
+    Failed,
+    /// A reset protocol skipped this frame; the region repeats the last one.
+    Skipped,
+    /// The tracker starts later; the region is where it will.
+    Waiting,
+}
+
+/// First and second moments of a multi-hypothesis tracker's posterior.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// Mean state, `d` values.
+    pub mean: Vec<f64>,
+    /// Covariance, `d x d`, row by row.
+    pub covariance: Vec<f64>,
+    /// Effective number of samples.
+    pub effective_samples: f64,
+    /// Likelihood of the estimate.
+    pub likelihood: f64,
+    /// The particles, a row of `d` state values and the weight each; empty unless the tracker was asked
+    /// to keep them.
+    pub particles: Vec<f64>,
+}
+
+/// A tracker's answer for one frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrackerState {
+    /// Where it says the target is.
+    pub region: Region,
+    /// What happened.
+    pub status: Status,
+    /// Posterior moments, from trackers that have them.
+    pub posterior: Option<Moments>,
+}
+
+impl TrackerState {
+    /// An ordinary answer without posterior.
+    pub fn tracked(region: Region) -> Self {
+        Self { region, status: Status::Tracked, posterior: None }
+    }
+
+    /// The answer to an initialisation.
+    pub fn initialised(region: Region) -> Self {
+        Self { region, status: Status::Initialised, posterior: None }
+    }
+}
+
+/// Why a tracker gave no track.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum TrackerError {
+    /// Its result files are not there.
+    #[error("{0}")]
+    Missing(String),
+    /// Its result files, or it itself, are at fault.
+    #[error("{0}")]
+    Broken(String),
+}
+
+/// What a tracker may know before it starts.
+pub struct RunContext<'a> {
+    /// The sequence; online trackers may use its size and length, only replays and oracles its truth.
+    pub sequence: &'a Sequence,
+    /// Repetition, from 0.
+    pub run: u32,
+    /// Seed made from the names of experiment, sequence, tracker and run.
+    pub seed: u64,
+    /// Folder that relative result paths start from, if the user gave one.
+    pub data_root: Option<&'a std::path::Path>,
+}
+
+/// A checked configuration of a tracker.
+pub trait TrackerConfig: Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// Whether its tracks depend on the seed; where they do not, another seed recomputes nothing.
+    fn uses_seed(&self) -> bool {
+        true
+    }
+
+    /// Whether its tracks depend on the run's number in another way than by the seed.
+    fn uses_run(&self) -> bool {
+        false
+    }
+
+    /// Whether it answers from the ground truth or from results for a known sequence, so that it cannot
+    /// follow frames that are just coming in.
+    fn needs_truth(&self) -> bool {
+        false
+    }
+
+    /// Gives it the programs that this computer's user allows, where it runs one of them.
+    ///
+    /// # Errors
+    /// When the one it names is not among them.
+    fn bind(&mut self, _programs: &process::Programs) -> Result<(), ParamError> {
+        Ok(())
+    }
+
+    /// The files it reads besides the frames; their digests are part of a track's address.
+    ///
+    /// # Errors
+    /// When it has none for this sequence and run.
+    fn inputs(&self, _start: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
+        Ok(Vec::new())
+    }
+
+    /// A fresh tracker for one sequence and run.
+    ///
+    /// # Errors
+    /// When it cannot start, e.g. a result file is absent or broken.
+    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError>;
+}
+
+/// A tracker at work. `init` comes first; then one `update` a frame, in order.
+pub trait Tracker: Send {
+    /// Says which frame of the sequence, from 0, the next `init` or `update` is about. Frames may be
+    /// left out in between; a tracker that is told nothing gets every frame from its first on.
+    fn at(&mut self, _frame: usize) {}
+
+    /// Starts (again) at `frame` with the target at `region`.
+    ///
+    /// # Errors
+    /// When the tracker cannot start there.
+    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError>;
+
+    /// Finds the target in the next frame.
+    ///
+    /// # Errors
+    /// When the tracker breaks; a lost target is no error.
+    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError>;
+
+    /// A tracker that goes on from what this one believes now, the model of the target included; the two know
+    /// nothing of each other. Given frames in reverse order it tracks backwards in time. It draws the same random
+    /// numbers as this one would or, with `seed`, those of a track of that seed.
+    ///
+    /// `None` from trackers that cannot be copied; those that give a [`Moments`] can.
+    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        None
+    }
+
+    /// Forgets everything, as if newly opened.
+    fn reset(&mut self);
+}
+
+/// Every tracker, by kind.
+pub static TRACKERS: &[Entry<dyn TrackerConfig>] = &[
+    replay::ENTRY,
+    ncc::ENTRY,
+    still::ENTRY,
+    scripted::ENTRY,
+    color_particle_filter::ENTRY,
+    process::ENTRY,
+    fragments_particle_filter::ENTRY,
+    pixel_lut::ENTRY,
+    kcf::ENTRY,
+    dsst::ENTRY,
+    samf::ENTRY,
+    sparse_prototypes::ENTRY,
+    ivt::ENTRY,
+    adaptive_local_sparse::ENTRY,
+];

@@ -1,0 +1,241 @@
+//! The two protocols, on our side.
+
+use super::child::Child;
+use super::programs::{Program, Protocol, Regions};
+use crate::dataset::text::{shorten_to, visible};
+use crate::region::Region;
+use crate::tracker::trax::{self, Answer, Hello, Message, Properties};
+use std::io::{BufRead, Read};
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+/// A program that is talked to. Errors are in words, and the program is dead after one.
+pub trait Peer: Send {
+    /// Starts (again) on an image.
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String>;
+
+    /// The next image.
+    fn frame(&mut self, image: &Path) -> Result<Region, String>;
+}
+
+/// Starts a program; `folder` is deleted if we die.
+pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, String> {
+    let Some((name, arguments)) = program.command.split_first() else { return Err("no command".into()) };
+    // A bare name is looked for on the PATH, all others from the folder.
+    let is_bare = Path::new(name).components().count() == 1 && !name.contains('/');
+    let mut command = match is_bare {
+        true => Command::new(name),
+        false => Command::new(program.folder.join(name)),
+    };
+    command.args(arguments).current_dir(&program.folder).envs(&program.environment);
+    command.env("TRACKFAIL_SEED", seed.to_string()).env("TRACKFAIL_RUN", run.to_string());
+    match program.protocol {
+        Protocol::Lines => {
+            let child = Child::start(command, folder, read_line)?;
+            let (first, later) = (program.start_timeout + program.answer_timeout, program.answer_timeout);
+            Ok(Box::new(Lines { child, within: first, later, regions: program.regions }))
+        }
+        Protocol::Trax => {
+            command.env("TRAX", "1");
+            Trax::start(command, folder, program).map(|trax| Box::new(trax) as Box<dyn Peer>)
+        }
+    }
+}
+
+/// What a program is told of a region.
+fn as_told(region: &Region, regions: Regions) -> Region {
+    match regions {
+        Regions::Rectangle => Region::Rect(region.rect()),
+        Regions::Polygon => Region::Polygon(region.corners()),
+    }
+}
+
+/// Longest answer in lines, in bytes.
+const LONGEST_LINE: u64 = 16 << 10;
+
+/// The next line without its end.
+fn read_line(stream: &mut impl BufRead) -> Option<Result<String, String>> {
+    let mut bytes = Vec::new();
+    match stream.take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
+        Err(e) => return Some(Err(format!("its stdout broke: {e}"))),
+        Ok(0) => return None,
+        Ok(n) if n as u64 == LONGEST_LINE => {
+            return Some(Err(format!("received a line of {LONGEST_LINE} bytes and more")));
+        }
+        Ok(_) => {}
+    }
+    let line = String::from_utf8(bytes).map_err(|e| received(&String::from_utf8_lossy(e.as_bytes())));
+    Some(line.map(|line| line.trim_end().to_string()))
+}
+
+fn received(text: &str) -> String {
+    format!("received `{}`", visible(&shorten_to(text.trim_end(), 80)))
+}
+
+struct Lines {
+    child: Child<String>,
+    within: Duration,
+    later: Duration,
+    regions: Regions,
+}
+
+/// What an answer looks like.
+const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence behind";
+
+impl Lines {
+    fn ask(&mut self, line: String) -> Result<Region, String> {
+        self.child.tell(line)?;
+        let answer = self.child.hear(LINE, self.within)?;
+        self.within = self.later;
+        parse_answer(&answer).map_err(|why| {
+            let said = format!("{} ({why}); expected {LINE}", received(&answer));
+            self.child.fault(said)
+        })
+    }
+}
+
+/// The region of an answer; its confidence is only checked.
+fn parse_answer(line: &str) -> Result<Region, String> {
+    let mut words = line.split_whitespace();
+    let region = words.next().ok_or("an empty line")?;
+    let number = |word: &str| {
+        word.parse::<f64>().map_err(|_| format!("`{}` is no number", visible(&shorten_to(word, 40))))
+    };
+    let numbers = region.split(',').map(number).collect::<Result<Vec<f64>, _>>()?;
+    if let Some(confidence) = words.next()
+        && !number(confidence)?.is_finite()
+    {
+        return Err("the confidence is not a finite number".into());
+    }
+    if words.next().is_some() {
+        return Err("more than a region and a confidence".into());
+    }
+    Region::from_numbers(&numbers).map_err(|e| e.to_string())
+}
+
+impl Peer for Lines {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String> {
+        let region = trax::numbers(&as_told(region, self.regions));
+        self.ask(format!("init\t{}\t{region}\n", image.display()))
+    }
+
+    fn frame(&mut self, image: &Path) -> Result<Region, String> {
+        self.ask(format!("frame\t{}\n", image.display()))
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        self.child.quit("quit\n".into());
+    }
+}
+
+struct Trax {
+    child: Child<Message>,
+    within: Duration,
+    hello: Hello,
+    last: Option<Region>,
+}
+
+impl Trax {
+    fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, String> {
+        let read = |stream: &mut _| trax::Reader::new(stream).read().map_err(|e| e.to_string()).transpose();
+        let mut child = Child::start(command, folder, read)?;
+        let expected = "`hello` of a TraX tracker, version 1 to 4";
+        let hello = match child.hear(expected, program.start_timeout)? {
+            Message::Hello(hello) => hello,
+            other => return Err(child.fault(format!("{}; expected {expected}", in_words(&other)))),
+        };
+        let knows = |list: &[String], word: &str| list.iter().any(|w| w == word);
+        if !knows(&hello.images, "path") {
+            let images = listed(&hello.images.join(", "));
+            let said = format!("it reads images as {images}; expected `path` among them");
+            return Err(child.fault(said));
+        }
+        if !knows(&hello.regions, "rectangle") && !knows(&hello.regions, "polygon") {
+            let regions = listed(&hello.regions.join(", "));
+            let said = format!("it reads regions as {regions}; expected rectangle or polygon");
+            return Err(child.fault(said));
+        }
+        let channels = hello.properties.get("trax.channels").map_or("", String::as_str);
+        if channels.split(';').any(|channel| !channel.is_empty() && !channel.eq_ignore_ascii_case("color")) {
+            let said = format!("it needs the image channels {}; expected `color` alone", listed(channels));
+            return Err(child.fault(said));
+        }
+        Ok(Self { child, within: program.answer_timeout, hello, last: None })
+    }
+
+    fn tell(&mut self, message: &Message) -> Result<(), String> {
+        let line = trax::write(message).map_err(|e| self.child.fault(e.to_string()))?;
+        self.child.tell(line)
+    }
+
+    fn hear(&mut self) -> Result<Region, String> {
+        let expected = "`state` with a rectangle or polygon";
+        let region = match self.child.hear(expected, self.within)? {
+            Message::TrackerState { answer: Answer::Region(region), .. } => region,
+            // The tracker has no place to tell.
+            Message::TrackerState { answer: Answer::Code(code), .. } => match &self.last {
+                Some(last) => last.clone(),
+                None => {
+                    return Err(self.child.fault(format!("received the code {code}; expected {expected}")));
+                }
+            },
+            other => return Err(self.child.fault(format!("{}; expected {expected}", in_words(&other)))),
+        };
+        self.last = Some(region.clone());
+        Ok(region)
+    }
+}
+
+/// What it lists, for messages.
+fn listed(words: &str) -> String {
+    format!("`{}`", visible(&shorten_to(words, 80)))
+}
+
+/// A message of another kind than was expected.
+fn in_words(message: &Message) -> String {
+    match message {
+        Message::Quit { properties } => match properties.get("trax.reason") {
+            Some(reason) if !reason.is_empty() => {
+                format!("it quit: {}", visible(&shorten_to(reason, 200)))
+            }
+            _ => "it quit".into(),
+        },
+        other => match trax::write(other) {
+            Ok(line) => received(&line),
+            Err(e) => e.to_string(),
+        },
+    }
+}
+
+impl Peer for Trax {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String> {
+        let reads = |word: &str| self.hello.regions.iter().any(|w| w == word);
+        let polygon = matches!(region, Region::Polygon(_)) && reads("polygon") || !reads("rectangle");
+        let told = as_told(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
+        self.last = Some(told.clone());
+        let (image, properties) = (image.to_path_buf(), Properties::new());
+        if self.hello.version < 4 {
+            self.tell(&Message::Initialize { image: Some(image), region: told, properties })?;
+        } else {
+            let initialize =
+                Message::Initialize { image: None, region: told, properties: properties.clone() };
+            self.tell(&initialize)?;
+            self.tell(&Message::Frame { image, properties })?;
+        }
+        self.hear()
+    }
+
+    fn frame(&mut self, image: &Path) -> Result<Region, String> {
+        self.tell(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
+        self.hear()
+    }
+}
+
+impl Drop for Trax {
+    fn drop(&mut self) {
+        self.child.quit("@@TRAX:quit\n".into());
+    }
+}

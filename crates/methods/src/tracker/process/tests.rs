@@ -1,0 +1,460 @@
+//! Programs here are shell scripts, good ones and bad ones.
+#![cfg(unix)]
+
+use super::*;
+use crate::dataset::{Numbering, Render, Sequence};
+use crate::image::{decode, encode_png};
+use crate::region::Rect;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+struct Ramp;
+
+impl Render for Ramp {
+    fn render(&self, t: usize) -> Frame {
+        Frame::from_fn(20, 10, |x, y| [x as u8, y as u8, t as u8])
+    }
+}
+
+fn sequence(frames: Frames) -> Sequence {
+    Sequence {
+        name: "Ramp".into(),
+        numbering: Numbering { first: 11, official: (11, 16) },
+        truth: vec![Some(rect()); 6],
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: Default::default(),
+        frames,
+    }
+}
+
+fn rendered() -> Sequence {
+    sequence(Frames::Rendered(Arc::new(Ramp), 6))
+}
+
+fn rect() -> Region {
+    Region::Rect(Rect::new(2.0, 3.5, 4.0, 5.0))
+}
+
+/// A shell script in a folder of its own, and what it leaves there.
+struct Script {
+    dir: tempfile::TempDir,
+    program: Program,
+}
+
+impl Script {
+    fn new(protocol: Protocol, text: &str) -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("tracker.sh"), text).unwrap();
+        let program = Program {
+            name: "mine".into(),
+            command: ["sh", "tracker.sh"].map(String::from).into(),
+            folder: dir.path().to_path_buf(),
+            protocol,
+            version: "7".into(),
+            start_timeout: Duration::from_secs(20),
+            answer_timeout: Duration::from_secs(20),
+            regions: Regions::Rectangle,
+            deterministic: false,
+            environment: [("EXTRA".to_string(), "more".to_string())].into(),
+            digest: vec![],
+        };
+        Self { dir, program }
+    }
+
+    fn impatient(mut self) -> Self {
+        self.program.start_timeout = Duration::from_millis(200);
+        self.program.answer_timeout = Duration::from_millis(200);
+        self
+    }
+
+    fn setup(&self) -> Box<dyn TrackerConfig> {
+        let mut setup = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
+        let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(self.program.clone())] };
+        setup.bind(&programs).unwrap();
+        setup
+    }
+
+    fn open(&self, sequence: &Sequence) -> Box<dyn Tracker> {
+        self.setup().open(&RunContext { sequence, run: 4, seed: 99, data_root: None }).unwrap()
+    }
+
+    /// The first `n` frames, as far as they go.
+    fn track(&self, n: usize) -> Result<Vec<TrackerState>, String> {
+        let sequence = rendered();
+        let mut tracker = self.open(&sequence);
+        let mut states = Vec::new();
+        for t in 0..n {
+            tracker.at(t);
+            let frame = sequence.frame(t).unwrap();
+            let state = if t == 0 { tracker.init(&frame, &rect()) } else { tracker.update(&frame) };
+            states.push(state.map_err(|e| e.to_string())?);
+        }
+        Ok(states)
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.dir.path().join(name)).unwrap_or_default()
+    }
+}
+
+/// Answers every line but `quit`, after it has written it down.
+const GOOD: &str = r#"echo "$TRACKFAIL_SEED $TRACKFAIL_RUN $EXTRA $TRAX" > environment
+n=0
+while read -r line; do
+    printf '%s\n' "$line" >> log
+    [ "$line" = quit ] && exit 0
+    image=$(printf '%s' "$line" | cut -f 2)
+    cp "$image" "seen$n.png"
+    n=$((n + 1))
+    echo "$n,2.5,3,4 0.25"
+done
+"#;
+
+fn moved(x: f64) -> TrackerState {
+    TrackerState::tracked(Region::Rect(Rect::new(x, 2.5, 3.0, 4.0)))
+}
+
+#[test]
+fn a_program_is_told_frames_and_its_answers_are_the_track() {
+    let script = Script::new(Protocol::Lines, GOOD);
+    let states = script.track(4).unwrap();
+    assert_eq!(states, [TrackerState::initialised(rect()), moved(2.0), moved(3.0), moved(4.0)]);
+    assert_eq!(script.read("environment"), "99 4 more \n");
+    let log = script.read("log");
+    let lines: Vec<Vec<&str>> = log.lines().map(|l| l.split('\t').collect()).collect();
+    let words: Vec<_> = lines.iter().map(|l| l[0]).collect();
+    assert_eq!(words, ["init", "frame", "frame", "frame", "quit"]);
+    assert_eq!(lines[0][2], "2,3.5,4,5");
+    for (t, line) in lines.iter().take(4).enumerate() {
+        let seen = std::fs::read(script.dir.path().join(format!("seen{t}.png"))).unwrap();
+        assert_eq!(decode(&seen).unwrap(), Ramp.render(t));
+        assert!(!Path::new(line[1]).parent().unwrap().exists(), "the folder is gone");
+    }
+}
+
+#[test]
+fn two_written_frames_are_kept() {
+    let mut images = Images::new().unwrap();
+    let paths: Vec<_> = (0..5).map(|t| images.path(None, &Ramp.render(t)).unwrap()).collect();
+    assert_eq!(paths.iter().map(|p| p.exists()).collect::<Vec<_>>(), [false, false, false, true, true]);
+}
+
+#[test]
+fn frames_in_files_are_told_by_their_paths() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |t: usize| dir.path().join(if t == 3 { "a\tb.png".into() } else { format!("{t}.png") });
+    (0..6).for_each(|t| std::fs::write(path(t), encode_png(&Ramp.render(t)).unwrap()).unwrap());
+    let sequence = sequence(Frames::Files((0..6).map(path).collect::<Vec<_>>().into()));
+    let script = Script::new(Protocol::Lines, GOOD);
+    let mut tracker = script.open(&sequence);
+    let frame = |t: usize| sequence.frame(t).unwrap();
+    // Frames are left out, and it is started again in between.
+    tracker.at(1);
+    tracker.init(&frame(1), &rect()).unwrap();
+    tracker.at(3);
+    tracker.update(&frame(3)).unwrap();
+    tracker.at(5);
+    tracker.init(&frame(5), &rect()).unwrap();
+    tracker.update(&frame(2)).unwrap();
+    drop(tracker);
+    let log = script.read("log");
+    let told: Vec<&str> = log.lines().filter_map(|l| l.split('\t').nth(1)).collect();
+    assert_eq!((told[0], told[2]), (path(1).to_str().unwrap(), path(5).to_str().unwrap()));
+    for (k, t) in [(1, 3), (3, 2)] {
+        assert!(told[k].contains("trackfail-frames-"), "{}", told[k]);
+        let seen = std::fs::read(script.dir.path().join(format!("seen{k}.png"))).unwrap();
+        assert_eq!(decode(&seen).unwrap(), frame(t));
+    }
+    assert!(log.lines().nth(2).unwrap().starts_with("init\t"));
+}
+
+#[test]
+fn polygons_are_told_to_those_who_read_them() {
+    let corners = vec![(1.0, 1.0), (5.0, 2.0), (4.0, 6.0), (0.0, 5.0)];
+    let turned = Region::Polygon(corners.clone());
+    let whole = turned.rect();
+    for (regions, expected) in [
+        (Regions::Polygon, "1,1,5,2,4,6,0,5".to_string()),
+        (Regions::Rectangle, format!("{},{},{},{}", whole.x, whole.y, whole.w, whole.h)),
+    ] {
+        let answer = "echo 0,0,4,0,4,3 >&1";
+        let mut script = Script::new(
+            Protocol::Lines,
+            &format!("read -r l; echo \"$l\" > log; {answer}; read -r l; {answer}; read -r l"),
+        );
+        script.program.regions = regions;
+        let sequence = rendered();
+        let mut tracker = script.open(&sequence);
+        assert_eq!(
+            tracker.init(&Ramp.render(0), &turned).unwrap(),
+            TrackerState::initialised(turned.clone())
+        );
+        let triangle = Region::Polygon(vec![(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]);
+        assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), TrackerState::tracked(triangle));
+        assert_eq!(script.read("log").trim_end().split('\t').nth(2), Some(expected.as_str()));
+    }
+}
+
+#[test]
+fn a_reset_starts_the_program_anew() {
+    let script = Script::new(Protocol::Lines, GOOD);
+    let sequence = rendered();
+    let mut tracker = script.open(&sequence);
+    for _ in 0..2 {
+        assert!(
+            tracker.update(&Ramp.render(0)).unwrap_err().to_string().contains("before the initialisation")
+        );
+        tracker.init(&Ramp.render(0), &rect()).unwrap();
+        assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), moved(2.0));
+        tracker.reset();
+    }
+    assert_eq!(script.read("log").matches("quit").count(), 2);
+}
+
+#[test]
+fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_deterministic() {
+    let mut script = Script::new(Protocol::Lines, "");
+    let expected = serde_json::json!(
+        { "program": "mine", "version": "7", "protocol": "lines", "regions": "rectangle" }
+    );
+    assert_eq!(script.setup().params(), expected);
+    assert!(script.setup().uses_seed());
+    script.program.deterministic = true;
+    script.program.digest = vec!["/a/b".into()];
+    assert!(!script.setup().uses_seed());
+    let sequence = rendered();
+    let start = RunContext { sequence: &sequence, run: 0, seed: 0, data_root: None };
+    assert_eq!(script.setup().inputs(&start).unwrap(), [Path::new("/a/b")]);
+    let mut other = ENTRY.build_from_text("{ program = \"mime\" }").unwrap();
+    assert!(matches!(other.open(&start), Err(TrackerError::Missing(_))));
+    let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(script.program.clone())] };
+    let refused = other.bind(&programs).unwrap_err();
+    assert_eq!(refused.message, "plugins.toml: unknown program `mime`; did you mean `mine`?");
+    assert_eq!(refused.key, Some("program"));
+}
+
+/// What a script does with the first line, and the fault that follows in the first or second frame.
+#[test]
+fn bad_answers_fail_with_a_reason() {
+    for (text, words) in [
+        ("echo hello", "frame 11 of Ramp: received `hello` (`hello` is no number); expected `x,y,w,h`"),
+        ("echo 1,2,nan,4", "received `1,2,nan,4` (a coordinate is not a finite number)"),
+        ("echo 1,2,inf,4", "not a finite number"),
+        ("echo 1,2,0,4", "no area"),
+        ("echo 1,2,-3,4", "no area"),
+        ("echo 1e300,2,3,4", "beyond"),
+        ("echo 1,2,3", "not 3 numbers"),
+        ("echo 0,0,2,1,0,2,0.5,1", "not convex"),
+        ("echo 1,2,3,4 x", "`x` is no number"),
+        ("echo 1,2,3,4 nan", "the confidence is not a finite number"),
+        ("echo 1,2,3,4 1 1", "more than a region and a confidence"),
+        ("echo", "an empty line"),
+        ("printf '\\377\\n'", "received `\u{fffd}`"),
+        ("printf '\\033[2J\\n'", "received `\u{fffd}[2J`"),
+        ("head -c 1000000000 /dev/zero", "a line of 16384 bytes and more"),
+        ("exit 3", "it ended (exit status: 3); expected"),
+        ("kill -s KILL $$", "it ended (signal: 9"),
+        ("echo one >&2; echo >&2; echo two >&2; exit 1", "its stderr ends with: one | two"),
+        ("echo 1,2,3,4; exit 0", "frame 12 of Ramp: it ended (exit status: 0)"),
+        ("echo 1,2,3,4; echo 1,2,3,4; sleep 100", "frame 12 of Ramp: it answered without being asked"),
+        ("yes 1,2,3,4", "it answered without being asked"),
+    ] {
+        let script = Script::new(Protocol::Lines, &format!("read -r line; {text}"));
+        let sequence = rendered();
+        let mut tracker = script.open(&sequence);
+        tracker.at(0);
+        let mut outcome = tracker.init(&Ramp.render(0), &rect());
+        if outcome.is_ok() {
+            // Time for it to say something nobody asked for.
+            std::thread::sleep(Duration::from_millis(300));
+            tracker.at(1);
+            outcome = tracker.update(&Ramp.render(1));
+        }
+        let fault = outcome.unwrap_err().to_string();
+        assert!(fault.starts_with("mine: frame 1") && fault.contains(words), "{text}: {fault}");
+        assert!(fault.chars().count() < 600 && !fault.contains(char::is_control), "{fault}");
+        assert!(tracker.update(&Ramp.render(2)).is_err(), "it stays dead");
+    }
+}
+
+#[test]
+fn what_cannot_be_started_says_so() {
+    let mut script = Script::new(Protocol::Lines, "");
+    for command in ["no-such-program-at-all", "./not/here", "./tracker.sh"] {
+        script.program.command = vec![command.into()];
+        let fault = script.track(1).unwrap_err();
+        assert!(
+            fault.starts_with("mine: frame 11 of Ramp: cannot start `")
+                && fault.contains(command.trim_start_matches('.')),
+            "{fault}"
+        );
+    }
+}
+
+#[test]
+fn hanging_programs_are_killed_with_all_they_started() {
+    let answers = |n: usize| "read -r line; echo 1,2,3,4\n".repeat(n);
+    for (text, words) in [
+        ("sleep 1000".to_string(), "frame 11 of Ramp: no answer within 0.4 s"),
+        (answers(2) + "sleep 1000", "frame 13 of Ramp: no answer within 0.2 s; expected `x,y,w,h`"),
+        // A grandchild holds the streams while the program itself is gone.
+        (answers(1) + "exit 0", "frame 12 of Ramp: "),
+        // It closes its streams and stays.
+        (answers(1) + "exec >&- 2>&- <&-; sleep 1000", "frame 12 of Ramp: it closed its stdout"),
+    ] {
+        let apart = if text.contains("exec") { ">/dev/null 2>&1" } else { "" };
+        let start = format!("sleep 1000 {apart} & echo $! > grandchild; echo $$ > child\n");
+        let script = Script::new(Protocol::Lines, &format!("{start}{text}")).impatient();
+        let begin = Instant::now();
+        let fault = script.track(6).unwrap_err();
+        assert!(fault.contains(words), "{text}: {fault}");
+        assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
+        for name in ["child", "grandchild"] {
+            assert!(is_gone(&script.read(name)), "{text}: {name} is left");
+        }
+    }
+}
+
+/// Whether a process has ended; those that nobody waits for any more have, too.
+fn is_gone(pid: &str) -> bool {
+    let end = Instant::now() + Duration::from_secs(20);
+    while Instant::now() < end {
+        let shown =
+            std::process::Command::new("ps").args(["-o", "stat=", "-p", pid.trim()]).output().unwrap();
+        let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+        if state.is_empty() || state.starts_with('Z') {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    false
+}
+
+#[test]
+fn a_good_program_is_ended_with_all_it_started_too() {
+    let script = Script::new(Protocol::Lines, &format!("sleep 1000 & echo $! > grandchild\n{GOOD}"));
+    script.track(3).unwrap();
+    assert!(script.read("log").ends_with("quit\n"));
+    assert!(is_gone(&script.read("grandchild")));
+}
+
+#[test]
+fn floods_on_stderr_hold_nobody_up() {
+    let script = Script::new(Protocol::Lines, &format!("yes a line of many >&2 &\n{GOOD}"));
+    assert_eq!(script.track(4).unwrap().len(), 4);
+    let script =
+        Script::new(Protocol::Lines, "yes a line of many | head -n 1000000 >&2; printf end >&2; exit 1");
+    let fault = script.track(1).unwrap_err();
+    assert!(fault.ends_with("a line of many | end") && fault.len() < 400, "{fault}");
+}
+
+/// A TraX tracker that writes down what it is told; `%` is the answer to its n-th question, `$n`.
+fn trax(hello: &str, answer: &str) -> Script {
+    let state = format!("n=$((n + 1)); printf '@@TRAX:state {answer}\\n'");
+    let text = format!(
+        "echo \"$TRAX $TRACKFAIL_SEED $TRACKFAIL_RUN\" > environment; echo loading; n=0\n\
+         printf '@@TRAX:hello {hello}\\n'\n\
+         while read -r line; do\n\
+             printf '%s\\n' \"$line\" >> log\n\
+             case $line in\n\
+                 @@TRAX:quit*) exit 0;;\n\
+                 *initialize*png*|@@TRAX:frame*) {state};;\n\
+             esac\n\
+         done\n"
+    );
+    Script::new(Protocol::Trax, &text)
+}
+
+#[test]
+fn trax_trackers_of_versions_1_to_3_are_followed() {
+    for version in ["", "trax.version=1", "trax.version=2", "\"trax.version=3\" trax.channels=color;"] {
+        let script = trax(&format!("{version} trax.name=x"), "\"'$n',2.5,3,4\" \"confidence=0.5\"");
+        let states = script.track(3).unwrap();
+        assert_eq!(states, [TrackerState::initialised(rect()), moved(2.0), moved(3.0)], "{version}");
+        assert_eq!(script.read("environment"), "1 99 4\n");
+        let log = script.read("log");
+        let lines: Vec<&str> = log.lines().collect();
+        assert!(
+            lines[0].starts_with("@@TRAX:initialize \"file:///")
+                && lines[0].ends_with(".png\" \"2,3.5,4,5\""),
+            "{log}"
+        );
+        assert!(lines[1].starts_with("@@TRAX:frame \"file:///") && lines[1].ends_with(".png\""), "{log}");
+        assert_eq!((lines.len(), lines[3]), (4, "@@TRAX:quit"));
+    }
+}
+
+#[test]
+fn in_version_4_the_image_follows_the_region() {
+    let script = trax("trax.version=4", "\"'$n',2.5,3,4\"");
+    let sequence = rendered();
+    let mut tracker = script.open(&sequence);
+    tracker.init(&Ramp.render(0), &rect()).unwrap();
+    assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), moved(2.0));
+    tracker.init(&Ramp.render(2), &rect()).unwrap();
+    assert_eq!(tracker.update(&Ramp.render(3)).unwrap(), moved(4.0));
+    drop(tracker);
+    let log = script.read("log");
+    let words: Vec<_> = log.lines().map(|l| l.split(' ').next().unwrap()).collect();
+    let (i, f) = ("@@TRAX:initialize", "@@TRAX:frame");
+    assert_eq!(words, [i, f, f, i, f, f, "@@TRAX:quit"]);
+    assert_eq!(log.lines().next(), Some("@@TRAX:initialize \"2,3.5,4,5\""));
+}
+
+#[test]
+fn trax_trackers_get_the_regions_they_read() {
+    let turned = Region::Polygon(vec![(1.0, 1.0), (5.0, 2.0), (4.0, 6.0), (0.0, 5.0)]);
+    for (regions, region, expected) in [
+        ("rectangle;polygon;", &turned, "\"1,1,5,2,4,6,0,5\""),
+        ("rectangle;polygon;", &rect(), "\"2,3.5,4,5\""),
+        ("polygon;mask;", &rect(), "\"2,3.5,6,3.5,6,8.5,2,8.5\""),
+        ("rectangle;", &Region::Polygon(rect().corners()), "\"2,3.5,4,5\""),
+    ] {
+        let script = trax(&format!("\"trax.region={regions}\""), "1,2,3,4");
+        script.open(&rendered()).init(&Ramp.render(0), region).unwrap();
+        assert!(script.read("log").lines().next().unwrap().ends_with(expected), "{regions}");
+    }
+}
+
+#[test]
+fn an_answer_without_a_place_repeats_the_last() {
+    let states = trax("", "0").track(3).unwrap();
+    assert_eq!(
+        states,
+        [TrackerState::initialised(rect()), TrackerState::tracked(rect()), TrackerState::tracked(rect())]
+    );
+}
+
+#[test]
+fn trax_faults_have_reasons() {
+    let plain = |text: &str| Script::new(Protocol::Trax, text);
+    for (script, words) in [
+        (plain("exit 2"), "it ended (exit status: 2); expected `hello` of a TraX tracker"),
+        (plain("sleep 1000").impatient(), "no answer within 0.2 s; expected `hello`"),
+        (plain("yes").impatient(), "no answer within 0.2 s; expected `hello`"),
+        (plain("echo @@TRAX:state 1,2,3,4; sleep 9"), "received `@@TRAX:state"),
+        (trax("trax.version=5", "1,2,3,4"), "a version from 1 to 4"),
+        (
+            trax("\"trax.image=memory;data;\"", "1,2,3,4"),
+            "it reads images as `memory, data`; expected `path`",
+        ),
+        (trax("\"trax.region=mask;\"", "1,2,3,4"), "it reads regions as `mask`; expected rectangle"),
+        (
+            trax("\"trax.channels=color;depth;\" trax.version=2", "1,2,3,4"),
+            "it needs the image channels `color;depth;`; expected `color` alone",
+        ),
+        (trax("", "mask:0,0,2,2,1,3"), "masks are not read"),
+        (trax("", "1,2,nan,4"), "not a finite number"),
+        (trax("", "1,2,3,4 5,6,7,8"), "expected `state` with one region"),
+        (plain("echo @@TRAX:hello; read -r l; echo '@@TRAX:quit \"trax.reason=no GPU\"'"), "it quit: no GPU"),
+        (plain("echo @@TRAX:hello; read -r l; echo @@TRAX:frame a.png"), "received `@@TRAX:frame"),
+        (
+            plain("echo @@TRAX:hello; read -r l; head -c 300000000 /dev/zero; exit 5"),
+            "it ended (exit status: 5)",
+        ),
+    ] {
+        let fault = script.track(2).unwrap_err();
+        assert!(fault.starts_with("mine: frame 11 of Ramp: ") && fault.contains(words), "{words}: {fault}");
+    }
+}

@@ -1,0 +1,314 @@
+//! Protocols under which a tracker is run: where it starts, and whether it is started again when it has lost
+//! its target. Any tracker can be run under any of them; `protocol` of a `[[tracker]]` chooses.
+//!
+//! | protocol | runs | what happens |
+//! |---|---|---|
+//! | `one-pass` | any | started on the truth of the first frame, never again (OTB: OPE) |
+//! | `vot-reset` | any (15) | when the overlap with the truth is 0 the frame is a failure; 5 frames later it starts anew on the truth (VOT2013 to 2019, baseline) |
+//! | `vot-reset-2014` | any (15) | the same, overlaps counted in pixels as the toolkit of 2014 did |
+//! | `vot-region-noise` | any (15) | as `vot-reset`, each start on a box that is moved, scaled and turned at random |
+//! | `otb-temporal` | 20 | run r starts at the r-th of 20 frames (OTB: TRE) |
+//! | `otb-spatial` | 12 | run r starts in the first frame on a shifted or scaled box (OTB: SRE) |
+//!
+//! **Resets.** After each frame but a start's, the overlap of answer and truth is computed, by exact areas on
+//! the frame or, for `vot-reset-2014`, by [`Areas::Raster2014`] beyond it, too; 0 is a failure. The failing region
+//! is kept with [`Status::Failed`], the frames f + 1 ... f + 4 repeat it as [`Status::Skipped`], and in f + 5 the
+//! tracker starts from scratch; it does not see the frames between. A start needs a truth: frames without one
+//! are skipped, too, and no failure is found in them. (Kristan et al., VOT2014.)
+//!
+//! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its centre moved by
+//! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
+//!
+//! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one. The frames
+//! before are [`Status::Waiting`]. The toolkit takes its start frames from a list that came with its results and is
+//! not public for all sequences; equal steps are what the paper says (Wu, Lim, Yang, 2013: "20 segments").
+//!
+//! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
+//! corners, runs 8 to 11 scale it about its centre by .8, .9, 1.1 and 1.2 (the same).
+
+use super::{RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::image::Frame;
+use crate::num::seed;
+use crate::region::{Areas, Rect, Region};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// How a tracker is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunProtocol {
+    /// Started once.
+    OnePass,
+    /// Started again after failures.
+    VotReset,
+    /// The same by the raster rule of 2014.
+    VotReset2014,
+    /// The same, on disturbed boxes.
+    VotRegionNoise,
+    /// Started at different frames.
+    OtbTemporal,
+    /// Started on different boxes.
+    OtbSpatial,
+}
+
+/// Version of the protocols; part of the address of a track that is made under another than `one-pass`.
+/// - 1: first version.
+pub const VERSION: u32 = 1;
+
+/// Frames from a failure to the next start.
+const SKIPPED: usize = 5;
+/// Start frames of [`RunProtocol::OtbTemporal`].
+pub const TEMPORAL_RUNS: u32 = 20;
+/// Start boxes of [`RunProtocol::OtbSpatial`].
+pub const SPATIAL_RUNS: u32 = 12;
+
+impl RunProtocol {
+    /// Every protocol.
+    pub const ALL: [Self; 6] = [
+        Self::OnePass,
+        Self::VotReset,
+        Self::VotReset2014,
+        Self::VotRegionNoise,
+        Self::OtbTemporal,
+        Self::OtbSpatial,
+    ];
+
+    /// Its word in experiment files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OnePass => "one-pass",
+            Self::VotReset => "vot-reset",
+            Self::VotReset2014 => "vot-reset-2014",
+            Self::VotRegionNoise => "vot-region-noise",
+            Self::OtbTemporal => "otb-temporal",
+            Self::OtbSpatial => "otb-spatial",
+        }
+    }
+
+    /// One line for `trackfail list`.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Self::OnePass => "started on the truth of the first frame, never again (OTB: OPE)",
+            Self::VotReset => "started anew five frames after a frame without overlap (VOT baseline)",
+            Self::VotReset2014 => "the same, overlaps counted in pixels as the toolkit of 2014 did",
+            Self::VotRegionNoise => "as vot-reset, on boxes moved, scaled and turned at random (VOT2014)",
+            Self::OtbTemporal => "20 runs that start in different frames (OTB: TRE)",
+            Self::OtbSpatial => "12 runs that start on shifted and scaled boxes (OTB: SRE)",
+        }
+    }
+
+    /// The protocol of a word.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name() == name)
+    }
+
+    /// How many runs it has, where that is fixed.
+    pub fn runs(self) -> Option<u32> {
+        match self {
+            Self::OtbTemporal => Some(TEMPORAL_RUNS),
+            Self::OtbSpatial => Some(SPATIAL_RUNS),
+            _ => None,
+        }
+    }
+
+    /// The tracker under this protocol.
+    pub fn over(self, setup: Arc<dyn TrackerConfig>) -> Arc<dyn TrackerConfig> {
+        if self == Self::OnePass { setup } else { Arc::new(Under { protocol: self, setup }) }
+    }
+}
+
+/// A tracker under a protocol.
+struct Under {
+    protocol: RunProtocol,
+    setup: Arc<dyn TrackerConfig>,
+}
+
+impl TrackerConfig for Under {
+    fn params(&self) -> serde_json::Value {
+        let mut params = self.setup.params();
+        if let Some(table) = params.as_object_mut() {
+            table.insert("protocol".into(), format!("{}/{VERSION}", self.protocol.name()).into());
+        }
+        params
+    }
+
+    fn uses_seed(&self) -> bool {
+        self.setup.uses_seed() || self.protocol == RunProtocol::VotRegionNoise
+    }
+
+    fn uses_run(&self) -> bool {
+        self.setup.uses_run() || self.protocol.runs().is_some()
+    }
+
+    fn inputs(&self, start: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        self.setup.inputs(start)
+    }
+
+    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+        let truth = start.sequence.truth.clone();
+        let first = match self.protocol {
+            RunProtocol::OtbTemporal => start_frame(&truth, start.run),
+            _ => 0,
+        };
+        let first_region = truth.get(first).cloned().flatten();
+        let noise_seed = seed::seed(start.seed, &["region noise"]);
+        Ok(Box::new(Running {
+            protocol: self.protocol,
+            run: start.run,
+            tracker: self.setup.open(start)?,
+            truth,
+            first,
+            first_region,
+            noise_seed,
+            rng: seed::rng(noise_seed),
+            frame: 0,
+            next_start: Some(first),
+            last: None,
+        }))
+    }
+}
+
+/// The frame in which a run of the temporal protocol starts.
+fn start_frame(truth: &[Option<Region>], run: u32) -> usize {
+    let at = run as usize * truth.len().saturating_sub(1) / TEMPORAL_RUNS as usize;
+    (at..truth.len()).find(|t| truth[*t].is_some()).unwrap_or(0)
+}
+
+/// The box of a run of the spatial protocol.
+fn spatial(rect: Rect, run: u32) -> Rect {
+    let (dx, dy) = (0.1 * rect.w, 0.1 * rect.h);
+    let scaled = |k: f64| {
+        let (w, h) = (k * rect.w, k * rect.h);
+        Rect::new(rect.x + (rect.w - w) / 2.0, rect.y + (rect.h - h) / 2.0, w, h)
+    };
+    match run {
+        0 => rect.shifted(-dx, 0.0),
+        1 => rect.shifted(dx, 0.0),
+        2 => rect.shifted(0.0, -dy),
+        3 => rect.shifted(0.0, dy),
+        4 => rect.shifted(-dx, -dy),
+        5 => rect.shifted(dx, -dy),
+        6 => rect.shifted(-dx, dy),
+        7 => rect.shifted(dx, dy),
+        8 => scaled(0.8),
+        9 => scaled(0.9),
+        10 => scaled(1.1),
+        _ => scaled(1.2),
+    }
+}
+
+/// A box near a box, see the module's documentation.
+fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
+    let mut draw = |low: f64, high: f64| rng.random_range(low..high);
+    let (w, h) = (rect.w * draw(0.9, 1.1), rect.h * draw(0.9, 1.1));
+    let (x, y) = rect.centre();
+    let (x, y) = (x + rect.w * draw(-0.1, 0.1), y + rect.h * draw(-0.1, 0.1));
+    let (sin, cos) = draw(-0.1, 0.1).sin_cos();
+    let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);
+    let (u, v) = (w / 2.0, h / 2.0);
+    Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
+}
+
+struct Running {
+    protocol: RunProtocol,
+    run: u32,
+    tracker: Box<dyn Tracker>,
+    truth: Vec<Option<Region>>,
+    /// The frame of the first start, and where the target is in it.
+    first: usize,
+    first_region: Option<Region>,
+    noise_seed: u64,
+    rng: ChaCha8Rng,
+    /// The frame that comes next.
+    frame: usize,
+    /// The frame in which the tracker starts next, where it is not running.
+    next_start: Option<usize>,
+    /// Where it was last seen.
+    last: Option<Region>,
+}
+
+impl Running {
+    /// Whether an answer has lost the target, by a protocol that starts anew then.
+    fn is_failure(&self, region: &Region, frame: &Frame) -> bool {
+        let (areas, frame) = match self.protocol {
+            RunProtocol::VotReset | RunProtocol::VotRegionNoise => {
+                (Areas::Exact, Some((frame.width(), frame.height())))
+            }
+            RunProtocol::VotReset2014 => (Areas::Raster2014, None),
+            _ => return false,
+        };
+        let truth = self.truth.get(self.frame).and_then(Option::as_ref);
+        truth.is_some_and(|truth| areas.overlap(region, truth, frame) <= 0.0)
+    }
+
+    /// The region that a start in this frame is given, where it is annotated.
+    fn start_region(&mut self, given: Option<&Region>) -> Option<Region> {
+        let truth = self.truth.get(self.frame).cloned().flatten();
+        let region = given.cloned().or(truth)?;
+        Some(match self.protocol {
+            RunProtocol::OtbSpatial => Region::Rect(spatial(region.rect(), self.run)),
+            RunProtocol::VotRegionNoise => disturbed(region.rect(), &mut self.rng),
+            _ => region,
+        })
+    }
+
+    /// One frame; `given` is where the caller says the target is in the first one.
+    fn step(&mut self, frame: &Frame, given: Option<&Region>) -> Result<TrackerState, TrackerError> {
+        let t = self.frame;
+        let start = match self.next_start {
+            Some(at) if t >= at => self.start_region(given.filter(|_| self.first == 0)),
+            _ => None,
+        };
+        let mut state = match (&self.next_start, start) {
+            (None, _) => {
+                self.tracker.at(t);
+                self.tracker.update(frame)?
+            }
+            (Some(_), Some(region)) => {
+                self.next_start = None;
+                self.tracker.at(t);
+                self.tracker.init(frame, &region)?
+            }
+            (Some(_), None) => {
+                let none = || TrackerError::Broken("no frame has a ground truth to start from".into());
+                let status = if self.last.is_some() { Status::Skipped } else { Status::Waiting };
+                let region = self.last.clone().or(self.first_region.clone()).ok_or_else(none)?;
+                TrackerState { region, status, posterior: None }
+            }
+        };
+        if state.status == Status::Tracked && self.is_failure(&state.region, frame) {
+            state.status = Status::Failed;
+            self.tracker.reset();
+            self.next_start = Some(t + SKIPPED);
+        }
+        self.frame = t + 1;
+        if state.status != Status::Waiting {
+            self.last = Some(state.region.clone());
+        }
+        Ok(state)
+    }
+}
+
+impl Tracker for Running {
+    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
+        self.reset();
+        self.step(frame, Some(region))
+    }
+
+    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
+        if self.frame == 0 {
+            return Err(TrackerError::Broken("a frame before the initialisation".into()));
+        }
+        self.step(frame, None)
+    }
+
+    fn reset(&mut self) {
+        self.tracker.reset();
+        (self.frame, self.next_start, self.last) = (0, Some(self.first), None);
+        self.rng = seed::rng(self.noise_seed);
+    }
+}
+
+#[cfg(test)]
+mod tests;

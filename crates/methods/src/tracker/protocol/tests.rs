@@ -1,0 +1,179 @@
+use super::*;
+use crate::dataset::{Frames, Numbering, Render, Sequence};
+use proptest::prelude::*;
+
+struct Blank;
+impl Render for Blank {
+    fn render(&self, _: usize) -> Frame {
+        Frame::new(64, 48, vec![0; 3 * 64 * 48])
+    }
+}
+
+fn square(x: f64) -> Region {
+    Region::Rect(Rect::new(x, 10.0, 10.0, 10.0))
+}
+
+fn sequence(truth: Vec<Option<Region>>) -> Sequence {
+    let frames = truth.len();
+    Sequence {
+        name: "blank".into(),
+        numbering: Numbering { first: 1, official: (1, frames as u32) },
+        truth,
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: Default::default(),
+        frames: Frames::Rendered(Arc::new(Blank), frames),
+    }
+}
+
+/// Answers with the start's region moved 4 pixels a frame to the right; the frame it is told in `likelihood`.
+struct Drifting;
+
+impl TrackerConfig for Drifting {
+    fn params(&self) -> serde_json::Value {
+        serde_json::json!({})
+    }
+
+    fn uses_seed(&self) -> bool {
+        false
+    }
+
+    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+        Ok(Box::new((None::<Region>, 0_usize)))
+    }
+}
+
+impl Tracker for (Option<Region>, usize) {
+    fn at(&mut self, frame: usize) {
+        self.1 = frame;
+    }
+
+    fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
+        self.0 = Some(region.clone());
+        Ok(TrackerState::initialised(region.clone()))
+    }
+
+    fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
+        let last = self.0.as_ref().ok_or_else(|| TrackerError::Broken("not started".into()))?;
+        let next = last.shifted(4.0, 0.0);
+        self.0 = Some(next.clone());
+        let posterior = super::super::Moments { likelihood: self.1 as f64, ..Default::default() };
+        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(next) })
+    }
+
+    fn reset(&mut self) {
+        self.0 = None;
+    }
+}
+
+fn track(protocol: RunProtocol, q: &Sequence, run: u32) -> Vec<TrackerState> {
+    let setup = protocol.over(Arc::new(Drifting));
+    let mut tracker = setup.open(&RunContext { sequence: q, run, seed: 5, data_root: None }).unwrap();
+    let mut go = || -> Vec<TrackerState> {
+        let first = tracker.init(&Blank.render(0), q.truth[0].as_ref().unwrap_or(&square(0.0))).unwrap();
+        let rest = (1..q.len()).map(|_| tracker.update(&Blank.render(0)).unwrap());
+        std::iter::once(first).chain(rest.collect::<Vec<_>>()).collect()
+    };
+    let once = go();
+    assert_eq!(go(), once, "started again, everything is as before");
+    once
+}
+
+fn words(states: &[TrackerState]) -> String {
+    states.iter().map(|s| format!("{:?}", s.status).chars().next().unwrap()).collect()
+}
+
+// The target stands at 0..10; the tracker is at 4, 8, 12 in the frames after a start, so that the third has
+// overlap 0. Restart in the fifth frame after it.
+#[test]
+fn starts_anew_five_frames_after_a_failure() {
+    let q = sequence(vec![Some(square(0.0)); 12]);
+    let states = track(RunProtocol::VotReset, &q, 0);
+    assert_eq!(words(&states), "ITTFSSSSITTF");
+    let lefts: Vec<f64> = states.iter().map(|s| s.region.rect().x).collect();
+    assert_eq!(lefts, [0.0, 4.0, 8.0, 12.0, 12.0, 12.0, 12.0, 12.0, 0.0, 4.0, 8.0, 12.0]);
+    let told = |t: usize| states[t].posterior.as_ref().unwrap().likelihood;
+    assert_eq!((told(2), told(9)), (2.0, 9.0), "the tracker knows the frame after a pause");
+    assert_eq!(words(&track(RunProtocol::OnePass, &q, 0)), "ITTTTTTTTTTT");
+}
+
+#[test]
+fn a_start_waits_for_a_truth_and_gaps_are_no_failures() {
+    let mut truth = vec![Some(square(0.0)); 14];
+    truth[3] = None;
+    truth[9] = None;
+    // In frame 3 nobody can tell that it is lost; in frame 9, five after the failure in 4, it cannot start.
+    assert_eq!(words(&track(RunProtocol::VotReset, &sequence(truth), 0)), "ITTTFSSSSSITTF");
+}
+
+// A sliver of a quarter of a pixel overlaps exactly, and has no pixel of its own in 2014's raster.
+#[test]
+fn the_raster_of_2014_finds_failures_earlier() {
+    let wide = Region::Rect(Rect::new(0.0, 10.0, 8.25, 10.0));
+    let q = sequence(vec![Some(wide); 4]);
+    assert_eq!(words(&track(RunProtocol::VotReset, &q, 0)), "ITTF");
+    assert_eq!(words(&track(RunProtocol::VotReset2014, &q, 0)), "ITFS");
+}
+
+#[test]
+fn temporal_runs_start_later_and_wait() {
+    let mut truth: Vec<_> = (0..41).map(|t| Some(square(f64::from(t)))).collect();
+    truth[20] = None;
+    let q = sequence(truth);
+    // floor(10 * 40 / 20) = 20 is not annotated.
+    let states = track(RunProtocol::OtbTemporal, &q, 10);
+    assert_eq!(words(&states), format!("{}I{}", "W".repeat(21), "T".repeat(19)));
+    assert_eq!((&states[0].region, &states[21].region), (&square(21.0), &square(21.0)));
+    assert_eq!(words(&track(RunProtocol::OtbTemporal, &q, 0)), format!("I{}", "T".repeat(40)));
+    assert_eq!(start_frame(&q.truth, 19), 38);
+    let errors = crate::score::overlap::errors(&states, &q.truth);
+    assert!(errors[..21].iter().all(|e| e.is_nan()) && errors[21] == 0.0);
+}
+
+#[test]
+fn spatial_runs_start_beside() {
+    let r = Rect::new(20.0, 10.0, 10.0, 20.0);
+    let all: Vec<Rect> = (0..SPATIAL_RUNS).map(|run| spatial(r, run)).collect();
+    assert_eq!(all[0], Rect::new(19.0, 10.0, 10.0, 20.0));
+    assert_eq!(all[3], Rect::new(20.0, 12.0, 10.0, 20.0));
+    assert_eq!(all[7], Rect::new(21.0, 12.0, 10.0, 20.0));
+    assert_eq!(all[8], Rect::new(21.0, 12.0, 8.0, 16.0));
+    assert_eq!(all[11], Rect::new(19.0, 8.0, 12.0, 24.0));
+    let states = track(RunProtocol::OtbSpatial, &sequence(vec![Some(square(20.0)); 3]), 1);
+    assert_eq!(states[0].region, square(21.0));
+}
+
+#[test]
+fn what_a_track_depends_on_is_said() {
+    let with = |p: RunProtocol| p.over(Arc::new(Drifting));
+    for p in RunProtocol::ALL {
+        assert_eq!(RunProtocol::from_name(p.name()), Some(p));
+        let setup = with(p);
+        assert_eq!(setup.uses_run(), p.runs().is_some());
+        assert_eq!(setup.uses_seed(), p == RunProtocol::VotRegionNoise);
+        let shown = setup.params().to_string();
+        assert_eq!(shown.contains(p.name()), p != RunProtocol::OnePass, "{shown}");
+    }
+}
+
+#[test]
+fn a_frame_before_the_start_and_a_sequence_without_truth_are_errors() {
+    let q = sequence(vec![None; 3]);
+    let setup = RunProtocol::OtbTemporal.over(Arc::new(Drifting));
+    let mut tracker = setup.open(&RunContext { sequence: &q, run: 3, seed: 5, data_root: None }).unwrap();
+    assert!(tracker.update(&Blank.render(0)).is_err());
+    assert!(tracker.init(&Blank.render(0), &square(1.0)).is_ok(), "given by the caller");
+}
+
+proptest! {
+    #[test]
+    fn disturbed_boxes_stay_near(seed in any::<u64>(), w in 4.0..90.0, h in 4.0..90.0) {
+        let rect = Rect::new(7.0, 9.0, w, h);
+        let region = disturbed(rect, &mut seed::rng(seed));
+        let (near, (x, y)) = (region.rect(), rect.centre());
+        prop_assert!((near.w / w - 1.0).abs() <= 0.1 && (near.h / h - 1.0).abs() <= 0.1);
+        prop_assert!((near.centre().0 - x).abs() <= 0.1 * w + 1e-9);
+        prop_assert!((near.centre().1 - y).abs() <= 0.1 * h + 1e-9);
+        prop_assert!(Areas::Exact.overlap(&region, &Region::Rect(rect), None) > 0.0);
+    }
+}

@@ -1,0 +1,243 @@
+//! Results in the JSON of the OTB authors' Python code: a list with one object a segment.
+//!
+//! ```text
+//! [{ "startFrame": 1, "endFrame": 252, "resType": "rect", "tmplsize": [0, 0],
+//!    "res": [[x, y, w, h], ...], ... }]
+//! ```
+//!
+//! `rect` boxes count pixels from 1, unless the caller says otherwise. `ivtAff` and `affine_ivt` rows are six affine values `p` that map a
+//! template of `tmplsize` = `(w, h)` into the image, as that code draws them:
+//!
+//! ```text
+//! corner(u, v) = (p1 + p3 u + p4 v, p2 + p5 u + p6 v)      u = -w/2, w/2     v = -h/2, h/2
+//! ```
+//!
+//! Trackers start with the centre at `x + w/2` of the 1-based box, so the corners are 1-based like the box
+//! and are shifted by one like it. Other kinds of rows are refused.
+
+use super::{Base, Boxes, align};
+use crate::dataset::{DatasetError, Numbering, text};
+use crate::region::Region;
+use serde::Deserialize;
+use std::path::Path;
+
+// The fields that are read; the files have more (tracker, seqName, fps ...).
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Wire {
+    start_frame: u32,
+    end_frame: u32,
+    res_type: String,
+    #[serde(default)]
+    tmplsize: Option<Vec<f64>>,
+    res: Vec<Vec<f64>>,
+}
+
+/// Entry `run` (0-based) of a file: a segment of a temporal-robustness run, or a repetition.
+///
+/// # Errors
+/// Anything but such a file; a run that is not in it; a number of rows that is not the stated range's; a
+/// range that cannot be aligned with the sequence's frame numbers (see [`align`]).
+pub fn read(path: &Path, run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
+    parse(path, &text::read_capped(path)?, run, numbering)
+}
+
+/// As [`read`], from the file's bytes; `path` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8], run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
+    parse_from(path, bytes, run, numbering, Base::One)
+}
+
+/// As [`parse`]; `base` is what the file calls the left top pixel.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse_from(
+    path: &Path,
+    bytes: &[u8],
+    run: u32,
+    numbering: Numbering,
+    base: Base,
+) -> Result<Boxes, DatasetError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let entries: Vec<Wire> = serde_json::from_slice(bytes).map_err(|e| {
+        // It quotes the text that it did not expect, whole.
+        let message = text::shorten_to(&e.to_string(), 200);
+        DatasetError::line(path, e.line(), format!("no OTB result file: {message}"))
+    })?;
+    let count = entries.len();
+    let Some(entry) = entries.into_iter().nth(run as usize) else {
+        return Err(DatasetError::content(
+            path,
+            format!("there is no run {run}; the file has {count}, from 0"),
+        ));
+    };
+    let fault = |message: String| DatasetError::content(path, format!("entry {}: {message}", run + 1));
+    let (start, end) = (entry.start_frame, entry.end_frame);
+    let stated = (u64::from(end) + 1).saturating_sub(start.into());
+    if stated != entry.res.len() as u64 || stated == 0 {
+        return Err(fault(format!(
+            "{} boxes for frames {start} to {end}, which are {stated}; none is made up or dropped",
+            entry.res.len()
+        )));
+    }
+    let first = align((start, end), numbering).map_err(fault)?;
+    let affine = match entry.res_type.as_str() {
+        "rect" => None,
+        "ivtAff" | "affine_ivt" => match entry.tmplsize.as_deref() {
+            Some(&[w, h]) if w > 0.0 && h > 0.0 => Some((w, h)),
+            _ => return Err(fault("affine boxes need `tmplsize`, two positive numbers".into())),
+        },
+        other => {
+            let other = text::shorten(other);
+            return Err(fault(format!(
+                "resType `{other}` is not read; `rect`, `ivtAff` and `affine_ivt` are"
+            )));
+        }
+    };
+    let mut regions = Vec::with_capacity(entry.res.len());
+    for (i, row) in entry.res.iter().enumerate() {
+        let expected = if affine.is_some() { 6 } else { 4 };
+        if row.len() != expected {
+            return Err(fault(format!("box {}: {} numbers, not {expected}", i + 1, row.len())));
+        }
+        let region = match affine {
+            None => Region::from_numbers(row),
+            Some(template) => Region::from_numbers(&affine_corners(row, template)),
+        };
+        regions.push(region.map(|r| base.to_zero(r)).map_err(|e| {
+            // Where it stands, for whoever needs this very frame.
+            format!("entry {}, box {}: {e}", run + 1, i + 1)
+        }));
+    }
+    Ok(Boxes { first, regions })
+}
+
+/// The corners of an affine box, clockwise from the template's left top one.
+fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [f64; 8] {
+    let mut corners = [0.0; 8];
+    for (k, (u, v)) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].into_iter().enumerate() {
+        let (u, v) = (u * w, v * h);
+        corners[2 * k] = p[0] + p[2] * u + p[3] * v;
+        corners[2 * k + 1] = p[1] + p[4] * u + p[5] * v;
+    }
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+    use proptest::prelude::*;
+
+    const FIVE: Numbering = Numbering { first: 1, official: (1, 5) };
+
+    fn read_text(text: &[u8], run: u32) -> Result<Boxes, DatasetError> {
+        let f = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(f.path(), text).unwrap();
+        read(f.path(), run, FIVE)
+    }
+
+    fn entry(start: u32, end: u32, kind: &str, rows: &str) -> String {
+        format!(
+            r#"{{"tracker":"T","startFrame":{start},"endFrame":{end},"resType":"{kind}",
+            "tmplsize":[32.0,32.0],"res":[{rows}]}}"#
+        )
+    }
+
+    #[test]
+    fn boxes_and_segments() {
+        let text = format!(
+            "[{},{}]",
+            entry(1, 2, "rect", "[1,1,4,4],[2.5,1,4,4]"),
+            entry(2, 2, "rect", "[7,7,1,1]")
+        );
+        let first = read_text(text.as_bytes(), 0).unwrap();
+        assert_eq!(first.first, 1);
+        assert_eq!(first.regions[1], Ok(Region::Rect(Rect::new(1.5, 0.0, 4.0, 4.0))));
+        assert_eq!(read_text(text.as_bytes(), 1).unwrap().first, 2);
+        assert!(read_text(text.as_bytes(), 2).unwrap_err().to_string().contains("no run 2"));
+    }
+
+    // IVT, CarScale, frame 1: the ground truth is x,y,w,h = 6,166,42,26 counted from 1.
+    #[test]
+    fn affine_boxes_are_where_the_truth_is() {
+        let text = format!("[{}]", entry(1, 1, "affine_ivt", "[27.0,179.0,1.3125,0.0,0.0,0.8125]"));
+        let region = read_text(text.as_bytes(), 0).unwrap().regions.remove(0).unwrap();
+        assert_eq!(region.rect(), Rect::new(5.0, 165.0, 42.0, 26.0));
+        assert_eq!(region.corners()[0], (5.0, 165.0));
+    }
+
+    // A quarter turn: p = (cx, cy, 0, -s, s, 0) sends the template's top to the image's right.
+    #[test]
+    fn affine_boxes_turn() {
+        let text = format!("[{}]", entry(1, 1, "ivtAff", "[101,51,0,-0.5,1,0]"));
+        let region = read_text(text.as_bytes(), 0).unwrap().regions.remove(0).unwrap();
+        assert_eq!(region.corners(), [(108.0, 34.0), (108.0, 66.0), (92.0, 66.0), (92.0, 34.0)]);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        for (text, word) in [
+            ("".into(), "line 1"),
+            ("{}".into(), "line 1"),
+            ("[]".into(), "no run 0"),
+            (format!("[{}]", entry(1, 2, "rect", "[1,1,4,4]")), "1 boxes"),
+            (format!("[{}]", entry(1, 1, "rect", "[1,1,4,4],[1,1,4,4]")), "2 boxes"),
+            (format!("[{}]", entry(2, 1, "rect", "")), "0 boxes"),
+            (format!("[{}]", entry(4, 6, "rect", "[1,1,4,4],[1,1,4,4],[1,1,4,4]")), "official range"),
+            (format!("[{}]", entry(1, 1, "rect", "[1,1,4]")), "box 1: 3 numbers"),
+            (format!("[{}]", entry(1, 1, "rect", "[1,1,NaN,4]")), "line 2"),
+            (format!("[{}]", entry(1, 1, "rect", "[1,1,null,4]")), "line 2"),
+            (format!("[{}]", entry(1, 1, "rect", "[1,1,1e999,4]")), "line 2"),
+            (format!("[{}]", entry(1, 1, "4corner", "[1,1,4,4]")), "4corner"),
+            (entry(1, 1, "ivtAff", "[1,1,1,0,0,1]").replace("[32.0,32.0]", "null"), "line 1"),
+            (
+                format!("[{}]", entry(1, 1, "ivtAff", "[1,1,1,0,0,1]").replace("[32.0,32.0]", "null")),
+                "tmplsize",
+            ),
+        ] {
+            let error = read_text(text.as_bytes(), 0).unwrap_err().to_string();
+            assert!(error.contains(word), "{text}: {error}");
+        }
+        let empty = format!("[{}]", entry(1, 2, "rect", "[1,1,4,4],[1,1,0,4]"));
+        let boxes = read_text(empty.as_bytes(), 0).unwrap();
+        assert!(boxes.regions[0].is_ok());
+        assert!(boxes.regions[1].as_ref().unwrap_err().contains("entry 1, box 2"));
+    }
+
+    const VALID: &[u8] = br#"[{"startFrame":1,"endFrame":2,"resType":"rect","res":[[1,1,4,4],[2.5,1,4,4]]},
+        {"startFrame":2,"endFrame":2,"resType":"ivtAff","tmplsize":[32,32],"res":[[27,179,1.3,0,0,0.8]]}]"#;
+
+    #[test]
+    fn what_is_no_result_file_is_quoted_in_part() {
+        let text = format!("[{{\"startFrame\": \"{}\"}}]", "x".repeat(1 << 20));
+        let message = read_text(text.as_bytes(), 0).unwrap_err().to_string();
+        assert!(message.contains("no OTB result file") && message.len() < 500, "{}", message.len());
+        assert!(read_text("[".repeat(1 << 20).as_bytes(), 0).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_results_are_read_or_refused(bytes in trackfail_testing::damaged(VALID), run in 0..3_u32) {
+            if let Ok(boxes) = parse(Path::new("a.json"), &bytes, run, FIVE) {
+                prop_assert!(boxes.first >= 1 && (1..=5).contains(&boxes.regions.len()));
+            }
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            let _ = read_text(&bytes, 0);
+        }
+
+        #[test]
+        fn any_rows_are_read_or_refused(
+            start in any::<u32>(), end in any::<u32>(), rows in "(\\[[-0-9.e,]{0,12}\\],?){0,5}", kind in "rect|ivtAff",
+        ) {
+            let _ = read_text(format!("[{}]", entry(start, end, &kind, &rows)).as_bytes(), 0);
+            let _ = read_text(format!("[{}]", entry(1, 5, &kind, &rows)).as_bytes(), 0);
+        }
+    }
+}

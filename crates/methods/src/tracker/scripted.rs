@@ -1,0 +1,315 @@
+//! An oracle with faults: answers the ground truth except where it is told to lose the target.
+//!
+//! The answer in frame `t` (0-based) is the ground truth of frame `t` moved to the right by `o(t) w`,
+//! where `w` is the truth's longest horizontal chord (a rectangle's width), plus jitter:
+//!
+//! ```text
+//! o(t) = max(0, 1 - drift (frame - t))   before a loss, from the end of the loss before it on
+//! o(t) = 1.25                            for frame <= t < frame + length
+//! o(t) = 0                               else
+//! ```
+//!
+//! So the box slides off the target and overlap, positive in `frame - 1`, is zero exactly in frames
+//! `frame..frame + length`; a loss's failure event is at `frame`. Where `o(t) = 0` both coordinates of
+//! the region are moved by independent jitter, uniform in `[-jitter, jitter]` pixels but at most a
+//! quarter of the longest horizontal (vertical) chord, which leaves a rectangle an overlap of at least
+//! 9/16 of its area. Frame 0 is never moved, nor is any other initialisation. In a frame without truth the last answer repeats.
+//!
+//! `init` finds its frame by the region: the first frame, not before the one that would come next,
+//! with exactly this truth; if there is none, the one that would come next. Losses that begin after
+//! the sequence's end do nothing. This tracker is not of any paper; tests use it because its events are
+//! known beforehand.
+
+use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::image::Frame;
+use crate::num::seed::{rng, seed};
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::region::Region;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+/// One time the target is lost.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Loss {
+    /// First frame without overlap, 0-based, at least 1.
+    pub frame: usize,
+    /// Number of frames without overlap, at least 1.
+    pub length: usize,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// The losses in order of time, with at least one frame between the end of one and the next.
+    pub losses: Vec<Loss>,
+    /// Speed at which the box slides off before a loss, in widths a frame: above 0, at most 1.
+    pub drift: f64,
+    /// Largest deviation of a good answer in pixels, at least 0.
+    pub jitter: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { losses: vec![], drift: 0.1, jitter: 0.0 }
+    }
+}
+
+/// A checked configuration.
+#[derive(Debug, Clone)]
+pub struct Scripted(Params);
+
+impl Scripted {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range and losses out of order.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        if !(p.drift > 0.0 && p.drift <= 1.0) {
+            return Err(ParamError::out_of_range("drift", "above 0 and at most 1", p.drift));
+        }
+        if !(p.jitter >= 0.0 && p.jitter.is_finite()) {
+            return Err(ParamError::out_of_range("jitter", "at least 0 and finite", p.jitter));
+        }
+        let mut first = 1;
+        for loss in &p.losses {
+            if loss.frame < first || loss.length == 0 {
+                let got = format!("frame = {}, length = {}", loss.frame, loss.length);
+                let rule = format!(
+                    "in order, each of length at least 1 and here not before frame {first} (frame 0 is the \
+                     initialisation; a frame with overlap lies between two losses)"
+                );
+                return Err(ParamError::out_of_range("losses", &rule, got));
+            }
+            first = loss.frame.saturating_add(loss.length).saturating_add(1);
+        }
+        Ok(Self(p))
+    }
+
+    /// How far the box is to the right of the target in frame `t`, in widths.
+    fn offset(&self, t: usize) -> f64 {
+        let Some(loss) = self.0.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
+            return 0.0;
+        };
+        if t >= loss.frame {
+            return AWAY;
+        }
+        (1.0 - self.0.drift * (loss.frame - t) as f64).max(0.0)
+    }
+}
+
+/// Where a lost box is, in widths beside the target.
+const AWAY: f64 = 1.25;
+
+/// The list's line.
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
+    kind: "scripted",
+    version: 1,
+    summary: "ground truth with losses at stated frames, for tests",
+    example: "{ losses = [{ frame = 12, length = 6 }] }",
+    build: |raw: RawParams<'_>| Ok(Box::new(Scripted::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+impl TrackerConfig for Scripted {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn uses_seed(&self) -> bool {
+        self.0.jitter > 0.0
+    }
+
+    fn needs_truth(&self) -> bool {
+        true
+    }
+
+    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+        let truth = start.sequence.truth.clone();
+        Ok(Box::new(Tracking { script: self.clone(), truth, seed: start.seed, next: 0, last: None }))
+    }
+}
+
+struct Tracking {
+    script: Scripted,
+    truth: Vec<Option<Region>>,
+    seed: u64,
+    /// The frame that comes next.
+    next: usize,
+    last: Option<Region>,
+}
+
+impl Tracker for Tracking {
+    fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
+        let ahead = self.truth.iter().skip(self.next).position(|t| t.as_ref() == Some(region));
+        self.next += ahead.unwrap_or(0) + 1;
+        self.last = Some(region.clone());
+        Ok(TrackerState::initialised(region.clone()))
+    }
+
+    fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
+        let Some(last) = self.last.take() else {
+            return Err(TrackerError::Broken("scripted: a frame before the initialisation".into()));
+        };
+        let t = self.next;
+        self.next += 1;
+        let region = match self.truth.get(t) {
+            Some(Some(truth)) => self.displaced(t, truth),
+            Some(None) | None => last,
+        };
+        self.last = Some(region.clone());
+        Ok(TrackerState::tracked(region))
+    }
+
+    fn reset(&mut self) {
+        self.next = 0;
+        self.last = None;
+    }
+}
+
+impl Tracking {
+    fn displaced(&self, t: usize, truth: &Region) -> Region {
+        let corners = truth.corners();
+        let turned: Vec<_> = corners.iter().map(|c| (c.1, c.0)).collect();
+        let (w, h) = (longest_chord(&corners), longest_chord(&turned));
+        let offset = self.script.offset(t);
+        let jitter = self.script.0.jitter;
+        if offset > 0.0 || jitter == 0.0 {
+            return truth.shifted(offset * w, 0.0);
+        }
+        // From the frame's number, so that a restart does not shift the stream.
+        let mut random = rng(seed(self.seed, &["scripted", &t.to_string()]));
+        let mut draw = |most: f64| (2.0 * random.random::<f64>() - 1.0) * jitter.min(most);
+        truth.shifted(draw(w / 4.0), draw(h / 4.0))
+    }
+}
+
+/// Length of a convex polygon's longest horizontal chord: moved further to the side than this, it no
+/// longer meets itself. It ends in a corner.
+fn longest_chord(corners: &[(f64, f64)]) -> f64 {
+    let chord = |y: f64| {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            if (a.1 - y) * (b.1 - y) <= 0.0 {
+                let s = if a.1 == b.1 { 0.0 } else { (y - a.1) / (b.1 - a.1) };
+                let x = a.0 + s * (b.0 - a.0);
+                // A horizontal edge counts with both ends; its other end is the next edge's start.
+                (low, high) = (low.min(x), high.max(x));
+            }
+        }
+        high - low
+    };
+    corners.iter().map(|c| chord(c.1)).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::synthetic;
+    use proptest::prelude::*;
+
+    fn overlaps(params: &str, suite: &str, which: usize, seed: u64) -> Vec<f64> {
+        let setup = ENTRY.build_from_text(params).unwrap();
+        let sequence = synthetic::suite(suite).unwrap().swap_remove(which);
+        let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
+        let mut t = setup.open(&start).unwrap();
+        let frame = Frame::new(1, 1, vec![0; 3]);
+        let truth: Vec<_> = sequence.truth.iter().flatten().collect();
+        let mut out = vec![t.init(&frame, truth[0]).unwrap().region.intersection(truth[0])];
+        for g in &truth[1..] {
+            out.push(t.update(&frame).unwrap().region.intersection(g) / g.area());
+        }
+        out[0] /= truth[0].area();
+        out
+    }
+
+    // By hand: losses at 30 for 5 frames and at 41 for 2; width fractions 1, then 1 - 0.25 k.
+    #[test]
+    fn overlap_is_what_the_script_says() {
+        let v = overlaps(
+            "{ losses = [{ frame = 30, length = 5 }, { frame = 38, length = 2 }], drift = 0.25 }",
+            "synthetic-otb",
+            3,
+            1,
+        );
+        let want = [1.0, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.75, 0.5, 0.25, 0.0, 0.0, 1.0];
+        for (k, w) in want.into_iter().enumerate() {
+            assert!((v[25 + k] - w).abs() < 1e-9, "frame {}: {} {w}", 25 + k, v[25 + k]);
+        }
+        assert!(v[..25].iter().chain(&v[41..]).all(|&o| (o - 1.0).abs() < 1e-9));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+        #[test]
+        fn events_are_where_they_are_put(
+            gaps in proptest::collection::vec((1_usize..30, 1_usize..12), 0..5),
+            drift in 0.01_f64..1.0, jitter in 0.0_f64..200.0, seed: u64, which in 0_usize..9, vot: bool,
+        ) {
+            let mut text = vec![];
+            let mut lost = vec![];
+            let mut at = 0;
+            for (gap, length) in gaps {
+                let frame = at + gap;
+                text.push(format!("{{ frame = {frame}, length = {length} }}"));
+                lost.extend(frame..frame + length);
+                at = frame + length;
+            }
+            let params = format!("{{ losses = [{}], drift = {drift:?}, jitter = {jitter:?} }}", text.join(", "));
+            let v = overlaps(&params, if vot { "synthetic-vot" } else { "synthetic-otb" }, which, seed);
+            for (t, o) in v.iter().enumerate() {
+                prop_assert_eq!(*o == 0.0, lost.contains(&t), "frame {}: {}", t, o);
+            }
+        }
+    }
+
+    #[test]
+    fn finds_its_place_after_a_restart() {
+        let setup = ENTRY.build_from_text("{ losses = [{ frame = 60, length = 3 }], jitter = 2.0 }").unwrap();
+        let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(4);
+        let start = RunContext { sequence: &sequence, run: 0, seed: 5, data_root: None };
+        let frame = Frame::new(1, 1, vec![0; 3]);
+        let truth: Vec<_> = sequence.truth.iter().flatten().collect();
+        let mut whole = setup.open(&start).unwrap();
+        whole.init(&frame, truth[0]).unwrap();
+        let all: Vec<_> = (1..truth.len()).map(|_| whole.update(&frame).unwrap().region).collect();
+        let mut cut = setup.open(&start).unwrap();
+        cut.init(&frame, truth[0]).unwrap();
+        cut.update(&frame).unwrap();
+        cut.init(&frame, truth[58]).unwrap();
+        for (t, want) in all.iter().enumerate().skip(58).map(|(k, r)| (k + 1, r)) {
+            assert_eq!(&cut.update(&frame).unwrap().region, want, "frame {t}");
+        }
+    }
+
+    // By hand: a square of side 10, the same on its tip, and one turned by 3-4-5, whose chord through a
+    // corner is side * 5 / 4.
+    #[test]
+    fn chords_of_turned_squares() {
+        assert_eq!(longest_chord(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]), 10.0);
+        assert_eq!(longest_chord(&[(5.0, 0.0), (10.0, 5.0), (5.0, 10.0), (0.0, 5.0)]), 10.0);
+        let tilted = [(0.0, 0.0), (8.0, 6.0), (2.0, 14.0), (-6.0, 8.0)];
+        assert!((longest_chord(&tilted) - 12.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn refuses_scripts_that_make_no_sense() {
+        for bad in [
+            "{ drift = 0 }",
+            "{ jitter = -1 }",
+            "{ losses = [{ frame = 0, length = 3 }] }",
+            "{ losses = [{ frame = 5, length = 0 }] }",
+            "{ losses = [{ frame = 5, length = 3 }, { frame = 8, length = 1 }] }",
+            "{ losses = [{ frame = 5 }] }",
+            "{ losses = [{ frame = 5, length = 3, depth = 1 }] }",
+        ] {
+            assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
+        }
+        assert!(
+            ENTRY
+                .build_from_text("{ losses = [{ frame = 5, length = 3 }, { frame = 9, length = 1 }] }")
+                .is_ok()
+        );
+    }
+}

@@ -1,0 +1,258 @@
+//! The costs against NumPy, the course of a track against its description, and a target that moves.
+
+use super::super::ivt;
+use super::*;
+use crate::dataset::{Sequence, otb, synthetic};
+use crate::region::Rect;
+use proptest::prelude::*;
+
+const N: usize = 256;
+const ALTERNATION: Alternation = Alternation { lambda: 0.05, tolerance: 1e-3, iterations: 20 };
+
+/// Three orthonormal waves and the mean of the Python call below.
+fn subspace() -> Subspace {
+    let wave = |k: usize, n: usize| {
+        let t = std::f64::consts::TAU * n as f64 / N as f64;
+        (2.0 / N as f64).sqrt() * [t.cos(), t.sin(), (3.0 * t).cos()][k]
+    };
+    let mean: Vec<f64> = (0..N).map(|n| 0.4 + 0.1 * (0.05 * n as f64).sin()).collect();
+    let vectors: Vec<Vec<f64>> = [5.0, -5.0, 3.0, -3.0, 2.0, -2.0]
+        .iter()
+        .enumerate()
+        .map(|(k, by)| (0..N).map(|n| mean[n] + by * wave(k / 2, n)).collect())
+        .collect();
+    let mut pca = IncrementalPca::new(N);
+    pca.update(&vectors, 1.0, 3);
+    Subspace::of(&pca)
+}
+
+/// A window in the subspace but for noise, an occluded stretch and another one that is nearly within lambda.
+fn window(amount: f64) -> Vec<f32> {
+    (0..N)
+        .map(|n| {
+            let x = n as f64;
+            let hidden = if (60..100).contains(&n) { amount } else { 0.0 };
+            let y = 0.4 + 0.1 * (0.05 * x).sin() + 0.08 * (std::f64::consts::TAU * x / 256.0).cos();
+            (y + 0.03 * (1.7 * x).sin() + 0.02 * (0.31 * x * x).cos() + hidden) as f32
+        })
+        .collect()
+}
+
+// python3: import numpy as np; n=np.arange(256); t=2*np.pi*n/256; L=.05
+// U=np.sqrt(2/256)*np.c_[np.cos(t),np.sin(t),np.cos(3*t)]; mu=.4+.1*np.sin(.05*n)
+// def E(amount,tol=1e-3):
+//   d=mu-(mu+.08*np.cos(t)+.03*np.sin(1.7*n)+.02*np.cos(.31*n*n)+amount*((n>=60)&(n<100)))
+//   plain=d-U@(U.T@d); e=0*d; old=(0,)
+//   for i in range(20):
+//     z=U.T@(d-e); new=np.sign(d-U@z)*np.maximum(abs(d-U@z)-L,0); J=((d-U@z-new)**2).sum()+L*abs(new).sum()
+//     if i and abs(J-old[0])<tol: break
+//     old=(J*(i>0),z,new); e=new
+//   _,z,e=old; s=abs(e)<L; return (plain**2).sum(),((d-U@z-e)[s]**2).sum()+L*(~s).sum(),i
+// print([E(a) for a in (0,.09,.3,-.6)],E(.3,1e-9),E(.3,.05))
+#[test]
+fn costs_agree_with_numpy() {
+    let (subspace, mut work) = (subspace(), Comparison::default());
+    let near = |ours: f32, theirs: f64| assert!((f64::from(ours) - theirs).abs() < 1e-5, "{ours} {theirs}");
+    assert_eq!(subspace.dimension(), 3);
+    for (amount, (plain, occluded)) in [0.0, 0.09, 0.3, -0.6].into_iter().zip(COSTS) {
+        near(subspace.distance(&window(amount), &mut work), plain);
+        near(subspace.occluded_distance(&window(amount), &ALTERNATION, &mut work), occluded);
+    }
+    let patient = Alternation { tolerance: 1e-9, ..ALTERNATION };
+    near(subspace.occluded_distance(&window(0.3), &patient, &mut work), PATIENT);
+    // The first two objectives are that close, but the first counts as 0.
+    let hasty = Alternation { tolerance: 0.05, ..ALTERNATION };
+    near(subspace.occluded_distance(&window(0.3), &hasty, &mut work), HASTY);
+}
+const COSTS: [(f64, f64); 4] = [
+    (0.16275060539507658, 0.16262590317639097),
+    (0.3440045609700989, 0.2924145247976998),
+    (2.263234602491789, 2.1915916385533953),
+    (8.787246712744263, 2.1979489895319206),
+];
+const PATIENT: f64 = 2.186948453958617;
+const HASTY: f64 = 3.5617254482136764;
+
+// With one iteration the solution is that of e = 0.
+#[test]
+fn the_solution_is_the_one_before_the_last_iteration() {
+    let (subspace, mut work) = (subspace(), Comparison::default());
+    subspace.distance(&window(0.3), &mut work);
+    let projection = work.residuals.clone();
+    for how in [
+        Alternation { iterations: 1, ..ALTERNATION },
+        // Stops in the second iteration.
+        Alternation { tolerance: f32::INFINITY, ..ALTERNATION },
+    ] {
+        subspace.occluded_distance(&window(0.3), &how, &mut work);
+        assert_eq!(work.residuals, projection, "{how:?}");
+    }
+    subspace.occluded_distance(&window(0.3), &ALTERNATION, &mut work);
+    assert_ne!(work.residuals, projection);
+}
+
+fn sequence() -> Sequence {
+    synthetic::suite("synthetic-otb").unwrap().swap_remove(0)
+}
+
+/// A textured block of 40 x 40 on a smooth background, at `(x, y)`, partly hidden by a bright one.
+fn scene(x: i64, y: i64, hidden: i64) -> Frame {
+    Frame::from_fn(160, 120, |j, i| {
+        let (u, v) = (j as i64 - x, i as i64 - y);
+        let (a, b) = (u as f64, v as f64);
+        let grey = if (0..40).contains(&u) && (0..40).contains(&v) {
+            if v >= 40 - hidden { 250.0 } else { 120.0 + 60.0 * (0.3 * a).sin() * (0.4 * b).cos() + a }
+        } else {
+            70.0 + 20.0 * (0.05 * j as f64).sin() + 0.2 * i as f64
+        };
+        [grey as u8; 3]
+    })
+}
+
+fn block(x: f64, y: f64) -> Region {
+    Region::Rect(Rect::new(x, y, 40.0, 40.0))
+}
+
+fn track(entry: &Entry<dyn TrackerConfig>, text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
+    let setup = entry.build_from_text(text).unwrap();
+    let sequence = sequence();
+    let mut tracker = setup.open(&RunContext { sequence: &sequence, run: 0, seed, data_root: None }).unwrap();
+    let first = tracker.init(&frames[0], &block(30.0, 20.0)).unwrap();
+    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+}
+
+fn centres(states: &[TrackerState]) -> Vec<(f64, f64)> {
+    states.iter().map(|s| s.region.rect().centre()).collect()
+}
+
+// Without bias: the mean error is well below the spread of the candidates around the best place.
+#[test]
+fn a_target_that_moves_by_whole_pixels_is_followed() {
+    let frames: Vec<Frame> = (0..40).map(|t| scene(30 + 2 * t, 20 + t, 0)).collect();
+    for entry in [&ENTRY, &ivt::ENTRY] {
+        let states = track(entry, "{ noise = [3, 3, 0, 0, 0, 0] }", &frames, 5);
+        let mut bias = (0.0, 0.0);
+        for (t, (x, y)) in (0..).map(f64::from).zip(centres(&states)) {
+            let error = (x - 50.0 - 2.0 * t, y - 40.0 - t);
+            assert!(error.0.abs() < 1.0 && error.1.abs() < 1.0, "{} frame {t}: {error:?}", entry.kind);
+            bias = (bias.0 + error.0 / 40.0, bias.1 + error.1 / 40.0);
+            assert_eq!(states[t as usize].region.rect().w, 40.0);
+        }
+        assert!(bias.0.abs() < 0.25 && bias.1.abs() < 0.25, "{}: {bias:?}", entry.kind);
+    }
+}
+
+// The occlusion comes when the basis is full, after the first batch.
+#[test]
+fn occlusion_moves_sp_less_than_ivt() {
+    let frames: Vec<Frame> = (0..60).map(|t| scene(30 + t / 2, 20, if t < 30 { 0 } else { 18 })).collect();
+    let errors = [&ENTRY, &ivt::ENTRY].map(|entry| {
+        let states = track(entry, "{ max_basis = 4, noise = [3, 3, 0.01, 0, 0, 0] }", &frames, 5);
+        let error = |(t, (x, y)): (usize, (f64, f64))| (x - 50.0 - (t / 2) as f64).hypot(y - 40.0);
+        centres(&states).into_iter().enumerate().skip(30).map(error).sum::<f64>() / 30.0
+    });
+    assert!(3.0 * errors[0] < errors[1] && errors[0] < 4.0, "{errors:?}");
+}
+
+#[test]
+fn sp_is_ivt_until_the_basis_is_full() {
+    let frames: Vec<Frame> = (0..26).map(|t| scene(30 + t, 20, t % 7)).collect();
+    let [sp, ivt] = [&ENTRY, &ivt::ENTRY].map(|entry| track(entry, "{ samples = 50 }", &frames, 3));
+    assert_eq!(sp[..16], ivt[..16]);
+    assert_ne!(sp, ivt);
+}
+
+#[test]
+fn the_posterior_is_of_the_components_with_noise() {
+    let frames: Vec<Frame> = (0..3).map(|t| scene(30 + t, 20, 0)).collect();
+    let states = track(&ENTRY, "{ samples = 100, noise = [4, 4, 0.01, 0, 0.005, 0] }", &frames, 3);
+    let first = states[0].posterior.as_ref().unwrap();
+    assert_eq!((&first.mean[..], first.effective_samples), (&[50.0, 40.0, 1.25, 1.0][..], 100.0));
+    assert_eq!((&first.covariance[..], first.likelihood), (&[0.0; 16][..], 1.0));
+    let later = states[2].posterior.as_ref().unwrap();
+    assert!((0..4).all(|k| later.covariance[5 * k] > 0.0) && later.effective_samples < 100.0);
+    assert!(later.likelihood > 0.0 && later.likelihood <= 1.0);
+    assert!(matches!(states[2].region, Region::Rect(_)));
+    let turning = track(&ENTRY, "{ samples = 100 }", &frames, 3);
+    assert_eq!(turning[2].posterior.as_ref().unwrap().mean.len(), 6);
+    assert!(matches!(&turning[2].region, Region::Polygon(p) if p.len() == 4));
+}
+
+// By hand, with a basis that is orthogonal to what hides the target: 64, 300 and 700 of 1024 pixels are far beyond lambda, which are shares of .06, .29 and .68.
+#[test]
+fn what_is_occluded_is_not_learned() {
+    let model = Params { max_basis: 1, ..Params::default() }.model();
+    let mut tracking = Tracking::new(model, 1);
+    let ripple: Vec<f64> = (0..PIXELS).map(|n| if n % 2 == 0 { 0.02 } else { -0.02 }).collect();
+    let mut pca = IncrementalPca::new(PIXELS);
+    pca.update(&[vec![0.5; PIXELS], ripple.iter().map(|r| 0.5 + r).collect()], 1.0, 1);
+    let subspace = Subspace::of(&pca);
+    for (hidden, learned, replaced) in [(64, true, false), (300, true, true), (700, false, false)] {
+        let window: Vec<f32> = (0..PIXELS).map(|n| if n < hidden { 0.9 } else { 0.5 }).collect();
+        let mut cleaned = window.clone();
+        assert_eq!(tracking.clean(&subspace, &mut cleaned), learned, "{hidden}");
+        assert_eq!(cleaned[hidden..], window[hidden..]);
+        let expected = if replaced { &subspace.mean()[..hidden] } else { &window[..hidden] };
+        assert_eq!(&cleaned[..hidden], expected, "{hidden}");
+    }
+}
+
+#[test]
+fn a_real_face_is_followed() {
+    let Some(root) = trackfail_testing::real_data("a_real_face_is_followed") else { return };
+    let sequence = otb::load(&root.join("otb/FaceOcc1"), &otb::Options::default()).unwrap();
+    let setup = ENTRY.build_from_text("{}").unwrap();
+    let mut tracker =
+        setup.open(&RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None }).unwrap();
+    let mut mean = 0.0;
+    for t in 0..60 {
+        let (frame, truth) = (sequence.frame(t).unwrap(), sequence.truth[t].as_ref().unwrap());
+        let state = if t == 0 { tracker.init(&frame, truth) } else { tracker.update(&frame) }.unwrap();
+        let both = state.region.intersection(truth);
+        mean += both / (state.region.area() + truth.area() - both) / 60.0;
+    }
+    assert!(mean > 0.75, "{mean}");
+}
+
+#[test]
+fn parameters_are_checked() {
+    let key =
+        |entry: &Entry<dyn TrackerConfig>, text: &str| entry.build_from_text(text).err().and_then(|e| e.key);
+    for (text, bad) in [
+        ("{ samples = 1 }", "samples"),
+        ("{ noise = [0, 0, 0, 0, 0, 0] }", "noise"),
+        ("{ noise = [4, -1, 0, 0, 0, 0] }", "noise"),
+        ("{ noise = [4, nan, 0, 0, 0, 0] }", "noise"),
+        ("{ likelihood_scale = 0 }", "likelihood_scale"),
+        ("{ max_basis = 0 }", "max_basis"),
+        ("{ batch = 0 }", "batch"),
+        ("{ forgetting = 0 }", "forgetting"),
+    ] {
+        assert_eq!(key(&ENTRY, text), Some(bad), "{text}");
+        assert_eq!(key(&ivt::ENTRY, text), Some(bad), "{text}");
+    }
+    for (text, bad) in [
+        ("{ lambda = 0 }", "lambda"),
+        ("{ iterations = 0 }", "iterations"),
+        ("{ tolerance = -1 }", "tolerance"),
+        ("{ low = 0.7 }", "high"),
+        ("{ high = 1.1 }", "high"),
+    ] {
+        assert_eq!(key(&ENTRY, text), Some(bad), "{text}");
+        assert!(ivt::ENTRY.build_from_text(text).is_err(), "{text}");
+    }
+}
+
+proptest! {
+    // The L1 term never makes a window cost more than lambda a pixel, nor more than its plain residual.
+    #[test]
+    fn occlusion_has_a_bounded_price(y in prop::collection::vec(0.0..1.0_f32, N)) {
+        let (subspace, mut work) = (subspace(), Comparison::default());
+        let how = Alternation { iterations: 1, ..ALTERNATION };
+        let cost = subspace.occluded_distance(&y, &how, &mut work);
+        prop_assert!(cost <= 0.05 * N as f32 + 1e-3);
+        // Beyond 2 lambda, where the price is lambda, it is at most 5 r^2.
+        let plain = subspace.distance(&y, &mut work);
+        prop_assert!(cost <= plain * 5.0 + 1e-3);
+    }
+}

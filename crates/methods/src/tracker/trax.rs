@@ -1,0 +1,411 @@
+//! Messages of the TraX protocol, versions 1 to 4: how an evaluator (client) and a tracker (server) talk
+//! over a pair of streams. Only the messages; who starts which process and how long to wait is elsewhere.
+//!
+//! ```text
+//! @@TRAX:hello "trax.version=1" "trax.name=NCC" "trax.region=rectangle;" "trax.image=path;"
+//! @@TRAX:initialize "file:///data/girl/0001.jpg" "10,20,30,40"
+//! @@TRAX:state "10,20,30,40" "confidence=.9"
+//! @@TRAX:frame "file:///data/girl/0002.jpg"
+//! @@TRAX:quit "trax.reason=done"
+//! ```
+//!
+//! A message is a line that starts with `@@TRAX:`; whatever else a tracker prints is skipped. Arguments are
+//! separated by blanks and may be quoted; a backslash makes `"`, `\` and blanks ordinary and `\n` a line
+//! end. An argument that begins with a key (1 to 64 letters, digits, `.`, `_`) and `=` is a property; the
+//! others count by their position. Types are read in either case, `status` is `state`.
+//!
+//! Regions: `x,y,w,h`; corners `x1,y1,...` of a convex polygon; a single integer is a code of the VOT
+//! protocol; masks are refused. Coordinates are taken as they are. Images: `file://` and a path as it is
+//! (nothing in it is escaped), or the path alone; one image a frame (version 2 can send depth beside it).
+//! Version 4 tells image and region apart: `initialize` has a region alone and is not answered, the `frame`
+//! after it has the image and is; of its several objects one is spoken of here. [`server`] is the side of a
+//! tracker, [`process`](super::process) has the other.
+//!
+//! The other side is any program, so lines are capped and anything unexpected is an error that ends the
+//! talk, as the specification wants it. Specification: <https://trax.readthedocs.io/en/latest/protocol.html>;
+//! Cehovin, TraX: The visual Tracking eXchange protocol and library, Neurocomputing 260, 2017.
+
+pub mod server;
+
+use crate::dataset::text::shorten_to;
+use crate::region::{Region, RegionError};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+
+/// Longest message that is read, in bytes.
+pub const LONGEST_MESSAGE: usize = 64 << 10;
+/// The latest version that is spoken here.
+pub const LATEST_VERSION: u32 = 4;
+
+const PREFIX: &str = "@@TRAX:";
+const SCHEME: &str = "file://";
+
+/// Named arguments, sorted by name.
+pub type Properties = BTreeMap<String, String>;
+
+/// A message.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Message {
+    /// Server: what it is and what it understands.
+    Hello(Hello),
+    /// Client: start (again) on this image with the target here.
+    Initialize {
+        /// Image file; none in version 4, where a frame with it follows.
+        image: Option<PathBuf>,
+        /// Where the target is.
+        region: Region,
+        /// Anything else.
+        properties: Properties,
+    },
+    /// Client: the next image.
+    Frame {
+        /// Image file.
+        image: PathBuf,
+        /// Anything else.
+        properties: Properties,
+    },
+    /// Server: the answer to either.
+    TrackerState {
+        /// Where it says the target is.
+        answer: Answer,
+        /// Anything else, such as a confidence.
+        properties: Properties,
+    },
+    /// Either side: the end.
+    Quit {
+        /// Such as `trax.reason`.
+        properties: Properties,
+    },
+}
+
+/// What a server says of itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hello {
+    /// 1 to [`LATEST_VERSION`].
+    pub version: u32,
+    /// Kinds of images it reads: `path`, `memory`, `data`, `url` ...; `path` where it says nothing.
+    pub images: Vec<String>,
+    /// Kinds of regions it reads: `rectangle`, `polygon`, `mask` ...; `rectangle` where it says nothing.
+    pub regions: Vec<String>,
+    /// Everything it said but the three above: `trax.name`, `trax.identifier` ...
+    pub properties: Properties,
+}
+
+/// Where a tracker says the target is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// A region.
+    Region(Region),
+    /// A code without a place; its meaning is the tracker's.
+    Code(i64),
+}
+
+/// A message that could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum TraxError {
+    /// The stream broke.
+    #[error("the stream of messages broke: {0}")]
+    Io(#[from] std::io::Error),
+    /// A message without end.
+    #[error("a message of more than {LONGEST_MESSAGE} bytes; none is that long")]
+    TooLong,
+    /// Not what the protocol allows.
+    #[error("received `{received}`; expected {expected}")]
+    Unexpected {
+        /// The message, shortened.
+        received: String,
+        /// What would have been right.
+        expected: String,
+    },
+    /// Numbers that are no region.
+    #[error("received the region `{received}`: {source}")]
+    Region {
+        /// The region, shortened.
+        received: String,
+        /// Why it is none.
+        source: RegionError,
+    },
+    /// A message that the protocol has no words for.
+    #[error("cannot be said in TraX: {0}")]
+    Unwritable(String),
+}
+
+impl TraxError {
+    fn unexpected(received: &str, expected: impl Into<String>) -> Self {
+        Self::Unexpected { received: shorten_to(received, 80), expected: expected.into() }
+    }
+}
+
+/// Messages from a stream.
+#[derive(Debug)]
+pub struct Reader<R> {
+    stream: R,
+}
+
+impl<R: BufRead> Reader<R> {
+    /// Messages from `stream`.
+    pub fn new(stream: R) -> Self {
+        Self { stream }
+    }
+
+    /// The next message, `None` at the end of the stream. Other lines are skipped, however long.
+    ///
+    /// # Errors
+    /// See [`TraxError`]; the stream should not be read on after one.
+    pub fn read(&mut self) -> Result<Option<Message>, TraxError> {
+        while let Some(line) = self.line()? {
+            if let Some(message) = parse(&line)? {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The next line without its end; of one that is no message, at most the longest message's bytes.
+    fn line(&mut self) -> Result<Option<Vec<u8>>, TraxError> {
+        let mut line = Vec::new();
+        let mut any = false;
+        loop {
+            let bytes = match self.stream.fill_buf() {
+                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => continue,
+                bytes => bytes?,
+            };
+            if bytes.is_empty() {
+                return Ok(any.then_some(line));
+            }
+            any = true;
+            let end = bytes.iter().position(|&b| b == b'\n');
+            let part = &bytes[..end.unwrap_or(bytes.len())];
+            let room = LONGEST_MESSAGE.saturating_sub(line.len());
+            line.extend_from_slice(&part[..part.len().min(room)]);
+            let too_long = part.len() > room && line.starts_with(PREFIX.as_bytes());
+            let used = part.len() + usize::from(end.is_some());
+            self.stream.consume(used);
+            if too_long {
+                return Err(TraxError::TooLong);
+            }
+            if end.is_some() {
+                return Ok(Some(line));
+            }
+        }
+    }
+}
+
+/// The message on a line, `None` where the line is none.
+///
+/// # Errors
+/// See [`TraxError`].
+pub fn parse(line: &[u8]) -> Result<Option<Message>, TraxError> {
+    let Some(rest) = line.strip_prefix(PREFIX.as_bytes()) else { return Ok(None) };
+    if rest.len() > LONGEST_MESSAGE {
+        return Err(TraxError::TooLong);
+    }
+    let rest = std::str::from_utf8(rest)
+        .map_err(|_| TraxError::unexpected(&String::from_utf8_lossy(rest), "UTF-8 text"))?;
+    let rest = rest.strip_suffix('\n').unwrap_or(rest);
+    let rest = rest.strip_suffix('\r').unwrap_or(rest);
+    let (kind, rest) = rest.split_once(' ').unwrap_or((rest, ""));
+    let wrong = |expected: &str| TraxError::unexpected(&format!("{PREFIX}{kind} {rest}"), expected);
+    let (arguments, mut properties) = arguments(rest).map_err(wrong)?;
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let message = match (kind.to_ascii_lowercase().as_str(), arguments.as_slice()) {
+        ("hello", []) => Message::Hello(hello(&mut properties)?),
+        ("hello", _) => return Err(wrong("`hello` with named arguments alone")),
+        ("initialize", [before @ .., place]) if before.len() <= 1 => match answer(place)? {
+            Answer::Region(region) => {
+                let image = before.first().map(|at| image(at)).transpose()?;
+                Message::Initialize { image, region, properties }
+            }
+            Answer::Code(_) => return Err(wrong("a place to start from")),
+        },
+        ("initialize", _) => return Err(wrong("`initialize` with one region, before it one image or none")),
+        ("frame", [at]) => Message::Frame { image: image(at)?, properties },
+        ("frame", _) => return Err(wrong("`frame` with one image")),
+        ("state" | "status", [place]) => Message::TrackerState { answer: answer(place)?, properties },
+        ("state" | "status", _) => return Err(wrong("`state` with one region")),
+        ("quit", []) => Message::Quit { properties },
+        ("quit", _) => return Err(wrong("`quit` with named arguments alone")),
+        _ => return Err(wrong("hello, initialize, frame, state or quit")),
+    };
+    Ok(Some(message))
+}
+
+/// Arguments by position and by name, or what was expected instead.
+fn arguments(text: &str) -> Result<(Vec<String>, Properties), &'static str> {
+    let (mut positional, mut properties) = (Vec::new(), Properties::new());
+    let mut rest = text.chars();
+    loop {
+        let Some(first) = rest.by_ref().find(|c| *c != ' ') else { return Ok((positional, properties)) };
+        let quoted = first == '"';
+        let mut next = if quoted { rest.next() } else { Some(first) };
+        // An escaped `=` ends no key.
+        let (mut argument, mut key) = (String::new(), None);
+        loop {
+            match next {
+                None if quoted => return Err("a closing quote"),
+                None => break,
+                Some('"') if quoted => match rest.next() {
+                    None | Some(' ') => break,
+                    Some(_) => return Err("a blank after a closing quote"),
+                },
+                Some(' ') if !quoted => break,
+                Some('\0') => return Err("text without NUL"),
+                Some('\\') => match rest.next() {
+                    Some('n') => argument.push('\n'),
+                    Some(c) => argument.push(c),
+                    None => return Err("a character after `\\`"),
+                },
+                Some('=') if key.is_none() && is_key(&argument) => key = Some(std::mem::take(&mut argument)),
+                Some(c) => argument.push(c),
+            }
+            next = rest.next();
+        }
+        match key {
+            None => positional.push(argument),
+            Some(key) => {
+                if properties.insert(key, argument).is_some() {
+                    return Err("every named argument once");
+                }
+            }
+        }
+    }
+}
+
+fn is_key(text: &str) -> bool {
+    (1..=64).contains(&text.len())
+        && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'.' || b == b'_')
+}
+
+fn hello(properties: &mut Properties) -> Result<Hello, TraxError> {
+    let version = properties.remove("trax.version").unwrap_or_else(|| "1".into());
+    let number = version.parse().ok().filter(|v| (1..=LATEST_VERSION).contains(v)).ok_or_else(|| {
+        let expected = format!("a version from 1 to {LATEST_VERSION}");
+        TraxError::unexpected(&format!("trax.version={version}"), expected)
+    })?;
+    let mut list = |name: &str, default: &str| {
+        let text = properties.remove(name).unwrap_or_else(|| default.into());
+        text.split(';').filter(|w| !w.is_empty()).map(str::to_ascii_lowercase).collect::<Vec<_>>()
+    };
+    let (images, regions) = (list("trax.image", "path"), list("trax.region", "rectangle"));
+    Ok(Hello { version: number, images, regions, properties: std::mem::take(properties) })
+}
+
+fn image(text: &str) -> Result<PathBuf, TraxError> {
+    let path = text.strip_prefix(SCHEME).unwrap_or(text);
+    let other = ["http:", "https:", "ftp:", "data:", "image:"].iter().any(|s| path.starts_with(s));
+    if path.is_empty() || other {
+        return Err(TraxError::unexpected(text, "an image as file:// and its path"));
+    }
+    Ok(path.into())
+}
+
+fn answer(text: &str) -> Result<Answer, TraxError> {
+    if text.starts_with('m') {
+        return Err(TraxError::unexpected(text, "a rectangle or a polygon; masks are not read"));
+    }
+    if let Ok(code) = text.trim().parse() {
+        return Ok(Answer::Code(code));
+    }
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let numbers = numbers.map_err(|_| TraxError::unexpected(text, "numbers separated by commas"))?;
+    match Region::from_numbers(&numbers) {
+        Ok(region) => Ok(Answer::Region(region)),
+        Err(source) => Err(TraxError::Region { received: shorten_to(text, 80), source }),
+    }
+}
+
+/// A message as a line with its end.
+///
+/// # Errors
+/// [`TraxError::Unwritable`]: a path that is empty, not UTF-8 or holds a NUL, a key that is none, a version
+/// that is not spoken, a message above [`LONGEST_MESSAGE`].
+pub fn write(message: &Message) -> Result<String, TraxError> {
+    let mut line = String::from(PREFIX);
+    let properties = match message {
+        Message::Hello(hello) => {
+            if !(1..=LATEST_VERSION).contains(&hello.version) {
+                return Err(TraxError::Unwritable(format!("version {}", hello.version)));
+            }
+            line.push_str("hello");
+            let lists = [("trax.image", &hello.images), ("trax.region", &hello.regions)];
+            push_property(&mut line, "trax.version", &hello.version.to_string())?;
+            for (key, words) in lists {
+                push_property(&mut line, key, &words.join(";"))?;
+            }
+            &hello.properties
+        }
+        Message::Initialize { image, region, properties } => {
+            line.push_str("initialize");
+            if let Some(image) = image {
+                push_image(&mut line, image)?;
+            }
+            push_quoted(&mut line, &numbers(region))?;
+            properties
+        }
+        Message::Frame { image, properties } => {
+            line.push_str("frame");
+            push_image(&mut line, image)?;
+            properties
+        }
+        Message::TrackerState { answer, properties } => {
+            line.push_str("state");
+            let text = match answer {
+                Answer::Region(region) => numbers(region),
+                Answer::Code(code) => code.to_string(),
+            };
+            push_quoted(&mut line, &text)?;
+            properties
+        }
+        Message::Quit { properties } => {
+            line.push_str("quit");
+            properties
+        }
+    };
+    for (key, value) in properties {
+        push_property(&mut line, key, value)?;
+    }
+    if line.len() > LONGEST_MESSAGE {
+        return Err(TraxError::Unwritable(format!("a message of more than {LONGEST_MESSAGE} bytes")));
+    }
+    line.push('\n');
+    Ok(line)
+}
+
+/// A region as numbers separated by commas.
+pub(super) fn numbers(region: &Region) -> String {
+    let values: Vec<f64> = match region {
+        Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
+        Region::Polygon(corners) => corners.iter().flat_map(|c| [c.0, c.1]).collect(),
+    };
+    values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+fn push_image(line: &mut String, path: &Path) -> Result<(), TraxError> {
+    let text = path.to_str().filter(|t| !t.is_empty()).ok_or_else(|| {
+        TraxError::Unwritable(format!("the path {}, which is empty or not UTF-8", path.display()))
+    })?;
+    push_quoted(line, &format!("{SCHEME}{text}"))
+}
+
+fn push_property(line: &mut String, key: &str, value: &str) -> Result<(), TraxError> {
+    if !is_key(key) {
+        return Err(TraxError::Unwritable(format!(
+            "the key `{}`; a key has 1 to 64 letters, digits, `.` or `_`",
+            shorten_to(key, 80)
+        )));
+    }
+    push_quoted(line, &format!("{key}={value}"))
+}
+
+fn push_quoted(line: &mut String, text: &str) -> Result<(), TraxError> {
+    if text.contains('\0') {
+        return Err(TraxError::Unwritable("a text with a NUL".into()));
+    }
+    let escaped = text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
+    write!(line, " \"{escaped}\"").map_err(|e| TraxError::Unwritable(e.to_string()))
+}
+
+#[cfg(test)]
+mod tests;

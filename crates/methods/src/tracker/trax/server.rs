@@ -1,0 +1,134 @@
+//! A tracker of ours for whoever speaks TraX: the server's side of versions 1 to 3, one target, images by
+//! path, rectangles and polygons.
+//!
+//! Every `initialize` opens the tracker anew. A state has the property `confidence` where the tracker's
+//! posterior has a likelihood. Anything that goes wrong ends the session with `quit` and its `trax.reason`.
+
+use super::{Answer, Hello, Message, Properties, Reader, TraxError, write};
+use crate::dataset::text::{shorten_to, visible};
+use crate::dataset::{DatasetError, Frames, Numbering, Sequence};
+use crate::image::Frame;
+use crate::region::Region;
+use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use std::io::{BufRead, Write};
+use std::path::Path;
+
+/// The version that is announced.
+const VERSION: u32 = 3;
+
+/// Why a session ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The client does not speak as it should.
+    #[error(transparent)]
+    Talk(#[from] TraxError),
+    /// An image cannot be read.
+    #[error(transparent)]
+    Image(#[from] DatasetError),
+    /// The tracker broke.
+    #[error(transparent)]
+    Tracker(#[from] TrackerError),
+}
+
+/// A tracker to be served.
+pub struct Server<'a> {
+    /// Its kind.
+    pub name: &'a str,
+    /// What it is, on one line.
+    pub description: &'a str,
+    /// Its parameters.
+    pub setup: &'a dyn TrackerConfig,
+    /// Seed of every start.
+    pub seed: u64,
+}
+
+impl Server<'_> {
+    /// Talks until the client quits or hangs up.
+    ///
+    /// # Errors
+    /// What went wrong; the client has been told.
+    pub fn serve(&self, input: impl BufRead, mut output: impl Write) -> Result<(), SessionError> {
+        let outcome = self.talk(Reader::new(input), &mut output);
+        if let Err(e) = &outcome {
+            let reason = visible(&shorten_to(&e.to_string(), 1000));
+            let properties = [("trax.reason".to_string(), reason)].into();
+            // Whoever cannot be told anything is not told the reason.
+            let _ = say(&mut output, &Message::Quit { properties });
+        }
+        outcome
+    }
+
+    fn talk<R: BufRead>(&self, mut input: Reader<R>, output: &mut impl Write) -> Result<(), SessionError> {
+        let named = |pairs: [(&str, &str); 5]| pairs.map(|(k, v)| (k.to_string(), v.to_string())).into();
+        let hello = Hello {
+            version: VERSION,
+            images: vec!["path".into()],
+            regions: vec!["rectangle".into(), "polygon".into()],
+            properties: named([
+                ("trax.name", self.name),
+                ("trax.identifier", self.name),
+                ("trax.description", self.description),
+                ("trax.family", "trackfail"),
+                // Where it is left out, libtrax takes it for all channels that it knows.
+                ("trax.channels", "color"),
+            ]),
+        };
+        say(output, &Message::Hello(hello))?;
+        let mut tracker: Option<Box<dyn Tracker>> = None;
+        loop {
+            let state = match (input.read()?, &mut tracker) {
+                (None | Some(Message::Quit { .. }), _) => return Ok(()),
+                (Some(Message::Initialize { image: Some(image), region, .. }), _) => {
+                    let sequence = sequence(&image, Some(region.clone()));
+                    let frame = sequence.frame(0)?;
+                    let start = RunContext { sequence: &sequence, run: 0, seed: self.seed, data_root: None };
+                    tracker.insert(self.setup.open(&start)?).init(&frame, &region)?
+                }
+                (Some(Message::Frame { image, .. }), Some(tracker)) => tracker.update(&read(&image)?)?,
+                (Some(Message::Frame { .. }), None) => return Err(unexpected("frame", "`initialize` first")),
+                (Some(Message::Initialize { image: None, .. }), _) => {
+                    return Err(unexpected("initialize", "an image and a region, as in version 3"));
+                }
+                (Some(Message::Hello(_)), _) => return Err(unexpected("hello", "a client's message")),
+                (Some(Message::TrackerState { .. }), _) => {
+                    return Err(unexpected("state", "a client's message"));
+                }
+            };
+            say(output, &as_message(state))?;
+        }
+    }
+}
+
+fn unexpected(kind: &str, expected: &str) -> SessionError {
+    TraxError::unexpected(&format!("@@TRAX:{kind}"), expected).into()
+}
+
+fn say(output: &mut impl Write, message: &Message) -> Result<(), TraxError> {
+    output.write_all(write(message)?.as_bytes())?;
+    Ok(output.flush()?)
+}
+
+fn as_message(state: TrackerState) -> Message {
+    let confidence = state.posterior.map(|p| ("confidence".to_string(), p.likelihood.to_string()));
+    Message::TrackerState {
+        answer: Answer::Region(state.region),
+        properties: confidence.into_iter().collect::<Properties>(),
+    }
+}
+
+/// A sequence of a single image.
+fn sequence(image: &Path, region: Option<Region>) -> Sequence {
+    Sequence {
+        name: "trax".into(),
+        numbering: Numbering { first: 1, official: (1, 1) },
+        truth: vec![region],
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: Default::default(),
+        frames: Frames::Files(vec![image.to_path_buf()].into()),
+    }
+}
+
+fn read(image: &Path) -> Result<Frame, DatasetError> {
+    sequence(image, None).frame(0)
+}

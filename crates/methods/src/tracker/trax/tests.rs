@@ -1,0 +1,248 @@
+use super::*;
+use crate::region::Rect;
+use proptest::prelude::*;
+use std::io::Cursor;
+
+fn one(line: &str) -> Message {
+    parse(line.as_bytes()).unwrap().unwrap()
+}
+
+fn refused(line: &str) -> String {
+    parse(line.as_bytes()).unwrap_err().to_string()
+}
+
+fn properties(pairs: &[(&str, &str)]) -> Properties {
+    pairs.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect()
+}
+
+fn rect() -> Region {
+    Region::Rect(Rect::new(10.0, 20.5, 30.0, 40.0))
+}
+
+// The messages of the module's doc, in the words of the specification.
+#[test]
+fn messages_are_read() {
+    let hello = one(
+        r#"@@TRAX:hello "trax.version=2" trax.name=NCC "trax.region=rectangle;polygon;" "trax.image=path;URL""#,
+    );
+    assert_eq!(
+        hello,
+        Message::Hello(Hello {
+            version: 2,
+            images: vec!["path".into(), "url".into()],
+            regions: vec!["rectangle".into(), "polygon".into()],
+            properties: properties(&[("trax.name", "NCC")]),
+        })
+    );
+    let Message::Hello(plain) = one("@@TRAX:HELLO") else { panic!("hello") };
+    assert_eq!(
+        (plain.version, plain.images, plain.regions),
+        (1, vec!["path".into()], vec!["rectangle".into()])
+    );
+    assert_eq!(
+        one("@@TRAX:initialize \"file:///data/a b/0001.jpg\" 10,20.5,30,40 \"x=1\"\r\n"),
+        Message::Initialize {
+            image: Some("/data/a b/0001.jpg".into()),
+            region: rect(),
+            properties: properties(&[("x", "1")])
+        }
+    );
+    // Version 4.
+    assert_eq!(
+        one("@@TRAX:initialize 10,20.5,30,40"),
+        Message::Initialize { image: None, region: rect(), properties: Properties::new() }
+    );
+    // Neither a path nor its `=` is a property: a key has no slash.
+    assert_eq!(
+        one("@@TRAX:frame   /data/x=1.png  "),
+        Message::Frame { image: "/data/x=1.png".into(), properties: Properties::new() }
+    );
+    assert_eq!(
+        one(r#"@@TRAX:status "0,0,0,5,6,5,6,0" "confidence=0.9" empty="#),
+        Message::TrackerState {
+            answer: Answer::Region(Region::Polygon(vec![(0.0, 0.0), (0.0, 5.0), (6.0, 5.0), (6.0, 0.0)])),
+            properties: properties(&[("confidence", "0.9"), ("empty", "")]),
+        }
+    );
+    assert_eq!(
+        one("@@TRAX:state 0"),
+        Message::TrackerState { answer: Answer::Code(0), properties: Properties::new() }
+    );
+    assert_eq!(
+        one(r#"@@TRAX:quit "trax.reason=all \"done\"\\\nbye = now""#),
+        Message::Quit { properties: properties(&[("trax.reason", "all \"done\"\\\nbye = now")]) }
+    );
+    assert_eq!(one(r"@@TRAX:quit a=b\ c\nd"), Message::Quit { properties: properties(&[("a", "b c\nd")]) });
+}
+
+#[test]
+fn other_lines_are_no_messages() {
+    for line in ["", "loading ...", " @@TRAX:quit", "x@@TRAX:quit", "@@TRAX", "@@trax:quit"] {
+        assert!(parse(line.as_bytes()).unwrap().is_none(), "{line}");
+    }
+}
+
+#[test]
+fn what_is_wrong_says_what_came_and_what_was_expected() {
+    for (line, words) in [
+        ("@@TRAX:bye", "received `@@TRAX:bye `; expected hello, initialize, frame, state or quit"),
+        ("@@TRAX:", "expected hello"),
+        ("@@TRAX: quit", "expected hello"),
+        ("@@TRAX:hello now", "named arguments alone"),
+        ("@@TRAX:hello trax.version=5", "received `trax.version=5`; expected a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=0", "a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=-1", "a version from 1 to 4"),
+        ("@@TRAX:hello trax.version=9999999999999999999", "a version from 1 to 4"),
+        ("@@TRAX:initialize", "one region, before it one image or none"),
+        ("@@TRAX:initialize a.jpg", "separated by commas"),
+        ("@@TRAX:initialize a.jpg depth.png 1,2,3,4", "one region, before it one image or none"),
+        ("@@TRAX:initialize a.jpg 0", "a place to start from"),
+        ("@@TRAX:frame", "one image"),
+        ("@@TRAX:frame \"\"", "file://"),
+        ("@@TRAX:frame file://", "file://"),
+        ("@@TRAX:frame http://example.org/a.jpg", "file://"),
+        ("@@TRAX:frame image:2;2;rgb;AAAA", "file://"),
+        ("@@TRAX:frame data:image/jpeg;base64;AAAA", "file://"),
+        ("@@TRAX:state", "one region"),
+        ("@@TRAX:state 1,2,3,4 5,6,7,8", "one region"),
+        ("@@TRAX:state mask:0,0,2,2,1,3", "masks are not read"),
+        ("@@TRAX:state m0,0,2,2,1,3", "masks are not read"),
+        ("@@TRAX:state 1,2,3", "received the region `1,2,3`: a region takes 4 numbers"),
+        ("@@TRAX:state 1,2,0,4", "no area"),
+        ("@@TRAX:state 1,2,nan,4", "not a finite number"),
+        ("@@TRAX:state 1,2,inf,4", "not a finite number"),
+        ("@@TRAX:state 1,,2,4", "separated by commas"),
+        ("@@TRAX:state 1;2;3;4", "separated by commas"),
+        ("@@TRAX:state 0,0,2,1,0,2,0.5,1", "not convex"),
+        ("@@TRAX:state 1.5", "not 1 numbers"),
+        ("@@TRAX:quit now", "named arguments alone"),
+        ("@@TRAX:quit a=1 a=2", "every named argument once"),
+        ("@@TRAX:quit \"a=1", "a closing quote"),
+        ("@@TRAX:quit \"a=1\"b=2", "a blank after a closing quote"),
+        ("@@TRAX:quit a=\\", "a character after"),
+        ("@@TRAX:quit a=\0", "without NUL"),
+        ("@@TRAX:frame a=1.jpg", "one image"),
+    ] {
+        let message = refused(line);
+        assert!(message.contains(words), "{line}: {message}");
+    }
+    assert!(matches!(parse(b"@@TRAX:quit \xFF"), Err(TraxError::Unexpected { .. })));
+    let long = refused(&format!("@@TRAX:state {}", "9".repeat(5000)));
+    assert!(long.len() < 200 && long.contains("999..."), "{long}");
+}
+
+#[test]
+fn keys_have_an_alphabet_and_a_length() {
+    let key = "k".repeat(64);
+    assert_eq!(
+        one(&format!("@@TRAX:quit {key}=1")),
+        Message::Quit { properties: properties(&[(&key, "1")]) }
+    );
+    // Not a key, so an argument by position, which `quit` has none of.
+    for bad in ["k".repeat(65), "a-b".into(), String::new(), "\u{e9}".into(), "a\\=b".into()] {
+        assert!(refused(&format!("@@TRAX:quit {bad}=1")).contains("named arguments alone"), "{bad}");
+    }
+}
+
+#[test]
+fn messages_stand_among_other_output() {
+    let noise = "x".repeat(3 * LONGEST_MESSAGE);
+    let text =
+        format!("loading\n{noise}\n\n@@TRAX:hello\r\n@@trax\nfps: 12 @@TRAX:quit\n@@TRAX:state 1,2,3,4");
+    // A small buffer, so that lines come in pieces.
+    let mut reader = Reader::new(std::io::BufReader::with_capacity(7, Cursor::new(text)));
+    assert!(matches!(reader.read().unwrap(), Some(Message::Hello(_))));
+    assert!(matches!(reader.read().unwrap(), Some(Message::TrackerState { .. })));
+    assert!(reader.read().unwrap().is_none());
+    assert!(reader.read().unwrap().is_none());
+}
+
+#[test]
+fn a_message_without_end_is_refused_and_not_stored() {
+    struct Endless;
+    impl std::io::Read for Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            buffer.fill(b'9');
+            Ok(buffer.len())
+        }
+    }
+    let endless = std::io::Read::chain(&b"log\n@@TRAX:state "[..], Endless);
+    let mut reader = Reader::new(std::io::BufReader::new(endless));
+    assert!(matches!(reader.read(), Err(TraxError::TooLong)));
+    let line = format!("@@TRAX:quit a={}", "b".repeat(LONGEST_MESSAGE));
+    assert!(matches!(parse(line.as_bytes()), Err(TraxError::TooLong)));
+}
+
+#[test]
+fn messages_are_written_as_the_library_writes_them() {
+    let frame = Message::Frame { image: "/d/\"a\\\n.jpg".into(), properties: properties(&[("k", "v w")]) };
+    assert_eq!(write(&frame).unwrap(), "@@TRAX:frame \"file:///d/\\\"a\\\\\\n.jpg\" \"k=v w\"\n");
+    let start = |image| Message::Initialize { image, region: rect(), properties: Properties::new() };
+    assert_eq!(
+        write(&start(Some("/a.jpg".into()))).unwrap(),
+        "@@TRAX:initialize \"file:///a.jpg\" \"10,20.5,30,40\"\n"
+    );
+    assert_eq!(write(&start(None)).unwrap(), "@@TRAX:initialize \"10,20.5,30,40\"\n");
+    let quit = |key: &str, value: &str| write(&Message::Quit { properties: properties(&[(key, value)]) });
+    assert_eq!(quit("trax.reason", "").unwrap(), "@@TRAX:quit \"trax.reason=\"\n");
+    assert!(quit("a b", "").unwrap_err().to_string().contains("the key `a b`"));
+    assert!(quit("", "").is_err() && quit("a", "\0").is_err());
+    assert!(quit("a", &"b".repeat(LONGEST_MESSAGE)).is_err());
+    let nowhere = Message::Frame { image: PathBuf::new(), properties: Properties::new() };
+    assert!(write(&nowhere).is_err());
+    let hello = Hello { version: 5, images: vec![], regions: vec![], properties: Properties::new() };
+    assert!(write(&Message::Hello(hello)).is_err());
+}
+
+fn texts() -> impl Strategy<Value = String> {
+    "[a-z=\"\\\\ \n\r;,.\u{e9}\u{202e}-]{0,20}"
+}
+
+fn messages() -> impl Strategy<Value = Message> {
+    let named = prop::collection::btree_map("[a-zA-Z0-9._]{1,64}", texts(), 0..4);
+    let place = (-1e6..1e6_f64, -1e6..1e6_f64, 1e-3..1e6_f64, 1e-3..1e6_f64);
+    let region = (place, any::<bool>()).prop_map(|((x, y, w, h), polygon)| {
+        let rect = Rect::new(x, y, w, h);
+        if polygon { Region::Polygon(rect.corners().to_vec()) } else { Region::Rect(rect) }
+    });
+    (0..6, named, texts(), region, any::<i64>()).prop_map(|(kind, properties, name, region, code)| {
+        let image = PathBuf::from(format!("/{name}"));
+        match kind {
+            0 => Message::Initialize { image: Some(image), region, properties },
+            5 => Message::Initialize { image: None, region, properties },
+            1 => Message::Frame { image, properties },
+            2 => Message::TrackerState { answer: Answer::Region(region), properties },
+            3 => Message::TrackerState { answer: Answer::Code(code), properties },
+            _ => Message::Quit { properties },
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read_back(sent in prop::collection::vec(messages(), 1..4)) {
+        let text: String = sent.iter().map(|m| write(m).unwrap()).collect();
+        let mut reader = Reader::new(Cursor::new(text));
+        for message in &sent {
+            let read = reader.read().unwrap();
+            prop_assert_eq!(read.as_ref(), Some(message));
+        }
+        prop_assert!(reader.read().unwrap().is_none());
+    }
+
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let mut reader = Reader::new(Cursor::new(&bytes));
+        while let Ok(Some(_)) = reader.read() {}
+        let _ = parse(&[PREFIX.as_bytes(), &bytes].concat());
+    }
+
+    #[test]
+    fn damaged_messages_are_read_or_refused(sent in messages(), at in any::<prop::sample::Index>(), byte: u8) {
+        let mut bytes = write(&sent).unwrap().into_bytes();
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+        let _ = parse(&bytes);
+        let _ = parse(&bytes[..at]);
+    }
+}

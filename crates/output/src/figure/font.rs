@@ -1,0 +1,155 @@
+//! The embedded font: widths, shortening, glyphs.
+
+use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
+use std::sync::LazyLock;
+
+/// Family names for SVG viewers. DejaVu Sans sets the widths; Verdana is as wide, others are narrower,
+/// so that text that fits here fits there.
+pub const FAMILY: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
+
+/// From the middle of the small letters down to the base line, in em (half of DejaVu's x height).
+const HALF_EX: f64 = 0.2735;
+
+static FACE: LazyLock<FontRef<'static>> = LazyLock::new(|| {
+    FontRef::try_from_slice(include_bytes!("../../../../assets/fonts/DejaVuSans.ttf"))
+        .expect("the font in assets/ is a font")
+});
+
+/// The scale that makes one em `size` units.
+fn scale(size: f64) -> PxScale {
+    let height = FACE.height_unscaled();
+    let em = FACE.units_per_em().unwrap_or(height);
+    PxScale::from(size as f32 * height / em)
+}
+
+/// Width of one line of text whose em is `size`, in the unit of `size`.
+pub fn width(text: &str, size: f64) -> f64 {
+    let face = FACE.as_scaled(scale(size));
+    text.chars().map(|c| f64::from(face.h_advance(face.glyph_id(c)))).sum()
+}
+
+/// The text as one printable line: control characters and line ends become spaces, characters that
+/// XML cannot hold or that turn the direction of what follows become the replacement character.
+pub fn clean(text: &str) -> String {
+    text.chars()
+        .map(|c| match c {
+            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}' => '\u{fffd}',
+            c if c.is_control() || c == '\u{2028}' || c == '\u{2029}' => ' ',
+            c => c,
+        })
+        .collect()
+}
+
+/// The cleaned text, its end replaced by an ellipsis when it is wider than `room`.
+pub fn fit(text: &str, size: f64, room: f64) -> String {
+    let text = clean(text);
+    if width(&text, size) <= room {
+        return text;
+    }
+    let room = room - width("\u{2026}", size);
+    let mut used = 0.0;
+    let mut out: String = text
+        .chars()
+        .take_while(|&c| {
+            used += width(c.encode_utf8(&mut [0; 4]), size);
+            used <= room
+        })
+        .collect();
+    out.truncate(out.trim_end().len());
+    out.push('\u{2026}');
+    out
+}
+
+/// The cleaned text in at most `lines` lines, broken at spaces; the last is shortened when needed.
+pub fn wrap(text: &str, size: f64, room: f64, lines: usize) -> Vec<String> {
+    let text = clean(text);
+    let mut out: Vec<String> = Vec::new();
+    let mut line = String::new();
+    for word in text.split_whitespace() {
+        let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
+        if line.is_empty() || out.len() + 1 >= lines || width(&longer, size) <= room {
+            line = longer;
+        } else {
+            out.push(std::mem::replace(&mut line, word.to_owned()));
+        }
+    }
+    if !line.is_empty() {
+        out.push(line);
+    }
+    out.iter().map(|l| fit(l, size, room)).collect()
+}
+
+/// Draws the text with the middle of its small letters on the line `y = 0` and its left end at
+/// `x = 0`; `dot` receives pixel offsets and coverages in (0, 1].
+pub fn rasterise(text: &str, size: f64, mut dot: impl FnMut(i32, i32, f32)) {
+    let face = FACE.as_scaled(scale(size));
+    let base = (HALF_EX * size) as f32;
+    let mut x = 0.0;
+    for c in text.chars() {
+        let id = face.glyph_id(c);
+        let glyph: Glyph = id.with_scale_and_position(scale(size), point(x, base));
+        if let Some(outline) = FACE.outline_glyph(glyph) {
+            let bounds = outline.px_bounds();
+            outline.draw(|u, v, coverage| {
+                if coverage > 0.0 {
+                    dot(bounds.min.x as i32 + u as i32, bounds.min.y as i32 + v as i32, coverage.min(1.0));
+                }
+            });
+        }
+        x += face.h_advance(id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    // python3 -c "from PIL import ImageFont as F; f = F.truetype('assets/fonts/DejaVuSans.ttf', 2048,
+    //   layout_engine=0); print(f.getlength('A'), f.getlength('0'), f.getlength('m'))"
+    #[test]
+    fn widths_are_the_fonts() {
+        for (text, units) in [("A", 1401.0), ("0", 1303.0), ("m", 1995.0)] {
+            assert!((width(text, 2048.0) - units).abs() < 0.5, "{text} {}", width(text, 2048.0));
+        }
+        assert!((width("A0m", 12.0) - (1401.0 + 1303.0 + 1995.0) * 12.0 / 2048.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn half_an_ex_is_the_fonts() {
+        // An x stands on the base line, so its pixels reach as far below 0 as above.
+        let (mut top, mut bottom) = (0, 0);
+        rasterise("x", 1000.0, |_, y, _| {
+            top = top.min(y);
+            bottom = bottom.max(y);
+        });
+        assert!((top + bottom).abs() <= 2, "{top} {bottom}");
+    }
+
+    #[test]
+    fn has_the_letters_of_the_papers() {
+        let face = &*FACE;
+        for c in "yₜOₜτ₁ŷₜ₊ₗ|z̃ₜ|δβ±−–≥×≤…".chars() {
+            assert_ne!(face.glyph_id(c).0, 0, "{c}");
+        }
+    }
+
+    #[test]
+    fn wraps_at_spaces() {
+        let lines = wrap("aaa bbb ccc ddd", 10.0, width("aaa bbb", 10.0) + 0.1, 5);
+        assert_eq!(lines, ["aaa bbb", "ccc ddd"]);
+        assert!(wrap("  ", 10.0, 50.0, 2).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_fitted_fits(text in ".{0,300}", room in 20.0..400.0_f64) {
+            let out = fit(&text, 12.0, room);
+            prop_assert!(width(&out, 12.0) <= room + 1e-3, "{out}");
+            for line in wrap(&text, 12.0, room, 3) {
+                prop_assert!(width(&line, 12.0) <= room + 1e-3);
+            }
+            prop_assert!(wrap(&text, 12.0, room, 3).len() <= 3);
+        }
+    }
+}

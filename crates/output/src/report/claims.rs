@@ -1,0 +1,97 @@
+//! What our numbers say of an experiment's claims.
+
+use super::results::Results;
+use crate::engine::analyse::Analysed;
+use crate::spec::Tracker;
+use crate::spec::claim::{Claim, ClaimVerdict, Quantity, Reference};
+use crate::table::layout;
+
+/// A claim with what our numbers say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The conclusion in words.
+    pub text: String,
+    /// The predicate.
+    pub predicate: String,
+    /// Whether a run must meet it.
+    pub required: bool,
+    /// One for each tracker, or a single one for a claim that names its trackers.
+    pub tested: Vec<Tested>,
+}
+
+/// A claim tested for one tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tested {
+    /// Tracker; empty for a claim that names its trackers.
+    pub tracker: String,
+    /// What our numbers say.
+    pub verdict: ClaimVerdict,
+    /// The numbers behind it, as written in the predicate.
+    pub numbers: Vec<(String, Option<f64>)>,
+}
+
+impl Finding {
+    /// Whether it holds for every tracker.
+    pub fn holds(&self) -> bool {
+        self.tested.iter().all(|t| t.verdict == ClaimVerdict::Holds)
+    }
+
+    /// What becomes of it as a whole: it does not hold where it fails for one tracker.
+    pub fn overall(&self) -> super::ClaimOutcome {
+        let fails = self.tested.iter().any(|t| t.verdict == ClaimVerdict::Fails);
+        match (fails, self.holds()) {
+            (true, _) => super::ClaimOutcome::DoesNotHold,
+            (false, true) => super::ClaimOutcome::Holds,
+            (false, false) => super::ClaimOutcome::CannotBeTested,
+        }
+    }
+}
+
+/// Tests every claim, for each tracker where it names none.
+pub fn test(results: &Results) -> Vec<Finding> {
+    results.experiment.claims.iter().map(|claim| test_one(results, claim)).collect()
+}
+
+fn test_one(results: &Results, claim: &Claim) -> Finding {
+    let value = |r: &Reference| {
+        let tracker = r.tracker.as_deref()?;
+        match &r.quantity {
+            Quantity::Metric(metric, method) => {
+                layout::lookup(&results.measures, tracker, method, &r.point, *metric)
+            }
+            Quantity::Finding(made) => {
+                let mine = |a: &&Analysed| a.analysis == made.analysis && a.tracker == tracker;
+                results.analyses.iter().find(mine)?.findings.number(&made.part)
+            }
+        }
+    };
+    // Only trackers on which every method that the claim speaks of is run.
+    let concerns = |t: &&Tracker| {
+        claim.references().iter().all(|r| match &r.quantity {
+            Quantity::Metric(_, method) => {
+                results.experiment.methods.iter().any(|m| m.name == *method && m.runs_on(&t.label))
+            }
+            Quantity::Finding(made) => {
+                results.experiment.analyses.iter().any(|a| a.name == made.analysis && a.runs_on(&t.label))
+            }
+        })
+    };
+    let trackers = results.experiment.trackers.iter().filter(concerns);
+    let trackers: Vec<&str> = trackers.map(|t| t.label.as_str()).collect();
+    let each: Vec<&str> = if claim.is_per_tracker() { trackers } else { vec![""] };
+    let tested = each.iter().map(|tracker| {
+        let numbers = claim.references().into_iter().map(|r| {
+            let mut bound = r.clone();
+            bound.tracker.get_or_insert_with(|| tracker.to_string());
+            (r.to_string(), value(&bound))
+        });
+        let (tracker, verdict) = (tracker.to_string(), claim.test(tracker, &value));
+        Tested { tracker, verdict, numbers: numbers.collect() }
+    });
+    let mut tested: Vec<Tested> = tested.collect();
+    if tested.is_empty() {
+        let verdict = ClaimVerdict::Untestable("no tracker has all of its methods".to_string());
+        tested.push(Tested { tracker: String::new(), verdict, numbers: Vec::new() });
+    }
+    Finding { text: claim.text.clone(), predicate: claim.predicate.clone(), required: claim.required, tested }
+}

@@ -1,0 +1,34 @@
+//! The numbers of the text around an experiment's tables, for LaTeX.
+
+use super::results::Results;
+use super::{ClaimOutcome, ClaimView};
+use crate::table::macros::Fact;
+use crate::table::number::four_digits;
+
+/// Targets and frames, claims by verdict, and the numbers that analyses found of each tracker.
+pub fn facts(results: &Results, claims: &[ClaimView]) -> Vec<Fact> {
+    let fact =
+        |parts: &[&str], shown: String| Fact { parts: parts.iter().map(|p| (*p).into()).collect(), shown };
+    let suite = &results.manifest.suite;
+    let frames: usize = suite.present.iter().map(|(_, frames)| frames).sum();
+    let with = |verdict| claims.iter().filter(|c| c.verdict == verdict).count().to_string();
+    let mut facts = vec![
+        fact(&["targets", "present"], suite.present.len().to_string()),
+        fact(&["targets", "wanted"], suite.wanted.to_string()),
+        fact(&["frames"], frames.to_string()),
+        fact(&["claims", "all"], claims.len().to_string()),
+        fact(&["claims", "hold"], with(ClaimOutcome::Holds)),
+        fact(&["claims", "do not hold"], with(ClaimOutcome::DoesNotHold)),
+        fact(&["claims", "cannot be tested"], with(ClaimOutcome::CannotBeTested)),
+    ];
+    for analysed in &results.analyses {
+        for (name, value) in &analysed.findings.numbers {
+            let found = fact(&[&analysed.analysis, &analysed.tracker, name], four_digits(*value));
+            // As in claims, the first of a name is meant.
+            if facts.iter().all(|known| known.parts != found.parts) {
+                facts.push(found);
+            }
+        }
+    }
+    facts
+}

@@ -1,0 +1,383 @@
+//! Fills the page from a results folder and writes the report.
+
+use super::claims::{self, Finding, Tested};
+use super::explain;
+use super::facts;
+use super::figures::{self, DrawError};
+use super::results::{Results, ResultsError};
+use super::sequences::{self, Sequences, json};
+use super::stills::{self, Request};
+use super::uncertainty::{self, Uncertainty};
+use super::{ClaimOutcome, ClaimView, FailedCell, FigureView, Page, ReportError, markdown, render};
+use crate::dataset::synthetic;
+use crate::engine::store::{self, StoreError};
+use crate::figure::Ranks;
+use crate::image;
+use crate::spec::claim;
+use crate::spec::table::Figure;
+use crate::table::folder::{self, FolderError};
+use crate::table::layout::{self, Layout};
+use std::path::Path;
+
+/// What a report that was written says.
+pub struct Written {
+    /// What our numbers say of the claims.
+    pub findings: Vec<Finding>,
+    /// The experiment's own tables.
+    pub tables: Vec<Layout>,
+}
+
+/// A report that could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A table cannot be written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// The page cannot be rendered.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// The page, which says that a report folder is whole.
+pub const INDEX: &str = "index.html";
+/// The folders in a report folder in which nothing else lies.
+pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
+/// Size of a page above which its series go into files beside it, in bytes.
+const LARGEST_PAGE: usize = 5 << 20;
+
+/// A verdict in words.
+pub fn verdict_words(verdict: &claim::ClaimVerdict) -> &'static str {
+    view(verdict).words()
+}
+
+fn view(verdict: &claim::ClaimVerdict) -> ClaimOutcome {
+    match verdict {
+        claim::ClaimVerdict::Holds => ClaimOutcome::Holds,
+        claim::ClaimVerdict::Fails => ClaimOutcome::DoesNotHold,
+        claim::ClaimVerdict::Untestable(_) => ClaimOutcome::CannotBeTested,
+    }
+}
+
+/// Writes tables into the results folder, and figures, stills, series, `index.html` and `report.md` into an empty folder,
+/// from results alone.
+///
+/// # Errors
+/// See [`WriteError`].
+pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
+    let scores = results.scores()?;
+    let mut layouts = results.layouts(&scores);
+    let own = layouts.len();
+    let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
+    layouts.extend(tables);
+    stays_here(&results.folder.join("tables"))?;
+    let findings = claims::test(results);
+    let mut page = frame(results);
+    page.claims = findings.iter().map(claim_view).collect();
+    let facts = facts::facts(results, &page.claims);
+    folder::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
+    let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
+    for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
+        match drawn? {
+            Ok(drawn) => {
+                let picture = (drawn.svg, drawn.png);
+                page.figures.push(keep_figure(folder, (&figure.name, drawn.name), drawn.caption, picture)?);
+            }
+            Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
+        }
+    }
+    for (name, ranks, caption) in ranks {
+        page.figures.push(draw_ranks(results, folder, name, &ranks, caption)?);
+    }
+    page.summary.extend(note);
+    let tracks = results.all_tracks()?;
+    let requests = stills::requested(results, &tracks);
+    let mut sequences = sequences::collect(results, tracks)?;
+    keep_stills(results, folder, &requests, &mut sequences)?;
+    page.sequences = sequences.tallies();
+    page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
+    page.tables = layouts;
+    let html = small_enough(&mut page, folder, &sequences, LARGEST_PAGE)?;
+    store::write(&folder.join(INDEX), html.as_bytes())?;
+    store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
+    page.tables.truncate(own);
+    Ok(Written { findings, tables: page.tables })
+}
+
+/// Draws mean ranks beside the experiment's own figures.
+fn draw_ranks(
+    results: &Results,
+    folder: &Path,
+    mut name: String,
+    ranks: &Ranks,
+    caption: String,
+) -> Result<FigureView, WriteError> {
+    while results.experiment.figures.iter().any(|f| f.name == name) {
+        name.push('_');
+    }
+    let fail = |error| DrawError::Figure { name: name.clone(), error };
+    let (svg, png) = (ranks.to_svg().map_err(fail)?, ranks.to_png().map_err(fail)?);
+    keep_figure(folder, (&name, name.clone()), caption, (svg, png))
+}
+
+/// Writes a figure under a file's name and shows it under a title, with its caption, as SVG and PNG.
+fn keep_figure(
+    folder: &Path,
+    (file, name): (&str, String),
+    caption: String,
+    (svg, png): (String, Vec<u8>),
+) -> Result<FigureView, WriteError> {
+    let path = |ending: &str| format!("figures/{file}.{ending}");
+    store::write(&folder.join(path("svg")), svg.as_bytes())?;
+    store::write(&folder.join(path("png")), &png)?;
+    Ok(FigureView { file: path("svg"), name, caption, svg })
+}
+
+/// Copies the stills of the figures for the frame viewer.
+fn keep_stills(
+    results: &Results,
+    folder: &Path,
+    requests: &[Request],
+    sequences: &mut Sequences,
+) -> Result<(), WriteError> {
+    for request in requests {
+        let Some(s) = sequences.sequences.iter().position(|q| q.name == request.sequence) else { continue };
+        for &t in &request.frames {
+            if sequences.sequences[s].stills.contains(&t) {
+                continue;
+            }
+            // Results of a run that could not decode the frame again have no still.
+            let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
+            let path = folder.join(sequences::still_file(s, t));
+            let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
+            store::write(&path, &png)?;
+            sequences.sequences[s].stills.insert(t);
+        }
+    }
+    Ok(())
+}
+
+/// The page with its series. Where it would be larger than `most` bytes, these are written beside it; where that
+/// does not help, it shows the files of its figures; and where that does not help either, its numbers do not tell
+/// what is behind them.
+pub(super) fn small_enough(
+    page: &mut Page,
+    folder: &Path,
+    sequences: &Sequences,
+    most: usize,
+) -> Result<String, WriteError> {
+    let drawn: usize = page.figures.iter().map(|f| f.svg.len()).sum();
+    page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
+    if !page.sequences.rows.is_empty() {
+        page.series = json::embedded(sequences).index;
+    }
+    if page.series.len() + drawn <= most {
+        let html = render(page)?;
+        if html.len() <= most {
+            return Ok(html);
+        }
+    }
+    page.beside = true;
+    if !page.sequences.rows.is_empty() {
+        let packed = json::beside(sequences);
+        for (name, text) in &packed.files {
+            store::write(&folder.join(name), text.as_bytes())?;
+        }
+        page.series = packed.index;
+        let files = packed.files.len();
+        page.sequences.note.push_str(&format!(
+            " The series of the strips and the viewer are in {files} files in the folder data beside this page."
+        ));
+        if page.series.len() + drawn <= most {
+            let html = render(page)?;
+            if html.len() <= most {
+                return Ok(html);
+            }
+        }
+    }
+    page.figures_beside = true;
+    let html = render(page)?;
+    if html.len() <= most {
+        return Ok(html);
+    }
+    page.origins.clear();
+    Ok(render(page)?)
+}
+
+/// Results of others are read, links and all; but nothing is written where a link of theirs leads. (Files
+/// are replaced by renaming, which replaces a link itself.)
+fn stays_here(folder: &Path) -> Result<(), StoreError> {
+    if folder.is_symlink() {
+        let message = "a link, through which no table is written; put a folder in its place";
+        return Err(StoreError::new(folder, message));
+    }
+    Ok(())
+}
+
+fn not_drawn(figure: &Figure, reason: &str) -> String {
+    format!("Figure {} is not drawn: {reason}.", figure.name)
+}
+
+fn claim_view(finding: &Finding) -> ClaimView {
+    let holds = finding.tested.iter().filter(|t| t.verdict == claim::ClaimVerdict::Holds).count();
+    let verdict = finding.overall();
+    let headline = if finding.tested.len() > 1 {
+        format!("holds for {holds} of {} trackers", finding.tested.len())
+    } else {
+        verdict.words().to_string()
+    };
+    let detail = |Tested { tracker, verdict, numbers }: &Tested| {
+        let shown = match verdict {
+            claim::ClaimVerdict::Untestable(reason) => reason.clone(),
+            _ => {
+                let numbers = numbers.iter().map(|(name, value)| match value {
+                    Some(v) => format!("{name} = {v:.4}"),
+                    None => format!("{name} has no value"),
+                });
+                numbers.collect::<Vec<_>>().join(", ")
+            }
+        };
+        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
+        format!("{who}{}: {shown}", view(verdict).words())
+    };
+    ClaimView {
+        text: finding.text.clone(),
+        verdict,
+        headline,
+        predicate: finding.predicate.clone(),
+        details: finding.tested.iter().map(detail).collect(),
+    }
+}
+
+/// The page without tables, figures and claims.
+fn frame(results: &Results) -> Page {
+    let (experiment, manifest) = (&results.experiment, &results.manifest);
+    let suite = &manifest.suite;
+    let mut data_note = format!(
+        "suite {}, {} ({} frames)",
+        suite.name,
+        folder::data_note(experiment, manifest),
+        suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
+    );
+    if !suite.missing.is_empty() {
+        data_note.push_str(&format!("; missing: {}", suite.missing.join(", ")));
+    }
+    let mut warnings = Vec::new();
+    if !suite.missing.is_empty() {
+        warnings.push(format!(
+            "Only {} of the suite are here; every number below rests on these.",
+            layout::data_note(suite.present.len(), suite.wanted)
+        ));
+    }
+    if !manifest.differing.is_empty() {
+        let names = manifest.differing.join(", ");
+        warnings.push(format!("Not the data that datasets.lock pins: {names}."));
+    }
+    for method in &manifest.methods {
+        if let Some((parameter, trained_on)) = &method.trained
+            && *trained_on == suite.name
+        {
+            let warning = format!("{}: `{parameter}` was tuned on the test suite itself.", method.name);
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
+    }
+    for (rule, count) in &manifest.rules {
+        warnings.push(format!("{rule}: {count} times."));
+    }
+    let failed = manifest.cells_failed.iter().map(|c| FailedCell {
+        cell: format!("{}, {}, run {}, {}", c.sequence, c.tracker, c.run, c.method),
+        reason: c.reason.clone(),
+    });
+    Page {
+        title: experiment.title.clone(),
+        home: format!("{}index.html", "../".repeat(experiment.name.split('/').count())),
+        experiment: experiment.name.clone(),
+        paper: experiment.paper.clone().unwrap_or_default(),
+        object: experiment.object.clone().unwrap_or_default(),
+        data_note,
+        warnings,
+        summary: experiment.note.iter().cloned().collect(),
+        failed: failed.collect(),
+        provenance: provenance(results),
+        // The experiment's file, protocol, seed and version, and the suites.
+        provenance_head: 4 + manifest.digests.len(),
+        ..Page::default()
+    }
+}
+
+/// The experiment's protocol, and those of methods that have one of their own.
+fn protocols(results: &Results) -> String {
+    let mut text = results.manifest.protocol.clone();
+    let own = results.experiment.methods.iter().filter(|m| m.protocol.name != results.manifest.protocol);
+    for method in own {
+        text.push_str(&format!("; {} for {}", method.protocol.name, method.name));
+    }
+    text
+}
+
+fn provenance(results: &Results) -> Vec<(String, String)> {
+    let manifest = &results.manifest;
+    let mut all = vec![
+        ("experiment file, SHA-256".to_string(), manifest.spec_digest.clone()),
+        ("protocol".to_string(), protocols(results)),
+        ("seed".to_string(), manifest.seed.to_string()),
+        ("trackfail".to_string(), manifest.version.clone()),
+    ];
+    for (suite, sequences) in &manifest.digests {
+        let mut value = if *suite == manifest.suite.name {
+            layout::data_note(manifest.suite.present.len(), manifest.suite.wanted)
+        } else {
+            layout::data_note(sequences.len(), sequences.len())
+        };
+        if synthetic::SUITES.iter().any(|s| s.name == suite) {
+            value.push_str("; synthetic: rendered by the program, no real video");
+        }
+        all.push((format!("suite {suite}"), value));
+    }
+    for t in &manifest.trackers {
+        let runs = format!("runs {}, {} to learn from", t.runs, t.training_runs);
+        let value = format!("{} version {}, {}, {runs}", t.kind, t.version, t.params);
+        all.push((format!("tracker {}", t.label), value));
+    }
+    // Every combination of a grid would fill pages; its first stands for the parameters they share.
+    let mut named: Vec<&str> = Vec::new();
+    for m in &manifest.methods {
+        if named.contains(&m.name.as_str()) {
+            continue;
+        }
+        named.push(&m.name);
+        let part = |(kind, version, params): &(String, u32, serde_json::Value)| {
+            format!("{kind} version {version} {params}")
+        };
+        let mut value = m.signal.as_ref().map_or(String::new(), |s| format!("signal {}; ", part(s)));
+        value.push_str(&format!("detector {}", part(&m.detector)));
+        if !m.params.is_empty() {
+            value.push_str(&format!(" (first of the grid: {})", m.params));
+        }
+        if let Some((key, suite)) = &m.trained {
+            let values: Vec<String> =
+                m.thresholds.iter().map(|(tracker, v)| format!("{v} for {tracker}")).collect();
+            value.push_str(&format!("; `{key}` trained on {suite}: {}", values.join(", ")));
+        }
+        all.push((format!("method {}", m.name), value));
+    }
+    for (name, text) in &manifest.models {
+        all.push((format!("learned by {name}"), text.clone()));
+    }
+    for (suite, sequences) in &manifest.digests {
+        for (name, digest) in sequences {
+            all.push((format!("{suite}/{name}"), digest.clone()));
+        }
+    }
+    all
+}

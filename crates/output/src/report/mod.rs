@@ -1,0 +1,223 @@
+//! Reports: everything an experiment has to say, as one offline HTML page and as Markdown.
+//!
+//! A [`Page`] is filled by whoever knows the results; [`render`] makes `index.html` of it, a single file
+//! that asks the network for nothing, and [`markdown`] makes `report.md`. All texts may come from
+//! outside (names of sequences, messages of errors): both outputs show them as text.
+//!
+//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`], [`delays`] and [`stills`] draw
+//! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
+//! [`sequences`] has what is shown sequence by sequence, [`explain`](mod@explain) takes numbers apart and
+//! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report,
+//! [`site`] is the page over all reports.
+
+pub mod claims;
+pub mod delays;
+pub mod explain;
+mod facts;
+pub mod figures;
+mod fill;
+mod html;
+mod markdown;
+pub mod pairs;
+pub mod results;
+pub mod sequences;
+pub mod site;
+pub mod stills;
+pub mod trace;
+pub mod uncertainty;
+
+pub use fill::{INDEX, OWNED, WriteError, Written, verdict_words, write};
+pub use html::render;
+pub use markdown::markdown;
+
+use crate::table::layout::Layout;
+use explain::Origins;
+use sequences::Tallies;
+use serde::Serialize;
+
+/// What a report shows, in the order of the page.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Page {
+    /// Title of the page.
+    pub title: String,
+    /// Where the page over all experiments lies, seen from here; empty where there is none.
+    pub home: String,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// The paper that is replicated; may be empty.
+    pub paper: String,
+    /// What of the paper: `Table 1`; may be empty.
+    pub object: String,
+    /// Which data there was: `12 of 21 targets present; missing: ...`; may be empty.
+    pub data_note: String,
+    /// What a reader must know before reading on.
+    pub warnings: Vec<String>,
+    /// The result in a few sentences, a paragraph each.
+    pub summary: Vec<String>,
+    /// What the paper says, and whether it holds here.
+    pub claims: Vec<ClaimView>,
+    /// Tables.
+    pub tables: Vec<Layout>,
+    /// What is behind their cells, for the first of them; may be empty.
+    pub origins: Vec<Origins>,
+    /// Figures.
+    pub figures: Vec<FigureView>,
+    /// Whether the page shows the files of the figures instead of having them in itself.
+    pub figures_beside: bool,
+    /// Counts of every method on every track.
+    pub sequences: Tallies,
+    /// The series of strips and viewer: JSON that may stand in a page; empty without tracks.
+    pub series: String,
+    /// Whether files beside the page belong to it: series, stills, figures.
+    pub beside: bool,
+    /// Units of work without a result.
+    pub failed: Vec<FailedCell>,
+    /// Where the numbers come from: names and values.
+    pub provenance: Vec<(String, String)>,
+    /// How many of these are short and for everyone; the page folds the others.
+    pub provenance_head: usize,
+}
+
+/// A statement and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ClaimView {
+    /// The statement.
+    pub text: String,
+    /// What became of it: the worst of what it is for each tracker.
+    pub verdict: ClaimOutcome,
+    /// The verdict in words: `holds for 2 of 4 trackers`.
+    pub headline: String,
+    /// The predicate over our numbers; may be empty.
+    pub predicate: String,
+    /// One line for each tracker: the verdict and the numbers behind it.
+    pub details: Vec<String>,
+}
+
+/// What became of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClaimOutcome {
+    /// It holds in our numbers.
+    Holds,
+    /// It does not.
+    DoesNotHold,
+    /// Data or numbers are missing.
+    CannotBeTested,
+}
+
+impl ClaimOutcome {
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::DoesNotHold => "does not hold",
+            Self::CannotBeTested => "cannot be tested",
+        }
+    }
+}
+
+/// A figure.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FigureView {
+    /// Name: `Figure 3`.
+    pub name: String,
+    /// Caption.
+    pub caption: String,
+    /// The picture as made by [`crate::figure`]; it becomes part of the page.
+    pub svg: String,
+    /// Its file beside the report, for Markdown: `figures/fig3.svg`.
+    pub file: String,
+}
+
+/// A unit of work without a result.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FailedCell {
+    /// Which.
+    pub cell: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A row has more or fewer cells than its table has columns.
+    #[error("row `{row}` of table `{table}` has {got} cells for {expected} columns")]
+    Row {
+        /// Name of the table.
+        table: String,
+        /// Label of the row.
+        row: String,
+        /// Number of its cells.
+        got: usize,
+        /// Number of columns.
+        expected: usize,
+    },
+    /// Not an SVG that may stand in a page: script, foreign content, ids or links to elsewhere.
+    #[error("figure `{0}` is not an SVG made by this program")]
+    NotAFigure(String),
+    /// Series that would end their element in the page.
+    #[error("the series of the sequences are not packed for a page")]
+    NotPacked,
+    /// The template does not fit the data.
+    #[error("the page could not be rendered: {0}")]
+    Template(String),
+}
+
+impl Page {
+    /// Whether all parts fit together.
+    ///
+    /// # Errors
+    /// See [`ReportError`].
+    pub fn check(&self) -> Result<(), ReportError> {
+        for table in &self.tables {
+            let expected = table.columns.len();
+            let rows = table.groups.iter().flat_map(|g| &g.rows);
+            if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
+                let (table, row, got) = (table.name.clone(), row.label.clone(), row.cells.len());
+                return Err(ReportError::Row { table, row, got, expected });
+            }
+        }
+        for (table, origins) in self.tables.iter().zip(&self.origins) {
+            let cells = |t: &Layout| t.groups.iter().flat_map(|g| &g.rows).map(|r| r.cells.len()).sum();
+            let (expected, got): (usize, usize) =
+                (cells(table), origins.iter().flatten().map(Vec::len).sum());
+            if got != expected {
+                let (table, row) = (table.name.clone(), "origins".to_string());
+                return Err(ReportError::Row { table, row, got, expected });
+            }
+        }
+        if self.series.contains(['<', '>', '&', '\u{2028}', '\u{2029}']) {
+            return Err(ReportError::NotPacked);
+        }
+        for figure in &self.figures {
+            let svg = figure.svg.trim();
+            // Texts of our figures have their quotes and angle brackets escaped, so these words can
+            // only be markup.
+            let foreign =
+                ["<script", "<foreignObject", "<style", "<!", "<?", "<a ", " id=\"", " on", "href=\"http"];
+            let markup = foreign.iter().any(|word| match *word {
+                " on" => has_handler(svg),
+                word => svg.contains(word),
+            });
+            if !svg.starts_with("<svg ") || !svg.ends_with("</svg>") || markup {
+                return Err(ReportError::NotAFigure(figure.name.clone()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a tag has an attribute that is a program: `onload=`.
+fn has_handler(svg: &str) -> bool {
+    svg.split('<').filter_map(|tag| tag.split('>').next()).any(|tag| {
+        tag.split_whitespace().any(|word| {
+            word.len() > 2
+                && word.get(..2).is_some_and(|w| w.eq_ignore_ascii_case("on"))
+                && word.contains('=')
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,290 @@
+use super::*;
+use crate::engine::progress::{self, Running};
+
+const HOSTILE: &str =
+    "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";
+
+fn a(name: &str) -> Summary {
+    let claims = ClaimCounts { hold: 2, do_not_hold: 1, cannot_be_tested: 0 };
+    let best = |tracker: &str, method: &str| Best {
+        tracker: tracker.into(),
+        metric: "f_score".into(),
+        method: method.into(),
+        value: "0.712".into(),
+    };
+    Summary {
+        format: FORMAT,
+        experiment: name.into(),
+        title: format!("Title of {name}"),
+        paper: "a paper".into(),
+        object: "Table 1".into(),
+        claims,
+        suite: "otb".into(),
+        data: "12 of 21 targets".into(),
+        present: 12,
+        wanted: 21,
+        best: vec![best("ncc", "DTEF"), best("kcf", "hist")],
+        ..Summary::default()
+    }
+}
+
+fn put(reports: &Path, name: &str, summary: &str) {
+    let folder = reports.join(name);
+    store::write(&folder.join(INDEX), b"page").unwrap();
+    store::write(&folder.join(SUMMARY), summary.as_bytes()).unwrap();
+}
+
+fn json(summary: &Summary) -> String {
+    serde_json::to_string(summary).unwrap()
+}
+
+fn index(reports: &Path) -> String {
+    assert_eq!(write_index(reports).unwrap().warnings, Vec::<String>::new());
+    page(reports)
+}
+
+/// The site that is there; a slash is escaped too.
+fn page(reports: &Path) -> String {
+    std::fs::read_to_string(reports.join(INDEX)).unwrap().replace("&#x2f;", "/")
+}
+
+#[test]
+fn the_site_does_not_depend_on_the_order_of_reports() {
+    let names = ["b", "a/z", "a", "c-1/x_2", "a-b", "a/data"];
+    let make = |names: &[&str]| {
+        let dir = tempfile::tempdir().unwrap();
+        for name in names {
+            put(dir.path(), name, &json(&a(name)));
+            index(dir.path());
+        }
+        let page = index(dir.path());
+        assert_eq!(page, index(dir.path()));
+        (page, dir)
+    };
+    let (page, dir) = make(&names);
+    let mut other = names;
+    other.reverse();
+    assert_eq!(page, make(&other).0);
+    let at =
+        |name: &str| page.find(&format!("<a href=\"{name}/index.html\" dir=\"auto\">Title of {name}</a>"));
+    let places: Vec<_> = ["a", "a-b", "a/data", "a/z", "b", "c-1/x_2"].map(at).into();
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
+    for part in [
+        "href=\"a/z/report.md\"",
+        "12 of 21 targets",
+        "not all of them",
+        "a paper",
+        "Table 1",
+        "6 experiments",
+        "<strong class=\"verdict\">12</strong> hold<",
+        "<strong class=\"verdict\">6</strong> do not hold<",
+        "<bdi>DTEF</bdi> <bdi>0.712</bdi> (<bdi>ncc</bdi>)",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    // Nothing that is loaded or run.
+    for part in ["<script", "http://", "https://", "script-src", "refresh"] {
+        assert!(!page.contains(part), "{part}");
+    }
+    // A report that was removed is gone.
+    std::fs::remove_dir_all(dir.path().join("a/z")).unwrap();
+    let page = index(dir.path());
+    assert!(!page.contains("a/z") && page.contains("5 experiments"));
+}
+
+#[test]
+fn what_is_no_report_is_not_listed() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in [".trackfail-tmp-x/a", ".hidden", "With Capitals", "a/.b", "umläut"] {
+        put(dir.path(), name, &json(&a("a")));
+    }
+    put(dir.path(), "unfinished", &json(&a("a")));
+    std::fs::remove_file(dir.path().join("unfinished").join(INDEX)).unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(dir.path().join(".hidden"), dir.path().join("link")).unwrap();
+    assert_eq!(collect(dir.path()), Site::default());
+    assert!(index(dir.path()).contains("no report yet"));
+    assert_eq!(collect(&dir.path().join("absent")), Site::default());
+}
+
+#[test]
+fn summaries_that_cannot_be_read_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    put(dir.path(), "good", &json(&a("good")));
+    let deep = "[".repeat(100_000);
+    let later = format!("{{\"format\": {}, \"more\": 1}}", FORMAT + 1);
+    let negative = json(&a("x")).replace("\"hold\":2", "\"hold\":-2");
+    let more = json(&a("x")).replacen('{', "{\"more\":1,", 1);
+    let broken = [
+        "",
+        "{",
+        "[]",
+        "null",
+        "\u{0}",
+        "{\"format\": 1}",
+        "{\"format\": \"1\"}",
+        &deep,
+        &later,
+        &negative,
+        &more,
+    ];
+    for (k, text) in broken.iter().enumerate() {
+        put(dir.path(), &format!("bad/{k}"), text);
+    }
+    std::fs::create_dir_all(dir.path().join("bad/folder").join(SUMMARY)).unwrap();
+    std::fs::write(dir.path().join("bad/folder").join(INDEX), "").unwrap();
+    std::fs::create_dir_all(dir.path().join("bad/none")).unwrap();
+    std::fs::write(dir.path().join("bad/none").join(INDEX), "").unwrap();
+    let told = write_index(dir.path()).unwrap().warnings;
+    assert_eq!(told.len(), broken.len() + 2, "{told:#?}");
+    assert!(told.iter().any(|t| t.contains("bad/none") && t.contains("`trackfail report bad/none`")));
+    assert!(told.iter().any(|t| t.contains("has format 2")));
+    let page = page(dir.path());
+    assert!(page.contains("1 experiment.") && page.contains("href=\"bad/5/index.html\""));
+    assert_eq!(page.matches("is none of this program").count(), broken.len() - 1);
+    put(dir.path(), "huge", &" ".repeat(LARGEST as usize + 1));
+    assert!(
+        collect(dir.path())
+            .unreadable
+            .iter()
+            .any(|(name, why)| name == "huge" && why.contains("cannot be read"))
+    );
+}
+
+#[test]
+fn hostile_texts_are_texts() {
+    let dir = tempfile::tempdir().unwrap();
+    let of = |text: &str| {
+        let text = text.to_string();
+        let best = |n: u8| Best {
+            tracker: text.clone(),
+            metric: text.clone(),
+            method: text.clone(),
+            value: format!("{text}{n}"),
+        };
+        let mut summary = a(&text);
+        summary.best = vec![best(1), best(2)];
+        summary.title.clone_from(&text);
+        summary.paper.clone_from(&text);
+        summary.object.clone_from(&text);
+        summary.suite.clone_from(&text);
+        summary.data.clone_from(&text);
+        summary.claims.hold = u64::MAX;
+        summary
+    };
+    let told = |text: &str| progress::ProgressSnapshot {
+        format: progress::FORMAT,
+        experiment: text.into(),
+        title: text.into(),
+        shard: text.into(),
+        started: u64::MAX,
+        updated: 0,
+        stage: text.into(),
+        frames: [u64::MAX, 1],
+        cells: [1, 0],
+        now: vec![text.into(); 2],
+    };
+    let pages = |text: &str| {
+        put(dir.path(), "x", &json(&of(text)));
+        put(dir.path(), "y", &json(&of(text)));
+        put(
+            dir.path(),
+            "z",
+            &format!(
+                "{{\"format\": 1, \"{}\": 1}}",
+                text.escape_default().to_string().replace(['\\', '"'], "")
+            ),
+        );
+        assert_eq!(write_index(dir.path()).unwrap().warnings.len(), 1);
+        let site = collect(dir.path());
+        let running = [true, false].map(|alive| Running { alive, told: told(text) });
+        [std::fs::read_to_string(dir.path().join(INDEX)).unwrap(), render_live(&site, &running, 7).unwrap()]
+    };
+    for (page, harmless) in pages(HOSTILE).iter().zip(pages("word")) {
+        let turns = |c| ('\u{202a}'..='\u{202e}').contains(&c);
+        assert!(!page.contains(|c: char| (c.is_control() && c != '\n') || turns(c)));
+        assert!(
+            !page.contains("<img")
+                && !page.contains("<script>alert")
+                && page.contains("&lt;script&gt;alert(1)")
+        );
+        assert_eq!(page.matches('<').count(), harmless.matches('<').count());
+    }
+}
+
+#[test]
+fn runs_are_shown_above_reports() {
+    let dir = tempfile::tempdir().unwrap();
+    put(dir.path(), "a", &json(&a("a")));
+    let told = progress::ProgressSnapshot {
+        format: progress::FORMAT,
+        experiment: "mine/a".into(),
+        title: "My run".into(),
+        shard: String::new(),
+        started: 1000,
+        updated: 1100,
+        stage: "judging".into(),
+        frames: [30, 120],
+        cells: [4, 9],
+        now: vec!["Girl".into(), "Bolt".into()],
+    };
+    let show = |alive: bool| {
+        let run = Running { alive, told: told.clone() };
+        render_live(&collect(dir.path()), &[run], 1125).unwrap()
+    };
+    let page = show(true);
+    for part in [
+        "My run",
+        "for 2 min 5 s",
+        "judging",
+        "30 of 120",
+        "4 of 9",
+        "<bdi>Girl</bdi>, <bdi>Bolt</bdi>",
+        "<script>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    assert!(page.find("My run") < page.find("Title of a"));
+    let page = show(false);
+    assert!(page.contains("after 1 min 40 s, 25 s ago") && !page.contains("Girl"), "{page}");
+}
+
+#[test]
+fn a_page_of_somebody_else_is_left_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    put(dir.path(), "a", &json(&a("a")));
+    let path = dir.path().join(INDEX);
+    std::fs::write(&path, "<h1>My own</h1>").unwrap();
+    let told = write_index(dir.path()).unwrap().warnings;
+    assert!(told.len() == 1 && told[0].contains("left as it is"), "{told:?}");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "<h1>My own</h1>");
+    std::fs::remove_file(&path).unwrap();
+    assert!(index(dir.path()).contains(OURS));
+    #[cfg(unix)]
+    {
+        // Nothing is written where a link leads.
+        let elsewhere = dir.path().join("elsewhere.txt");
+        std::fs::write(&elsewhere, "mine").unwrap();
+        std::fs::remove_file(&path).unwrap();
+        std::os::unix::fs::symlink(&elsewhere, &path).unwrap();
+        index(dir.path());
+        assert_eq!(std::fs::read_to_string(&elsewhere).unwrap(), "mine");
+        assert!(!path.is_symlink());
+    }
+}
+
+#[test]
+fn writers_at_once_lose_no_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let names: Vec<String> = (0..8).map(|k| format!("e/{k}")).collect();
+    std::thread::scope(|scope| {
+        for name in &names {
+            scope.spawn(|| {
+                put(dir.path(), name, &json(&a(name)));
+                write_index(dir.path()).unwrap();
+            });
+        }
+    });
+    let page = page(dir.path());
+    assert!(names.iter().all(|name| page.contains(&format!("href=\"{name}/index.html\""))));
+}

@@ -1,0 +1,464 @@
+//! How far the headline number of each method, or of each tracker that was scored itself, can be trusted, from
+//! `scores.csv` or `analyses.json` alone: intervals, tests of each against each other, and mean ranks.
+//!
+//! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of what
+//! the first analysis that goes by sequence has in its table `sequences`. Methods are compared on the same tracker and by the
+//! same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are there
+//! to compare with, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
+//! for the statistics.
+
+use super::pairs;
+use super::results::Results;
+use crate::analysis::Grid;
+use crate::direction::Direction;
+use crate::engine::analyse::Analysed;
+use crate::figure::{Ranking, Ranks};
+use crate::num::{pooled, ranks, seed};
+use crate::score::Protocol;
+use crate::score::chance::Chance;
+use crate::score::measures::{Counts, Metric, Pooled};
+use crate::spec::table::Side;
+use crate::spec::{Experiment, TEST};
+use crate::table::folder;
+use crate::table::layout::{self, Cell, Group, Layout, Row};
+use crate::table::leaderboard::{DRAWS, FEWEST};
+use crate::table::number::Style;
+use crate::table::records::{CellScore, method_label};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Of intervals, and 1 less the significance of the critical difference.
+const LEVEL: f64 = 0.95;
+
+/// What a report says of it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Uncertainty {
+    /// The tables `uncertainty` and `pairs`.
+    pub tables: Vec<Layout>,
+    /// The figure `ranks`, and one for each measure of trackers: name, figure and caption.
+    pub ranks: Vec<(String, Ranks, String)>,
+    /// Why something is not there.
+    pub note: Option<String>,
+}
+
+/// The metric that a report is ordered by: of the metrics of the tables of methods F, or informedness, where that is
+/// among them; else the first that has a direction and comes from counts; else F. (A ratio such as recall, which a
+/// method that always raises the alarm has at 1, orders nothing by itself.)
+pub fn headline(experiment: &Experiment) -> Metric {
+    let of_methods = experiment.tables.iter().filter(|t| t.shows.is_none());
+    let metrics: Vec<Metric> = of_methods
+        .flat_map(|t| match &t.rows {
+            Side::Metrics(metrics) => metrics.clone(),
+            _ => t.metric.into_iter().collect(),
+        })
+        .collect();
+    // What trackers did again is no sum of counts of detections.
+    let is_effort = |m: &Metric| matches!(m, Metric::ReverseRuns | Metric::ReverseFrames);
+    let fits = |m: &Metric| !is_effort(m) && m.direction() != Direction::Neither;
+    let whole = [Metric::FScore, Metric::Informedness].into_iter().find(|m| metrics.contains(m));
+    whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::FScore)
+}
+
+/// What is measured of a method or a tracker.
+#[derive(Debug, Clone, PartialEq)]
+enum Measured {
+    /// A metric of counts, in the order of [`Counts`].
+    Counted(Metric),
+    /// The mean over sequences of a column that an analysis made. The numbers of a sequence are its value in
+    /// billionths, whose sum is the same in any order, and 1.
+    Mean(String),
+}
+
+/// Of [`Measured::Mean`].
+const BILLION: f64 = 1e9;
+
+impl Measured {
+    fn name(&self) -> &str {
+        match self {
+            Self::Counted(metric) => metric.name(),
+            Self::Mean(column) => column,
+        }
+    }
+
+    fn direction(&self) -> Direction {
+        match self {
+            Self::Counted(metric) => metric.direction(),
+            Self::Mean(column) if column == "failures" => Direction::LowerIsBetter,
+            Self::Mean(_) => Direction::HigherIsBetter,
+        }
+    }
+
+    fn style(&self) -> Style {
+        match self {
+            Self::Counted(metric) => Style::of_metric(*metric),
+            Self::Mean(_) => Style::DEFAULT,
+        }
+    }
+
+    /// From the numbers of all units together.
+    fn value(&self, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
+        match self {
+            Self::Counted(metric) => {
+                let [tp, fp, fn_, tn] = counts.map(|c| u64::try_from(c).unwrap_or(0));
+                let counts = Counts { tp, fp, fn_, tn };
+                Pooled { counts, chance: Some(chance), ..Pooled::default() }.value(*metric)
+            }
+            Self::Mean(_) => (counts[1] > 0).then(|| counts[0] as f64 / BILLION / counts[1] as f64),
+        }
+    }
+
+    /// How it comes about, for captions.
+    fn way(&self) -> &'static str {
+        match self {
+            Self::Counted(_) => "from the summed counts of all sequences",
+            Self::Mean(_) => "the mean over sequences",
+        }
+    }
+}
+
+/// A method on one tracker.
+struct Contestant {
+    label: String,
+    /// Whether it is ranked and tested.
+    competes: bool,
+    /// Sequence -> counts of all runs.
+    counts: BTreeMap<String, [i64; 4]>,
+}
+
+/// Methods that can be compared.
+struct Field {
+    /// Tracker, and protocol where the tracker's methods have several.
+    label: String,
+    /// How random detections match by the protocol.
+    chance: Chance,
+    contestants: Vec<Contestant>,
+}
+
+fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
+    let experiment = &results.experiment;
+    let mut counts: BTreeMap<(String, String), BTreeMap<String, [i64; 4]>> = BTreeMap::new();
+    for row in scores {
+        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
+        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
+        let Counts { tp, fp, fn_, tn } = row.counts;
+        // No sequence has so many frames; sums of counts that were made up do not overflow.
+        let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
+        sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
+    }
+    let mut fields = Vec::new();
+    for tracker in &experiment.trackers {
+        let methods = || experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
+        let mut protocols: Vec<&Protocol> = Vec::new();
+        for method in methods() {
+            if protocols.iter().all(|p| p.name != method.protocol.name) {
+                protocols.push(method.protocol);
+            }
+        }
+        for protocol in &protocols {
+            let mut contestants = Vec::new();
+            for method in methods().filter(|m| m.protocol.name == protocol.name) {
+                let competes = method.variants.len() == 1 && !layout::is_anchor(experiment, &method.name);
+                for variant in &method.variants {
+                    let label = method_label(&method.name, &variant.params());
+                    let Some(counts) = counts.remove(&(tracker.label.clone(), label.clone())) else {
+                        continue;
+                    };
+                    contestants.push(Contestant { label, competes, counts });
+                }
+            }
+            let several = protocols.len() > 1;
+            let label =
+                if several { format!("{}, {}", tracker.label, protocol.name) } else { tracker.label.clone() };
+            if !contestants.is_empty() {
+                fields.push(Field { label, chance: protocol.chance, contestants });
+            }
+        }
+    }
+    fields
+}
+
+/// The trackers that the first analysis with a table `sequences` scored, for each column of it.
+fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
+    let by_sequence = |a: &Analysed| a.findings.tables.iter().find(|t| t.name == "sequences").cloned();
+    let Some(first) = results.analyses.iter().find(|a| by_sequence(a).is_some()) else { return Vec::new() };
+    let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
+    let tables: Vec<(&str, Grid)> =
+        mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
+    let field = |(k, column): (usize, &String)| {
+        let contestant = |(tracker, table): &(&str, Grid)| {
+            let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
+                // No measure of a sequence is as large as a million.
+                let value = cells.get(k).copied().flatten()?.clamp(-1e6, 1e6);
+                Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
+            };
+            let counts = table.rows.iter().filter_map(unit).collect();
+            Contestant { label: (*tracker).to_string(), competes: true, counts }
+        };
+        let contestants = tables.iter().map(contestant).collect();
+        (
+            Measured::Mean(column.clone()),
+            Field { label: String::new(), chance: Chance::within(0), contestants },
+        )
+    };
+    tables[0].1.columns.iter().enumerate().map(field).collect()
+}
+
+/// Intervals, tests and ranks of an experiment's methods, from the counts of [`Results::scores`], and of its trackers that
+/// were scored themselves.
+pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
+    let experiment = &results.experiment;
+    let of_trackers = tracker_fields(results);
+    if experiment.methods.is_empty() && of_trackers.is_empty() {
+        return Uncertainty::default();
+    }
+    let present = results.manifest.suite.present.len();
+    if present < FEWEST {
+        let note = format!(
+            "No intervals, tests and ranks: they need {FEWEST} sequences of the suite, and {present} are here."
+        );
+        return Uncertainty { note: Some(note), ..Uncertainty::default() };
+    }
+    let mut all: Vec<(String, Measured, Vec<Field>)> = Vec::new();
+    if !experiment.methods.is_empty() {
+        all.push((String::new(), Measured::Counted(headline(experiment)), fields(results, scores)));
+    }
+    for (measured, field) in of_trackers {
+        all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
+    }
+    let note = folder::data_note(experiment, &results.manifest);
+    let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
+    let mut said = Uncertainty::default();
+    for (suffix, measured, fields) in &all {
+        let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
+        let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
+        let mut tables = vec![intervals(fields, &ranked, measured, seed)];
+        let duels = duels(fields, measured, seed);
+        tables.extend((!duels.groups.is_empty()).then_some(duels));
+        for table in &mut tables {
+            table.name.push_str(suffix);
+            table.caption = format!("{} {suite}", table.caption);
+            table.data.clone_from(&note);
+            while experiment.tables.iter().any(|t| t.name == table.name) {
+                table.name.push('_');
+            }
+        }
+        said.tables.extend(tables);
+        let diagram = diagram(fields, &ranked, measured, &suite);
+        said.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
+    }
+    said
+}
+
+/// The mean ranks of a field.
+struct Ranked {
+    /// Of the contestants that compete, by label.
+    mean_ranks: BTreeMap<String, f64>,
+    /// Sequences in which all of them have a value.
+    blocks: usize,
+    p: Option<f64>,
+    critical: f64,
+}
+
+fn rank(field: &Field, measured: &Measured) -> Option<Ranked> {
+    let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
+    let values = |sequence: &String| -> Option<Vec<f64>> {
+        competing.iter().map(|c| measured.value(field.chance, c.counts.get(sequence)?)).collect()
+    };
+    let blocks: Vec<Vec<f64>> = competing.first()?.counts.keys().filter_map(values).collect();
+    if blocks.len() < FEWEST {
+        return None;
+    }
+    let found = ranks::friedman(&blocks, measured.direction() != Direction::LowerIsBetter)?;
+    let critical = ranks::critical_difference(LEVEL, competing.len(), blocks.len())?;
+    let mean_ranks = competing.iter().map(|c| c.label.clone()).zip(found.mean_ranks).collect();
+    Some(Ranked { mean_ranks, blocks: found.blocks, p: found.test.map(|t| t.1), critical })
+}
+
+fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
+    Cell { value, ours: value.map(shown), ..Cell::default() }
+}
+
+/// p-values as they are shown.
+fn p_text(p: f64) -> String {
+    if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
+}
+
+fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Vec<Group>) -> Layout {
+    Layout {
+        name: name.into(),
+        caption,
+        data: String::new(),
+        corner: corner.into(),
+        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        groups,
+    }
+}
+
+fn group(key: &str, label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
+    let row = |(label, cells)| Row { label, direction: Direction::Neither, cells };
+    Group {
+        key: key.to_string(),
+        label,
+        published_tracker: None,
+        has_ours: true,
+        rows: rows.into_iter().map(row).collect(),
+    }
+}
+
+fn direction(measured: &Measured) -> &'static str {
+    match measured.direction() {
+        Direction::HigherIsBetter => "larger is better",
+        Direction::LowerIsBetter => "smaller is better",
+        Direction::Neither => "neither large nor small is better",
+    }
+}
+
+fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> Layout {
+    let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
+        let mut heading = vec![field.label.clone()];
+        if let Some(r) = ranked {
+            let p =
+                r.p.map_or_else(|| "no differences".to_string(), |p| format!("Friedman's p {}", p_text(p)));
+            let ranks =
+                format!("ranks over {} sequences, {p}, critical difference {:.2}", r.blocks, r.critical);
+            heading.push(if field.label.is_empty() { ranks } else { format!("({ranks})") });
+        }
+        let heading = heading.join(" ").trim_start().to_string();
+        let seed = seed::seed(seed, &[&field.label]);
+        let row = |c: &Contestant| {
+            let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
+            let total = units.iter().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
+            let bounds = (units.len() >= FEWEST)
+                .then(|| pooled::interval(&units, |c| measured.value(field.chance, c), LEVEL, DRAWS, seed))
+                .flatten();
+            let shown = |v| measured.style().format(v);
+            let rank = ranked.as_ref().and_then(|r| r.mean_ranks.get(&c.label).copied());
+            let cells = vec![
+                cell(measured.value(field.chance, &total), shown),
+                cell(bounds.map(|b| b.0), shown),
+                cell(bounds.map(|b| b.1), shown),
+                cell(Some(units.len() as f64), |v| Style::COUNT.format(v)),
+                cell(rank, |v| format!("{v:.2}")),
+            ];
+            (c.label.clone(), cells)
+        };
+        group(&field.label, heading, field.contestants.par_iter().map(row).collect())
+    };
+    let is_counted = matches!(measured, Measured::Counted(_));
+    let caption = format!(
+        "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
+         sequences (percentiles of {DRAWS} samples), and the mean rank, 1 the best, over the sequences in which \
+         all that are ranked have a value{}.",
+        measured.name(),
+        direction(measured),
+        measured.way(),
+        if is_counted { "; anchors and points of a grid are not ranked" } else { "" }
+    );
+    let who = if is_counted { "method" } else { "tracker" };
+    let columns = [measured.name(), "95 % from", "95 % to", "sequences", "mean rank"];
+    table("uncertainty", caption, who, &columns, fields.iter().zip(ranked).map(of_field).collect())
+}
+
+/// One method against another.
+struct Duel {
+    label: String,
+    difference: Option<f64>,
+    bounds: Option<(f64, f64)>,
+    p: Option<f64>,
+    sequences: usize,
+}
+
+fn duel((a, b): (&Contestant, &Contestant), of: impl Fn(&[i64; 4]) -> Option<f64>, seed: u64) -> Duel {
+    let both: Vec<([i64; 4], [i64; 4])> =
+        a.counts.iter().filter_map(|(sequence, x)| Some((*x, *b.counts.get(sequence)?))).collect();
+    let label = format!("{} against {}", a.label, b.label);
+    let mut duel = Duel { label, difference: None, bounds: None, p: None, sequences: both.len() };
+    if both.len() < FEWEST {
+        return duel;
+    }
+    let seed = seed::seed(seed, &[&a.label, &b.label]);
+    let joined: Vec<[i64; 8]> =
+        both.iter().map(|(x, y)| std::array::from_fn(|k| if k < 4 { x[k] } else { y[k - 4] })).collect();
+    let difference = |c: &[i64; 8]| {
+        let [a0, a1, a2, a3, b0, b1, b2, b3] = *c;
+        Some(of(&[a0, a1, a2, a3])? - of(&[b0, b1, b2, b3])?)
+    };
+    if let Some(tested) = pooled::permutation(&both, &of, DRAWS, seed) {
+        duel.difference = Some(tested.difference);
+        duel.p = Some(tested.p);
+        duel.bounds = pooled::interval(&joined, difference, LEVEL, DRAWS, seed);
+    }
+    duel
+}
+
+fn duels(fields: &[Field], measured: &Measured, seed: u64) -> Layout {
+    let of_field = |field: &Field| {
+        let seed = seed::seed(seed, &[&field.label]);
+        let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
+        let all: Vec<(&Contestant, &Contestant)> = (0..competing.len())
+            .flat_map(|i| (i + 1..competing.len()).map(move |j| (i, j)))
+            .map(|(i, j)| (competing[i], competing[j]))
+            .collect();
+        let of = |c: &[i64; 4]| measured.value(field.chance, c);
+        let duels: Vec<Duel> = all.par_iter().map(|pair| duel(*pair, of, seed)).collect();
+        let known: Vec<f64> = duels.iter().filter_map(|d| d.p).collect();
+        let mut adjusted = ranks::holm(&known).into_iter();
+        let signed = |v| measured.style().format_signed(v);
+        let row = |d: Duel| {
+            let holm = d.p.and_then(|_| adjusted.next());
+            let cells = vec![
+                cell(d.difference, signed),
+                cell(d.bounds.map(|b| b.0), signed),
+                cell(d.bounds.map(|b| b.1), signed),
+                cell(d.p, p_text),
+                cell(holm, p_text),
+                cell(Some(d.sequences as f64), |v| Style::COUNT.format(v)),
+            ];
+            (d.label, cells)
+        };
+        let rows: Vec<(String, Vec<Cell>)> = duels.into_iter().map(row).collect();
+        (!rows.is_empty()).then(|| group(&field.label, field.label.clone(), rows))
+    };
+    let caption = format!(
+        "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({DRAWS} \
+         samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
+         ones), by itself and after Holm's correction for all pairs of its group.",
+        measured.name(),
+        direction(measured),
+        measured.way(),
+        pooled::EXACT_UP_TO
+    );
+    let columns = ["difference", "95 % from", "95 % to", "p", "p (Holm)", "sequences"];
+    table("pairs", caption, "pair", &columns, fields.iter().filter_map(of_field).collect())
+}
+
+fn diagram(
+    fields: &[Field],
+    ranked: &[Option<Ranked>],
+    measured: &Measured,
+    suite: &str,
+) -> Option<(Ranks, String)> {
+    let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
+        let ranked = ranked.as_ref()?;
+        let rank = |c: &Contestant| Some((c.label.clone(), *ranked.mean_ranks.get(&c.label)?));
+        Some(Ranking {
+            label: format!("{} ({} sequences)", field.label, ranked.blocks),
+            methods: field.contestants.iter().filter_map(rank).collect(),
+            critical: ranked.critical,
+        })
+    };
+    let rankings: Vec<Ranking> = fields.iter().zip(ranked).filter_map(ranking).collect();
+    if rankings.is_empty() {
+        return None;
+    }
+    let caption = format!(
+        "Mean ranks by {}, 1 the best; a bar joins methods that are less than the critical difference of Nemenyi's \
+         test at 5 % apart, which these sequences cannot tell apart. {suite}",
+        measured.name()
+    );
+    let note = format!("mean rank by {}, 1 the best", measured.name());
+    Some((Ranks { title: String::new(), note, rankings }, caption))
+}
+
+#[cfg(test)]
+mod tests;

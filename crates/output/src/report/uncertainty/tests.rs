@@ -1,0 +1,151 @@
+use super::*;
+
+const CHANCE: Chance = Chance::within(5);
+
+/// A contestant with true and false positives and misses, sequence by sequence.
+fn contestant(label: &str, competes: bool, counts: &[[i64; 3]]) -> Contestant {
+    let of = |(k, c): (usize, &[i64; 3])| (format!("s{k:02}"), [c[0], c[1], c[2], 90]);
+    Contestant { label: label.into(), competes, counts: counts.iter().enumerate().map(of).collect() }
+}
+
+fn field() -> Field {
+    let (good, bad) = ([3, 1, 0], [1, 3, 2]);
+    let contestants = vec![
+        contestant("never", false, &[[0, 0, 3]; 8]),
+        contestant("good", true, &[good; 8]),
+        contestant("mixed", true, &[good, bad, good, bad, good, bad, good, bad]),
+        contestant("bad", true, &[bad; 8]),
+        contestant("swept[a=1]", false, &[good; 8]),
+    ];
+    Field { label: "NCC".into(), chance: CHANCE, contestants }
+}
+
+fn values(row: &Row) -> Vec<Option<f64>> {
+    row.cells.iter().map(|c| c.value).collect()
+}
+
+// By hand: F is 6/7 for good, 2/7 for bad and 2 * 16 / (2 * 16 + 16 + 8) = 4/7 for both mixed. Equal sequences have no
+// spread. Ranks are 1, 1.5 or 2.5, 3, so 1.25, 2 and 2.75.
+#[test]
+fn intervals_and_ranks_by_hand() {
+    let fields = [field()];
+    let ranked = [rank(&fields[0], &Measured::Counted(Metric::FScore))];
+    let table = intervals(&fields, &ranked, &Measured::Counted(Metric::FScore), 1);
+    let rows = &table.groups[0].rows;
+    assert_eq!(rows.iter().map(|r| r.label.as_str()).collect::<Vec<_>>(), LABELS);
+    let f = |n: f64| Some(n / 7.0);
+    assert_eq!(values(&rows[0]), [Some(0.0), Some(0.0), Some(0.0), Some(8.0), None]);
+    assert_eq!(values(&rows[1]), [f(6.0), f(6.0), f(6.0), Some(8.0), Some(1.25)]);
+    assert_eq!(values(&rows[3]), [f(2.0), f(2.0), f(2.0), Some(8.0), Some(2.75)]);
+    assert_eq!(values(&rows[4])[4], None);
+    let mixed = values(&rows[2]);
+    assert_eq!((mixed[0], mixed[4]), (f(4.0), Some(2.0)));
+    assert!(mixed[1] < f(4.0) && f(4.0) < mixed[2], "{mixed:?}");
+    assert!(table.groups[0].label.starts_with("NCC (ranks over 8 sequences, Friedman's p 0."), "{table:?}");
+    assert_eq!(table, intervals(&fields, &ranked, &Measured::Counted(Metric::FScore), 1));
+}
+const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
+
+// By hand: good and bad differ in all 8 sequences, and only exchanging none or all reaches 4/7, so p = 2/256. Where
+// mixed is good or bad they differ in 4, so p = 2/16. Holm: 3 * 2/256, then 2 * 2/16 for both.
+#[test]
+fn pairs_by_hand() {
+    let table = duels(&[field()], &Measured::Counted(Metric::FScore), 1);
+    let rows = &table.groups[0].rows;
+    let labels: Vec<&str> = rows.iter().map(|r| r.label.as_str()).collect();
+    assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
+    let of = |k: usize| (rows[k].cells[3].value, rows[k].cells[4].value, rows[k].cells[5].value);
+    assert_eq!(of(0), (Some(0.125), Some(0.25), Some(8.0)));
+    assert_eq!(of(1), (Some(2.0 / 256.0), Some(6.0 / 256.0), Some(8.0)));
+    assert_eq!(of(2), (Some(0.125), Some(0.25), Some(8.0)));
+    assert_eq!(rows[1].cells[0].ours.as_deref(), Some("+0.571"));
+    let is_all = |v: Option<f64>| v.is_some_and(|v| (v - 4.0 / 7.0).abs() < 1e-12);
+    assert!(is_all(rows[1].cells[1].value) && is_all(rows[1].cells[2].value), "equal sequences");
+    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::FScore), 1));
+}
+
+// Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
+#[test]
+fn without_values_there_is_nothing_to_say() {
+    let silent = |competes| contestant("silent", competes, &[[0, 0, 3]; 8]);
+    let mut field = field();
+    field.contestants.push(silent(true));
+    assert!(rank(&field, &Measured::Counted(Metric::Precision)).is_none());
+    let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::Precision), 1);
+    let row = table.groups[0].rows.iter().find(|r| r.label == "good against silent").unwrap();
+    assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
+    let first = &table.groups[0].rows[1];
+    assert_eq!((first.label.as_str(), first.cells[0].value), ("good against bad", Some(0.5)));
+    assert_eq!(first.cells[4].value, Some(6.0 / 256.0), "three pairs have a p-value");
+
+    let few = Field {
+        contestants: vec![contestant("a", true, &[[1, 0, 0]; 2]), contestant("b", true, &[[1, 1, 0]; 2])],
+        ..field
+    };
+    assert!(rank(&few, &Measured::Counted(Metric::FScore)).is_none());
+    assert_eq!(
+        values(&duels(std::slice::from_ref(&few), &Measured::Counted(Metric::FScore), 1).groups[0].rows[0])
+            [3],
+        None
+    );
+    let alone = Field { contestants: vec![contestant("a", true, &[[1, 0, 0]; 4])], ..few };
+    assert!(duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::FScore), 1).groups.is_empty());
+    assert!(diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::FScore), "").is_none());
+}
+
+#[test]
+fn the_diagram_shows_those_that_compete() {
+    let fields = [field()];
+    let ranked = [rank(&fields[0], &Measured::Counted(Metric::FScore))];
+    let (ranks, caption) =
+        diagram(&fields, &ranked, &Measured::Counted(Metric::FScore), "Suite s: 8 targets.").unwrap();
+    let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
+    assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
+    assert!(caption.starts_with("Mean ranks by f_score") && caption.ends_with("8 targets."));
+    assert!(ranks.to_svg().is_ok());
+    // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.
+    let fewer = rank(&fields[0], &Measured::Counted(Metric::Fp)).unwrap();
+    assert_eq!(fewer.mean_ranks["good"], 1.25);
+}
+
+// By hand: means .5 and .4; the first is better in 3 of 4 sequences by .2 and worse by .2 in one. Of 16 patterns those
+// with a mean difference of .1 or more in size have 0, 1, 3 or 4 exchanged: 10 of 16.
+#[test]
+fn trackers_are_compared_by_their_mean() {
+    let tracker = |label: &str, values: [f64; 4]| {
+        let unit = |(k, v): (usize, f64)| (format!("s{k}"), [(v * BILLION).round() as i64, 1, 0, 0]);
+        let counts = values.into_iter().enumerate().map(unit).collect();
+        Contestant { label: label.into(), competes: true, counts }
+    };
+    let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
+    let field = Field { label: String::new(), chance: Chance::within(0), contestants: vec![a, b] };
+    let mean = Measured::Mean("success AUC".into());
+    let ranked = [rank(&field, &mean)];
+    let table = intervals(std::slice::from_ref(&field), &ranked, &mean, 1);
+    let rows = &table.groups[0].rows;
+    assert_eq!((rows[0].cells[0].value, rows[0].cells[4].value), (Some(0.5), Some(1.25)));
+    assert_eq!(table.corner, "tracker");
+    let table = duels(std::slice::from_ref(&field), &mean, 1);
+    let row = &table.groups[0].rows[0];
+    assert!((row.cells[0].value.unwrap() - 0.1).abs() < 1e-12);
+    assert_eq!(row.cells[3].value, Some(10.0 / 16.0));
+    assert_eq!(Measured::Mean("failures".into()).direction(), Direction::LowerIsBetter);
+}
+
+#[test]
+fn the_headline_orders_methods_by_itself_where_it_can() {
+    let text = |table: &str| {
+        format!(
+            "schema = 1\nname = \"mine/try\"\ntitle = \"T\"\nprotocol = \"khalid2016/1\"\nseed = 1\n\
+             [suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n[[method]]\nname = \"DTEF\"\n{table}"
+        )
+    };
+    let of = |table: &str| headline(&crate::spec::parse("try.toml", &text(table)).unwrap()).name();
+    let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
+    assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
+    assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");
+    assert_eq!(of(&rows("\"events\", \"recall\"")), "recall");
+    assert_eq!(of(&rows("\"reverse_runs\", \"fpr\"")), "fpr");
+    assert_eq!(of(&rows("\"events\"")), "f_score");
+    assert_eq!(of(""), "f_score");
+}

@@ -1,0 +1,298 @@
+//! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
+//!
+//! Whatever varies and is on neither side of a table (trackers, methods, grid axes) makes groups.
+//! Published numbers of a tracker that was run stand beside that tracker's; those of a paper's only
+//! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
+//! of their own without numbers of ours.
+
+mod analysed;
+mod place;
+
+pub use analysed::analysed;
+pub use place::{Spot, spots};
+
+use super::measures::Measure;
+use super::number::{Style, printed_value};
+use crate::direction::Direction;
+use crate::score::measures::Metric;
+use crate::spec::Experiment;
+use crate::spec::table::{Published, Side, Table};
+use place::{Place, find, group_places, merge, steps};
+use serde::Serialize;
+
+/// A table with all texts made.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Layout {
+    /// File name.
+    pub name: String,
+    /// Text above the table, with the data it rests on.
+    pub caption: String,
+    /// That data alone: `12 of 21 targets`.
+    pub data: String,
+    /// What the first column holds.
+    pub corner: String,
+    /// Column headings.
+    pub columns: Vec<String>,
+    /// Groups in order.
+    pub groups: Vec<Group>,
+}
+
+/// Rows that share a tracker and grid point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// Heading; empty for a table's only group.
+    pub label: String,
+    /// What the heading names, without counts, so that it stays when results change.
+    pub key: String,
+    /// The tracker whose published numbers stand beside ours.
+    pub published_tracker: Option<String>,
+    /// Whether there are numbers of ours at all.
+    pub has_ours: bool,
+    /// Rows in order.
+    pub rows: Vec<Row>,
+}
+
+/// One row.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Metric or grid value.
+    pub label: String,
+    /// Direction of direction of the row's metric.
+    pub direction: Direction,
+    /// One a column.
+    pub cells: Vec<Cell>,
+}
+
+/// One cell.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Cell {
+    /// Our number as it is.
+    pub value: Option<f64>,
+    /// Our number as the paper would print it.
+    pub ours: Option<String>,
+    /// The published text.
+    pub published: Option<String>,
+    /// Ours minus published, both as printed.
+    pub difference: Option<String>,
+    /// Best of ours in its row; anchors do not compete.
+    pub best: bool,
+    /// Second best of ours in its row, where one alone is the best.
+    pub second: bool,
+    /// Cells that failed behind this number.
+    pub failed: usize,
+}
+
+/// The pooled number a claim speaks of.
+pub fn lookup(
+    measures: &[Measure],
+    tracker: &str,
+    method: &str,
+    axes: &[(String, f64)],
+    metric: Metric,
+) -> Option<f64> {
+    find(measures, tracker, method, axes, None)?.value(metric)
+}
+
+/// Whether a method is an anchor: a detector that looks at no signal.
+pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
+    experiment
+        .methods
+        .iter()
+        .filter(|m| m.name == method)
+        .flat_map(|m| &m.variants)
+        .all(|v| !v.detector.example().detector.needs_signal())
+}
+
+/// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
+pub fn data_note(present: usize, wanted: usize) -> String {
+    if present == wanted { format!("{wanted} targets") } else { format!("{present} of {wanted} targets") }
+}
+
+/// Makes one table.
+pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> Layout {
+    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
+    let rows = steps(&table.rows, table, experiment, measures);
+    let columns = steps(&table.columns, table, experiment, measures);
+    let context =
+        Context { experiment, metric: table.metric, published: &published, rows: &rows, columns: &columns };
+    let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
+    let positives = protocol.map_or("events", |p| p.positives);
+    let mut groups = Vec::new();
+    let mut shown_trackers: Vec<&str> = Vec::new();
+    for (label, place) in group_places(experiment, table, measures) {
+        let tracker = place.tracker.clone();
+        let source = published_for(&published, tracker.as_deref(), experiment);
+        if let Some(source) = source {
+            shown_trackers.push(source);
+        }
+        let key = if label.is_empty() { tracker.clone().unwrap_or_default() } else { label.clone() };
+        let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
+            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} {positives})"),
+            (Some(_), Some(events)) => format!("{label} ({events} {positives})"),
+            _ => label,
+        };
+        groups.push(Group { key, ..make_group(&context, measures, heading, source, &place) });
+    }
+    let mut others: Vec<&str> = Vec::new();
+    for p in &published {
+        if !shown_trackers.contains(&p.tracker.as_str()) && !others.contains(&p.tracker.as_str()) {
+            others.push(&p.tracker);
+        }
+    }
+    for tracker in others {
+        let label = format!("{tracker} (published; not run here)");
+        let place = Place { tracker: Some(tracker.to_string()), ..Place::default() };
+        let group = make_group(&context, &[], label, Some(tracker), &place);
+        groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
+    }
+    let failed: usize = measures.iter().filter(|m| m.attribute.is_none()).map(|m| m.failed).sum();
+    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
+    if !caption.ends_with('.') {
+        caption.push('.');
+    }
+    caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
+    caption.push('.');
+    if failed > 0 {
+        caption.push_str(&format!(" † {failed} cells failed; their numbers are left out."));
+    }
+    let corner = match &table.rows {
+        Side::Axis(axis) => axis.clone(),
+        Side::Attribute => "attribute".to_string(),
+        _ => "metric".to_string(),
+    };
+    Layout {
+        name: table.name.clone(),
+        caption,
+        data: data_note.to_string(),
+        corner,
+        columns: columns.into_iter().map(|c| c.0).collect(),
+        groups,
+    }
+}
+
+/// Events of a tracker (the only one when `None`) that the table's methods see; all see the same ones unless
+/// their protocols differ.
+fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
+    let mine = |m: &&Measure| {
+        m.attribute.is_none() && tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method)
+    };
+    let m = measures.iter().find(|m| mine(m) && m.done > 0)?;
+    Some(m.pooled.counts.tp + m.pooled.counts.fn_)
+}
+
+fn published_for<'a>(
+    published: &[&'a Published],
+    tracker: Option<&str>,
+    experiment: &Experiment,
+) -> Option<&'a str> {
+    let own = published.iter().find(|p| Some(p.tracker.as_str()) == tracker);
+    if let Some(own) = own {
+        return Some(&own.tracker);
+    }
+    let first = published.first()?;
+    let only = published.iter().all(|p| p.tracker == first.tracker);
+    let is_run = experiment.trackers.iter().any(|t| t.label == first.tracker);
+    (only && !is_run).then_some(first.tracker.as_str())
+}
+
+/// What all groups of a table share.
+struct Context<'a> {
+    experiment: &'a Experiment,
+    metric: Option<Metric>,
+    published: &'a [&'a Published],
+    rows: &'a [(String, Place)],
+    columns: &'a [(String, Place)],
+}
+
+fn make_group(
+    context: &Context<'_>,
+    measures: &[Measure],
+    label: String,
+    source: Option<&str>,
+    place: &Place,
+) -> Group {
+    let Context { experiment, metric: of_table, published, rows, columns } = *context;
+    let rows = rows.iter().map(|(row_label, row)| {
+        let printed = |column: &str| {
+            published
+                .iter()
+                .filter(|p| Some(p.tracker.as_str()) == source && p.row == *row_label)
+                .flat_map(|p| &p.values)
+                .find(|(c, _)| c == column)
+                .map(|(_, text)| text.clone())
+        };
+        let metric = row.metric.or(of_table).unwrap_or(Metric::FScore);
+        let style = columns
+            .iter()
+            .find_map(|(c, _)| printed(c))
+            .map_or_else(|| Style::of_metric(metric), |text| Style::of(&text));
+        let mut cells: Vec<Cell> = columns
+            .iter()
+            .map(|(column_label, column)| {
+                let at = merge(&[place, row, column]);
+                let tracker = at.tracker.as_deref().or(experiment.trackers.first().map(|t| t.label.as_str()));
+                let method = at.method.as_deref().or(experiment.methods.first().map(|m| m.name.as_str()));
+                let attribute = at.attribute.as_deref();
+                let of = |(t, m): (&str, &str)| find(measures, t, m, &at.axes, attribute);
+                let measure = tracker.zip(method).and_then(of);
+                make_cell(measure, metric, style, printed(column_label))
+            })
+            .collect();
+        // Parts of a suite do not compete.
+        if columns.iter().all(|c| c.1.attribute.is_none()) {
+            mark_best(&mut cells, metric.direction(), |k| {
+                let name = columns[k].1.method.as_deref();
+                name.is_some_and(|m| is_anchor(experiment, m))
+            });
+        }
+        Row { label: row_label.clone(), direction: metric.direction(), cells }
+    });
+    Group {
+        key: label.clone(),
+        label,
+        published_tracker: source.map(str::to_string),
+        has_ours: true,
+        rows: rows.collect(),
+    }
+}
+
+fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published: Option<String>) -> Cell {
+    let value = measure.and_then(|m| m.value(metric));
+    let ours = value.map(|v| match (metric, measure.and_then(|m| m.pooled.score)) {
+        (Metric::ScoreMeanStd, Some((_, std))) => format!("{}±{}", style.format(v), style.format(std)),
+        _ => style.format(v),
+    });
+    let printed = published.as_deref().and_then(printed_value);
+    let difference = value.zip(printed).map(|(v, p)| style.format_signed(style.round(v) - p));
+    Cell { value, ours, published, difference, failed: measure.map_or(0, |m| m.failed), ..Cell::default() }
+}
+
+fn mark_best(cells: &mut [Cell], direction: Direction, is_anchor: impl Fn(usize) -> bool) {
+    let sign = match direction {
+        Direction::HigherIsBetter => 1.0,
+        Direction::LowerIsBetter => -1.0,
+        Direction::Neither => return,
+    };
+    let competing = |k: usize, c: &Cell| c.value.filter(|_| !is_anchor(k)).map(|v| sign * v);
+    let best = cells.iter().enumerate().filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
+    let count = cells.iter().enumerate().filter(|(k, c)| competing(*k, c).is_some()).count();
+    if count < 2 {
+        return;
+    }
+    for (k, cell) in cells.iter_mut().enumerate() {
+        let value = competing(k, cell);
+        cell.best = value.is_some() && value == best;
+    }
+    if cells.iter().filter(|c| c.best).count() > 1 {
+        return;
+    }
+    let rest = cells.iter().enumerate().filter(|(_, c)| !c.best);
+    let second = rest.filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
+    for (k, cell) in cells.iter_mut().enumerate().filter(|(_, c)| !c.best) {
+        let value = competing(k, cell);
+        cell.second = value.is_some() && value == second;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! Tables that analyses make.
+
+use super::{Cell, Group, Layout, Row, published_for};
+use crate::analysis::Grid;
+use crate::direction::Direction;
+use crate::engine::analyse::Analysed;
+use crate::spec::Experiment;
+use crate::spec::table::{Made, Published, Table};
+use crate::table::number::{Style, four_digits, printed_value};
+
+/// Lays out a table that an analysis made: a group for each tracker.
+pub fn analysed(
+    experiment: &Experiment,
+    table: &Table,
+    shows: &Made,
+    analyses: &[Analysed],
+    data_note: &str,
+) -> Layout {
+    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
+    let found: Vec<(&Analysed, &Grid)> = analyses
+        .iter()
+        .filter(|a| a.analysis == shows.analysis)
+        .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
+        .collect();
+    let single = found.len() == 1;
+    let group = |(analysed, grid): &(&Analysed, &Grid)| {
+        let source = published_for(&published, Some(&analysed.tracker), experiment);
+        let row = |(label, values): &(String, Vec<Option<f64>>)| {
+            let printed = |column: &str| {
+                let mine = published.iter().filter(|p| Some(p.tracker.as_str()) == source && p.row == *label);
+                let mut values = mine.flat_map(|p| &p.values);
+                values.find(|(c, _)| c == column).map(|(_, text)| text.clone())
+            };
+            let style = grid.columns.iter().find_map(|c| printed(c)).map(|text| Style::of(&text));
+            let cell = |(column, value): (&String, &Option<f64>)| {
+                let published = printed(column);
+                let number = published.as_deref().and_then(printed_value);
+                let shown = |v: f64| style.map_or_else(|| four_digits(v), |s| s.format(v));
+                let difference =
+                    value.zip(number).zip(style).map(|((v, p), s)| s.format_signed(s.round(v) - p));
+                Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
+            };
+            let cells = grid.columns.iter().zip(values).map(cell).collect();
+            Row { label: label.clone(), direction: Direction::Neither, cells }
+        };
+        Group {
+            key: analysed.tracker.clone(),
+            label: if single { String::new() } else { analysed.tracker.clone() },
+            published_tracker: source.map(str::to_string),
+            has_ours: true,
+            rows: grid.rows.iter().map(row).collect(),
+        }
+    };
+    let mut groups: Vec<Group> = found.iter().map(group).collect();
+    let mut columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
+    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
+    if let Some(column) = &table.column {
+        let place = columns.iter().position(|known| known == column);
+        let rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
+        caption.push_str(&match place {
+            Some(_) => format!(": {column}"),
+            None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
+        });
+        columns = found.iter().map(|(analysed, _)| analysed.tracker.clone()).collect();
+        groups = vec![Group { rows, ..ungrouped() }];
+    } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
+        let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
+            group.rows.iter_mut().for_each(|row| row.label.clone_from(&analysed.tracker));
+            group.rows
+        };
+        groups =
+            vec![Group { rows: groups.into_iter().zip(&found).flat_map(named).collect(), ..ungrouped() }];
+    }
+    let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
+    if !caption.ends_with('.') {
+        caption.push('.');
+    }
+    Layout {
+        name: table.name.clone(),
+        caption: format!("{caption} Suites: {suites}; {data_note}."),
+        data: data_note.to_string(),
+        corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
+        columns,
+        groups,
+    }
+}
+
+/// A group without rows, for all trackers together.
+fn ungrouped() -> Group {
+    Group {
+        label: String::new(),
+        key: String::new(),
+        published_tracker: None,
+        has_ours: true,
+        rows: Vec::new(),
+    }
+}
+
+/// Column `k` of every group as the columns of one; rows in the order in which they are first met.
+fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    for row in groups.iter().flat_map(|g| &g.rows) {
+        if rows.iter().all(|known| known.label != row.label) {
+            let of_group = |g: &Group| {
+                let mine = g.rows.iter().find(|r| r.label == row.label);
+                mine.and_then(|r| r.cells.get(k).cloned()).unwrap_or_default()
+            };
+            rows.push(Row { cells: groups.iter().map(of_group).collect(), ..row.clone() });
+        }
+    }
+    rows
+}
