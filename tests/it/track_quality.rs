@@ -7,7 +7,7 @@ use std::sync::Arc;
 use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::{Frames, Numbering, Render, Sequence};
 use trackfail::detector::track_quality::machine::TRANSITIONS;
-use trackfail::detector::{Condition, DETECTORS, Detection, Input};
+use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
 use trackfail::engine::reverse::{self, Reversal, ReverseSource};
 use trackfail::image::Frame;
 use trackfail::plugin;
@@ -95,7 +95,13 @@ fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
 }
 
 /// A method on the first frames of a scene.
-fn judge(scene: Scene, frames: usize, seed: u64, signal: (&str, &str), detector: (&str, &str)) -> Detection {
+fn judge(
+    scene: Scene,
+    frames: usize,
+    seed: u64,
+    signal: (&str, &str),
+    detector: (&str, &str),
+) -> DetectorOutput {
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
     let setup: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
@@ -124,7 +130,7 @@ const ARTE: [(&str, &str); 2] = [("uncertainty", "{ components = [0, 1] }"), ("a
 const ARTE_STAR: [(&str, &str); 2] =
     [("uncertainty-change", "{ settling = 25 }"), ("arte-star", "{ length = 5, beta = 4.0 }")];
 
-fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> Detection {
+fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> DetectorOutput {
     judge(scene, scene.frames, seed, signal, detector)
 }
 

@@ -10,7 +10,7 @@ use super::supervise::{Watchdog, supervised};
 use super::tally::Work;
 use super::tracks::Track;
 use crate::detector::track_quality::Effort;
-use crate::detector::{Detection, Detector, Input, Quality};
+use crate::detector::{Detector, DetectorOutput, Input, Quality};
 use crate::score::{Protocol, TrackScore};
 use crate::spec::method::FixedDetector;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// What the detector said.
-    pub verdict: CachedDetection,
+    pub verdict: CachedDetectorOutput,
     /// What the protocol makes of it.
     pub score: TrackScore,
     /// How much it had the tracker run backwards.
@@ -31,16 +31,16 @@ pub struct Judged {
 
 /// A verdict in memory, or where to find it.
 #[derive(Debug, Clone)]
-pub enum CachedDetection {
+pub enum CachedDetectorOutput {
     /// In memory.
-    Here(Arc<Detection>),
+    Here(Arc<DetectorOutput>),
     /// In the store.
     Stored(Address),
 }
 
 /// A verdict as it is stored: without the score where that is the signal itself.
 #[derive(Serialize, Deserialize)]
-pub struct StoredDetection {
+pub struct StoredDetectorOutput {
     score: Option<Vec<f64>>,
     alarm: Vec<bool>,
     forecast: Option<Vec<f64>>,
@@ -48,16 +48,16 @@ pub struct StoredDetection {
     quality: Option<Quality>,
 }
 
-impl StoredDetection {
-    fn new(verdict: &Detection, signal: &[f64]) -> Self {
+impl StoredDetectorOutput {
+    fn new(verdict: &DetectorOutput, signal: &[f64]) -> Self {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
-        let Detection { alarm, forecast, changes, quality, .. } = verdict.clone();
+        let DetectorOutput { alarm, forecast, changes, quality, .. } = verdict.clone();
         Self { score, alarm, forecast, changes, quality }
     }
 
     /// The verdict on a signal, if it is one of its length.
-    pub fn on(self, signal: &[f64]) -> Option<Detection> {
+    pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
         let score = self.score.unwrap_or_else(|| signal.to_vec());
         let whole = score.len() == signal.len()
             && self.alarm.len() == signal.len()
@@ -65,7 +65,7 @@ impl StoredDetection {
             && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
             && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len());
         let Self { alarm, forecast, changes, quality, .. } = self;
-        whole.then_some(Detection { score, alarm, forecast, changes, quality })
+        whole.then_some(DetectorOutput { score, alarm, forecast, changes, quality })
     }
 }
 
@@ -119,7 +119,7 @@ pub fn detect(
     signal: Option<usize>,
     detector: &dyn Detector,
     seed: u64,
-) -> Result<Detection, String> {
+) -> Result<DetectorOutput, String> {
     let signal = signal_of(track, signal);
     let input = Input { signal: &signal, error: &track.error, seed, reverse: None };
     reverse::detect(detector, input, track.reversal.as_deref())
@@ -155,10 +155,10 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
     let recipes: Vec<_> = cases.iter().map(recipe).collect();
     let kept = |(case, recipe): (&Case, &super::address::Recipe)| {
         let rows = case.track.error.len();
-        let stored = context.kept::<StoredDetection>(&recipe.address(), rows);
+        let stored = context.kept::<StoredDetectorOutput>(&recipe.address(), rows);
         stored.and_then(|v| v.on(&signal_of(&case.track, case.signal)))
     };
-    let mut verdicts: Vec<Option<Result<Detection, CellError>>> =
+    let mut verdicts: Vec<Option<Result<DetectorOutput, CellError>>> =
         cases.iter().zip(&recipes).map(|pair| kept(pair).map(Ok)).collect();
     verdicts.iter().for_each(|v| context.tally.add(Work::Labels, v.is_some()));
     let wanted: Vec<usize> = (0..cases.len()).filter(|k| verdicts[*k].is_none()).collect();
@@ -187,14 +187,14 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
             let made = made.map_err(|reason| CellError::Failed(format!("{}: {reason}", case.name.cell)));
             if let Ok(verdict) = &made {
                 let signal = signal_of(&case.track, case.signal);
-                let content = StoredDetection::new(verdict, &signal);
+                let content = StoredDetectorOutput::new(verdict, &signal);
                 records.push(store::record(case.name.clone(), recipes[k].clone(), signal.len(), &content)?);
             }
             verdicts[k] = Some(made);
         }
         context.put(records)?;
     }
-    let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<Detection, CellError>>)| {
+    let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<DetectorOutput, CellError>>)| {
         let verdict = verdict.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
         let score = (case.protocol.score)(&case.track.error, &verdict.alarm, &verdict.changes());
         let effort = verdict.quality.as_ref().map_or_else(Effort::default, Quality::effort);

@@ -7,7 +7,7 @@
 
 use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
-use crate::detector::{Detection, Detector, Input, Reverse};
+use crate::detector::{Detector, DetectorOutput, Input, Reverse};
 use crate::image::Frame;
 use crate::num;
 use crate::region::Region;
@@ -194,7 +194,7 @@ pub fn detect(
     detector: &dyn Detector,
     input: Input<'_>,
     reversal: Option<&Reversal>,
-) -> Result<Detection, String> {
+) -> Result<DetectorOutput, String> {
     let asked = reversal.filter(|_| detector.needs_reverse()).map(Reversal::asked);
     let reverse = asked.as_ref().map(|asked| asked as &dyn Reverse);
     let verdict = detector.detect(&Input { reverse, ..input });

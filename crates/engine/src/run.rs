@@ -8,7 +8,9 @@ pub use share::{Shared, run_shard};
 
 use super::address::{Address, Recipe};
 use super::analyse::{self, Analysed, NotAnalysed};
-use super::judge::{self, CachedDetection, Case, Judged, ReadyDetector, StoredDetection, signal_of};
+use super::judge::{
+    self, CachedDetectorOutput, Case, Judged, ReadyDetector, StoredDetectorOutput, signal_of,
+};
 use super::pass::CellError;
 use super::plan::{ExperimentPlan, Job, variants};
 use super::progress::ProgressWatch;
@@ -23,7 +25,7 @@ use super::train::{self, Model, Ready};
 use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::lock::{self, Loaded, Missing};
 use crate::dataset::{DatasetError, Sequence};
-use crate::detector::Detection;
+use crate::detector::DetectorOutput;
 use crate::spec::Experiment;
 use crate::spec::method::Method;
 use rayon::prelude::*;
@@ -149,13 +151,13 @@ impl<'a> Context<'a> {
     }
 
     /// A verdict in memory as long as there is room, where it is in the store.
-    pub fn hold(&self, recipe: &Recipe, verdict: Detection) -> CachedDetection {
+    pub fn hold(&self, recipe: &Recipe, verdict: DetectorOutput) -> CachedDetectorOutput {
         let extra = [verdict.forecast.is_some(), verdict.quality.is_some()].map(|has| 8 * usize::from(has));
         let bytes = verdict.score.len() * (9 + extra[0] + extra[1]);
         if self.held.fetch_add(bytes, Ordering::Relaxed) + bytes <= VERDICTS_IN_MEMORY {
-            CachedDetection::Here(Arc::new(verdict))
+            CachedDetectorOutput::Here(Arc::new(verdict))
         } else {
-            CachedDetection::Stored(recipe.address())
+            CachedDetectorOutput::Stored(recipe.address())
         }
     }
 }
@@ -220,16 +222,16 @@ impl Outcome<'_> {
     ///
     /// # Errors
     /// When it was to be read from the store and has gone.
-    pub fn verdict(&self, cell: &Cell, judged: &Judged) -> Result<Arc<Detection>, StoreError> {
+    pub fn verdict(&self, cell: &Cell, judged: &Judged) -> Result<Arc<DetectorOutput>, StoreError> {
         let address = match &judged.verdict {
-            CachedDetection::Here(verdict) => return Ok(verdict.clone()),
-            CachedDetection::Stored(address) => address,
+            CachedDetectorOutput::Here(verdict) => return Ok(verdict.clone()),
+            CachedDetectorOutput::Stored(address) => address,
         };
         let track =
             self.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)).and_then(|t| t.as_ref().ok());
         let verdict = track.and_then(|track| {
             let signal = signal_of(track, cell.signal);
-            self.store.get::<StoredDetection>(address, signal.len())?.on(&signal)
+            self.store.get::<StoredDetectorOutput>(address, signal.len())?.on(&signal)
         });
         let gone =
             || StoreError::new(self.store.folder(), "a record has gone while it was needed; run again");

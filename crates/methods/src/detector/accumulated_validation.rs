@@ -22,7 +22,7 @@
 //! tracks over windows whose frames are all consistent: the two that the paper compares it with.
 
 use super::consistency::{self, ConsistencyModel, Fitting};
-use super::{Detection, Detector, Example, Input, Learner};
+use super::{Detector, DetectorOutput, Example, Input, Learner};
 use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
 use crate::num::gamma_mixture::FitOptions;
 use crate::num::gamma_mixture::select::Criterion;
@@ -256,10 +256,10 @@ impl Detector for AccumulatedValidation {
         self.beta
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let score = accumulation::sums(input.signal, self.params.length);
         let alarm = score.iter().map(|s| self.beta.is_some_and(|beta| *s > beta)).collect();
-        Detection { score, alarm, ..Detection::default() }
+        DetectorOutput { score, alarm, ..DetectorOutput::default() }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! It does not read the signal; its score is 1.0 in every frame.
 
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +34,8 @@ impl Detector for Always {
         false
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let frames = input.signal.len();
-        Detection { score: vec![1.0; frames], alarm: vec![true; frames], ..Detection::default() }
+        DetectorOutput { score: vec![1.0; frames], alarm: vec![true; frames], ..DetectorOutput::default() }
     }
 }

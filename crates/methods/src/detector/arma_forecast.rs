@@ -18,7 +18,7 @@
 //! a window cannot be fitted because its values overflow, its last value is the forecast.
 
 use super::forecasting::{self, Scheme};
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::num::arma::{self, Start};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -93,7 +93,7 @@ impl Detector for ArmaForecast {
         Some(self.0.threshold)
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let Params { order, window, horizon, threshold, scheme, start } = self.0;
         let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
             match arma::fit(y, order, start) {
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn detect(params: Params, signal: &[f64]) -> Detection {
+    fn detect(params: Params, signal: &[f64]) -> DetectorOutput {
         ArmaForecast::new(params).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
     }
 

@@ -40,7 +40,7 @@
 
 use super::track_quality::Rules;
 use super::track_quality::machine::{Event, Events};
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::signal::uncertainty;
 use serde::{Deserialize, Serialize};
@@ -236,10 +236,10 @@ impl Detector for Arte {
         Some(self.params.tau_1)
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let (score, events) = self.events(input.signal);
         let (alarm, quality) = self.rules.follow(input, &events);
-        Detection { score, alarm, quality: Some(quality), ..Detection::default() }
+        DetectorOutput { score, alarm, quality: Some(quality), ..DetectorOutput::default() }
     }
 }
 

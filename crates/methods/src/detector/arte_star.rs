@@ -28,7 +28,7 @@
 use super::accumulated_validation::{self as avu, AccumulatedValidation};
 use super::track_quality::Rules;
 use super::track_quality::machine::{Event, Events};
-use super::{Detection, Detector, Example, Input, Learner};
+use super::{Detector, DetectorOutput, Example, Input, Learner};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -127,7 +127,7 @@ impl ArteStar {
 
     /// The score and the events in every frame of the changes `c`.
     fn events(&self, input: &Input<'_>) -> (Vec<f64>, Vec<Events>) {
-        let Detection { score, alarm: inconsistent, .. } = self.validation.detect(input);
+        let DetectorOutput { score, alarm: inconsistent, .. } = self.validation.detect(input);
         let large = |t: usize| inconsistent[t];
         let small = |t: usize| self.beta_2.is_some_and(|beta_2| input.signal[t] > beta_2);
         let frame = |t: usize| {
@@ -191,10 +191,10 @@ impl Detector for ArteStar {
         self.validation.threshold()
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let (score, events) = self.events(input);
         let (alarm, quality) = self.rules.follow(input, &events);
-        Detection { score, alarm, quality: Some(quality), ..Detection::default() }
+        DetectorOutput { score, alarm, quality: Some(quality), ..DetectorOutput::default() }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What every detector in the list must do, whatever it does.
 
-use super::{DETECTORS, Detection, Detector, Input, Quality};
+use super::{DETECTORS, Detector, DetectorOutput, Input, Quality};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -70,7 +70,7 @@ fn series() -> (Vec<f64>, Vec<f64>) {
     (signal, error)
 }
 
-fn digest(verdict: &Detection) -> String {
+fn digest(verdict: &DetectorOutput) -> String {
     let mut hash = Sha256::new();
     let forecast = verdict.forecast.as_deref().unwrap_or_default();
     for value in verdict.score.iter().chain(forecast) {
@@ -90,8 +90,8 @@ fn digest(verdict: &Detection) -> String {
 }
 
 /// The first `frames` frames of a verdict.
-fn cut(verdict: &Detection, frames: usize) -> Detection {
-    Detection {
+fn cut(verdict: &DetectorOutput, frames: usize) -> DetectorOutput {
+    DetectorOutput {
         score: verdict.score[..frames].to_vec(),
         alarm: verdict.alarm[..frames].to_vec(),
         forecast: verdict.forecast.as_ref().map(|f| f[..frames].to_vec()),
@@ -105,7 +105,7 @@ fn cut(verdict: &Detection, frames: usize) -> Detection {
 }
 
 /// Lengths, finite scores, forecasts that are finite from their beginning on.
-fn check_shape(label: &str, verdict: &Detection, frames: usize) {
+fn check_shape(label: &str, verdict: &DetectorOutput, frames: usize) {
     assert_eq!(verdict.score.len(), frames, "{label}: length of score");
     assert_eq!(verdict.alarm.len(), frames, "{label}: length of alarm");
     assert!(verdict.score.iter().all(|v| v.is_finite()), "{label}: a score is not finite");

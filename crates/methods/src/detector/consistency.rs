@@ -5,7 +5,7 @@
 //! left out. So are the frames at the start of a track in which c_t is exactly 0 because there is no
 //! reference yet: they say nothing of the filter.
 
-use super::{Detection, Example};
+use super::{DetectorOutput, Example};
 use crate::num::accumulation::sums;
 use crate::num::gamma_mixture::select::{self, Criterion, MAX_PENALTY_WEIGHT};
 use crate::num::gamma_mixture::{Binned, Clipped, Fit, FitError, FitOptions, Mixture, fit_all};
@@ -17,7 +17,7 @@ pub fn undefined_frames(signal: &[f64]) -> usize {
 }
 
 /// A verdict on the frames in which c_t is defined, silent in those before.
-pub fn on_defined_frames(signal: &[f64], detect: impl Fn(&[f64]) -> Detection) -> Detection {
+pub fn on_defined_frames(signal: &[f64], detect: impl Fn(&[f64]) -> DetectorOutput) -> DetectorOutput {
     let undefined = undefined_frames(signal);
     let mut verdict = detect(&signal[undefined..]);
     verdict.score.splice(0..0, std::iter::repeat_n(0.0, undefined));

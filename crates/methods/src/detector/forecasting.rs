@@ -3,7 +3,7 @@
 //! Frames are 0-based. A forecast made at origin `o` knows frames up to `o` and no later one. The first
 //! origin is `window - 1`, the first frame that has `window` values behind it.
 
-use super::Detection;
+use super::DetectorOutput;
 use crate::plugin::ParamError;
 use serde::{Deserialize, Serialize};
 
@@ -66,14 +66,14 @@ pub(super) fn forecasts(
 }
 
 /// Scores |y - y^|, 0 where there is no forecast, and alarms where they reach the threshold.
-pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> Detection {
+pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> DetectorOutput {
     let score: Vec<f64> = signal
         .iter()
         .zip(&forecast)
         .map(|(y, f)| if f.is_nan() { 0.0 } else { (y - f).abs().min(f64::MAX) })
         .collect();
     let alarm = score.iter().map(|&z| z >= threshold).collect();
-    Detection { score, alarm, forecast: Some(forecast), ..Detection::default() }
+    DetectorOutput { score, alarm, forecast: Some(forecast), ..DetectorOutput::default() }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -77,7 +77,7 @@ impl Detector for Level {
         }
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let alarm = input
             .signal
             .iter()
@@ -86,7 +86,7 @@ impl Detector for Level {
                 Self::Above(level) => y >= level,
             })
             .collect();
-        Detection { score: input.signal.to_vec(), alarm, ..Detection::default() }
+        DetectorOutput { score: input.signal.to_vec(), alarm, ..DetectorOutput::default() }
     }
 }
 

@@ -36,7 +36,7 @@
 //! Frames at the start in which the signal is exactly 0 are left out: c_t has no reference there yet.
 //! Samples beyond 1e100 are cut to it, so that squares stay finite.
 
-use super::{Detection, Detector, Input, consistency};
+use super::{Detector, DetectorOutput, Input, consistency};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -257,20 +257,20 @@ impl Detector for MatchedKalmanBank {
         show_params(&self.0)
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         consistency::on_defined_frames(input.signal, |signal| self.follow(signal))
     }
 }
 
 impl MatchedKalmanBank {
-    fn follow(&self, signal: &[f64]) -> Detection {
+    fn follow(&self, signal: &[f64]) -> DetectorOutput {
         let Params { noise_variance, start_window, merge, .. } = self.0;
         let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-LARGEST, LARGEST)).collect();
         let starting = if noise_variance.is_some() { 1 } else { start_window };
         let mut bank = self.run(&[]);
         let mut reported: Vec<usize> = Vec::new();
         let mut inconsistent = false;
-        let mut verdict = Detection::default();
+        let mut verdict = DetectorOutput::default();
         let mut changes = Vec::with_capacity(samples.len());
         for (t, y) in samples.iter().enumerate() {
             if t < starting {
@@ -292,7 +292,7 @@ impl MatchedKalmanBank {
             verdict.alarm.push(inconsistent);
             verdict.score.push(best.level);
         }
-        Detection { changes: Some(changes), ..verdict }
+        DetectorOutput { changes: Some(changes), ..verdict }
     }
 }
 

@@ -57,7 +57,7 @@ pub struct Input<'a> {
 
 /// What a detector says, each field as long as the signal.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Detection {
+pub struct DetectorOutput {
     /// The number that is compared with the threshold: the signal itself, or |z_t| of a forecast.
     pub score: Vec<f64>,
     /// `true` where the track is called inconsistent (the tracker has failed).
@@ -71,7 +71,7 @@ pub struct Detection {
     pub quality: Option<Quality>,
 }
 
-impl Detection {
+impl DetectorOutput {
     /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where there is none.
     pub fn changes(&self) -> std::borrow::Cow<'_, [i32]> {
         self.changes.as_deref().map_or_else(|| changes(&self.alarm).into(), Into::into)
@@ -109,7 +109,7 @@ pub trait Detector: Send + Sync {
     }
 
     /// Labels every frame.
-    fn detect(&self, input: &Input<'_>) -> Detection;
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }
 
 /// Every detector, by kind.

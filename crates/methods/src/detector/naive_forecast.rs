@@ -14,7 +14,7 @@
 //! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
 
 use super::forecasting::{self, Scheme};
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +72,7 @@ impl Detector for NaiveForecast {
         Some(self.0.threshold)
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let Params { window, horizon, threshold, scheme } = self.0;
         let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
             vec![y[y.len() - 1]; ahead]

@@ -10,7 +10,7 @@
 //! label of the frame before it, and a track begins without alarm. It does not read the signal; its score
 //! is 1 in alarms and 0 elsewhere.
 
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +45,7 @@ impl Detector for Oracle {
         false
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut label = false;
         let errors = input.error.iter().copied().chain(std::iter::repeat(f64::NAN));
         let alarm: Vec<bool> = errors
@@ -57,10 +57,10 @@ impl Detector for Oracle {
                 label
             })
             .collect();
-        Detection {
+        DetectorOutput {
             score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
             alarm,
-            ..Detection::default()
+            ..DetectorOutput::default()
         }
     }
 }

@@ -8,7 +8,7 @@
 //! of `2 r + 1` puts one within `r` frames of nearly every event: its recall is what a tolerance of `r`
 //! frames gives away. It does not read the signal; its score is 1 in alarms and 0 elsewhere.
 
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -62,13 +62,13 @@ impl Detector for Periodic {
         false
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let Params { period, phase } = self.0;
         let alarm: Vec<bool> = (0..input.signal.len()).map(|t| t % period == phase).collect();
-        Detection {
+        DetectorOutput {
             score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
             alarm,
-            ..Detection::default()
+            ..DetectorOutput::default()
         }
     }
 }

@@ -13,7 +13,7 @@
 //! It does not read the signal; its score is 1 in alarms and 0 elsewhere. Its draws come from the seed it
 //! is given.
 
-use super::{Detection, Detector, Input};
+use super::{Detector, DetectorOutput, Input};
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rand::RngExt;
@@ -67,7 +67,7 @@ impl Detector for Random {
         false
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let rate = self.0.rate;
         let mut rng = seed::rng(input.seed);
         let mut chance = rate;
@@ -79,10 +79,10 @@ impl Detector for Random {
                 now
             })
             .collect();
-        Detection {
+        DetectorOutput {
             score: alarm.iter().map(|&a| f64::from(u8::from(a))).collect(),
             alarm,
-            ..Detection::default()
+            ..DetectorOutput::default()
         }
     }
 }

@@ -24,7 +24,7 @@
 //! where the one follows the other without a gap. The end of an alarm is no change: the reference window
 //! has only caught up.
 
-use super::{Detection, Detector, Input, consistency};
+use super::{Detector, DetectorOutput, Input, consistency};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -157,13 +157,13 @@ impl Detector for TwoModelChiSquare {
         Some(self.threshold)
     }
 
-    fn detect(&self, input: &Input<'_>) -> Detection {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
     }
 }
 
 impl TwoModelChiSquare {
-    fn compare(&self, signal: &[f64]) -> Detection {
+    fn compare(&self, signal: &[f64]) -> DetectorOutput {
         let Params { length, reference, least_reference, .. } = self.params;
         let before = (reference * length).max(least_reference);
         let frames = signal.len();
@@ -186,7 +186,7 @@ impl TwoModelChiSquare {
             }
             sign = now;
         }
-        Detection { score, alarm, changes: Some(changes), ..Detection::default() }
+        DetectorOutput { score, alarm, changes: Some(changes), ..DetectorOutput::default() }
     }
 }
 
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn detect(text: &str, signal: &[f64]) -> Detection {
+    fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
         ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
     }
 

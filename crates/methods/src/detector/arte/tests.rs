@@ -9,11 +9,11 @@ fn built(text: &str) -> Arte {
     Arte::new(params["v"].clone().try_into().unwrap()).unwrap()
 }
 
-fn detect(text: &str, signal: &[f64], reverse: &Fake) -> Detection {
+fn detect(text: &str, signal: &[f64], reverse: &Fake) -> DetectorOutput {
     built(text).detect(&Input { signal, error: &[], seed: 0, reverse: Some(reverse) })
 }
 
-fn checks(verdict: &Detection) -> Vec<Check> {
+fn checks(verdict: &DetectorOutput) -> Vec<Check> {
     verdict.quality.as_ref().map(|q| q.checks.clone()).unwrap()
 }
 

@@ -3,7 +3,7 @@ use crate::num::seed;
 use proptest::prelude::*;
 use rand_distr::{Distribution, Gamma, Normal};
 
-fn detect(text: &str, signal: &[f64]) -> Detection {
+fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
     ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
 }
 
