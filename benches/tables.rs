@@ -5,9 +5,9 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use trackfail::engine::address::{Recipe, Stage};
+use trackfail::engine::Stop;
+use trackfail::engine::store::address::{Recipe, Stage};
 use trackfail::engine::store::{self, Name, Store};
-use trackfail::engine::supervise::Stop;
 use trackfail::engine::{ExperimentPlan, Options, run};
 use trackfail::report::{self, results::Results};
 use trackfail::spec::{self, Experiment, builtin};

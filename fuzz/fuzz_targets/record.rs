@@ -6,7 +6,7 @@ use libfuzzer_sys::fuzz_target;
 use sha2::{Digest, Sha256};
 use std::io::Cursor;
 use std::path::Path;
-use trackfail::engine::judge::StoredVerdict;
+use trackfail::engine::execute::detector_outputs::StoredDetectorOutput;
 use trackfail::engine::store::pack::{index_of, record_of};
 use trackfail::tracker::State;
 
@@ -25,7 +25,7 @@ fn read(bytes: &[u8]) {
 fn content(payload: &[u8]) {
     let _ = postcard::from_bytes::<Vec<State>>(payload);
     let _ = postcard::from_bytes::<Vec<f64>>(payload);
-    if let Ok(verdict) = postcard::from_bytes::<StoredVerdict>(payload) {
+    if let Ok(verdict) = postcard::from_bytes::<StoredDetectorOutput>(payload) {
         let _ = verdict.on(&[0.5; 8]);
     }
 }

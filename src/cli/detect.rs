@@ -6,7 +6,7 @@ use super::{Failure, output};
 use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::{DatasetError, Sequence, otb};
 use crate::detector::Input;
-use crate::engine::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseSource};
+use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseSource};
 use crate::engine::store;
 use crate::num::seed;
 use crate::region::Region;

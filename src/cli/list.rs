@@ -5,9 +5,9 @@ use super::{Failure, report, run};
 use crate::analysis::ANALYSES;
 use crate::dataset::lock;
 use crate::detector::DETECTORS;
+use crate::engine::Stop;
 use crate::engine::plan::CellState;
 use crate::engine::store::Store;
-use crate::engine::supervise::Stop;
 use crate::engine::{self, ExperimentPlan};
 use crate::plugin::Entry;
 use crate::score::PROTOCOLS;
@@ -93,7 +93,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
-        let suites = engine::run::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
+        let suites = engine::execute::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
         let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
         let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);

@@ -3,14 +3,14 @@
 use super::output::{self, Format};
 use super::{Failure, export};
 use crate::dataset::lock::Loaded;
-use crate::engine::pass::CellError;
+use crate::engine::CellError;
+use crate::engine::Shard;
+use crate::engine::observe::progress::{self, ProgressWatch};
 use crate::engine::plan::{CellState, PlannedCell, variants};
-use crate::engine::progress::{self, ProgressWatch};
-use crate::engine::run::{RunError, Shared};
-use crate::engine::shard::Shard;
 use crate::engine::store::{self, Store};
-use crate::engine::supervise::{RunLimits, Stop};
 use crate::engine::{self, ExperimentPlan, Options, Outcome};
+use crate::engine::{RunError, ShardOutcome};
+use crate::engine::{RunLimits, Stop};
 use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::results::Results;
@@ -199,7 +199,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     let telling = progress::tell(&args.results, experiment, args.shard, &options.watch);
     let finish = move || telling.into_iter().for_each(progress::ProgressPublisher::finish);
     if let Some(shard) = args.shard {
-        let done = engine::run::run_shard(&plan, &store, &options, shard);
+        let done = engine::run_shard(&plan, &store, &options, shard);
         bar.finish_and_clear();
         tell_problems(&store);
         let done = done.map_err(failure)?;
@@ -275,7 +275,12 @@ fn tell_problems(store: &Store) {
     }
 }
 
-fn tell_shard(args: &Args, experiment: &Experiment, shard: Shard, done: &Shared) -> Result<(), Failure> {
+fn tell_shard(
+    args: &Args,
+    experiment: &Experiment,
+    shard: Shard,
+    done: &ShardOutcome,
+) -> Result<(), Failure> {
     let (name, Shard { number, of }) = (&experiment.name, shard);
     tell(args, &format!("{name}: {}", done.tally));
     tell(
@@ -301,7 +306,7 @@ fn tell_shard(args: &Args, experiment: &Experiment, shard: Shard, done: &Shared)
 }
 
 fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>, Failure> {
-    let suites = engine::run::load(experiment, args.data_root.as_deref())
+    let suites = engine::execute::load(experiment, args.data_root.as_deref())
         .map_err(|e| Failure::Data(format!("{}: {e}", experiment.name)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];

@@ -10,7 +10,7 @@
 pub mod request;
 
 use super::{Failure, output};
-use crate::engine::progress;
+use crate::engine::observe::progress;
 use crate::report::site;
 use request::{Found, Refusal, Request, find, read_request};
 use std::fs::File;

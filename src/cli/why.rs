@@ -2,10 +2,11 @@
 
 use super::output::{self, Format};
 use super::{Failure, run};
+use crate::engine::ExperimentPlan;
+use crate::engine::Stop;
 use crate::engine::plan::CellState;
+use crate::engine::plan::why;
 use crate::engine::store::Store;
-use crate::engine::supervise::Stop;
-use crate::engine::{ExperimentPlan, why};
 use crate::plugin;
 use std::path::PathBuf;
 
@@ -39,8 +40,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
     let experiment = run::read_spec(&args.experiment, &super::programs(args.plugins.as_deref())?)?;
-    let suites =
-        crate::engine::run::load(&experiment, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
+    let suites = crate::engine::execute::load(&experiment, root.as_deref())
+        .map_err(|e| Failure::Data(e.to_string()))?;
     for (role, suite) in &suites {
         let (name, wanted) = (&experiment.suites[role], suite.wanted);
         let absent = suite.missing.len() + suite.broken.len();
@@ -60,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
     let store = Store::look(&args.results).map_err(|e| io(&e))?;
     let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
-    let mut reasons = why::why(&plan, &store, wanted);
+    let mut reasons = why(&plan, &store, wanted);
     if let Some(cell) = &args.cell
         && reasons.is_empty()
     {

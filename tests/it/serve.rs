@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trackfail::engine::progress::{self, ProgressWatch};
+use trackfail::engine::observe::progress::{self, ProgressWatch};
 use trackfail::report::site;
 use trackfail::spec;
 

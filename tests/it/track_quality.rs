@@ -8,7 +8,7 @@ use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::{Frames, Numbering, Render, Sequence};
 use trackfail::detector::track_quality::machine::TRANSITIONS;
 use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
-use trackfail::engine::reverse::{self, Reversal, ReverseSource};
+use trackfail::engine::execute::reverse::{self, Reversal, ReverseSource};
 use trackfail::image::Frame;
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};

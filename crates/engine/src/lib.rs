@@ -1,34 +1,31 @@
-//! Running an experiment: sequences in, judged cells out. Knows traits, no method by name, and does no
-//! I/O of its own beyond asking sequences for their frames and the store for what is there.
+//! Experiments: their files, their plan, their execution, and the store of what is computed. Knows traits, no method
+//! by name, and reads only what sequences give as frames and what the store holds.
 //!
-//! [`plan`] lays an experiment out and gives every result its [`address`], made from [`recipes`]; [`pass`]
-//! goes once over the frames of one sequence and feeds every tracker and signal, [`reverse`] runs a tracker
-//! backwards, [`timing`] with a clock beside it, [`supervise`] looks after those that panic or hang; [`tracks`] and [`judge`] take from the
-//! [`store`] what is there and compute what is not; [`run`](mod@run) does it for all sequences on all cores, or for a share of them;
-//! [`progress`] tells onlookers what a run is at, [`why`] tells what a result would be made from now and was made from before.
+//! The folders in order; each uses only those above it:
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`spec`] | experiment files, checked |
+//! | [`limits`] | time limits and interruption of a run |
+//! | [`store`] | records under content [addresses](store::address), packs, staging folders |
+//! | [`error`] | why a cell has no result, why a run did not finish |
+//! | [`plan`] | sequences, jobs, tracks and cells of an experiment with their recipes; shards; `why` |
+//! | [`observe`] | progress of runs, tally of computed and cached results |
+//! | [`execute`] | the pass over frames, reverse runs, training, judging, analyses, clock; whole runs and shards |
 
-pub mod address;
-pub mod analyse;
-pub mod judge;
-pub mod pass;
+pub mod error;
+pub mod execute;
+pub mod limits;
+pub mod observe;
 pub mod plan;
-pub mod progress;
-pub mod recipes;
-pub mod reverse;
-pub mod run;
-pub mod shard;
 pub mod spec;
 pub mod store;
-pub mod supervise;
-pub mod tally;
-pub mod timing;
-pub mod tracks;
-pub mod train;
-pub mod why;
 
 use trackfail_core::{direction, image, num, plugin, region};
 use trackfail_dataset as dataset;
 use trackfail_methods::{analysis, detector, score, signal, tracker};
 
-pub use plan::ExperimentPlan;
-pub use run::{Options, Outcome, run};
+pub use error::{CellError, RunError};
+pub use execute::{Cell, Options, Outcome, ShardOutcome, run, run_shard};
+pub use limits::{Interrupted, RunLimits, Stop};
+pub use plan::{ExperimentPlan, Shard, why};

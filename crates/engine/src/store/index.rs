@@ -1,7 +1,7 @@
 //! What an open store remembers of its packs.
 
+use super::address::Address;
 use super::pack::Place;
-use crate::address::Address;
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;

@@ -12,9 +12,9 @@
 //! The index holds the digest of every record, so that a changed byte anywhere is noticed: in the index
 //! when the store is opened, in a record when it is read. A pack is named after the digest of its index.
 
+use super::address::{Address, Recipe, Stage};
 use super::file;
 use super::{StoreError, TEMPORARY};
-use crate::address::{Address, Recipe, Stage};
 use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

@@ -1,7 +1,7 @@
 //! What our numbers say of an experiment's claims.
 
 use super::results::Results;
-use crate::engine::analyse::Analysed;
+use crate::engine::execute::analyse::Analysed;
 use crate::spec::Tracker;
 use crate::spec::claim::{Claim, ClaimVerdict, Quantity, Reference};
 use crate::table::layout;

@@ -6,7 +6,7 @@ use super::stills;
 use crate::analysis::Chart;
 use crate::detector::Condition;
 use crate::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
-use crate::engine::analyse::Analysed;
+use crate::engine::execute::analyse::Analysed;
 use crate::figure::{
     Arrow, BoxStyle, Colour, Curve, Curves, Dash, FigureError, FrameAxis, Panel, Range, Series, States,
     Still, Strip, Style, Threshold, spans_where,

@@ -5,9 +5,9 @@
 //! Links are followed for reading.
 
 use crate::dataset::{DatasetError, lock, text};
-use crate::engine::analyse::Analysed;
+use crate::engine::execute::analyse::Analysed;
+use crate::engine::execute::supervise::catch;
 use crate::engine::store;
-use crate::engine::supervise::catch;
 use crate::region::{Rect, Region};
 use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};

@@ -11,7 +11,7 @@ use super::pairs;
 use super::results::Results;
 use crate::analysis::Grid;
 use crate::direction::Direction;
-use crate::engine::analyse::Analysed;
+use crate::engine::execute::analyse::Analysed;
 use crate::figure::{Ranking, Ranks};
 use crate::num::{pooled, ranks, seed};
 use crate::score::Protocol;

@@ -1,9 +1,9 @@
 //! `manifest.json`: what a results folder rests on. Host and times are here and nowhere else.
 
 use crate::dataset::Frames;
-use crate::engine::pass::CellError;
-use crate::engine::run::Outcome;
-use crate::engine::train::{Content, Model};
+use crate::engine::CellError;
+use crate::engine::Outcome;
+use crate::engine::execute::train::{Content, Model};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
 use crate::spec::method::DetectorChoice;

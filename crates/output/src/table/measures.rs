@@ -1,8 +1,8 @@
 //! Pooled numbers of an experiment, by tracker, method and grid point.
 
 use super::records::CellScore;
-use crate::engine::run::{Cell, Outcome};
 use crate::engine::store::StoreError;
+use crate::engine::{Cell, Outcome};
 use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::Hash;

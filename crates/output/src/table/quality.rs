@@ -5,8 +5,8 @@ use super::folder::FolderError;
 use super::frame;
 use super::records::{Keys, some_text, sorted_cells};
 use crate::detector::{Check, Quality};
-use crate::engine::run::{Cell, Outcome};
 use crate::engine::store::StoreError;
+use crate::engine::{Cell, Outcome};
 use polars::prelude::{Column, DataFrame};
 
 /// The condition of the tracker in each frame.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::progress::{self, Running};
+use crate::engine::observe::progress::{self, Running};
 
 const HOSTILE: &str =
     "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";

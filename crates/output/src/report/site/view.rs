@@ -3,7 +3,7 @@
 use super::super::ReportError;
 use super::super::html::Parts;
 use super::{Best, ClaimCounts, MARKDOWN, Site, Summary};
-use crate::engine::progress::Running;
+use crate::engine::observe::progress::Running;
 use serde::Serialize;
 
 #[derive(Serialize)]

@@ -3,7 +3,7 @@
 use super::{Cell, Group, Layout, Row, published_for};
 use crate::analysis::Grid;
 use crate::direction::Direction;
-use crate::engine::analyse::Analysed;
+use crate::engine::execute::analyse::Analysed;
 use crate::spec::Experiment;
 use crate::spec::table::{Made, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value};

@@ -18,10 +18,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Version of tracks backwards; part of the address of whatever a detector says that uses them.
-/// - 1: first version.
-pub const REVERSAL: u32 = 1;
-
 /// Frames between the forks that are kept on the way forward.
 const STRIDE: usize = 32;
 

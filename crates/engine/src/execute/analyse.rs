@@ -1,19 +1,19 @@
 //! Analyses of an experiment, each on every tracker: from the store where they are, made where not.
 
-use super::address::{Recipe, Stage};
-use super::pass::CellError;
-use super::plan::{PlannedSuite, signal_index};
-use super::run::{Context, RunError};
-use super::store::{self, Name};
-use super::supervise::alone;
-use super::tally::Work;
-use super::tracks::{self, Track, Tracks};
+use super::context::Context;
+use super::supervise::run_single;
+use super::track::{self, Track, Tracks};
 use crate::analysis::{Findings, Population, Reads};
 use crate::dataset::Sequence;
+use crate::error::{CellError, RunError};
 use crate::num::hexadecimal;
+use crate::observe::tally::Work;
+use crate::plan::{PlannedSuite, signal_index};
 use crate::score::overlap::OVERLAP;
 use crate::score::trajectory::Trajectory;
 use crate::spec::analysis::Analysis;
+use crate::store::address::{Recipe, Stage};
+use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -128,7 +128,7 @@ fn make(
             run: plan.jobs[j].run,
         };
         let mine: Vec<TrackView> =
-            tracks::learned_from(plan, tracks, suite, tracker).into_iter().map(seen).collect();
+            track::learned_from(plan, tracks, suite, tracker).into_iter().map(seen).collect();
         if mine.is_empty() {
             return Ok(Err(CellError::Missing(format!("no track in role `{role}` to analyse"))));
         }
@@ -143,7 +143,7 @@ fn make(
     let t = &plan.experiment.trackers[tracker];
     let (name, runs) = (analysis.name.clone(), t.training_runs);
     let analysed = |findings| Analysed { analysis: name, tracker: t.label.clone(), runs, suites, findings };
-    if let Some(findings) = context.kept::<Findings>(&recipe.address(), 1) {
+    if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
         return Ok(Ok(analysed(findings)));
     }
@@ -157,7 +157,7 @@ fn make(
         }
         plugin.analyse(&views)
     };
-    let findings = match alone(&context.options.limits, compute)? {
+    let findings = match run_single(&context.options.limits, compute)? {
         Ok(findings) => findings,
         Err(reason) => return Ok(Err(CellError::Failed(reason))),
     };

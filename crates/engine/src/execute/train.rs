@@ -1,21 +1,21 @@
 //! Training and learning: from the tracks of a suite to detectors that are ready.
 
-use super::address::{Address, Recipe};
-use super::judge::{ReadyDetector, Source, detect, signal_of};
-use super::pass::CellError;
-use super::plan::variants;
-use super::recipes;
+use super::context::Context;
+use super::judge::{ReadyDetector, Source, detect};
 use super::reverse::Reversal;
-use super::run::{Context, RunError};
-use super::store::{self, Name};
-use super::supervise::{RunLimits, Watchdog, alone, supervised};
-use super::tally::Work;
-use super::tracks::{self, Track, Tracks};
+use super::supervise::{Watchdog, run_single, supervised};
+use super::track::{self, Track, Tracks};
 use crate::detector::{Detector, Example};
+use crate::error::{CellError, RunError};
+use crate::limits::RunLimits;
+use crate::observe::tally::Work;
+use crate::plan::{recipes, variants};
 use crate::score::Protocol;
 use crate::score::measures::{Counts, Pooled};
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
+use crate::store::address::{Address, Recipe};
+use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -83,14 +83,14 @@ struct Chosen {
 
 /// What is kept under a model's address.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-enum Kept {
+enum StoredModel {
     Chosen(Chosen),
     /// JSON text.
     Learned(String),
 }
 
 /// A detector for each variant and tracker; `Err` where training was impossible.
-pub type Ready = Vec<Vec<Result<ReadyDetector, CellError>>>;
+pub type ReadyDetectors = Vec<Vec<Result<ReadyDetector, CellError>>>;
 
 /// A variant on a tracker that has something to learn, and what from.
 struct Need<'a> {
@@ -108,7 +108,10 @@ struct Need<'a> {
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
-pub fn make_ready(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<(Ready, Vec<Model>), RunError> {
+pub fn make_ready(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+) -> Result<(ReadyDetectors, Vec<Model>), RunError> {
     let plan = context.plan;
     let variants: Vec<_> = variants(plan.experiment).collect();
     let needs = needs(context, tracks);
@@ -120,8 +123,8 @@ pub fn make_ready(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<(Read
     let distinct: Vec<&Need<'_>> = distinct.into_values().collect();
     let made =
         distinct.par_iter().with_max_len(1).map(|need| Ok((need.address, make(context, tracks, need)?)));
-    let made: BTreeMap<Address, Result<Kept, CellError>> = made.collect::<Result<_, RunError>>()?;
-    let mut ready: Ready = Vec::with_capacity(variants.len());
+    let made: BTreeMap<Address, Result<StoredModel, CellError>> = made.collect::<Result<_, RunError>>()?;
+    let mut ready: ReadyDetectors = Vec::with_capacity(variants.len());
     let mut models = Vec::new();
     for (v, (_, variant)) in variants.iter().enumerate() {
         let mut row = Vec::with_capacity(plan.experiment.trackers.len());
@@ -143,7 +146,7 @@ pub fn make_ready(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<(Read
             };
             let kept = made.get(&need.address).cloned();
             let kept = kept.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
-            row.push(match kept.and_then(|kept| arm(need, kept)) {
+            row.push(match kept.and_then(|kept| instantiate(need, kept)) {
                 Ok((ready_detector, content)) => {
                     models.push(describe(context, need, content));
                     Ok(ready_detector)
@@ -190,21 +193,21 @@ fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     need: &Need<'_>,
-) -> Result<Result<Kept, CellError>, RunError> {
-    if let Some(kept) = context.kept::<Kept>(&need.address, 1) {
+) -> Result<Result<StoredModel, CellError>, RunError> {
+    if let Some(kept) = context.cached::<StoredModel>(&need.address, 1) {
         context.tally.add(Work::Models, true);
         return Ok(Ok(kept));
     }
     let plan = context.plan;
-    let mine = tracks::learned_from(plan, tracks, need.suite, need.tracker);
+    let mine = track::learned_from(plan, tracks, need.suite, need.tracker);
     let mine: Vec<Arc<Track>> = mine.into_iter().map(|(track, ..)| track).collect();
     let limits = &context.options.limits;
     let made = match &need.variant.detector {
         DetectorChoice::Given(_) => return Ok(Err(CellError::Failed("nothing to learn".to_string()))),
         DetectorChoice::Trained(training) => {
-            train(training, mine, need.signal, need.method.protocol, limits)?.map(Kept::Chosen)
+            train(training, mine, need.signal, need.method.protocol, limits)?.map(StoredModel::Chosen)
         }
-        DetectorChoice::Learned(fixed) => learn(fixed, mine, need.signal, limits)?.map(Kept::Learned),
+        DetectorChoice::Learned(fixed) => learn(fixed, mine, need.signal, limits)?.map(StoredModel::Learned),
     };
     if let Ok(kept) = &made {
         context.tally.add(Work::Models, false);
@@ -218,10 +221,10 @@ fn make(
 }
 
 /// The detector with what was trained or learned.
-fn arm(need: &Need<'_>, kept: Kept) -> Result<(ReadyDetector, Content), CellError> {
+fn instantiate(need: &Need<'_>, kept: StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
     match (&need.variant.detector, kept) {
-        (DetectorChoice::Trained(training), Kept::Chosen(chosen)) => {
+        (DetectorChoice::Trained(training), StoredModel::Chosen(chosen)) => {
             let value = chosen.values.get(chosen.index as usize).copied();
             let value = value.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
             let fixed = match &training.candidates {
@@ -238,7 +241,7 @@ fn arm(need: &Need<'_>, kept: Kept) -> Result<(ReadyDetector, Content), CellErro
             };
             Ok((ReadyDetector { fixed, source: Source::Trained(need.address) }, content))
         }
-        (DetectorChoice::Learned(fixed), Kept::Learned(text)) => {
+        (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
             let model: Value = serde_json::from_str(&text).map_err(|e| failed(e.to_string()))?;
             let learner = fixed.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
             let detector = Arc::from(learner.with_model(&model).map_err(failed)?);
@@ -278,7 +281,7 @@ fn learn(
         detector.learner().ok_or("it does not learn")?.learn(&examples)
     };
     let failed = |reason: String| CellError::Failed(format!("learning of {kind}: {reason}"));
-    Ok(alone(limits, learn)?.map(|model| model.to_string()).map_err(failed))
+    Ok(run_single(limits, learn)?.map(|model| model.to_string()).map_err(failed))
 }
 
 /// The candidate with the largest pooled measure; the first among equals.
@@ -301,7 +304,7 @@ fn train(
         // What is run backwards here, on all cores, is not run again below; what breaks here breaks there too.
         let run = |track: &Arc<Track>| {
             let (track, candidates) = (track.clone(), candidates.clone());
-            alone(limits, move || {
+            run_single(limits, move || {
                 candidates.iter().try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()))
             })
         };
@@ -365,7 +368,7 @@ fn candidates(
         Candidates::Listed(list) => return Ok(list.clone()),
         Candidates::Quantiles { count, make } => (*count, make),
     };
-    let mut values: Vec<f64> = tracks.iter().flat_map(|t| signal_of(t, signal).into_owned()).collect();
+    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
     values.sort_by(f64::total_cmp);
     let Some(last) = values.len().checked_sub(1) else { return Ok(Vec::new()) };
     // Values that were seen, so that nothing depends on how quantiles are interpolated.
@@ -378,7 +381,7 @@ fn candidates(
 mod tests {
     use super::*;
     use crate::detector::DETECTORS;
-    use crate::recipes::TRAINING;
+    use crate::plan::recipes::TRAINING;
     use crate::score::measures::Metric;
 
     #[test]

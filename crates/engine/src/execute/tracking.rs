@@ -1,73 +1,31 @@
 //! The tracks and signals of one sequence: from the store where they are, computed where they are not.
 
-use super::address::{Address, Recipe};
-use super::pass::{CellError, Pass, PassOutput, Task, pass};
-use super::plan::{ExperimentPlan, PlannedSequence};
-use super::recipes;
+use super::context::Context;
+use super::pass::{Pass, PassOutput, Task, pass};
 use super::reverse::{Reversal, ReverseSource};
-use super::run::{Context, RunError};
-use super::store::{self, Name};
-use super::tally::Work;
-use crate::detector::Example;
+use super::track::{Track, Tracks};
+use crate::error::{CellError, RunError};
+use crate::observe::tally::Work;
+use crate::plan::{PlannedSequence, recipes};
 use crate::region::Region;
 use crate::score::overlap;
+use crate::store::address::Recipe;
+use crate::store::{self, Name};
 use crate::tracker::{Status, TrackerState};
 use std::sync::Arc;
 
-/// What one tracker did on one sequence, with the signals computed from it.
-#[derive(Debug, Clone)]
-pub struct Track {
-    /// Where it is filed.
-    pub address: Address,
-    /// The region of each frame.
-    pub regions: Vec<Region>,
-    /// What happened in each frame.
-    pub status: Vec<Status>,
-    /// O_t of each frame; NaN where the target is not annotated.
-    pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
-    pub signals: Vec<Vec<f64>>,
-    /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
-    pub repeated: usize,
-    /// Its tracker backwards, where a method of the experiment asks for it.
-    pub reversal: Option<Arc<Reversal>>,
-}
-
-impl Track {
-    /// The track with one of its signals, to learn from.
-    pub fn example(&self, signal: Option<usize>) -> Example<'_> {
-        let signal = signal.and_then(|k| self.signals.get(k));
-        Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
-    }
-}
-
-/// The tracks of one sequence, one a job.
-pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
-
-/// Those of a suite's tracks of a tracker that are learned from and there, with their sequence and job, sequence
-/// by sequence; `tracks` has those of every suite.
-pub fn learned_from(
-    plan: &ExperimentPlan<'_>,
-    tracks: &[Vec<Tracks>],
-    suite: usize,
-    tracker: usize,
-) -> Vec<(Arc<Track>, usize, usize)> {
-    let pairs = plan.learned_from(suite, tracker).into_iter();
-    pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
-}
-
 /// At most so many tracks are made in one pass, for the sake of memory.
-const MOST_TASKS: usize = 64;
+const MAX_TASKS: usize = 64;
 
-/// What of a track is in the store.
-struct Found {
+/// Parts of a track that the store already has.
+struct CachedTrack {
     job: usize,
     recipe: Recipe,
     states: Option<Arc<Vec<TrackerState>>>,
     signals: Vec<Option<Vec<f64>>>,
 }
 
-impl Found {
+impl CachedTrack {
     fn is_whole(&self) -> bool {
         self.states.is_some() && self.signals.iter().all(Option::is_some)
     }
@@ -84,7 +42,7 @@ pub fn tracks(
     jobs: &[usize],
 ) -> Result<Tracks, RunError> {
     let mut done = Vec::with_capacity(jobs.len());
-    for jobs in jobs.chunks(MOST_TASKS) {
+    for jobs in jobs.chunks(MAX_TASKS) {
         done.extend(some_tracks(context, suite, planned, jobs)?);
     }
     Ok(done)
@@ -106,14 +64,14 @@ fn some_tracks(
                 return Some(Vec::new());
             }
             let address = recipes::signal(address, choice).address();
-            context.kept::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
+            context.cached::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
         };
-        let states = context.kept::<Vec<TrackerState>>(&address, rows);
+        let states = context.cached::<Vec<TrackerState>>(&address, rows);
         let states = states.filter(|s| s.len() == rows).map(Arc::new);
         let signals = plan.signals.iter().enumerate().map(signal).collect();
-        Ok(Found { job: *job, recipe, states, signals })
+        Ok(CachedTrack { job: *job, recipe, states, signals })
     };
-    let mut found: Vec<Result<Found, CellError>> = jobs.iter().map(look).collect();
+    let mut found: Vec<Result<CachedTrack, CellError>> = jobs.iter().map(look).collect();
     let wanted: Vec<usize> =
         (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_whole())).collect();
     for found in found.iter().flatten() {
@@ -170,7 +128,7 @@ fn keep(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
-    found: &mut Found,
+    found: &mut CachedTrack,
     made: PassOutput,
     records: &mut Vec<store::Record>,
 ) -> Result<(), RunError> {
@@ -200,7 +158,7 @@ fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
     wanted: &[usize],
-    found: &[Result<Found, CellError>],
+    found: &[Result<CachedTrack, CellError>],
 ) -> Result<(), CellError> {
     let plan = context.plan;
     let name = &planned.sequence.name;
@@ -220,7 +178,7 @@ fn unchanged(
     Ok(())
 }
 
-fn track(context: &Context<'_>, planned: &PlannedSequence, found: Found) -> Track {
+fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -> Track {
     let plan = context.plan;
     let states = found.states.unwrap_or_default();
     let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();

@@ -1,18 +1,18 @@
 //! A share of a run, for several processes or machines.
 
-use super::super::judge::{self, ReadyDetector, Source};
-use super::super::pass::CellError;
-use super::super::plan::{ExperimentPlan, variants};
-use super::super::shard::Shard;
-use super::super::store::Store;
-use super::super::tally::Tally;
-use super::super::tracks;
-use super::{Context, Options, RunError, Unit, frames_to_do, units};
+use super::context::{Context, Options};
+use super::judge::{self, Case, ReadyDetector, Source};
+use super::tracking;
+use super::units::{Unit, frames_to_do, units};
+use crate::error::{CellError, RunError};
+use crate::observe::tally::Tally;
+use crate::plan::{ExperimentPlan, Shard, variants};
 use crate::spec::method::{DetectorChoice, Variant};
+use crate::store::Store;
 use rayon::prelude::*;
 
 /// What a share of a run has done.
-pub struct Shared {
+pub struct ShardOutcome {
     /// Cells with a result.
     pub done: usize,
     /// Cells without, by name, with the reason.
@@ -25,13 +25,13 @@ pub struct Shared {
 /// to the run that has all tracks.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run`](super::run::run).
 pub fn run_shard(
     plan: &ExperimentPlan<'_>,
     store: &Store,
     options: &Options,
     shard: Shard,
-) -> Result<Shared, RunError> {
+) -> Result<ShardOutcome, RunError> {
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let given = |variant: &Variant| match &variant.detector {
@@ -50,7 +50,7 @@ pub fn run_shard(
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
         let planned = &plan.suites[*suite].sequences[*sequence];
         let _at = options.watch.at(&planned.sequence.name);
-        let tracks = tracks::tracks(&context, *suite, planned, jobs)?;
+        let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells = Vec::new();
         let mut cases = Vec::new();
         for (j, track) in jobs.iter().zip(&tracks) {
@@ -69,7 +69,9 @@ pub fn run_shard(
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
                 match track {
                     Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => cases.push(context.case(&name, track, (v, method), ready_detector, seed)),
+                    Ok(track) => {
+                        cases.push(Case::new(&context, &name, track, (v, method), ready_detector, seed))
+                    }
                 }
             }
         }
@@ -85,5 +87,5 @@ pub fn run_shard(
     cells.sort_by(|a, b| a.0.cmp(&b.0));
     let total = cells.len();
     let failed: Vec<_> = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?))).collect();
-    Ok(Shared { done: total - failed.len(), failed, tally: context.tally })
+    Ok(ShardOutcome { done: total - failed.len(), failed, tally: context.tally })
 }

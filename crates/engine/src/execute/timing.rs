@@ -2,18 +2,17 @@
 //! timed is told in [`processing_time`](crate::analysis::processing_time).
 
 use super::analyse::{Analysed, NotAnalysed};
+use super::context::Context;
 use super::judge::ReadyDetector;
-use super::pass::CellError;
-use super::plan::variants;
-use super::recipes;
 use super::reverse::{self, ReverseSource};
-use super::run::{Context, RunError};
-use super::supervise::alone;
-use super::tracks::{self, Tracks};
-use super::train::Ready;
+use super::supervise::run_single;
+use super::track::{self, Tracks};
+use super::train::ReadyDetectors;
 use crate::analysis::processing_time::{Spent, Timing};
 use crate::analysis::{Population, Reads};
 use crate::detector::{Input, Reverse};
+use crate::error::{CellError, RunError};
+use crate::plan::{recipes, variants};
 use crate::region::Region;
 use crate::score::overlap;
 use crate::signal::Session;
@@ -30,7 +29,7 @@ use std::time::{Duration, Instant};
 pub fn measure(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    ready: &Ready,
+    ready: &ReadyDetectors,
 ) -> Result<Vec<Result<Analysed, NotAnalysed>>, RunError> {
     let experiment = context.plan.experiment;
     let mut all = Vec::new();
@@ -55,7 +54,7 @@ struct Timed {
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    ready: &Ready,
+    ready: &ReadyDetectors,
     analysis: &Analysis,
     tracker: usize,
 ) -> Result<Result<Analysed, CellError>, RunError> {
@@ -92,7 +91,7 @@ fn make(
         }
     };
     let origins: Vec<ReverseSource> =
-        tracks::learned_from(plan, tracks, suite, tracker).into_iter().map(origin).collect();
+        track::learned_from(plan, tracks, suite, tracker).into_iter().map(origin).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
     let work = move || {
         let mut timings = Vec::new();
@@ -103,7 +102,7 @@ fn make(
         }
         plugin.analyse(&[Population { suite: &name, tracks: Vec::new(), trajectories: Vec::new(), timings }])
     };
-    let findings = alone(&context.options.limits, work)?;
+    let findings = run_single(&context.options.limits, work)?;
     let suites = vec![(planned.name.clone(), planned.sequences.len())];
     Ok(findings.map_err(CellError::Failed).map(|findings| Analysed {
         analysis: analysis.name.clone(),

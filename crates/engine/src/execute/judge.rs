@@ -1,19 +1,19 @@
-//! Detection and scoring: from tracks with their signals to judged cells.
+//! DetectorOutput and scoring: from tracks with their signals to judged cells.
 
-use super::address::Address;
-use super::pass::CellError;
-use super::recipes::{self, DetectorKey};
+use super::context::Context;
+use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
 use super::reverse::{self, Reversal};
-use super::run::{Context, RunError};
-use super::store::{self, Name, Record};
 use super::supervise::{Watchdog, supervised};
-use super::tally::Work;
-use super::tracks::Track;
+use super::track::Track;
 use crate::detector::track_quality::Effort;
 use crate::detector::{Detector, DetectorOutput, Input, Quality};
+use crate::error::{CellError, RunError};
+use crate::observe::tally::Work;
+use crate::plan::recipes::{self, DetectorKey};
 use crate::score::{Protocol, TrackScore};
-use crate::spec::method::FixedDetector;
-use serde::{Deserialize, Serialize};
+use crate::spec::method::{FixedDetector, Method};
+use crate::store::address::{Address, Recipe};
+use crate::store::{self, Name, Record};
 use std::sync::Arc;
 
 /// One method on one track, judged.
@@ -27,46 +27,6 @@ pub struct Judged {
     pub effort: Effort,
     /// Whether the verdict holds a [`Quality`].
     pub follows: bool,
-}
-
-/// A verdict in memory, or where to find it.
-#[derive(Debug, Clone)]
-pub enum CachedDetectorOutput {
-    /// In memory.
-    Here(Arc<DetectorOutput>),
-    /// In the store.
-    Stored(Address),
-}
-
-/// A verdict as it is stored: without the score where that is the signal itself.
-#[derive(Serialize, Deserialize)]
-pub struct StoredDetectorOutput {
-    score: Option<Vec<f64>>,
-    alarm: Vec<bool>,
-    forecast: Option<Vec<f64>>,
-    changes: Option<Vec<i32>>,
-    quality: Option<Quality>,
-}
-
-impl StoredDetectorOutput {
-    fn new(verdict: &DetectorOutput, signal: &[f64]) -> Self {
-        let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
-        let DetectorOutput { alarm, forecast, changes, quality, .. } = verdict.clone();
-        Self { score, alarm, forecast, changes, quality }
-    }
-
-    /// The verdict on a signal, if it is one of its length.
-    pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
-        let score = self.score.unwrap_or_else(|| signal.to_vec());
-        let whole = score.len() == signal.len()
-            && self.alarm.len() == signal.len()
-            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len())
-            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
-            && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len());
-        let Self { alarm, forecast, changes, quality, .. } = self;
-        whole.then_some(DetectorOutput { score, alarm, forecast, changes, quality })
-    }
 }
 
 /// A detector that is ready, and where its parameters come from.
@@ -99,17 +59,6 @@ impl ReadyDetector {
     }
 }
 
-/// A detector for each variant and tracker; `Err` where training was impossible.
-pub type Ready = Vec<Vec<Result<ReadyDetector, CellError>>>;
-
-/// The signal of a track that a method reads; zeros for methods without one.
-pub fn signal_of(track: &Track, signal: Option<usize>) -> std::borrow::Cow<'_, [f64]> {
-    match signal.and_then(|k| track.signals.get(k)) {
-        Some(series) => series.into(),
-        None => vec![0.0; track.error.len()].into(),
-    }
-}
-
 /// What a detector says of a track. `seed` is for detectors that draw random numbers.
 ///
 /// # Errors
@@ -120,7 +69,7 @@ pub fn detect(
     detector: &dyn Detector,
     seed: u64,
 ) -> Result<DetectorOutput, String> {
-    let signal = signal_of(track, signal);
+    let signal = track.signal(signal);
     let input = Input { signal: &signal, error: &track.error, seed, reverse: None };
     reverse::detect(detector, input, track.reversal.as_deref())
 }
@@ -142,6 +91,28 @@ pub struct Case {
     pub protocol: &'static Protocol,
 }
 
+impl Case {
+    /// A cell of the test suite; `cell` is its name in the plan.
+    pub fn new(
+        context: &Context<'_>,
+        cell: &str,
+        track: &Arc<Track>,
+        (variant, method): (usize, &Method),
+        ready_detector: ReadyDetector,
+        seed: u64,
+    ) -> Self {
+        let plan = context.plan;
+        Self {
+            protocol: method.protocol,
+            name: Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(cell) },
+            track: track.clone(),
+            signal: plan.signal(variant),
+            ready_detector,
+            seed,
+        }
+    }
+}
+
 /// Judges cells, a result for each in order: with verdicts from the store where they are there.
 ///
 /// # Errors
@@ -153,10 +124,10 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
         recipes::labels(read, &case.ready_detector.by(), case.seed)
     };
     let recipes: Vec<_> = cases.iter().map(recipe).collect();
-    let kept = |(case, recipe): (&Case, &super::address::Recipe)| {
+    let kept = |(case, recipe): (&Case, &Recipe)| {
         let rows = case.track.error.len();
-        let stored = context.kept::<StoredDetectorOutput>(&recipe.address(), rows);
-        stored.and_then(|v| v.on(&signal_of(&case.track, case.signal)))
+        let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), rows);
+        stored.and_then(|v| v.on(&case.track.signal(case.signal)))
     };
     let mut verdicts: Vec<Option<Result<DetectorOutput, CellError>>> =
         cases.iter().zip(&recipes).map(|pair| kept(pair).map(Ok)).collect();
@@ -186,7 +157,7 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
             let case = &cases[k];
             let made = made.map_err(|reason| CellError::Failed(format!("{}: {reason}", case.name.cell)));
             if let Ok(verdict) = &made {
-                let signal = signal_of(&case.track, case.signal);
+                let signal = case.track.signal(case.signal);
                 let content = StoredDetectorOutput::new(verdict, &signal);
                 records.push(store::record(case.name.clone(), recipes[k].clone(), signal.len(), &content)?);
             }
@@ -199,7 +170,7 @@ pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judge
         let score = (case.protocol.score)(&case.track.error, &verdict.alarm, &verdict.changes());
         let effort = verdict.quality.as_ref().map_or_else(Effort::default, Quality::effort);
         let follows = verdict.quality.is_some();
-        Ok(Judged { verdict: context.hold(recipe, verdict), score, effort, follows })
+        Ok(Judged { verdict: context.outputs.insert(recipe, verdict), score, effort, follows })
     };
     Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())
 }

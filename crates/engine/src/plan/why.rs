@@ -1,10 +1,11 @@
 //! Why a cell is or is not in the store: the first ingredient, in data-flow order, that is another one now
 //! than it was.
 
-use super::address::{Address, Recipe, Stage};
-use super::plan::{CellState, ExperimentPlan};
+use super::cached::CellState;
+use super::experiment::ExperimentPlan;
 use super::recipes;
-use super::store::Store;
+use crate::store::Store;
+use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
 
 /// What there is to say of one cell.

@@ -1,36 +1,18 @@
 //! One pass over one sequence: each frame is decoded once and given to every tracker and, with the
 //! tracker's answer, to every signal.
 
-use super::supervise::{Interrupted, RunLimits, Watchdog, supervised};
+use super::supervise::{Watchdog, supervised};
 use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
+use crate::error::CellError;
+use crate::limits::{Interrupted, RunLimits};
 use crate::region::Region;
 use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
-use crate::tracker::{self, RunContext, TrackerConfig, TrackerError, TrackerState};
+use crate::tracker::{self, RunContext, TrackerConfig, TrackerState};
 use crate::{image::Frame, signal};
 use std::path::PathBuf;
 use std::sync::Arc;
-
-/// Why a cell has no result.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum CellError {
-    /// Its data or the tracker's results are not there.
-    #[error("{0}")]
-    Missing(String),
-    /// Something broke.
-    #[error("{0}")]
-    Failed(String),
-}
-
-impl From<TrackerError> for CellError {
-    fn from(e: TrackerError) -> Self {
-        match e {
-            TrackerError::Missing(m) => Self::Missing(m),
-            TrackerError::Broken(m) => Self::Failed(m),
-        }
-    }
-}
 
 /// What one job of a pass is to make.
 #[derive(Clone)]
@@ -222,7 +204,7 @@ mod tests {
     use crate::dataset::{Frames, Numbering, Render};
     use crate::region::Rect;
     use crate::signal::SIGNALS;
-    use crate::tracker::Tracker;
+    use crate::tracker::{Tracker, TrackerError};
     use std::time::Duration;
 
     /// Grey frames, as many as its number says before it panics.

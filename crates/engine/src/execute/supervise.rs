@@ -4,42 +4,12 @@
 //! panics or has used up its time is out, the others go on. A job that does not come back at all cannot
 //! be stopped: its thread is left behind, to end with the process, and the work starts anew without it.
 
+use crate::limits::{Interrupted, RunLimits};
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Once, PoisonError, mpsc};
 use std::time::{Duration, Instant};
-
-/// The run was interrupted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("interrupted")]
-pub struct Interrupted;
-
-/// A flag that ends a run; set by Ctrl-C.
-#[derive(Debug, Clone, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// Asks for the end.
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether the end was asked for.
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-/// Limits of supervised work.
-#[derive(Debug, Clone, Default)]
-pub struct RunLimits {
-    /// Longest time a job may use, all its steps together; `None` for no limit.
-    pub timeout: Option<Duration>,
-    /// Ends everything.
-    pub stop: Stop,
-}
 
 /// What a supervised thread is at.
 pub struct Watchdog {
@@ -159,7 +129,7 @@ where
 ///
 /// # Errors
 /// As [`supervised`]; what goes wrong in the job is inside, in words.
-pub fn alone<T, F>(limits: &RunLimits, job: F) -> Result<Result<T, String>, Interrupted>
+pub fn run_single<T, F>(limits: &RunLimits, job: F) -> Result<Result<T, String>, Interrupted>
 where
     T: Send + 'static,
     F: Fn() -> Result<T, String> + Send + Sync + 'static,
@@ -208,6 +178,7 @@ pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::Stop;
 
     fn limits(milliseconds: u64) -> RunLimits {
         RunLimits { timeout: Some(Duration::from_millis(milliseconds)), stop: Stop::default() }

@@ -7,7 +7,7 @@
 //!   place         advisory lock: exclusive while results are put in their place
 //!   packs/*.pack  records, see [`pack`]
 //!   staging/*     results being written, see [`staging`]
-//!   running/*     what runs are at, see [`progress`](super::progress)
+//!   running/*     what runs are at, see [`progress`](crate::observe::progress)
 //! ```
 //!
 //! A pack is written once, whole, and never changed: a run that is killed loses what it had not yet packed
@@ -23,6 +23,7 @@
 //! Format of the store:
 //! - 1: first version.
 
+pub mod address;
 mod file;
 mod index;
 pub mod pack;
@@ -31,7 +32,7 @@ pub mod staging;
 pub use file::{read, read_text, write};
 pub use pack::{Head, Name, Record};
 
-use super::address::{Address, Recipe, Stage};
+use address::{Address, Recipe, Stage};
 use index::Index;
 use pack::{PackError, Place};
 use rayon::prelude::*;

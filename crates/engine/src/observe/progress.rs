@@ -14,10 +14,10 @@
 //! A run that is finished removes its folder. One that was interrupted, killed or has failed leaves it, with a lock
 //! that nobody holds: it has stopped. The next run of the same experiment, or the same share of it, removes it.
 
-use super::shard::Shard;
-use super::store::{FOLDER, TEMPORARY};
 use crate::dataset::text;
+use crate::plan::Shard;
 use crate::spec::Experiment;
+use crate::store::{FOLDER, TEMPORARY};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};

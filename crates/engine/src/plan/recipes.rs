@@ -1,11 +1,9 @@
-//! What each stage's results are made from; see [`address`](super::address) for the table.
+//! What each stage's results are made from; see [`address`](crate::store::address) for the table.
 
-use super::address::{Address, Recipe, Stage};
-use super::pass::CellError;
-use super::plan::Job;
-use super::reverse::REVERSAL;
+use super::job::Job;
 use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
 use crate::detector::Learner;
+use crate::error::CellError;
 use crate::image::DECODER;
 use crate::num::seed;
 use crate::score::Protocol;
@@ -14,6 +12,7 @@ use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
 use crate::spec::{Experiment, Tracker};
+use crate::store::address::{Address, Recipe, Stage};
 use crate::tracker::RunContext;
 use std::path::Path;
 
@@ -90,6 +89,10 @@ pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
 /// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
 /// - 2: quantiles of the signal may be tried.
 pub const TRAINING: u32 = 2;
+
+/// Version of reverse runs; part of the address of the detections that use them.
+/// - 1: first version.
+pub const REVERSAL: u32 = 1;
 
 /// What a detector reads: a signal, or the track itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,37 @@
+//! Execution of a plan. The files in order; each uses only those above it:
+//!
+//! | file | contents |
+//! |---|---|
+//! | [`supervise`] | jobs that may panic, hang or be interrupted |
+//! | [`pass`] | one pass over the frames of a sequence, for all its trackers and signals |
+//! | [`reverse`] | trackers run backwards in time |
+//! | [`track`] | a track with its signals |
+//! | [`detector_outputs`] | results of detectors, in memory or in the store |
+//! | [`context`] | what the parts of a run share, with its options |
+//! | [`tracking`] | tracks and signals, from the store or computed |
+//! | [`judge`] | detections and scores, from the store or computed |
+//! | [`train`] | trained parameters and learned models |
+//! | [`analyse`] | analyses of signals and tracks |
+//! | [`timing`] | processing times |
+//! | [`run`](mod@run), [`run_shard`](mod@run_shard) | a whole experiment, or a shard of it |
+
+pub mod analyse;
+pub mod context;
+pub mod detector_outputs;
+pub mod judge;
+pub mod outcome;
+pub mod pass;
+pub mod reverse;
+pub mod run;
+pub mod run_shard;
+pub mod supervise;
+pub mod timing;
+pub mod track;
+pub mod tracking;
+pub mod train;
+mod units;
+
+pub use context::Options;
+pub use outcome::{Cell, Outcome};
+pub use run::{load, run};
+pub use run_shard::{ShardOutcome, run_shard};

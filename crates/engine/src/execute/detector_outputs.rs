@@ -1,0 +1,71 @@
+//! Results of detectors, in memory or in the store.
+
+use crate::detector::{DetectorOutput, Quality};
+use crate::store::address::{Address, Recipe};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Detections beyond this many bytes are read from the store when they are needed.
+const MAX_BYTES_IN_MEMORY: usize = 128 << 20;
+
+/// Keeps detections in memory as long as there is room; all of them are in the store.
+#[derive(Debug, Default)]
+pub struct DetectorOutputCache {
+    bytes: AtomicUsize,
+}
+
+impl DetectorOutputCache {
+    /// The detection itself while there is room, else its address. `recipe` is that of its record.
+    pub fn insert(&self, recipe: &Recipe, detection: DetectorOutput) -> CachedDetectorOutput {
+        let extra =
+            [detection.forecast.is_some(), detection.quality.is_some()].map(|has| 8 * usize::from(has));
+        let bytes = detection.score.len() * (9 + extra[0] + extra[1]);
+        if self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY {
+            CachedDetectorOutput::Here(Arc::new(detection))
+        } else {
+            CachedDetectorOutput::Stored(recipe.address())
+        }
+    }
+}
+
+/// A verdict in memory, or where to find it.
+#[derive(Debug, Clone)]
+pub enum CachedDetectorOutput {
+    /// In memory.
+    Here(Arc<DetectorOutput>),
+    /// In the store.
+    Stored(Address),
+}
+
+/// A verdict as it is stored: without the score where that is the signal itself.
+#[derive(Serialize, Deserialize)]
+pub struct StoredDetectorOutput {
+    score: Option<Vec<f64>>,
+    alarm: Vec<bool>,
+    forecast: Option<Vec<f64>>,
+    changes: Option<Vec<i32>>,
+    quality: Option<Quality>,
+}
+
+impl StoredDetectorOutput {
+    /// The stored form of the output on `signal`.
+    pub fn new(verdict: &DetectorOutput, signal: &[f64]) -> Self {
+        let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
+        let DetectorOutput { alarm, forecast, changes, quality, .. } = verdict.clone();
+        Self { score, alarm, forecast, changes, quality }
+    }
+
+    /// The verdict on a signal, if it is one of its length.
+    pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
+        let score = self.score.unwrap_or_else(|| signal.to_vec());
+        let whole = score.len() == signal.len()
+            && self.alarm.len() == signal.len()
+            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len())
+            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
+            && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len());
+        let Self { alarm, forecast, changes, quality, .. } = self;
+        whole.then_some(DetectorOutput { score, alarm, forecast, changes, quality })
+    }
+}

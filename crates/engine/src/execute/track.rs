@@ -1,0 +1,61 @@
+//! A track with its signals.
+
+use super::reverse::Reversal;
+use crate::detector::Example;
+use crate::error::CellError;
+use crate::plan::ExperimentPlan;
+use crate::region::Region;
+use crate::store::address::Address;
+use crate::tracker::Status;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// What one tracker did on one sequence, with the signals computed from it.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Where it is filed.
+    pub address: Address,
+    /// The region of each frame.
+    pub regions: Vec<Region>,
+    /// What happened in each frame.
+    pub status: Vec<Status>,
+    /// O_t of each frame; NaN where the target is not annotated.
+    pub error: Vec<f64>,
+    /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
+    pub signals: Vec<Vec<f64>>,
+    /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
+    pub repeated: usize,
+    /// Its tracker backwards, where a method of the experiment asks for it.
+    pub reversal: Option<Arc<Reversal>>,
+}
+
+impl Track {
+    /// The signal that a method reads; zeros for methods without one.
+    pub fn signal(&self, signal: Option<usize>) -> Cow<'_, [f64]> {
+        match signal.and_then(|k| self.signals.get(k)) {
+            Some(series) => series.into(),
+            None => vec![0.0; self.error.len()].into(),
+        }
+    }
+
+    /// The track with one of its signals, to learn from.
+    pub fn example(&self, signal: Option<usize>) -> Example<'_> {
+        let signal = signal.and_then(|k| self.signals.get(k));
+        Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
+    }
+}
+
+/// The tracks of one sequence, one a job.
+pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
+
+/// Those of a suite's tracks of a tracker that are learned from and there, with their sequence and job, sequence
+/// by sequence; `tracks` has those of every suite.
+pub fn learned_from(
+    plan: &ExperimentPlan<'_>,
+    tracks: &[Vec<Tracks>],
+    suite: usize,
+    tracker: usize,
+) -> Vec<(Arc<Track>, usize, usize)> {
+    let pairs = plan.learned_from(suite, tracker).into_iter();
+    pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
+}

@@ -1,0 +1,50 @@
+//! Units of work: the jobs of one sequence.
+
+use super::context::Options;
+use crate::plan::{ExperimentPlan, Shard};
+use crate::store::Store;
+use crate::store::address::Recipe;
+use rayon::prelude::*;
+
+/// Work on one sequence: suite, sequence, jobs.
+pub type Unit = (usize, usize, Vec<usize>);
+
+/// Every sequence with the jobs that belong to a share, the longest first, so that the last one does not
+/// keep one core busy alone.
+pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
+    let sequences = plan.suites.iter().enumerate();
+    let all: Vec<(usize, usize, usize)> = sequences
+        .flat_map(|(suite, s)| (0..s.sequences.len()).map(move |sequence| (suite, sequence)))
+        .flat_map(|(suite, sequence)| (0..plan.jobs.len()).map(move |job| (suite, sequence, job)))
+        .filter(|(suite, _, job)| plan.wants(*suite, *job))
+        .collect();
+    let frames = |(suite, sequence, _): &(usize, usize, usize)| {
+        plan.suites[*suite].sequences[*sequence].sequence.len() as u64
+    };
+    let mine = shard.map(|shard| shard.of(&all.iter().map(frames).collect::<Vec<_>>()));
+    let mut units: Vec<Unit> = Vec::new();
+    for (k, (suite, sequence, job)) in all.into_iter().enumerate() {
+        if mine.as_ref().is_some_and(|mine| !mine[k]) {
+            continue;
+        }
+        match units.last_mut() {
+            Some((last_suite, last_sequence, jobs)) if (*last_suite, *last_sequence) == (suite, sequence) => {
+                jobs.push(job);
+            }
+            _ => units.push((suite, sequence, vec![job])),
+        }
+    }
+    units.sort_by_key(|(suite, sequence, _)| std::cmp::Reverse(frames(&(*suite, *sequence, 0))));
+    units
+}
+
+/// Frames that have to be gone over.
+pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
+    let of_unit = |(suite, sequence, jobs): &Unit| {
+        let planned = &plan.suites[*suite].sequences[*sequence];
+        let to_do = |j: usize, track: &Recipe| options.force || !plan.is_kept(store, *suite, j, track);
+        let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|track| to_do(*j, track)));
+        if to_do { planned.sequence.len() as u64 } else { 0 }
+    };
+    units.par_iter().map(of_unit).sum()
+}

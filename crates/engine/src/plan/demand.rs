@@ -1,0 +1,96 @@
+//! What an experiment needs: its suites, its variants and their signals, and the tracks that are wanted on each suite.
+
+use super::job::Job;
+use crate::plugin;
+use crate::signal::SIGNALS;
+use crate::spec::analysis::Analysis;
+use crate::spec::method::{Method, SignalChoice, Variant};
+use crate::spec::{Experiment, TEST};
+
+/// Tracks of a tracker that are wanted on a suite, and what of them is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Demand<'a> {
+    pub suite: &'a str,
+    pub tracker: usize,
+    pub runs: u32,
+    pub signal: Option<usize>,
+}
+
+impl Demand<'_> {
+    pub fn is_for(&self, suite: &str, job: Job) -> bool {
+        self.suite == suite && self.tracker == job.tracker && job.run < self.runs
+    }
+}
+
+/// All that an experiment wants, each once: the test suite of every tracker for its results, and what
+/// methods learn from. `of_variants` is the signal of each variant.
+pub(super) fn demands<'a>(
+    experiment: &'a Experiment,
+    signals: &[SignalChoice],
+    of_variants: &[Option<usize>],
+) -> Vec<Demand<'a>> {
+    let signal = |a: &Analysis| a.signal.as_ref().and_then(|s| signal_index(signals, s));
+    let of_analyses: Vec<_> = experiment.analyses.iter().map(signal).collect();
+    let mut all: Vec<Demand<'a>> = Vec::new();
+    let mut add = |demand| {
+        if !all.contains(&demand) {
+            all.push(demand);
+        }
+    };
+    for (tracker, t) in experiment.trackers.iter().enumerate() {
+        let test = experiment.suites[TEST].as_str();
+        add(Demand { suite: test, tracker, runs: t.runs, signal: None });
+        for ((method, variant), signal) in variants(experiment).zip(of_variants) {
+            if !method.runs_on(&t.label) {
+                continue;
+            }
+            add(Demand { suite: test, tracker, runs: t.runs, signal: *signal });
+            if let Some(suite) = variant.detector.role().and_then(|role| experiment.suites.get(role)) {
+                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            }
+        }
+        for (analysis, signal) in experiment.analyses.iter().zip(&of_analyses) {
+            let roles = analysis.roles.iter().filter(|_| analysis.runs_on(&t.label));
+            for suite in roles.filter_map(|role| experiment.suites.get(role)) {
+                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            }
+        }
+    }
+    all
+}
+
+/// The distinct signals of an experiment, in order of first use.
+pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
+    let mut distinct: Vec<SignalChoice> = Vec::new();
+    let of_methods = variants(experiment).filter_map(|(_, variant)| variant.signal.as_ref());
+    for choice in of_methods.chain(experiment.analyses.iter().filter_map(|a| a.signal.as_ref())) {
+        if signal_index(&distinct, choice).is_none() {
+            distinct.push(choice.clone());
+        }
+    }
+    distinct
+}
+
+/// Where a signal stands among the distinct ones.
+pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
+    debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
+    distinct.iter().position(|d| d.kind == choice.kind && d.signal.params() == choice.signal.params())
+}
+
+/// Every variant of every method, in the experiment's order.
+pub fn variants(experiment: &Experiment) -> impl Iterator<Item = (&Method, &Variant)> {
+    experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
+}
+
+/// The suites an experiment needs: the test suite, and those it trains on.
+pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
+    let mut roles = vec![TEST];
+    let trained = variants(experiment).filter_map(|(_, variant)| variant.detector.role());
+    let analysed = experiment.analyses.iter().flat_map(|a| a.roles.iter().map(String::as_str));
+    for role in trained.chain(analysed) {
+        if !roles.contains(&role) {
+            roles.push(role);
+        }
+    }
+    roles
+}

@@ -1,0 +1,312 @@
+//! What an experiment consists of, before anything is computed: sequences with their digests, tracks and
+//! cells with their addresses.
+
+use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
+use super::job::Job;
+use super::recipes::{self, DetectorKey, Read};
+use crate::dataset::Sequence;
+use crate::dataset::lock::{Loaded, Missing};
+use crate::error::{CellError, RunError};
+use crate::limits::Stop;
+use crate::num::seed;
+use crate::spec::method::{DetectorChoice, Method, SignalChoice, Variant};
+use crate::spec::{Experiment, TEST};
+use crate::store::address::{Address, Recipe};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A sequence that is there.
+pub struct PlannedSequence {
+    /// The sequence.
+    pub sequence: Arc<Sequence>,
+    /// Its digest; empty where it cannot be read.
+    pub digest: String,
+    /// Recipe of each job's track, where one is wanted.
+    pub tracks: Vec<Result<Recipe, CellError>>,
+}
+
+/// A suite with what of it is there.
+pub struct PlannedSuite {
+    /// Its name.
+    pub name: String,
+    /// The sequences that are there, in suite order.
+    pub sequences: Vec<PlannedSequence>,
+    /// Those that are not.
+    pub missing: Vec<Missing>,
+    /// How many the suite has.
+    pub wanted: usize,
+}
+
+/// An experiment laid out.
+pub struct ExperimentPlan<'a> {
+    /// The experiment.
+    pub experiment: &'a Experiment,
+    /// Its distinct signals.
+    pub signals: Arc<Vec<SignalChoice>>,
+    /// Its trackers and repetitions; not all of them are wanted on every suite.
+    pub jobs: Vec<Job>,
+    /// Its distinct suites; the test suite is the first.
+    pub suites: Vec<PlannedSuite>,
+    demands: Vec<Demand<'a>>,
+    /// Index into `signals` of each variant.
+    variant_signals: Vec<Option<usize>>,
+}
+
+/// A cell of the test suite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlannedCell {
+    /// Index of the sequence in the test suite.
+    pub sequence: usize,
+    /// Index into [`ExperimentPlan::jobs`].
+    pub job: usize,
+    /// Index into [`variants`].
+    pub variant: usize,
+}
+
+impl<'a> ExperimentPlan<'a> {
+    /// Lays out an experiment over suites that were loaded, by role; reads every file of them once, for
+    /// their digests, on the threads of the current pool.
+    ///
+    /// # Errors
+    /// When the end was asked for. A sequence that cannot be read has no track.
+    pub fn new(
+        experiment: &'a Experiment,
+        loaded: BTreeMap<String, Loaded>,
+        data_root: Option<&Path>,
+        stop: &Stop,
+    ) -> Result<Self, RunError> {
+        let signals = distinct_signals(experiment);
+        let signal = |(_, v): (&Method, &Variant)| v.signal.as_ref().and_then(|s| signal_index(&signals, s));
+        let variant_signals: Vec<Option<usize>> = variants(experiment).map(signal).collect();
+        let demands = demands(experiment, &signals, &variant_signals);
+        let most = |tracker: usize| {
+            let mine = demands.iter().filter(move |d| d.tracker == tracker);
+            mine.map(|d| d.runs).max().unwrap_or(0)
+        };
+        let trackers = 0..experiment.trackers.len();
+        let jobs = trackers.flat_map(|tracker| (0..most(tracker)).map(move |run| Job { tracker, run }));
+        let jobs: Vec<Job> = jobs.collect();
+        let mut suites: Vec<PlannedSuite> = Vec::new();
+        let mut by_role: Vec<_> = loaded.into_iter().collect();
+        by_role.sort_by_key(|(role, _)| role != TEST);
+        for (role, suite) in by_role {
+            let name = &experiment.suites[&role];
+            if suites.iter().any(|known| known.name == *name) {
+                continue;
+            }
+            let plan = |sequence: Sequence| {
+                if stop.is_set() {
+                    return Err(RunError::Interrupted);
+                }
+                // What cannot be read is a failed sequence, not the end of all others.
+                let digest = sequence.digest().map(str::to_string);
+                let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
+                let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
+                let wanted = |job: &Job| demands.iter().any(|d| d.is_for(name, *job));
+                let track = |job: &Job| match &common {
+                    _ if !wanted(job) => Err(CellError::Missing("not asked for".to_string())),
+                    Ok(common) => recipes::track(experiment, &sequence, common, *job, data_root),
+                    Err(e) => Err(e.clone()),
+                };
+                let tracks = jobs.iter().map(track).collect();
+                Ok(PlannedSequence {
+                    digest: digest.unwrap_or_default(),
+                    sequence: Arc::new(sequence),
+                    tracks,
+                })
+            };
+            let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
+            suites.push(PlannedSuite {
+                name: name.clone(),
+                sequences,
+                missing: suite.missing,
+                wanted: suite.wanted,
+            });
+        }
+        Ok(Self { experiment, jobs, suites, demands, variant_signals, signals: Arc::new(signals) })
+    }
+
+    /// The test suite.
+    pub fn test(&self) -> &PlannedSuite {
+        &self.suites[0]
+    }
+
+    /// The suite of a role.
+    pub fn suite(&self, role: &str) -> Option<usize> {
+        let name = self.experiment.suites.get(role)?;
+        self.suites.iter().position(|s| s.name == *name)
+    }
+
+    /// Which of the distinct signals a variant reads.
+    pub fn signal(&self, variant: usize) -> Option<usize> {
+        self.variant_signals.get(variant).copied().flatten()
+    }
+
+    /// Whether a method runs trackers backwards.
+    pub fn needs_reverse(&self) -> bool {
+        variants(self.experiment).any(|(_, v)| v.detector.example().detector.needs_reverse())
+    }
+
+    /// Whether a job's track is wanted on a suite.
+    pub fn wants(&self, suite: usize, job: usize) -> bool {
+        self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))
+    }
+
+    /// Whether a signal is wanted on a job's track.
+    pub fn wants_signal(&self, suite: usize, job: usize, signal: usize) -> bool {
+        let suite = &self.suites[suite].name;
+        self.demands.iter().any(|d| d.signal == Some(signal) && d.is_for(suite, self.jobs[job]))
+    }
+
+    /// Whether a job's track has cells of a method.
+    pub fn has_cells(&self, job: Job, method: &Method) -> bool {
+        let tracker = &self.experiment.trackers[job.tracker];
+        job.run < tracker.runs && method.runs_on(&tracker.label)
+    }
+
+    /// Jobs and variants of the cells of a sequence, in the experiment's order.
+    pub fn cells_of_sequence(&self) -> Vec<(usize, usize)> {
+        let of_job = |(j, job): (usize, &Job)| {
+            let mine = variants(self.experiment).enumerate().filter(|(_, (m, _))| self.has_cells(*job, m));
+            mine.map(|(v, _)| (j, v)).collect::<Vec<_>>()
+        };
+        self.jobs.iter().enumerate().flat_map(of_job).collect()
+    }
+
+    /// Every cell of the test suite, sequence by sequence, in the experiment's order.
+    pub fn cells(&self) -> Vec<PlannedCell> {
+        let of_sequence = self.cells_of_sequence();
+        let cell = |sequence: usize| {
+            of_sequence.iter().map(move |&(job, variant)| PlannedCell { sequence, job, variant })
+        };
+        (0..self.test().sequences.len()).flat_map(cell).collect()
+    }
+
+    /// What a variant reads of a track.
+    pub fn read(&self, track: Address, signal: Option<usize>) -> Read {
+        match signal.and_then(|k| self.signals.get(k)) {
+            Some(choice) => Read::Signal(recipes::signal(track, choice).address()),
+            None => Read::Track(track),
+        }
+    }
+
+    /// Seed of a cell's detector.
+    pub fn seed(&self, method: &str, params: &str, sequence: &str, job: Job) -> u64 {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
+    }
+
+    /// Sequences and jobs of a suite whose tracks of a tracker are learned from.
+    pub fn learned_from(&self, suite: usize, tracker: usize) -> Vec<(usize, usize)> {
+        let runs = self.experiment.trackers[tracker].training_runs;
+        let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
+        let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
+        let sequences = 0..self.suites[suite].sequences.len();
+        sequences.flat_map(|s| jobs.iter().map(move |j| (s, *j))).collect()
+    }
+
+    /// What is read of the tracks learned from that `track` finds an address for, by suite, sequence and job.
+    pub fn training_reads(
+        &self,
+        role: &str,
+        signal: Option<usize>,
+        tracker: usize,
+        track: impl Fn(usize, usize, usize) -> Option<Address>,
+    ) -> Vec<Read> {
+        let Some(suite) = self.suite(role) else { return Vec::new() };
+        let pairs = self.learned_from(suite, tracker).into_iter();
+        pairs.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
+    }
+
+    /// Name of a cell: `sequence/tracker/run/method[params]`.
+    pub fn cell_name(&self, sequence: &str, job: Job, method: &str, params: &str) -> String {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        let params = if params.is_empty() { String::new() } else { format!("[{params}]") };
+        format!("{sequence}/{tracker}/{}/{method}{params}", job.run)
+    }
+
+    /// Name of a track: `suite/sequence/tracker/run`.
+    pub fn track_name(&self, suite: usize, sequence: &str, job: Job) -> String {
+        let tracker = &self.experiment.trackers[job.tracker].label;
+        format!("{}/{sequence}/{tracker}/{}", self.suites[suite].name, job.run)
+    }
+
+    /// Recipe of the model of each variant and tracker, where it is trained and there is something to train
+    /// it on; it will be that if every track can be made.
+    pub fn models(&self) -> Vec<Vec<Option<Recipe>>> {
+        let track = |suite: usize, s: usize, j: usize| {
+            self.suites[suite].sequences[s].tracks[j].as_ref().ok().map(Recipe::address)
+        };
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let of_variant = |v: usize| {
+            let (method, variant) = variants[v];
+            let Some(role) = variant.detector.role() else { return Vec::new() };
+            let of = |t: usize| {
+                if !method.runs_on(&self.experiment.trackers[t].label) {
+                    return None;
+                }
+                let reads = self.training_reads(role, self.signal(v), t, track);
+                if reads.is_empty() { None } else { recipes::of_model(method, variant, &reads) }
+            };
+            (0..self.experiment.trackers.len()).map(of).collect()
+        };
+        (0..variants.len()).into_par_iter().map(of_variant).collect()
+    }
+
+    /// Name and recipe of every cell's labels, in the order of [`ExperimentPlan::cells`]; the reason where there is
+    /// no recipe. Trained parameters are those of [`ExperimentPlan::models`].
+    pub fn labels(&self) -> Vec<(String, Result<Recipe, CellError>)> {
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
+        // What labels the cells of each variant and tracker.
+        let models = self.models();
+        let by = |v: usize, tracker: usize| {
+            let model = || {
+                let model = models[v].get(tracker).and_then(Option::as_ref).map(Recipe::address);
+                let role = variants[v].1.detector.role().unwrap_or_default();
+                model.ok_or_else(|| CellError::Missing(format!("no track in role `{role}` to learn from")))
+            };
+            Ok(match &variants[v].1.detector {
+                DetectorChoice::Given(fixed) => DetectorKey::given(fixed),
+                DetectorChoice::Trained(training) => DetectorKey::model(model()?, &training.example),
+                DetectorChoice::Learned(fixed) => DetectorKey::learned(model()?, fixed),
+            })
+        };
+        let trackers = self.experiment.trackers.len();
+        let by: Vec<Vec<Result<DetectorKey, CellError>>> =
+            (0..variants.len()).map(|v| (0..trackers).map(|tracker| by(v, tracker)).collect()).collect();
+        let of_sequence = |s: usize| {
+            let planned = &self.test().sequences[s];
+            let name = &planned.sequence.name;
+            let mut cells = Vec::new();
+            for (job, track) in self.jobs.iter().zip(&planned.tracks) {
+                let track = track.as_ref().map(Recipe::address);
+                let signals: Vec<Read> = match track {
+                    Ok(address) => (0..self.signals.len()).map(|k| self.read(address, Some(k))).collect(),
+                    Err(_) => Vec::new(),
+                };
+                for (v, (method, _)) in variants.iter().enumerate() {
+                    if !self.has_cells(*job, method) {
+                        continue;
+                    }
+                    let seed = self.seed(&method.name, &params[v], name, *job);
+                    let recipe = track.map_err(CellError::clone).and_then(|address| {
+                        let signal = self.signal(v).and_then(|k| signals.get(k).copied());
+                        let by = by[v][job.tracker].as_ref().map_err(CellError::clone)?;
+                        Ok(recipes::labels(signal.unwrap_or(Read::Track(address)), by, seed))
+                    });
+                    cells.push((self.cell_name(name, *job, &method.name, &params[v]), recipe));
+                }
+            }
+            cells
+        };
+        (0..self.test().sequences.len()).into_par_iter().flat_map_iter(of_sequence).collect()
+    }
+
+    /// Name of a cell in the store.
+    pub fn stored_name(&self, cell: &str) -> String {
+        format!("{}/{cell}", self.test().name)
+    }
+}
