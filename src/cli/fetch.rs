@@ -402,11 +402,10 @@ mod tests {
         assert_eq!(download(&space, &[job("ftp://h/a".into())], &options).unwrap_err().code(), 2);
     }
 
+    #[trackfail_testing::needs(real_data)]
     #[test]
     fn real_data_come_out_of_an_archive_as_pinned() {
-        let Some(data) = trackfail_testing::real_data("real_data_come_out_of_an_archive_as_pinned") else {
-            return;
-        };
+        let data = trackfail_testing::real_data();
         let (root, failed) = fetch_packed(&data.join("vot2014/diving"));
         let plan = fetch::plan(&wanted(), root.path());
         assert_eq!(plan.here, ["vot2014/diving"]);

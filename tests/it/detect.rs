@@ -177,19 +177,3 @@ fn what_cannot_be_judged_is_told() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("give --init instead of --boxes"));
 }
-
-/// The model that comes with the program is what its experiment learns.
-#[test]
-fn the_built_in_model_is_that_of_its_experiment() {
-    let root = tempfile::tempdir().unwrap();
-    let results = root.path().join("results");
-    trackfail()
-        .args(["run", "sanmiguel2015/built-in-model", "--quiet", "--results"])
-        .arg(&results)
-        .current_dir(root.path())
-        .assert()
-        .success();
-    let learned = results.join("sanmiguel2015/built-in-model/models/001-avu-pf.json");
-    let ours = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models/color-particle-filter.json");
-    assert_eq!(std::fs::read_to_string(learned).unwrap(), std::fs::read_to_string(ours).unwrap());
-}

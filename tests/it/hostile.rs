@@ -1,6 +1,6 @@
 //! Experiments, data and results from somebody who means harm: texts stay texts, files stay in their folders.
 
-use crate::tools::trackfail;
+use crate::tools::{needs, trackfail};
 use polars::prelude::{Column, DataType, ParquetReader, ParquetWriter, SerReader};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,6 +8,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use trackfail::report::results::Results;
+use trackfail_testing::conditions::{LATEX, runs};
 
 /// Markup, commands, terminal sequences and turned reading directions, 300 characters and more.
 const HOSTILE: &str = "=\u{1b}[2J\u{1b}]0;x\u{7}</script><script>alert(1)</script><img src=x onerror='a()'>\
@@ -142,32 +143,38 @@ fn is_plain_latex(text: &str) -> bool {
     depth == 0 && dollars % 2 == 0
 }
 
-/// The first of the engines that can be run here, with the words it needs to stop at no question.
-fn latex_engine() -> Option<Vec<&'static str>> {
-    let engines = [
-        vec!["tectonic"],
-        vec!["pdflatex", "-interaction=nonstopmode", "-halt-on-error"],
-        vec!["xelatex", "-interaction=nonstopmode", "-halt-on-error"],
-    ];
-    let runs = |name: &str| std::process::Command::new(name).arg("--version").output().is_ok();
-    engines.into_iter().find(|e| runs(e[0]))
+/// The words that compile a file with an engine, without a question.
+fn compile(engine: &str) -> Vec<&str> {
+    match engine {
+        "tectonic" => vec![engine],
+        _ => vec![engine, "-interaction=nonstopmode", "-halt-on-error"],
+    }
+}
+
+/// The folder of tables of a run with hostile texts, and its macros.
+fn hostile_tables(root: &Path) -> (PathBuf, String) {
+    assert_eq!(run(root, HOSTILE, "d").code, 0);
+    let folder = root.join("results/mine/hostile/tables");
+    let macros = std::fs::read_to_string(folder.join("macros.tex")).unwrap();
+    (folder, macros)
 }
 
 #[test]
-fn hostile_tables_compile() {
+fn hostile_macros_are_numbers() {
     let root = tempfile::tempdir().unwrap();
-    assert_eq!(run(root.path(), HOSTILE, "d").code, 0);
-    let folder = root.path().join("results/mine/hostile/tables");
-    let macros = std::fs::read_to_string(folder.join("macros.tex")).unwrap();
+    let (_, macros) = hostile_tables(root.path());
     assert!(are_our_macros(&macros), "{macros}");
     assert!(!are_our_macros(&macros.replacen("}{", "}{\\input{a}", 1)));
     assert!(!are_our_macros(&format!("{macros}{macros}")));
-    let Some(engine) = latex_engine() else {
-        eprintln!(
-            "SKIPPED: hostile_tables_compile checks grammar only, because there is no tectonic or pdflatex"
-        );
-        return;
-    };
+}
+
+#[needs(latex)]
+#[test]
+fn hostile_tables_compile() {
+    let root = tempfile::tempdir().unwrap();
+    let (folder, macros) = hostile_tables(root.path());
+    let engine = LATEX.into_iter().find(|name| runs(name, &["--version"]));
+    let engine = compile(engine.expect("the LaTeX that was there when this test was compiled has gone"));
     let names: Vec<&str> =
         macros.lines().filter_map(|l| l.strip_prefix("\\newcommand{")?.split('}').next()).collect();
     let document = format!(

@@ -2,8 +2,6 @@
 
 mod archives;
 mod bad_data;
-#[cfg(unix)]
-mod browser;
 mod detect;
 mod download;
 mod engine;
@@ -11,15 +9,14 @@ mod errors;
 mod explain;
 mod fetch;
 mod hostile;
-mod interruption;
 mod learning;
+mod needs;
 mod own_data;
 mod packed;
 #[cfg(unix)]
 mod page;
 #[cfg(unix)]
 mod process;
-mod real;
 #[cfg(unix)]
 mod serve;
 mod server;

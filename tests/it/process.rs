@@ -1,6 +1,6 @@
 //! Foreign programs as trackers, and our trackers for foreign programs.
 
-use crate::tools::{rows, trackfail};
+use crate::tools::{needs, rows, trackfail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -171,16 +171,6 @@ fn program(file: &Path, name: &str) -> Box<dyn TrackerConfig> {
     let mut setup = plugin::find(TRACKERS, "process").unwrap().build_from_text(&text).unwrap();
     setup.bind(&programs::read(file).unwrap()).unwrap();
     setup
-}
-
-/// Whether Python has some modules; says so where it has not.
-fn has_python(test: &str, modules: &str) -> bool {
-    let found = Command::new("python3").args(["-c", &format!("import {modules}")]).output();
-    let found = found.is_ok_and(|o| o.status.success());
-    if !found {
-        eprintln!("SKIPPED {test}: no python3 with {modules} (pip install -r tests/requirements.txt)");
-    }
-    found
 }
 
 #[test]
@@ -420,11 +410,9 @@ with trax.Server(formats, [trax.Image.PATH], tracker_name="peer") as server:
         server.status([(answer, {"confidence": 0.5})])
 "#;
 
+#[needs(vot_trax)]
 #[test]
 fn a_tracker_written_with_vot_trax_is_followed() {
-    if !has_python("a_tracker_written_with_vot_trax_is_followed", "trax") {
-        return;
-    }
     let place = Place::new();
     std::fs::write(place.path("programs/peer.py"), PEER_SERVER).unwrap();
     let block = |name: &str, more: &str| {
@@ -461,11 +449,9 @@ client.quit()
 sys.exit(served.wait(30))
 "#;
 
+#[needs(vot_trax)]
 #[test]
 fn our_trackers_are_followed_by_the_client_of_vot_trax() {
-    if !has_python("our_trackers_are_followed_by_the_client_of_vot_trax", "trax") {
-        return;
-    }
     let place = Place::new();
     std::fs::write(place.path("client.py"), PEER_CLIENT).unwrap();
     let mut client = Command::new("python3");
@@ -486,11 +472,9 @@ fn our_trackers_are_followed_by_the_client_of_vot_trax() {
     }
 }
 
+#[needs(pillow)]
 #[test]
 fn the_example_follows_a_target() {
-    if !has_python("the_example_follows_a_target", "numpy, PIL") {
-        return;
-    }
     let place = Place::new();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plugins.toml");
     let states = track(&*program(&file, "least-squares"), &place.sequence(), 60);

@@ -1,83 +1,17 @@
-//! Batch scripts: the words that reach the program, the calls of sbatch, and a real SLURM.
+//! Batch scripts: the words that reach the program, and the calls of sbatch.
 
-mod cluster;
+#[path = "../tools/slurm.rs"]
+mod scripts;
 
-use crate::tools::{assert_same_files, trackfail};
-use cluster::{Cluster, wait_for};
+use crate::tools::trackfail;
 use proptest::prelude::*;
+use scripts::{HOSTILE, calls, executable, expected, plan};
 use std::path::Path;
 use std::process::{Command, Output};
 use trackfail::cli::slurm::script::{Plan, REPORT, SHARDS, SUBMIT};
-use trackfail::cli::slurm::value::{Setting, Word};
-
-/// A name with everything that a shell or sbatch takes for something else.
-const HOSTILE: &str = "it's \"$HOME\" `x` $(y) #SBATCH ; é *";
 
 /// Prints its words, each behind it a NUL, and the end of the call.
 const PRINT_CALL: &str = r#"printf '%s\0' "$@"; printf '\036'"#;
-
-fn word(text: &str) -> Word {
-    Word::new(text).unwrap()
-}
-
-fn path(path: &Path) -> Word {
-    Word::path(path).unwrap()
-}
-
-fn plan(program: &Path, root: &str) -> Plan {
-    Plan {
-        program: path(program),
-        specs: vec![word("quickstart"), word(&format!("{root}/a.toml"))],
-        shards: 3,
-        results: word(&format!("{root}/results")),
-        reports: word(&format!("{root}/reports")),
-        plugins: None,
-        data_root: Some(word(&format!("{root}/data"))),
-        separate: false,
-        allow_missing: false,
-        time: Setting::time("00:05:00").unwrap(),
-        memory: Setting::memory("500M").unwrap(),
-        cpus: 1,
-        partition: None,
-        account: None,
-        folder: word(&format!("{root}/slurm")),
-    }
-}
-
-/// The words of the program for a share, or for the report.
-fn expected(plan: &Plan, share: Option<&str>) -> Vec<String> {
-    let mut words = vec!["run".to_string()];
-    words.extend(plan.specs.iter().map(|s| s.text().to_string()));
-    words.extend(share.iter().flat_map(|i| ["--shard".to_string(), format!("{i}/{}", plan.shards)]));
-    let results = plan.results.text();
-    words.push("--results".to_string());
-    words.push(match share {
-        Some(i) if plan.separate => format!("{results}/shards/{i}"),
-        _ => results.to_string(),
-    });
-    if share.is_none() {
-        words.extend(["--reports".to_string(), plan.reports.text().to_string()]);
-    }
-    words.extend(plan.data_root.iter().flat_map(|d| ["--data-root".to_string(), d.text().to_string()]));
-    words.extend(["--jobs".to_string(), plan.cpus.to_string()]);
-    words
-}
-
-/// A program made of shell commands. It is put in place by another process: a file that this one has
-/// open for writing, if only in a child that another thread just forked, cannot be started.
-fn executable(path: &Path, commands: &str) {
-    let source = path.with_extension("source");
-    std::fs::write(&source, format!("#!/bin/sh\n{commands}\n")).unwrap();
-    let done = Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status().unwrap();
-    assert!(done.success());
-}
-
-/// The calls that were printed.
-fn calls(printed: &[u8]) -> Vec<Vec<String>> {
-    let text = std::str::from_utf8(printed).unwrap();
-    let words = |call: &str| call.split_terminator('\0').map(str::to_string).collect();
-    text.split_terminator('\u{1e}').map(words).collect()
-}
 
 /// The calls of the program by a script that a shell runs as a task of the array.
 fn run_script(shell: &str, script: &str) -> Vec<Vec<String>> {
@@ -251,98 +185,4 @@ fn wrong_arguments_are_refused_before_anything_is_written() {
         let output = trackfail().args(["slurm", "quickstart", "--shards", shards]).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{shards}");
     }
-}
-
-/// The array's and the report's job, as they are told once submitted.
-fn job_numbers(told: &str) -> [String; 2] {
-    let numbers: Vec<_> = told.lines().filter_map(|l| l.rsplit(' ').next()).map(str::to_string).collect();
-    numbers.try_into().unwrap_or_else(|_| panic!("{told}"))
-}
-
-/// Records its words in a file named after its share. Share 2 has failed cells; share 3 works until it
-/// is told to stop.
-const TASK: &str = r#"
-share=report previous=
-for word; do
-    if [ "$previous" = --shard ]; then share=${word%/*}; fi
-    previous=$word
-done
-echo "this is $share in $PWD"
-{ printf '%s\0' "$@"; printf '\036'; } > "${0%/*}/call-$share.new"
-mv "${0%/*}/call-$share.new" "${0%/*}/call-$share"
-case $share in
-2) exit 4 ;;
-3)
-    trap 'exit 130' TERM
-    while :; do sleep 0.1; done
-    ;;
-esac
-"#;
-
-#[test]
-fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
-    let Some(cluster) = Cluster::start("slurm: tasks that fail or are stopped") else { return };
-    let temporary = tempfile::tempdir().unwrap();
-    let root = temporary.path().join(HOSTILE);
-    let folder = root.join("slurm");
-    std::fs::create_dir_all(&folder).unwrap();
-    let program = root.join("program");
-    executable(&program, TASK);
-    let plan = plan(&program, root.to_str().unwrap());
-    for (name, script) in
-        [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())]
-    {
-        std::fs::write(folder.join(name), script).unwrap();
-    }
-    let [shards, report] = job_numbers(&cluster.output(Command::new("sh").arg(folder.join(SUBMIT))));
-
-    let call = |share: &str| root.join(format!("call-{share}"));
-    wait_for(&cluster, "task 3", || call("3").exists());
-    assert!(!call("report").exists(), "the report waits for the array");
-    // What --signal=B:TERM@120 does two minutes before the end.
-    cluster.output(Command::new("scancel").args(["--batch", "--signal=TERM", &format!("{shards}_3")]));
-    cluster.wait_until_idle();
-
-    let logged = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
-    for share in ["1", "2", "3"] {
-        assert_eq!(calls(&std::fs::read(call(share)).unwrap()), [expected(&plan, Some(share))]);
-        let line = format!("this is {share} in {}\n", folder.display());
-        assert!(logged(&format!("shard-{share}.log")).contains(&line));
-    }
-    assert_eq!(calls(&std::fs::read(call("report")).unwrap()), [expected(&plan, None)]);
-    assert_eq!(logged("report.log"), format!("this is report in {}\n", folder.display()));
-    let codes = [("1", "0:0"), ("2", "4:0"), ("3", "130:0")].map(|(i, c)| (i.to_string(), c.to_string()));
-    assert_eq!(cluster.exit_codes(&shards), std::collections::BTreeMap::from(codes));
-    assert_eq!(cluster.exit_codes(&report).into_values().collect::<Vec<_>>(), ["0:0"]);
-}
-
-#[test]
-fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
-    let Some(cluster) = Cluster::start("slurm: quickstart in three shards") else { return };
-    let temporary = tempfile::tempdir().unwrap();
-    let root = temporary.path().join(HOSTILE);
-    std::fs::create_dir(&root).unwrap();
-    let in_folder = |name: &str, arguments: &[&str]| {
-        let mut command = trackfail();
-        command.current_dir(&root).env("SLURM_CONF", &cluster.configuration).args(arguments);
-        for (option, folder) in [("--results", "results"), ("--reports", "reports")] {
-            command.arg(option).arg(root.join(name).join(folder));
-        }
-        text(&command.assert().success().get_output().stdout)
-    };
-    in_folder("plain", &["run", "quickstart", "--quiet"]);
-    let submit = ["slurm", "quickstart", "--shards", "3", "--submit", "--memory", "500M", "--output"];
-    for (name, more) in [("shared", vec![]), ("separate", vec!["--separate"])] {
-        let jobs = job_numbers(&in_folder(name, &[&submit[..], &[name], &more].concat()));
-        cluster.wait_until_idle();
-        let codes = jobs.map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
-        assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
-        // The report had nothing left to compute.
-        let log = std::fs::read_to_string(root.join(name).join("report.log")).unwrap();
-        assert!(log.contains("tracks 0 computed, 78 cached; signals 0 computed, 198 cached"), "{log}");
-        for folder in ["results/quickstart", "reports"] {
-            assert_same_files(&root.join(name).join(folder), &root.join("plain").join(folder));
-        }
-    }
-    assert!(root.join("separate/results/shards/2/.store").is_dir());
 }

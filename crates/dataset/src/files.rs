@@ -338,11 +338,10 @@ mod tests {
         assert_eq!(images.keys().copied().collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
+    #[trackfail_testing::needs(real_data)]
     #[test]
     fn real_frames_cut_at_many_lengths_are_errors() {
-        let Some(root) = trackfail_testing::real_data("real_frames_cut_at_many_lengths_are_errors") else {
-            return;
-        };
+        let root = trackfail_testing::real_data();
         for name in ["otb/Girl/img/0001.jpg", "otb/Crossing/img/0001.jpg", "vot2014/diving/00000001.jpg"] {
             let bytes = std::fs::read(root.join(name)).unwrap();
             assert!(image::decode(&bytes).is_ok(), "{name}");

@@ -270,9 +270,10 @@ mod tests {
     }
 
     // Values read off groundtruth_rect.txt and OTB2013.json (an independent copy of the annotation).
+    #[trackfail_testing::needs(real_data)]
     #[test]
     fn real_sequences() {
-        let Some(root) = trackfail_testing::real_data("real_sequences") else { return };
+        let root = trackfail_testing::real_data();
         let david = load(&root.join("otb/David"), &Options::default()).unwrap();
         assert_eq!((david.len(), david.numbering.official), (201, (300, 770)));
         assert_eq!(david.truth[0], rect(128.0, 79.0, 64.0, 78.0));

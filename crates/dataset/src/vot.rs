@@ -154,9 +154,10 @@ mod tests {
         }
     }
 
+    #[trackfail_testing::needs(real_data)]
     #[test]
     fn real_sequences() {
-        let Some(root) = trackfail_testing::real_data("vot real_sequences") else { return };
+        let root = trackfail_testing::real_data();
         let names = read_list(&root.join("vot2014/list.txt")).unwrap();
         assert_eq!(names.len(), 25);
         let mut found = 0;

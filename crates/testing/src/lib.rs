@@ -1,20 +1,64 @@
 //! Helpers of the tests of all crates.
 
-use proptest::prelude::*;
-use std::path::PathBuf;
+#[path = "../../needs/src/conditions.rs"]
+pub mod conditions;
 
-/// The folder of real sequences, when there is one: `TRACKFAIL_DATA`, else `../shared/data` beside the
-/// checkout. Says on stderr that the test is skipped when there is none.
-pub fn real_data(test: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("TRACKFAIL_DATA").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    if root.is_dir() {
-        return Some(root);
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+pub use trackfail_needs::{met_when_compiled, needs};
+
+/// The folder of real sequences: `TRACKFAIL_DATA`, else `../shared/data` beside the checkout.
+///
+/// A test that calls it is marked `#[needs(real_data)]`, which leaves it out where there is no such folder.
+///
+/// # Panics
+/// If the folder has gone since the tests were compiled.
+pub fn real_data() -> PathBuf {
+    conditions::data_root().expect("the real data that were there when this test was compiled have gone")
+}
+
+/// Every file below a folder with its bytes. `manifest.json`, which has times, and the store, which is a cache,
+/// are left out.
+pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![root.to_path_buf()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let store = path.file_name().is_some_and(|n| n == ".store");
+            if path.is_dir() {
+                open.extend((!store).then_some(path));
+            } else if path.file_name().is_some_and(|n| n != "manifest.json") {
+                let bytes = std::fs::read(&path).expect("a file");
+                found.insert(path.strip_prefix(root).expect("below the root").to_path_buf(), bytes);
+            }
+        }
     }
-    eprintln!("SKIPPED {test}: no real data (set TRACKFAIL_DATA to a data root)");
-    None
+    found
+}
+
+/// Fails with the name of the first file that differs between two folders; see [`files`].
+pub fn assert_same_files(a: &Path, b: &Path) {
+    let (a, b) = (files(a), files(b));
+    assert!(!a.is_empty());
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(bytes == &b[name], "{} differs", name.display());
+    }
+}
+
+/// The rows of a CSV file without quoted fields, as column -> value.
+pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    lines
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            assert_eq!(fields.len(), header.len(), "{line}");
+            header.iter().zip(fields).map(|(h, f)| (h.to_string(), f.to_string())).collect()
+        })
+        .collect()
 }
 
 /// A valid document with a piece cut out and something else in its place.

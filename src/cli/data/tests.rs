@@ -107,9 +107,10 @@ fn verify_tells_missing_from_differing() {
     assert_eq!(check(empty.path(), true).1, Ok(()));
 }
 
+#[trackfail_testing::needs(real_data)]
 #[test]
 fn real_data_verify_and_pin() {
-    let Some(root) = trackfail_testing::real_data("real_data_verify_and_pin") else { return };
+    let root = trackfail_testing::real_data();
     let mut out = Vec::new();
     verify(&mut out, &chosen(&[]).unwrap(), Some(&root), true).unwrap();
     let mut lines = Vec::new();

@@ -1,6 +1,6 @@
 use super::*;
 use crate::region::Rect;
-use trackfail_testing::real_data;
+use trackfail_testing::{needs, real_data};
 
 /// Objects 7 (frames 0, 1, 3) and 9 (frames 1, 2), with what CAVIAR writes beside the boxes.
 const TWO: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -121,9 +121,10 @@ const VIDEO_DIGEST: &str = "4583078265fcc6cb1675b71efc556c531607a3ac28d11fbf2e6d
 // python3: r = xml.etree.ElementTree.parse('PETS2009-S2L1.xml').getroot()
 //   f = {int(f.get('number')): {int(o.get('id')): [float(o.find('box').get(k)) for k in ('xc', 'yc', 'w', 'h')]
 //        for o in f.find('objectlist')} for f in r}
+#[needs(real_data)]
 #[test]
 fn pets_is_read_as_python_reads_it() {
-    let Some(root) = real_data("pets_is_read_as_python_reads_it") else { return };
+    let root = real_data();
     let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
     let a = parse(&xml, &text::read(&xml).unwrap()).unwrap();
     // len(f), sum(map(len, f.values()))
@@ -142,9 +143,10 @@ fn pets_is_read_as_python_reads_it() {
     }
 }
 
+#[needs(real_data)]
 #[test]
 fn pets_people_of_the_frames_that_are_here_are_loaded() {
-    let Some(root) = real_data("pets_people_of_the_frames_that_are_here_are_loaded") else { return };
+    let root = real_data();
     let loaded = crate::lock::suite("pets2009-s2l1-160").unwrap().load(Some(&root));
     assert_eq!((loaded.sequences.len(), loaded.missing.len(), loaded.broken.len()), (8, 0, 0));
     for s in &loaded.sequences {

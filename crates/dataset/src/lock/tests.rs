@@ -2,7 +2,7 @@ use super::text::{LOCK, Pinned};
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use trackfail_testing::real_data;
+use trackfail_testing::{needs, real_data};
 
 fn pinned() -> Vec<&'static Pinned> {
     text::names().map(|name| text::suite(name).unwrap()).collect()
@@ -107,9 +107,10 @@ fn otb_has_the_ranges_of_the_benchmark() {
 }
 
 // Lengths and first images of OTB2013.json, an independent copy of the annotation of CVPR 2013.
+#[needs(real_data)]
 #[test]
 fn otb_2013_has_as_many_frames_as_annotated() {
-    let Some(root) = real_data("otb_2013_has_as_many_frames_as_annotated") else { return };
+    let root = real_data();
     let text = std::fs::read(root.join("otb-annotations/OTB2013.json")).unwrap();
     let all: BTreeMap<String, serde_json::Value> = serde_json::from_slice(&text).unwrap();
     assert_eq!(all.len(), 51);
@@ -127,9 +128,10 @@ fn otb_2013_has_as_many_frames_as_annotated() {
 }
 
 // python3: {o.get('id') for f in root for o in f.find('objectlist')}, and first and last frame + 1 of each.
+#[needs(real_data)]
 #[test]
 fn pets_entries_are_the_presence_of_the_annotated_people() {
-    let Some(root) = real_data("pets_entries_are_the_presence_of_the_annotated_people") else { return };
+    let root = real_data();
     let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
     let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
     let ids: Vec<u32> = annotation.objects().collect();
@@ -144,24 +146,30 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
     }
 }
 
+/// Track and frames of each person of `d1-real`.
+fn people_of_d1() -> Vec<(u32, (u32, u32))> {
+    let entries = suite("d1-real").unwrap().entries();
+    let people = entries.iter().filter(|e| e.target_type != Some(TargetType::Face));
+    people.map(|e| (e.target.unwrap(), e.range.unwrap())).collect()
+}
+
+#[test]
+fn d1_real_has_six_people_and_a_face() {
+    let ranges = [(9, 1, 160), (11, 17, 160), (12, 22, 160), (13, 41, 160), (15, 1, 160), (19, 1, 147)];
+    assert_eq!(people_of_d1(), ranges.map(|(id, first, last)| (id, (first, last))));
+    let faces =
+        suite("d1-real").unwrap().entries().iter().filter(|e| e.target_type == Some(TargetType::Face));
+    assert_eq!(faces.map(|e| (e.name.as_str(), e.frames)).collect::<Vec<_>>(), [("seq_mb", Some(500))]);
+}
+
 // The rule of the file's comment, by another reading of the annotation:
 // python3: b = {n: box of o in f for f in root if n(f) <= 160}; a = min(n for n in b if 0 <= x0(b[n]) and
 // 0 <= y0(b[n]) and x1(b[n]) <= 768 and y1(b[n]) <= 576); e = a; while e + 1 in b: e += 1; e - a + 1 >= 60
 // gives 9: 1-160, 11: 17-160, 12: 22-160, 13: 41-160, 15: 1-160, 19: 1-147.
+#[needs(real_data)]
 #[test]
-fn d1_real_has_the_people_of_its_rule_and_a_face() {
-    let entries = suite("d1-real").unwrap().entries();
-    let (faces, people): (Vec<&Entry>, Vec<_>) =
-        entries.iter().partition(|e| e.target_type == Some(TargetType::Face));
-    let found: Vec<_> = people.iter().map(|e| (e.target.unwrap(), e.range.unwrap())).collect();
-    let ranges = [(9, 1, 160), (11, 17, 160), (12, 22, 160), (13, 41, 160), (15, 1, 160), (19, 1, 147)];
-    assert_eq!(found, ranges.map(|(id, first, last)| (id, (first, last))));
-    assert_eq!(
-        faces.iter().map(|e| (e.name.as_str(), e.frames)).collect::<Vec<_>>(),
-        [("seq_mb", Some(500))]
-    );
-
-    let Some(root) = real_data("d1_real_has_the_people_of_its_rule_and_a_face") else { return };
+fn the_people_of_d1_real_are_those_of_its_rule() {
+    let root = real_data();
     let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
     let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
     let mut by_rule = Vec::new();
@@ -177,7 +185,7 @@ fn d1_real_has_the_people_of_its_rule_and_a_face() {
             by_rule.push((id, (first, last)));
         }
     }
-    assert_eq!(found, by_rule);
+    assert_eq!(people_of_d1(), by_rule);
     let loaded = suite("d1-real").unwrap().load(Some(&root));
     assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
@@ -293,9 +301,10 @@ fn an_entry_without_range_takes_what_is_there() {
     assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
 }
 
+#[needs(real_data)]
 #[test]
 fn real_data_are_as_pinned() {
-    let Some(root) = real_data("real_data_are_as_pinned") else { return };
+    let root = real_data();
     let mut same = 0;
     for name in text::names() {
         let suite = suite(name).unwrap();
@@ -338,9 +347,10 @@ fn change(path: &PathBuf, is: fn(u8) -> bool, to: u8) {
     std::fs::write(path, bytes).unwrap();
 }
 
+#[needs(real_data)]
 #[test]
 fn one_changed_byte_in_each_kind_of_file_is_named() {
-    let Some(root) = real_data("one_changed_byte_in_each_kind_of_file_is_named") else { return };
+    let root = real_data();
     let digit = |b: u8| b.is_ascii_digit();
     let cases: [(&str, &str, &str, &[&str]); 3] = [
         ("otb-dtef20", "Couple", "otb/Couple", &["img/0077.jpg", "groundtruth_rect.txt"]),

@@ -1,14 +1,6 @@
 use super::*;
 use crate::{Frames, Sequence, cvml};
-
-/// Whether there is an ffmpeg; says on stderr that the test is skipped when there is none.
-fn has_ffmpeg(test: &str) -> bool {
-    let found = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).status().is_ok();
-    if !found {
-        eprintln!("SKIPPED {test}: no ffmpeg on the PATH");
-    }
-    found
-}
+use trackfail_testing::needs;
 
 /// ffmpeg's test picture, 64x48, `frames` of them.
 fn testsrc(frames: u32, output: &[&str]) -> Vec<u8> {
@@ -42,11 +34,9 @@ fn count(folder: &Path) -> usize {
 
 // The oracle: `ffmpeg -f lavfi -i testsrc=... -f rawvideo -pix_fmt rgb24 -`, the pictures that were encoded
 // without loss.
+#[needs(ffmpeg)]
 #[test]
 fn frames_of_a_lossless_video_are_its_pixels() {
-    if !has_ffmpeg("frames_of_a_lossless_video_are_its_pixels") {
-        return;
-    }
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("clip.mkv");
     testsrc(7, &["-c:v", "ffv1", "-pix_fmt", "bgr0", path.to_str().unwrap()]);
@@ -75,11 +65,9 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     assert!(again.contains("frame 4 is not in it"), "{again}");
 }
 
+#[needs(ffmpeg)]
 #[test]
 fn a_clip_with_its_annotation_is_a_sequence() {
-    if !has_ffmpeg("a_clip_with_its_annotation_is_a_sequence") {
-        return;
-    }
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("caviar/Walk2");
     std::fs::create_dir_all(&folder).unwrap();
@@ -106,11 +94,9 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     assert!(error.contains("frame 11 is not in it, frames 6 to 20 are needed"), "{error}");
 }
 
+#[needs(ffmpeg)]
 #[test]
 fn names_are_no_options_protocols_or_patterns() {
-    if !has_ffmpeg("names_are_no_options_protocols_or_patterns") {
-        return;
-    }
     let root = tempfile::tempdir().unwrap();
     let odd = root.path().join("%03d -i");
     std::fs::create_dir_all(&odd).unwrap();
@@ -136,11 +122,9 @@ fn no_ffmpeg_says_what_to_install() {
     assert_eq!(count(folder.parent().unwrap()), 0);
 }
 
+#[needs(ffmpeg)]
 #[test]
 fn what_is_no_video_is_an_error_with_what_ffmpeg_says() {
-    if !has_ffmpeg("what_is_no_video_is_an_error_with_what_ffmpeg_says") {
-        return;
-    }
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("a.mpg");
     let folder = root.path().join("frames/x");
@@ -156,11 +140,9 @@ fn what_is_no_video_is_an_error_with_what_ffmpeg_says() {
     assert_eq!(count(folder.parent().unwrap()), 0, "nothing is left");
 }
 
+#[needs(ffmpeg)]
 #[test]
 fn limits_end_it_and_leave_nothing() {
-    if !has_ffmpeg("limits_end_it_and_leave_nothing") {
-        return;
-    }
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("a.mpg");
     mpeg(&path, 10);

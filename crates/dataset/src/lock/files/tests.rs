@@ -1,6 +1,6 @@
 use super::*;
 use proptest::prelude::*;
-use trackfail_testing::real_data;
+use trackfail_testing::{needs, real_data};
 
 fn entry(line: &str) -> Entry {
     #[derive(serde::Deserialize)]
@@ -99,9 +99,10 @@ fn every_pinned_sequence_is_listed() {
     }
 }
 
+#[needs(real_data)]
 #[test]
 fn sections_are_as_data_lock_writes_them() {
-    let Some(root) = real_data("sections_are_as_data_lock_writes_them") else { return };
+    let root = real_data();
     let mut seen = 0;
     for name in super::super::text::names() {
         for (folder, text) in super::super::suite(name).unwrap().pin_files(&root).unwrap() {

@@ -204,9 +204,10 @@ fn suites_are_known_by_name_and_replaced() {
 }
 
 // What `data add` says of the published folders is what is pinned of them.
+#[trackfail_testing::needs(real_data)]
 #[test]
 fn real_folders_become_what_is_pinned() {
-    let Some(root) = trackfail_testing::real_data("real_folders_become_what_is_pinned") else { return };
+    let root = trackfail_testing::real_data();
     for (format, folder, pinned) in [(Format::Otb, "otb", "otb-dtef20"), (Format::Vot, "vot2014", "vot2014")]
     {
         let own = read(&gather(&wanted("my-own", format, folder), &root).unwrap());

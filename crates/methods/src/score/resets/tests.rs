@@ -85,9 +85,10 @@ fn frames_without_truth_or_a_start_do_not_count() {
 
 // Accuracy, failures and EAO[108..371] of real result files on the sequences of VOT2014 that are here, by
 // vot-toolkit 0.7.4 with attributee 0.1.9: python3 tests/oracles/resets.py DATA prints these lines.
+#[trackfail_testing::needs(real_data)]
 #[test]
 fn real_results_score_as_in_the_vot_toolkit() {
-    let Some(root) = trackfail_testing::real_data("real_results_score_as_in_the_vot_toolkit") else { return };
+    let root = trackfail_testing::real_data();
     let rules = Rules { areas: Areas::VotToolkit, bounded: true, burn_in: 10 };
     for (tracker, runs, per_sequence, eao) in TOOLKIT {
         let mut tracks = Vec::new();

@@ -203,9 +203,10 @@ fn plays_in_order_and_again() {
     assert_eq!(tracker.init(&frame, &region).unwrap().region.rect().x, 1.0);
 }
 
+#[trackfail_testing::needs(real_data)]
 #[test]
 fn real_results_cover_the_real_sequences() {
-    let Some(root) = trackfail_testing::real_data("real_results_cover_the_real_sequences") else { return };
+    let root = trackfail_testing::real_data();
     let otb = lock::suite("otb-dtef20").unwrap().load(Some(&root)).sequences;
     for tracker in ["OPE/STRUCK", "OPE/MEEM", "OPE/MUSTer", "TRE/IVT"] {
         let setup = replay(&format!("otb/{tracker}"));

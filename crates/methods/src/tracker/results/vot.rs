@@ -143,12 +143,10 @@ mod tests {
 
     // Failures the official VOT toolkit counts on all 25 sequences, summed over sequences, mean over runs:
     // GOTURN 36, PFTracker 118, CFTTracker 64.
+    #[trackfail_testing::needs(real_data)]
     #[test]
     fn real_results_have_the_failures_of_the_vot_toolkit() {
-        let Some(root) = trackfail_testing::real_data("real_results_have_the_failures_of_the_vot_toolkit")
-        else {
-            return;
-        };
+        let root = trackfail_testing::real_data();
         let suite = crate::dataset::lock::suite("vot2014").unwrap();
         for (folder, runs, failures) in [
             ("GOTURN/baseline", 3, 36),

@@ -197,9 +197,10 @@ fn what_is_occluded_is_not_learned() {
     }
 }
 
+#[trackfail_testing::needs(real_data)]
 #[test]
 fn a_real_face_is_followed() {
-    let Some(root) = trackfail_testing::real_data("a_real_face_is_followed") else { return };
+    let root = trackfail_testing::real_data();
     let sequence = otb::load(&root.join("otb/FaceOcc1"), &otb::Options::default()).unwrap();
     let setup = ENTRY.build_from_text("{}").unwrap();
     let mut tracker =

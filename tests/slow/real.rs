@@ -1,9 +1,9 @@
-//! The papers' experiments on real sequences, where there are any.
+//! The papers' experiments on real sequences.
 
-use crate::tools::{assert_same_files, real_data, rows, trackfail};
+use crate::tools::{assert_same_files, needs, real_data, rows, trackfail};
 
-fn run(name: &str, jobs: &str) -> Option<tempfile::TempDir> {
-    let root = real_data(name)?;
+fn run(name: &str, jobs: &str) -> tempfile::TempDir {
+    let root = real_data();
     let dir = tempfile::tempdir().unwrap();
     trackfail()
         .args(["run", name, "--allow-missing", "--jobs", jobs, "--data-root"])
@@ -14,12 +14,13 @@ fn run(name: &str, jobs: &str) -> Option<tempfile::TempDir> {
         .arg(dir.path().join("reports"))
         .assert()
         .success();
-    Some(dir)
+    dir
 }
 
+#[needs(real_data)]
 #[test]
 fn table2_counts_the_failures_of_the_result_files() {
-    let Some(dir) = run("khalid2016/table2", "2") else { return };
+    let dir = run("khalid2016/table2", "2");
     let scores = std::fs::read_to_string(dir.path().join("results/khalid2016/table2/scores.csv")).unwrap();
     let all = rows(&scores);
     // Lines `2` in the files of the eight sequences: grep -c '^2$' <tracker>/*/<sequence>/<sequence>_001.txt
@@ -41,18 +42,18 @@ fn table2_counts_the_failures_of_the_result_files() {
     assert!(table.contains("DSST (7 events)"));
 }
 
+#[needs(real_data)]
 #[test]
 fn table1_says_how_many_targets_it_rests_on() {
-    let Some(dir) = run("khalid2016/table1", "2") else { return };
+    let dir = run("khalid2016/table1", "2");
     let html = std::fs::read_to_string(dir.path().join("reports/khalid2016/table1/index.html")).unwrap();
     assert!(html.contains("12 of 21 targets") && html.contains("published"));
 }
 
+#[needs(real_data)]
 #[test]
 fn the_papers_figures_are_drawn_and_the_same_with_one_and_two_threads() {
-    let (Some(dir), Some(again)) = (run("khalid2016/figures", "2"), run("khalid2016/figures", "1")) else {
-        return;
-    };
+    let (dir, again) = (run("khalid2016/figures", "2"), run("khalid2016/figures", "1"));
     assert_same_files(dir.path(), again.path());
     for figure in ["fig3", "fig4", "fig5"] {
         for ending in ["svg", "png"] {
@@ -62,9 +63,10 @@ fn the_papers_figures_are_drawn_and_the_same_with_one_and_two_threads() {
     }
 }
 
+#[needs(real_data)]
 #[test]
 fn changes_of_the_particle_filter_on_real_sequences_are_scored() {
-    let Some(root) = real_data("sanmiguel2015/fig13-real") else { return };
+    let root = real_data();
     let dir = tempfile::tempdir().unwrap();
     let (results, reports) = (dir.path().join("results"), dir.path().join("reports"));
     let mut command = trackfail();

@@ -9,6 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
+use trackfail_testing::conditions::{BROWSERS, runs};
 
 /// How long the browser may think about anything.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -27,15 +28,10 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Starts Chromium; `None`, with a line that says so, where there is none.
-    pub fn start(test: &str) -> Option<Self> {
-        let names = ["chromium", "chromium-browser", "google-chrome"];
-        let works =
-            |name: &str| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
-        let Some(name) = names.into_iter().find(|name| works(name)) else {
-            eprintln!("SKIPPED {test}: no chromium on the path");
-            return None;
-        };
+    /// Starts Chromium; its test is marked `#[needs(chromium)]`.
+    pub fn start() -> Self {
+        let name = BROWSERS.into_iter().find(|name| runs(name, &["--version"]));
+        let name = name.expect("the Chromium that was there when this test was compiled has gone");
         let folder = tempfile::tempdir().unwrap();
         let (to, from) = (folder.path().join("to"), folder.path().join("from"));
         assert!(Command::new("mkfifo").args([&to, &from]).status().unwrap().success());
@@ -55,7 +51,7 @@ impl Browser {
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), json!({}));
         }
-        Some(browser)
+        browser
     }
 
     fn read(&mut self) -> Value {

@@ -1,6 +1,6 @@
 //! Killed, interrupted, out of space, not allowed: a run goes on from what is whole, or says why not.
 
-use crate::tools::{assert_same_files, trackfail};
+use crate::tools::{assert_same_files, needs, trackfail};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -90,7 +90,7 @@ fn ctrl_c_keeps_what_is_done_and_exits_130() {
     assert_same_files(whole.path(), dir.path());
 }
 
-/// Mounts a small file system in memory; `None`, with a word on stderr, where that is not allowed.
+/// A small file system in memory, mounted; its test is marked `#[needs(mount)]`.
 #[cfg(target_os = "linux")]
 struct Tmpfs {
     dir: tempfile::TempDir,
@@ -98,15 +98,13 @@ struct Tmpfs {
 
 #[cfg(target_os = "linux")]
 impl Tmpfs {
-    fn new(test: &str, kilobytes: u32) -> Option<Self> {
+    fn new(kilobytes: u32) -> Self {
         let dir = tempfile::tempdir().unwrap();
         let size = format!("size={kilobytes}k");
         let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(dir.path()).output();
-        if mount.is_ok_and(|m| m.status.success()) {
-            return Some(Self { dir });
-        }
-        eprintln!("SKIPPED {test}: a tmpfs cannot be mounted here");
-        None
+        let mount = mount.unwrap();
+        assert!(mount.status.success(), "{}", String::from_utf8_lossy(&mount.stderr));
+        Self { dir }
     }
 
     fn remount(&self, how: &str) {
@@ -124,9 +122,10 @@ impl Drop for Tmpfs {
 }
 
 #[cfg(target_os = "linux")]
+#[needs(mount)]
 #[test]
 fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
-    let Some(small) = Tmpfs::new("a_full_disk", 32_768) else { return };
+    let small = Tmpfs::new(32_768);
     let copy = tempfile::tempdir().unwrap();
     assert!(start(small.dir.path()).wait().unwrap().success());
     let to = copy.path().join("copy");

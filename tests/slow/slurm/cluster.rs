@@ -24,16 +24,8 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Starts it and waits until its node takes jobs; says on stderr that the test is skipped where
-    /// SLURM or munge is not installed.
-    pub fn start(test: &str) -> Option<Self> {
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        for program in ["munged", "slurmctld", "slurmd", "sbatch"] {
-            if !std::env::split_paths(&path).any(|folder| folder.join(program).is_file()) {
-                eprintln!("SKIPPED {test}: no {program} on the PATH (Debian: slurm-wlm and munge)");
-                return None;
-            }
-        }
+    /// Starts it and waits until its node takes jobs; its test is marked `#[needs(slurm)]`.
+    pub fn start() -> Self {
         let root = tempfile::tempdir().unwrap();
         // munged wants the way to its socket open to all.
         std::fs::set_permissions(root.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
@@ -48,7 +40,7 @@ impl Cluster {
         wait_for(&cluster, "an idle node", || {
             cluster.try_output("sinfo", &["-h", "-o", "%t"]).trim() == "idle"
         });
-        Some(cluster)
+        cluster
     }
 
     fn write_configuration(&self) {

@@ -1,0 +1,132 @@
+//! The page over all reports in a real browser, from disk and served.
+
+#[path = "../tools/serve.rs"]
+mod helpers;
+
+use crate::browser::Browser;
+use crate::tools::needs;
+use helpers::{Server, small};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trackfail::engine::observe::progress::{self, ProgressWatch};
+use trackfail::report::site;
+use trackfail::spec;
+
+/// A folder of reports of all kinds, without their pages.
+fn gallery(reports: &Path) {
+    let mut summary = site::Summary {
+        format: site::FORMAT,
+        experiment: "quickstart".into(),
+        title: "Quickstart: failure detection on synthetic sequences".into(),
+        suite: "synthetic-otb".into(),
+        data: "12 targets, 3 runs".into(),
+        present: 12,
+        wanted: 12,
+        synthetic: true,
+        claims: site::ClaimCounts { hold: 3, do_not_hold: 0, cannot_be_tested: 0 },
+        ..site::Summary::default()
+    };
+    let write = |name: &str, summary: &site::Summary| {
+        let folder = reports.join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("index.html"), "<!DOCTYPE html><title>page</title>").unwrap();
+        std::fs::write(folder.join("summary.json"), serde_json::to_vec(summary).unwrap()).unwrap();
+    };
+    write("quickstart", &summary);
+    summary.title = "Detecting tracking failures, all trackers of the paper".into();
+    summary.paper = "khalid2016".into();
+    summary.object = "Table 1".into();
+    summary.claims = site::ClaimCounts { hold: 2, do_not_hold: 1, cannot_be_tested: 4 };
+    (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
+    let best = |tracker: &str| site::Best {
+        tracker: tracker.into(),
+        metric: "f_score".into(),
+        method: "DTEF[horizon=5;window=20]".into(),
+        value: "0.712".into(),
+    };
+    summary.best = ["ncc", "kcf", "color-particle-filter"].map(best).into();
+    summary.experiment = "khalid2016/table1".into();
+    write("khalid2016/table1", &summary);
+    summary.title = "<b>\u{5d0}\u{202e}".to_string() + &"very-long-".repeat(30);
+    summary.data.clone_from(&summary.title);
+    summary.experiment = "x".repeat(64);
+    write(&"x".repeat(64), &summary);
+    std::fs::create_dir_all(reports.join("old")).unwrap();
+    std::fs::write(reports.join("old/index.html"), "page").unwrap();
+}
+
+/// Waits until an expression is true, as long as it takes on a busy machine.
+fn soon(browser: &mut Browser, expression: &str) {
+    let end = Instant::now() + Duration::from_secs(60);
+    while browser.value(expression) != true {
+        assert!(Instant::now() < end, "not true: {expression}");
+        std::thread::sleep(Duration::from_millis(25));
+    }
+}
+
+#[needs(chromium)]
+#[test]
+fn the_site_works_in_a_browser_from_disk_and_served() {
+    let mut browser = Browser::start();
+    let root = tempfile::tempdir().unwrap();
+    let (reports, results) = (root.path().join("reports"), root.path().join("results"));
+    std::fs::create_dir_all(&results).unwrap();
+    gallery(&reports);
+    assert_eq!(site::write_index(&reports).unwrap().warnings.len(), 1);
+    let fits = |browser: &mut Browser| {
+        let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
+        assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
+        assert_eq!(browser.value("document.querySelectorAll('#reports .list > li').length"), 3);
+        assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
+    };
+    let screens = [(1400, false), (1400, true), (390, false), (390, true)];
+    for (width, dark) in screens {
+        browser.screen(width, 900, dark);
+        browser.open(&reports.join("index.html"));
+        fits(&mut browser);
+        browser.picture(&format!("site-{width}-{}", if dark { "dark" } else { "light" }));
+        assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+    }
+    browser.click("document.querySelector('#reports .links a')", 0.5);
+    soon(
+        &mut browser,
+        "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
+    );
+
+    // Served, with a run that goes on.
+    let experiment = spec::parse("x.toml", &small("mine/slow", "A run that takes a while")).unwrap();
+    let watch = Arc::new(ProgressWatch::default());
+    watch.all_cells(90);
+    watch.frames(700, 2000);
+    watch.stage("running trackers");
+    let _at = [watch.at("Girl"), watch.at("Bolt")];
+    let telling = progress::tell(&results, &experiment, None, &watch).unwrap();
+    drop(progress::tell(&results, &experiment, "2/3".parse().ok(), &watch).unwrap());
+    let server = Server::start(root.path());
+    let own = format!("http://localhost:{}/", server.port);
+    for (width, dark) in screens {
+        browser.screen(width, 900, dark);
+        browser.call("Page.navigate", serde_json::json!({"url": own}));
+        soon(&mut browser, &format!("document.readyState === 'complete' && location.href === '{own}'"));
+        fits(&mut browser);
+        assert_eq!(browser.value("document.querySelectorAll('#running li').length"), 2);
+        browser.picture(&format!("serve-{width}-{}", if dark { "dark" } else { "light" }));
+    }
+    // What changes is seen without being asked for.
+    browser.value("document.querySelector('#reports .list a').focus()");
+    watch.cells(41);
+    soon(&mut browser, "document.getElementById('running').textContent.includes('41 of 90')");
+    telling.finish();
+    std::fs::remove_dir_all(reports.join("quickstart")).unwrap();
+    soon(&mut browser, "document.querySelectorAll('#reports .list > li').length === 2");
+    soon(&mut browser, "document.querySelectorAll('#running li').length === 1");
+    let focus = "document.activeElement.getAttribute('href')";
+    assert_eq!(browser.text(focus), "khalid2016/table1/index.html");
+    assert_eq!(
+        browser.complaints(|url| url.starts_with(&own) || url.starts_with("file://")),
+        Vec::<String>::new()
+    );
+    drop(server);
+    soon(&mut browser, "!document.getElementById('connection').hidden");
+}

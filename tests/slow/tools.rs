@@ -1,0 +1,10 @@
+//! Helpers of these tests.
+
+#[cfg(unix)]
+#[path = "../tools/page.rs"]
+pub mod page;
+#[path = "../tools/program.rs"]
+mod program;
+
+pub use program::trackfail;
+pub use trackfail_testing::{assert_same_files, needs, real_data, rows};
