@@ -88,7 +88,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let finished = report::finished(&args.results);
     let root = super::data_root(args.data_root.as_deref())?;
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
-    let store = Store::look(&args.results).map_err(|e| io(&e))?;
+    let store = Store::open_read_only(&args.results).map_err(|e| io(&e))?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name, &Programs::default())?;

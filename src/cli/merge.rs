@@ -29,17 +29,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mine = Store::open(&args.results).map_err(|e| io(&e))?;
     for folder in &args.folders {
-        let theirs = Store::look(folder).map_err(|e| io(&e))?;
+        let theirs = Store::open_read_only(folder).map_err(|e| io(&e))?;
         let damaged = theirs.problems();
         if let Some(first) = damaged.first() {
             return Err(io(first));
         }
-        let joined = mine.join(&theirs).map_err(|e| io(&e))?;
+        let merged = mine.merge(&theirs).map_err(|e| io(&e))?;
         output::write(&format!(
             "{}: {} records added, {} known\n",
             folder.display(),
-            joined.added,
-            joined.known
+            merged.added,
+            merged.known
         ))?;
     }
     Ok(())

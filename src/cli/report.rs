@@ -1,7 +1,7 @@
 //! `trackfail report [EXPERIMENT...]`: reports, and the page over all of them.
 
 use super::{Failure, output};
-use crate::engine::store::alone;
+use crate::engine::store::lock_exclusive;
 use crate::engine::store::staging::{self, Staging};
 use crate::plugin;
 use crate::report::{self, Written, results::Results};
@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     // A run must not replace the results while they are read and their tables written.
-    let _alone = alone(&args.results);
+    let _lock = lock_exclusive(&args.results);
     let done = names.iter().try_for_each(|name| {
         let results =
             Results::read(&args.results.join(name)).map_err(|e| Failure::Io(format!("{name}: {e}")))?;

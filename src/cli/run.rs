@@ -196,7 +196,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         options.watch.all_cells(plan.cells().len());
     }
     // Whoever ends before it is finished is told to have stopped.
-    let telling = progress::tell(&args.results, experiment, args.shard, &options.watch);
+    let telling = progress::publish(&args.results, experiment, args.shard, &options.watch);
     let finish = move || telling.into_iter().for_each(progress::ProgressPublisher::finish);
     if let Some(shard) = args.shard {
         let done = engine::run_shard(&plan, &store, &options, shard);
@@ -204,7 +204,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         tell_problems(&store);
         let done = done.map_err(failure)?;
         finish();
-        store.collect(args.store_limit());
+        store.evict(args.store_limit());
         return tell_shard(args, experiment, shard, &done);
     }
     let outcome = engine::run(&plan, &store, &options);
@@ -223,7 +223,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     finish();
     drop(outcome);
     tell_problems(&store);
-    store.collect(args.store_limit());
+    store.evict(args.store_limit());
     if !args.quiet {
         match args.format {
             Format::Table => print_summary(&results, &written, &index)?,
@@ -254,7 +254,7 @@ fn write(
     }
     // The report is rendered before anything takes its place, and takes its own last: it can be made again.
     let rendered = super::report::render(&results, &args.reports)?;
-    let _alone = store::alone(&args.results);
+    let _lock = store::lock_exclusive(&args.results);
     results.folder = args.results.join(&experiment.name);
     aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
     let (index, written) = rendered.publish(&args.reports)?;
@@ -340,7 +340,7 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
 }
 
 fn dry_run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
-    let store = Store::look(&args.results).map_err(|e| Failure::Io(e.to_string()))?;
+    let store = Store::open_read_only(&args.results).map_err(|e| Failure::Io(e.to_string()))?;
     tell_problems(&store);
     let states = plan.states(&store);
     let variants: Vec<_> = variants(plan.experiment).collect();

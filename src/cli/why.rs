@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
     let plan =
         ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
-    let store = Store::look(&args.results).map_err(|e| io(&e))?;
+    let store = Store::open_read_only(&args.results).map_err(|e| io(&e))?;
     let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
     let mut reasons = why(&plan, &store, wanted);
     if let Some(cell) = &args.cell

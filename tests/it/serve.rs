@@ -220,8 +220,8 @@ fn a_run_is_shown_while_it_goes_on() {
     watch.all_cells(9);
     watch.cells(4);
     watch.stage("judging");
-    let at = watch.at("<i>Girl</i>");
-    let telling = progress::tell(&results, &experiment, "2/3".parse().ok(), &watch).unwrap();
+    let at = watch.enter("<i>Girl</i>");
+    let telling = progress::publish(&results, &experiment, "2/3".parse().ok(), &watch).unwrap();
     let page = server.page("/");
     for part in
         ["mine/slow", "&lt;script&gt;alert(1)", "share <bdi>2/3</bdi>", "Running", "4 of 9", "&lt;i&gt;Girl"]

@@ -100,9 +100,9 @@ fn the_site_works_in_a_browser_from_disk_and_served() {
     watch.all_cells(90);
     watch.frames(700, 2000);
     watch.stage("running trackers");
-    let _at = [watch.at("Girl"), watch.at("Bolt")];
-    let telling = progress::tell(&results, &experiment, None, &watch).unwrap();
-    drop(progress::tell(&results, &experiment, "2/3".parse().ok(), &watch).unwrap());
+    let _at = [watch.enter("Girl"), watch.enter("Bolt")];
+    let telling = progress::publish(&results, &experiment, None, &watch).unwrap();
+    drop(progress::publish(&results, &experiment, "2/3".parse().ok(), &watch).unwrap());
     let server = Server::start(root.path());
     let own = format!("http://localhost:{}/", server.port);
     for (width, dark) in screens {

@@ -1,4 +1,4 @@
-//! What was computed, kept under its content address in `results/.store`, and plain files written whole.
+//! Store of computed results under their content addresses, in `results/.store`, and plain files written whole.
 //!
 //! ```text
 //! results/.store/
@@ -7,18 +7,18 @@
 //!   place         advisory lock: exclusive while results are put in their place
 //!   packs/*.pack  records, see [`pack`]
 //!   staging/*     results being written, see [`staging`]
-//!   running/*     what runs are at, see [`progress`](crate::observe::progress)
+//!   running/*     progress of runs, see [`progress`](crate::observe::progress)
 //! ```
 //!
-//! A pack is written once, whole, and never changed: a run that is killed loses what it had not yet packed
-//! and nothing else. Every record has a digest and a number of rows. What is cut short or damaged is
-//! reported ([`Store::problems`]), removed and computed again; what cannot be read is left alone, and computed again. Locks are the operating system's and end with the
-//! process that holds them, however it ends; where the file system has none, the store works without and
-//! is never cleaned.
+//! A pack is written once, whole, and never changed: a run that is killed loses only the records that it had not yet
+//! packed. Every record has a digest and a number of rows. A truncated or damaged pack is reported
+//! ([`Store::problems`]) and removed, and its records are computed again; a pack that cannot be read is reported and
+//! left in place. Locks are the operating system's and end with the process that holds them, however it ends; where
+//! the file system has none, the store works without and is never cleaned.
 //!
-//! When the packs are larger than the limit, those that were used longest ago (their files' times say
-//! when) are removed, but never one that the run at hand has used. Two runs may use one store at once: both
-//! may compute the same record, which is then there twice, with the same content.
+//! When the packs are larger than the limit, the least recently used ones (by the times of their files) are removed,
+//! but never one that the current run has used. Two runs may use one store at once: both may compute the same record,
+//! which the store then has twice, with the same content.
 //!
 //! Format of the store:
 //! - 1: first version.
@@ -43,32 +43,32 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock};
 
-/// Temporary files and folders start like this.
+/// Prefix of temporary files and folders.
 pub(crate) const TEMPORARY: &str = ".trackfail-tmp-";
-/// Folder of the store, below the results.
+/// Name of the store's folder in the results folder.
 pub const FOLDER: &str = ".store";
 const FORMAT: &str = "trackfail-store 1\n";
-/// Bytes that are joined at once, about.
-const LARGEST_BATCH: usize = 64 << 20;
+/// Bytes of payload that a merge packs at once, about.
+const MAX_BATCH: usize = 64 << 20;
 
 /// A file that could not be written or read.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {what}", path.display())]
+#[error("{}: {source}", path.display())]
 pub struct StoreError {
-    /// The file.
+    /// The file or folder.
     pub path: PathBuf,
     /// What went wrong.
-    pub what: String,
+    pub source: Box<dyn std::error::Error + Send + Sync>,
 }
 
 impl StoreError {
-    /// An error about `path`.
-    pub fn new(path: &Path, what: impl std::fmt::Display) -> Self {
-        Self { path: path.to_path_buf(), what: what.to_string() }
+    /// An error about `path`; its source is an error, or a text.
+    pub fn new(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self { path: path.to_path_buf(), source: source.into() }
     }
 }
 
-/// A store that is open. May be shared by threads.
+/// An open store. Threads may share it.
 pub struct Store {
     folder: PathBuf,
     index: RwLock<Index>,
@@ -77,28 +77,28 @@ pub struct Store {
     writable: bool,
 }
 
-/// What [`Store::collect`] did.
+/// Result of [`Store::evict`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Collected {
-    /// Packs that were removed.
+pub struct Evicted {
+    /// Number of packs that were removed.
     pub packs: usize,
-    /// Bytes that are left.
+    /// Bytes of the packs that are left.
     pub bytes: u64,
 }
 
-/// What [`Store::join`] did.
+/// Result of [`Store::merge`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Joined {
-    /// Records that were added.
+pub struct Merged {
+    /// Number of records that were added.
     pub added: usize,
-    /// Records that were there before.
+    /// Number of records that the store already had.
     pub known: usize,
 }
 
 impl Drop for Store {
     fn drop(&mut self) {
-        // A program that was started at this moment has the file open too, until it takes the child's place;
-        // closing it here alone would not give it back.
+        // A child process that is being started has the file open too, until it executes its program: closing the
+        // file here would not release the lock.
         if let Some(lock) = &self.lock {
             let _ = lock.unlock();
         }
@@ -106,7 +106,7 @@ impl Drop for Store {
 }
 
 impl Store {
-    /// Opens the store below a results folder, which is made if need be.
+    /// Opens the store of a results folder for reading and writing; creates both if need be.
     ///
     /// # Errors
     /// When the folder cannot be written to, or holds a store of another format.
@@ -134,11 +134,11 @@ impl Store {
         Ok(store)
     }
 
-    /// Opens the store below a results folder to look at; an absent one is an empty one.
+    /// Opens the store of a results folder for reading only; an absent store is an empty one.
     ///
     /// # Errors
-    /// When it is there but of another format, or cannot be read.
-    pub fn look(results: &Path) -> Result<Self, StoreError> {
+    /// When the store has another format or cannot be read.
+    pub fn open_read_only(results: &Path) -> Result<Self, StoreError> {
         Self::read(results.join(FOLDER), false)
     }
 
@@ -165,9 +165,9 @@ impl Store {
                 }
                 Ok(None) => {}
                 Err(e) => {
-                    problems.push(format!("{e}; what it held is computed again"));
+                    problems.push(format!("{e}; its records are computed again"));
                     if writable && matches!(e, PackError::Damaged(_)) {
-                        // What cannot be removed is met again next time, and does no harm.
+                        // A pack that cannot be removed is reported again next time, and does no harm.
                         let _ = std::fs::remove_file(path);
                     }
                 }
@@ -189,14 +189,14 @@ impl Store {
         self.problems.lock().unwrap_or_else(PoisonError::into_inner).push(problem);
     }
 
-    /// Damage that was found, in sentences; each is told once.
+    /// Takes the reports of damage found so far, in sentences.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = std::mem::take(&mut *self.problems.lock().unwrap_or_else(PoisonError::into_inner));
         problems.sort();
         problems
     }
 
-    /// Whether there is a record.
+    /// Whether the store has a record.
     pub fn contains(&self, address: &Address) -> bool {
         self.index().places.contains_key(address)
     }
@@ -206,24 +206,24 @@ impl Store {
         self.index().places.len()
     }
 
-    /// Whether there is no record.
+    /// Whether the store has no record.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether a cell of that name was computed before, from whatever.
+    /// Whether a cell of that name was computed before, from any recipe.
     pub fn knows(&self, stage: Stage, cell: &str) -> bool {
         self.index().names.get(&pack::name_key(stage, cell)).is_some_and(|a| !a.is_empty())
     }
 
-    /// What the records of a cell's name say of themselves, in the order of their addresses.
-    pub fn named(&self, stage: Stage, cell: &str) -> Vec<Head> {
+    /// Heads of all records of a cell's name, in the order of their addresses.
+    pub fn heads(&self, stage: Stage, cell: &str) -> Vec<Head> {
         let addresses = self.index().names.get(&pack::name_key(stage, cell)).cloned().unwrap_or_default();
         let addresses: BTreeSet<Address> = addresses.into_iter().collect();
         addresses.iter().filter_map(|a| self.head(a)).filter(|head| head.name.cell == cell).collect()
     }
 
-    /// What a record says of itself.
+    /// Head of a record.
     pub fn head(&self, address: &Address) -> Option<Head> {
         self.raw(address).map(|(head, _)| head)
     }
@@ -243,27 +243,27 @@ impl Store {
             }
             Ok(None) => None,
             Err(PackError::Damaged(e)) => {
-                self.give_up(pack, &path, &e.to_string());
+                self.drop_damaged(pack, &path, &e.to_string());
                 None
             }
             Err(PackError::Unreadable(e)) => {
-                self.report(format!("{e}; what it held is computed again"));
+                self.report(format!("{e}; its records are computed again"));
                 self.index_mut().drop_pack(pack);
                 None
             }
         }
     }
 
-    /// Removes a pack with a damaged record: the other records of it are cheaper to compute than to trust.
-    fn give_up(&self, pack: u32, path: &Path, why: &str) {
-        self.report(format!("{why}; what it held is computed again"));
+    /// Removes a pack with a damaged record: its other records are cheaper to compute again than to trust.
+    fn drop_damaged(&self, pack: u32, path: &Path, why: &str) {
+        self.report(format!("{why}; its records are computed again"));
         self.index_mut().drop_pack(pack);
         if self.writable {
             let _ = std::fs::remove_file(path);
         }
     }
 
-    /// The content of a record; `None` when it is not there or damaged.
+    /// Content of a record; `None` when it is absent or damaged. `rows` is the number of rows it must have.
     pub fn get<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
         let (head, payload) = self.raw(address)?;
         let content = postcard::from_bytes(&payload).ok().filter(|_| head.rows == rows as u64);
@@ -271,12 +271,12 @@ impl Store {
             let pack = self.index().places.get(address).map(|(pack, _)| *pack)?;
             let path = self.index().packs.get(pack as usize)?.clone();
             let why = format!("{}: a record of {} rows is not one of {rows}", path.display(), head.rows);
-            self.give_up(pack, &path, &why);
+            self.drop_damaged(pack, &path, &why);
         }
         content
     }
 
-    /// Keeps records, all of them or none.
+    /// Writes records, all of them or none.
     ///
     /// # Errors
     /// When the disk is full or the folder cannot be written to.
@@ -291,7 +291,7 @@ impl Store {
         Ok(())
     }
 
-    /// Whether there is a record under the same address with another content; it is reported.
+    /// Whether the store has another content under the record's address; if so, that is reported.
     pub fn differs(&self, record: &Record) -> bool {
         let address = record.head.recipe.address();
         let places: Vec<(PathBuf, Place)> = {
@@ -308,13 +308,13 @@ impl Store {
         if let Some((head, _)) = other {
             let (stage, cell) = (head.recipe.stage.word(), &head.name.cell);
             self.report(format!(
-                "{cell}: computed anew, its {stage} is not what it was; a version was not raised, or a computation is not repeatable"
+                "{cell}: computed again, its {stage} differ from the stored ones; a version was not raised, or a computation is not repeatable"
             ));
         }
         differs
     }
 
-    /// Removes the packs that hold these records: they turned out to be other than what is computed now.
+    /// Removes the packs that hold these records, because their contents differ from what is computed now.
     pub fn forget(&self, addresses: &[Address]) {
         let packs: BTreeSet<u32> = {
             let index = self.index();
@@ -331,12 +331,12 @@ impl Store {
         }
     }
 
-    /// Adds what another store has and this one has not.
+    /// Adds the records of another store that this one lacks.
     ///
     /// # Errors
-    /// When the two have different content under one address, naming the cell; nothing is added then. When
+    /// When the two have different contents under one address, naming the cell; nothing is added then. When
     /// a record of the other store is damaged.
-    pub fn join(&self, other: &Store) -> Result<Joined, StoreError> {
+    pub fn merge(&self, other: &Store) -> Result<Merged, StoreError> {
         let theirs: BTreeSet<Address> = other.index().places.keys().copied().collect();
         let read = |address: &Address| {
             let damaged =
@@ -358,32 +358,32 @@ impl Store {
                 return Err(StoreError::new(&other.folder, what));
             }
         }
-        let joined = Joined { added: fresh.len(), known: theirs.len() - fresh.len() };
-        // A pack at a time, so that stores of any size can be joined.
+        let merged = Merged { added: fresh.len(), known: theirs.len() - fresh.len() };
+        // A pack at a time, so that stores of any size can be merged.
         let (mut batch, mut size) = (Vec::new(), 0);
         for address in &fresh {
             let (head, payload) = read(address)?;
             size += payload.len();
             batch.push(Record { head, payload });
-            if size > LARGEST_BATCH {
+            if size > MAX_BATCH {
                 self.put(&batch)?;
                 batch.clear();
                 size = 0;
             }
         }
         self.put(&batch)?;
-        Ok(joined)
+        Ok(merged)
     }
 
-    /// Marks what was used, and removes packs that were used longest ago until at most `limit` bytes are
-    /// left; nothing is removed while another run uses the store.
-    pub fn collect(mut self, limit: u64) -> Collected {
+    /// Marks the packs that this run used, and removes the least recently used others until at most `limit` bytes are
+    /// left. Nothing is removed while another run uses the store.
+    pub fn evict(mut self, limit: u64) -> Evicted {
         let now = std::time::SystemTime::now();
         let index = std::mem::take(self.index.get_mut().unwrap_or_else(PoisonError::into_inner));
         let used: BTreeSet<&PathBuf> =
             index.used.iter().filter_map(|p| index.packs.get(*p as usize)).collect();
         for path in &used {
-            // The time only says what to remove first; without it the pack is merely older than it is.
+            // The time only decides what is removed first; without it the pack counts as older than it is.
             let _ = File::options().append(true).open(path).and_then(|pack| pack.set_modified(now));
         }
         let mut found: Vec<(std::time::SystemTime, PathBuf, u64)> = Vec::new();
@@ -392,7 +392,7 @@ impl Store {
                 found.push((about.modified().unwrap_or(now), path, about.len()));
             }
         }
-        let mut left = Collected { packs: 0, bytes: found.iter().map(|(_, _, bytes)| bytes).sum() };
+        let mut left = Evicted { packs: 0, bytes: found.iter().map(|(_, _, bytes)| bytes).sum() };
         let Some(lock) = self.lock.take() else { return left };
         let _ = lock.unlock();
         if left.bytes <= limit
@@ -413,37 +413,29 @@ impl Store {
         left
     }
 
-    /// A folder to put results together in before they take their place.
+    /// A new staging folder, in which results are written before they take their place.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// When it cannot be created.
     pub fn staging(&self) -> Result<staging::Staging, StoreError> {
         staging::Staging::new(&self.folder.join("staging"))
     }
 
-    /// Waits until no other run is putting results in their place; they may as long as this is kept.
-    pub fn alone(&self) -> Option<File> {
-        let file =
-            File::options().create(true).truncate(false).write(true).open(self.folder.join("place")).ok()?;
-        // Without locks in the file system, two runs at once are the user's to avoid.
-        file.lock().ok().map(|()| file)
-    }
-
-    /// Where the store is.
+    /// Folder of the store.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 }
 
-/// Waits until nobody else is putting results in their place; nobody may as long as this is kept.
-pub fn alone(results: &Path) -> Option<File> {
+/// Waits until no other process is putting results in their place, and keeps others from it until the file is dropped.
+/// `None` where the file system has no locks; there the user must not start two runs at once.
+pub fn lock_exclusive(results: &Path) -> Option<File> {
     let path = results.join(FOLDER).join("place");
     let file = File::options().create(true).truncate(false).write(true).open(path).ok()?;
-    // Without locks in the file system, two runs at once are the user's to avoid.
     file.lock().ok().map(|()| file)
 }
 
-/// The packs of a folder by name.
+/// The packs in a folder, sorted by name.
 fn packs(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -456,10 +448,10 @@ fn packs(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(packs)
 }
 
-/// A record of some content.
+/// A record with `content` encoded.
 ///
 /// # Errors
-/// When the content cannot be encoded, which would be a bug.
+/// When the content cannot be encoded, which would be a bug of its type.
 pub fn record<T: Serialize>(
     name: Name,
     recipe: Recipe,

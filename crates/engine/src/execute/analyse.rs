@@ -134,7 +134,7 @@ fn make(
         }
         recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, seen| {
-            let recipe = plan.read(seen.track.address, signal).enter(recipe);
+            let recipe = plan.read(seen.track.address, signal).add_to(recipe);
             if reads_regions { recipe.with("attributes", seen.attributes()) } else { recipe }
         });
         suites.push((name.clone(), sequences.len()));

@@ -50,7 +50,7 @@ pub fn run<'s>(
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let _at = watch.at(&planned.sequence.name);
+        let _at = watch.enter(&planned.sequence.name);
         let not_wanted = || Err(CellError::Missing("not asked for".to_string()));
         let mut row: Tracks = plan.jobs.iter().map(|_| not_wanted()).collect();
         for (j, track) in jobs.iter().zip(tracking::tracks(&context, *suite, planned, jobs)?) {
@@ -148,7 +148,7 @@ fn judge_sequence(
 ) -> Result<Vec<Cell>, RunError> {
     let plan = context.plan;
     let sequence = &plan.test().sequences[index].sequence;
-    let _at = context.options.watch.at(&sequence.name);
+    let _at = context.options.watch.enter(&sequence.name);
     let mut cells: Vec<Cell> = Vec::new();
     let mut cases: Vec<(usize, Case)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();

@@ -49,7 +49,7 @@ pub fn run_shard(
     type Done = Vec<(String, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let _at = options.watch.at(&planned.sequence.name);
+        let _at = options.watch.enter(&planned.sequence.name);
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells = Vec::new();
         let mut cases = Vec::new();

@@ -42,7 +42,7 @@ pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
 pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let to_do = |j: usize, track: &Recipe| options.force || !plan.is_kept(store, *suite, j, track);
+        let to_do = |j: usize, track: &Recipe| options.force || !plan.is_cached(store, *suite, j, track);
         let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|track| to_do(*j, track)));
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };

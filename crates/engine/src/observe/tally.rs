@@ -1,17 +1,17 @@
-//! What of a run was computed and what was there.
+//! Tally of a run: how many results were computed, how many were in the store.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Stages that are counted.
+/// Stage of a counted result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Work {
     /// Tracks.
     Tracks,
     /// Signals on tracks.
     Signals,
-    /// Trained parameters.
+    /// Trained parameters, learned models and analyses.
     Models,
-    /// Verdicts.
+    /// Outputs of detectors.
     Labels,
 }
 
@@ -25,7 +25,7 @@ impl Tally {
         self.0[work as usize][usize::from(cached)].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Computed and cached results of a stage.
+    /// Numbers of computed and of cached results of a stage.
     pub fn of(&self, work: Work) -> (usize, usize) {
         let [computed, cached] = &self.0[work as usize];
         (computed.load(Ordering::Relaxed), cached.load(Ordering::Relaxed))

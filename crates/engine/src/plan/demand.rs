@@ -7,7 +7,7 @@ use crate::spec::analysis::Analysis;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 
-/// Tracks of a tracker that are wanted on a suite, and what of them is read.
+/// Tracks of a tracker that are needed on a suite, and the signal that is read from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Demand<'a> {
     pub suite: &'a str,
@@ -22,8 +22,8 @@ impl Demand<'_> {
     }
 }
 
-/// All that an experiment wants, each once: the test suite of every tracker for its results, and what
-/// methods learn from. `of_variants` is the signal of each variant.
+/// All demands of an experiment, each once: the test suite for every tracker, and the suites that methods learn from or
+/// analyses read. `of_variants` has the signal of each variant.
 pub(super) fn demands<'a>(
     experiment: &'a Experiment,
     signals: &[SignalChoice],
@@ -71,7 +71,7 @@ pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     distinct
 }
 
-/// Where a signal stands among the distinct ones.
+/// Index of a signal among the distinct ones.
 pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
     debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
     distinct.iter().position(|d| d.kind == choice.kind && d.signal.params() == choice.signal.params())
@@ -82,7 +82,7 @@ pub fn variants(experiment: &Experiment) -> impl Iterator<Item = (&Method, &Vari
     experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
 }
 
-/// The suites an experiment needs: the test suite, and those it trains on.
+/// Roles of the suites that an experiment needs: the test suite, and those that it trains on or analyses.
 pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
     let mut roles = vec![TEST];
     let trained = variants(experiment).filter_map(|(_, variant)| variant.detector.role());

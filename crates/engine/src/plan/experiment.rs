@@ -17,35 +17,35 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A sequence that is there.
+/// A sequence whose files are present.
 pub struct PlannedSequence {
     /// The sequence.
     pub sequence: Arc<Sequence>,
-    /// Its digest; empty where it cannot be read.
+    /// Its digest; empty if it cannot be read.
     pub digest: String,
-    /// Recipe of each job's track, where one is wanted.
+    /// Recipe of each job's track; an error for tracks that are not needed or cannot be made.
     pub tracks: Vec<Result<Recipe, CellError>>,
 }
 
-/// A suite with what of it is there.
+/// A suite with its present and missing sequences.
 pub struct PlannedSuite {
     /// Its name.
     pub name: String,
-    /// The sequences that are there, in suite order.
+    /// Present sequences, in suite order.
     pub sequences: Vec<PlannedSequence>,
-    /// Those that are not.
+    /// Missing sequences.
     pub missing: Vec<Missing>,
-    /// How many the suite has.
+    /// Number of sequences of the whole suite.
     pub wanted: usize,
 }
 
-/// An experiment laid out.
+/// Plan of an experiment: its suites, jobs and signals, and the recipes of its results.
 pub struct ExperimentPlan<'a> {
     /// The experiment.
     pub experiment: &'a Experiment,
     /// Its distinct signals.
     pub signals: Arc<Vec<SignalChoice>>,
-    /// Its trackers and repetitions; not all of them are wanted on every suite.
+    /// Its trackers and repetitions; not all of them are needed on every suite.
     pub jobs: Vec<Job>,
     /// Its distinct suites; the test suite is the first.
     pub suites: Vec<PlannedSuite>,
@@ -66,11 +66,11 @@ pub struct PlannedCell {
 }
 
 impl<'a> ExperimentPlan<'a> {
-    /// Lays out an experiment over suites that were loaded, by role; reads every file of them once, for
-    /// their digests, on the threads of the current pool.
+    /// Plans an experiment on loaded suites, by role. Reads every file of them once, for the digests, on the threads of
+    /// the current pool.
     ///
     /// # Errors
-    /// When the end was asked for. A sequence that cannot be read has no track.
+    /// [`RunError::Interrupted`]. A sequence that cannot be read has an error in place of each track.
     pub fn new(
         experiment: &'a Experiment,
         loaded: BTreeMap<String, Loaded>,
@@ -100,7 +100,7 @@ impl<'a> ExperimentPlan<'a> {
                 if stop.is_set() {
                     return Err(RunError::Interrupted);
                 }
-                // What cannot be read is a failed sequence, not the end of all others.
+                // A sequence that cannot be read fails alone.
                 let digest = sequence.digest().map(str::to_string);
                 let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
                 let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
@@ -133,34 +133,34 @@ impl<'a> ExperimentPlan<'a> {
         &self.suites[0]
     }
 
-    /// The suite of a role.
+    /// Index of the suite of a role.
     pub fn suite(&self, role: &str) -> Option<usize> {
         let name = self.experiment.suites.get(role)?;
         self.suites.iter().position(|s| s.name == *name)
     }
 
-    /// Which of the distinct signals a variant reads.
+    /// Index of the distinct signal that a variant reads, if it reads one.
     pub fn signal(&self, variant: usize) -> Option<usize> {
         self.variant_signals.get(variant).copied().flatten()
     }
 
-    /// Whether a method runs trackers backwards.
+    /// Whether any method runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
         variants(self.experiment).any(|(_, v)| v.detector.example().detector.needs_reverse())
     }
 
-    /// Whether a job's track is wanted on a suite.
+    /// Whether a job's track is needed on a suite.
     pub fn wants(&self, suite: usize, job: usize) -> bool {
         self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))
     }
 
-    /// Whether a signal is wanted on a job's track.
+    /// Whether a signal is needed on a job's track.
     pub fn wants_signal(&self, suite: usize, job: usize, signal: usize) -> bool {
         let suite = &self.suites[suite].name;
         self.demands.iter().any(|d| d.signal == Some(signal) && d.is_for(suite, self.jobs[job]))
     }
 
-    /// Whether a job's track has cells of a method.
+    /// Whether a job has cells of a method.
     pub fn has_cells(&self, job: Job, method: &Method) -> bool {
         let tracker = &self.experiment.trackers[job.tracker];
         job.run < tracker.runs && method.runs_on(&tracker.label)
@@ -184,7 +184,7 @@ impl<'a> ExperimentPlan<'a> {
         (0..self.test().sequences.len()).flat_map(cell).collect()
     }
 
-    /// What a variant reads of a track.
+    /// Input of a method with this signal: the signal on the track, or the track itself.
     pub fn read(&self, track: Address, signal: Option<usize>) -> Read {
         match signal.and_then(|k| self.signals.get(k)) {
             Some(choice) => Read::Signal(recipes::signal(track, choice).address()),
@@ -198,7 +198,7 @@ impl<'a> ExperimentPlan<'a> {
         seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
     }
 
-    /// Sequences and jobs of a suite whose tracks of a tracker are learned from.
+    /// Sequences and jobs of a suite whose tracks of a tracker serve as training data.
     pub fn learned_from(&self, suite: usize, tracker: usize) -> Vec<(usize, usize)> {
         let runs = self.experiment.trackers[tracker].training_runs;
         let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
@@ -207,7 +207,8 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(|s| jobs.iter().map(move |j| (s, *j))).collect()
     }
 
-    /// What is read of the tracks learned from that `track` finds an address for, by suite, sequence and job.
+    /// Training data in a role: one entry for each track for which `track` returns an address, given the indices of
+    /// suite, sequence and job.
     pub fn training_reads(
         &self,
         role: &str,
@@ -233,8 +234,8 @@ impl<'a> ExperimentPlan<'a> {
         format!("{}/{sequence}/{tracker}/{}", self.suites[suite].name, job.run)
     }
 
-    /// Recipe of the model of each variant and tracker, where it is trained and there is something to train
-    /// it on; it will be that if every track can be made.
+    /// Recipe of the model of each variant and tracker, where the variant is trained and has training data. A model gets
+    /// this recipe if every track of its training data can be made.
     pub fn models(&self) -> Vec<Vec<Option<Recipe>>> {
         let track = |suite: usize, s: usize, j: usize| {
             self.suites[suite].sequences[s].tracks[j].as_ref().ok().map(Recipe::address)
@@ -255,12 +256,11 @@ impl<'a> ExperimentPlan<'a> {
         (0..variants.len()).into_par_iter().map(of_variant).collect()
     }
 
-    /// Name and recipe of every cell's labels, in the order of [`ExperimentPlan::cells`]; the reason where there is
-    /// no recipe. Trained parameters are those of [`ExperimentPlan::models`].
+    /// Name and recipe of every cell's labels, in the order of [`ExperimentPlan::cells`]; an error where there is no
+    /// recipe. Trained parameters are those of [`ExperimentPlan::models`].
     pub fn labels(&self) -> Vec<(String, Result<Recipe, CellError>)> {
         let variants: Vec<_> = variants(self.experiment).collect();
         let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
-        // What labels the cells of each variant and tracker.
         let models = self.models();
         let by = |v: usize, tracker: usize| {
             let model = || {

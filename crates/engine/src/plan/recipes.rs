@@ -1,4 +1,4 @@
-//! What each stage's results are made from; see [`address`](crate::store::address) for the table.
+//! Recipes of the results of each stage; see [`address`](crate::store::address) for the table.
 
 use super::job::Job;
 use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
@@ -25,7 +25,7 @@ fn failed(e: DatasetError) -> CellError {
     CellError::Failed(e.to_string())
 }
 
-/// What the tracks of a sequence have in common. `digest` is the sequence's.
+/// Common part of the recipes of a sequence's tracks. `digest` is the sequence's.
 ///
 /// # Errors
 /// When a video cannot be decoded.
@@ -45,10 +45,10 @@ pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> 
     Ok(recipe)
 }
 
-/// Of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
+/// Recipe of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
 ///
 /// # Errors
-/// When a file that the tracker reads is not there.
+/// When a file that the tracker reads is absent.
 pub fn track(
     experiment: &Experiment,
     sequence: &Sequence,
@@ -70,7 +70,7 @@ pub fn track(
         recipe = recipe.with("run", run);
     }
     for path in inputs {
-        // A file elsewhere goes by its name: where somebody keeps it changes nothing.
+        // A file outside the data root enters by its name only, so that its folder changes nothing.
         let below = data_root.and_then(|root| path.strip_prefix(root).ok());
         let shown = below.or(path.file_name().map(Path::new)).unwrap_or(&path);
         let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
@@ -79,7 +79,7 @@ pub fn track(
     Ok(recipe)
 }
 
-/// Of a signal on a track.
+/// Recipe of a signal on a track.
 pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
     let recipe = Recipe::new(Stage::Signal).with("track", track);
     recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params())
@@ -87,7 +87,7 @@ pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
 
 /// Version of training; part of every model's address.
 /// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
-/// - 2: quantiles of the signal may be tried.
+/// - 2: candidates may be quantiles of the signal.
 pub const TRAINING: u32 = 2;
 
 /// Version of reverse runs; part of the address of the detections that use them.
@@ -99,13 +99,13 @@ pub const REVERSAL: u32 = 1;
 pub enum Read {
     /// A signal.
     Signal(Address),
-    /// Nothing but the track's errors.
+    /// The track's errors only.
     Track(Address),
 }
 
 impl Read {
-    /// Adds it to a recipe.
-    pub fn enter(self, recipe: Recipe) -> Recipe {
+    /// Adds the address to a recipe.
+    pub fn add_to(self, recipe: Recipe) -> Recipe {
         match self {
             Self::Signal(address) => recipe.with("signal", address),
             Self::Track(address) => recipe.with("track", address),
@@ -113,7 +113,7 @@ impl Read {
     }
 }
 
-/// Of a trained parameter; `tracks` are those it is trained on.
+/// Recipe of a trained parameter; `tracks` are its training data.
 fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
         .with("training", TRAINING)
@@ -135,10 +135,10 @@ fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
         }
         Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
     }
-    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+    tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe))
 }
 
-/// Of what a variant learns or is trained to be; none for one that does neither.
+/// Recipe of a variant's trained parameter or learned model; `None` for a variant without either.
 pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
     match &variant.detector {
         DetectorChoice::Given(_) => None,
@@ -147,20 +147,20 @@ pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<R
     }
 }
 
-/// Of a learned model; `tracks` are those it is learned from.
+/// Recipe of a learned model; `tracks` are its training data.
 fn learned(fixed: &FixedDetector, learner: &dyn Learner, tracks: &[Read]) -> Recipe {
     let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     let recipe = recipe.with_plugin("learner", fixed.kind, fixed.version, &learner.params());
-    tracks.iter().fold(recipe, |recipe, read| read.enter(recipe))
+    tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe))
 }
 
-/// What a detector puts into the recipes of its labels; the same for all of its cells.
+/// Ingredients that a detector adds to the recipes of its labels; the same for all of its cells.
 pub struct DetectorKey {
     ingredients: Vec<(String, String)>,
     uses_seed: bool,
 }
 
-/// What a detector puts into recipes besides itself.
+/// Adds the version of reverse runs for a detector that uses them.
 fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
     if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
 }
@@ -176,9 +176,9 @@ impl DetectorKey {
 
     /// A detector with a learned model.
     pub fn learned(address: Address, fixed: &FixedDetector) -> Self {
-        let mut by = Self::given(fixed);
-        by.ingredients.push(("model".to_string(), address.to_string()));
-        by
+        let mut key = Self::given(fixed);
+        key.ingredients.push(("model".to_string(), address.to_string()));
+        key
     }
 
     /// A detector with trained parameters; any candidate stands for the others.
@@ -188,16 +188,17 @@ impl DetectorKey {
     }
 }
 
-/// Version of the form in which verdicts are kept.
+/// Version of the form in which outputs of detectors are stored.
 /// - 2: with changes.
 /// - 3: with the tracker's condition.
-const VERDICT: u32 = 3;
+const OUTPUT_FORM: u32 = 3;
 
-/// Of labels.
-pub fn labels(read: Read, by: &DetectorKey, seed: u64) -> Recipe {
-    let mut recipe = read.enter(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", VERDICT);
-    recipe.ingredients.extend_from_slice(&by.ingredients);
-    if by.uses_seed { recipe.with("seed", seed) } else { recipe }
+/// Recipe of a cell's labels.
+pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
+    let mut recipe =
+        read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM);
+    recipe.ingredients.extend_from_slice(&detector.ingredients);
+    if detector.uses_seed { recipe.with("seed", seed) } else { recipe }
 }
 
 #[cfg(test)]
@@ -213,12 +214,12 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_counts_for_detectors_that_use_it_given_or_trained() {
+    fn the_seed_is_part_of_the_address_for_detectors_that_use_it() {
         let read = Read::Track(Address([7; 32]));
         for (kind, counts) in [("random", true), ("level", false)] {
             let fixed = fixed(kind);
-            for by in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
-                let differ = labels(read, &by, 1).address() != labels(read, &by, 2).address();
+            for key in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
+                let differ = labels(read, &key, 1).address() != labels(read, &key, 2).address();
                 assert_eq!(differ, counts, "{kind}");
             }
         }

@@ -1,29 +1,34 @@
-//! Shares of a run, for several processes or machines.
+//! Shards: parts of a run for several processes or machines.
 
-/// A share of the work: which of so many.
+/// A shard: which of how many equal parts of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Number of the shard, from 1.
     pub number: u32,
-    /// Of how many.
+    /// Number of all shards.
     pub of: u32,
 }
 
-impl std::str::FromStr for Shard {
-    type Err = String;
+/// A text that names no shard.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a shard; write 1/4 to 4/4 for a quarter")]
+pub struct ShardError(String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl std::str::FromStr for Shard {
+    type Err = ShardError;
+
+    fn from_str(text: &str) -> Result<Self, ShardError> {
         let shard = text
             .split_once('/')
             .and_then(|(n, of)| Some(Self { number: n.parse().ok()?, of: of.parse().ok()? }));
         let good = |s: &Self| (1..=s.of).contains(&s.number) && s.of <= 100_000;
-        shard.filter(good).ok_or_else(|| format!("`{text}` is no share; write 1/4 to 4/4 for a quarter"))
+        shard.filter(good).ok_or_else(|| ShardError(text.to_string()))
     }
 }
 
 impl Shard {
-    /// Which pieces of work belong to the share, by their costs: neighbours stay together, and every piece
-    /// belongs to exactly one share.
+    /// Whether each piece of work belongs to the shard, given the costs of all pieces. Neighboring pieces stay together,
+    /// and every piece belongs to exactly one shard.
     pub fn of(self, costs: &[u64]) -> Vec<bool> {
         let total: u64 = costs.iter().sum::<u64>().max(1);
         let mut before = 0;
@@ -42,16 +47,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_read_and_refused() {
+    fn shards_are_read_and_refused() {
         assert_eq!("2/3".parse(), Ok(Shard { number: 2, of: 3 }));
         for bad in ["", "3", "0/3", "4/3", "1/0", "a/b", "-1/2", "1/2/3", "1/200000"] {
-            assert!(bad.parse::<Shard>().unwrap_err().contains("no share"), "{bad}");
+            assert!(bad.parse::<Shard>().unwrap_err().to_string().contains("is not a shard"), "{bad}");
         }
     }
 
     proptest::proptest! {
         #[test]
-        fn every_piece_is_in_one_share(costs in proptest::collection::vec(0_u64..1000, 0..60), of in 1_u32..9) {
+        fn every_piece_is_in_one_shard(costs in proptest::collection::vec(0_u64..1000, 0..60), of in 1_u32..9) {
             let shares: Vec<_> = (1..=of).map(|number| Shard { number, of }.of(&costs)).collect();
             for piece in 0..costs.len() {
                 proptest::prop_assert_eq!(shares.iter().filter(|s| s[piece]).count(), 1);

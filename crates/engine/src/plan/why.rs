@@ -1,5 +1,4 @@
-//! Why a cell is or is not in the store: the first ingredient, in data-flow order, that is another one now
-//! than it was.
+//! Why a cell is or is not in the store: the first ingredient, in data-flow order, that has changed.
 
 use super::cached::CellState;
 use super::experiment::ExperimentPlan;
@@ -8,36 +7,36 @@ use crate::store::Store;
 use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
 
-/// What there is to say of one cell.
+/// State of a cell with its reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reason {
     /// `sequence/tracker/run/method[params]`.
     pub cell: String,
-    /// What the store knows of it.
+    /// Its state in the store.
     pub state: CellState,
-    /// Why, in one sentence.
+    /// The reason, in one sentence.
     pub because: String,
 }
 
-/// Tells of every cell that `wanted` accepts by its name.
+/// State and reason of every cell whose name `wanted` accepts.
 pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool) -> Vec<Reason> {
     let now = current(plan);
-    let kept = plan.kept_tracks(store);
+    let cached = plan.cached_tracks(store);
     let labels = plan.labels();
     let mut reasons = Vec::new();
     let cells = plan.cells().into_iter().zip(labels).filter(|(_, (cell, _))| wanted(cell));
     for (place, (cell, recipe)) in cells {
         let (state, because) = match recipe {
             Err(e) => (CellState::Absent, e.to_string()),
-            Ok(recipe) if store.contains(&recipe.address()) && !kept[place.sequence][place.job] => {
+            Ok(recipe) if store.contains(&recipe.address()) && !cached[place.sequence][place.job] => {
                 (CellState::Missing, "its track or a signal on it has been removed".to_string())
             }
             Ok(recipe) if store.contains(&recipe.address()) => {
                 (CellState::Cached, "everything it was made from is as it was".to_string())
             }
             Ok(recipe) => {
-                let before = store.named(Stage::Labels, &plan.stored_name(&cell));
-                // The record that has most in common tells most.
+                let before = store.heads(Stage::Labels, &plan.stored_name(&cell));
+                // The record with most ingredients in common explains most.
                 let nearest = before.iter().max_by_key(|head| common(&head.recipe, &recipe));
                 match nearest {
                     None => (CellState::Missing, "it was never computed here".to_string()),
@@ -50,7 +49,7 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bo
     reasons
 }
 
-/// Every recipe of the plan above the labels, by address.
+/// Every recipe of the plan except those of labels, by address.
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
     let mut all = BTreeMap::new();
     for suite in &plan.suites {
@@ -67,17 +66,17 @@ fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
     all
 }
 
-/// Number of ingredients that two recipes share.
+/// Number of common ingredients of two recipes.
 fn common(a: &Recipe, b: &Recipe) -> usize {
     a.ingredients.iter().filter(|i| b.ingredients.contains(i)).count()
 }
 
-/// Whether an ingredient is the address of the stage above.
+/// Whether an ingredient is the address of another result.
 fn is_parent(name: &str) -> bool {
     ["track", "signal", "model"].contains(&name)
 }
 
-/// Who made what a recipe is of.
+/// Plugin that makes the result of a recipe, in words.
 fn subject(recipe: &Recipe) -> String {
     let what = match recipe.stage {
         Stage::Track => "tracker",
@@ -92,7 +91,7 @@ fn subject(recipe: &Recipe) -> String {
     kind.map_or_else(|| recipe.stage.word().to_string(), |kind| format!("{what} {kind}"))
 }
 
-/// What is a parameter's name, what it was and what it is.
+/// Name of the first parameter that differs, with its values before and now.
 fn parameter_difference(before: &str, now: &str) -> Option<String> {
     let read = |text: &str| serde_json::from_str::<BTreeMap<String, serde_json::Value>>(text).ok();
     let (before, now) = (read(before)?, read(now)?);
@@ -102,7 +101,7 @@ fn parameter_difference(before: &str, now: &str) -> Option<String> {
     Some(format!("{name} was {}, is {}", show(before.get(name)), show(now.get(name))))
 }
 
-/// The first difference between what something was made from and would be made from now.
+/// The first difference between a stored recipe and the current one.
 fn difference(before: &Recipe, now: &Recipe, store: &Store, current: &BTreeMap<Address, Recipe>) -> String {
     let plugin = subject(now);
     for (k, (name, value)) in now.ingredients.iter().enumerate() {

@@ -1,19 +1,18 @@
-//! Content addresses: a result is filed under the digest of everything it was made from.
+//! Content addresses: the store keeps a result under the digest of everything it was made from.
 //!
-//! A [`Recipe`] lists the ingredients of one stage by name, in data-flow order; its [`Address`] is the
-//! SHA-256 of stage, names and values, each preceded by its length as a 64-bit little-endian integer. The
-//! stages hang together by addresses: the recipe of a signal holds the address of its track.
+//! A [`Recipe`] lists the ingredients of one stage's result by name, in data-flow order; its [`Address`] is the SHA-256
+//! of stage, names and values, each preceded by its length as a 64-bit little-endian integer. Addresses link the
+//! stages: the recipe of a signal holds the address of its track.
 //!
 //! | stage | ingredients |
 //! |---|---|
 //! | track | sequence, digest of frames and truth, version of the frame decoder, digest of what a video was decoded into; tracker, its version and parameters; the seed, for trackers that draw random numbers; run and digests, for trackers that read files |
 //! | signal | address of the track; signal, its version and parameters |
-//! | model | a chosen parameter: version of training, protocol, what is trained and made large, the candidates; a learned model: detector, its version and what of its parameters the model depends on; an analysis: its kind, version and parameters; addresses of all signals that are learned from |
-//! | labels | address of the signal (of the track, for methods without one); version of the form that labels are kept in; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the version of tracks backwards, for detectors that ask for them; the seed, for detectors that draw random numbers |
+//! | model | a chosen parameter: version of training, protocol, the parameter and the measure to maximize, the candidates; a learned model: detector, its version and what of its parameters the model depends on; an analysis: its kind, version and parameters; addresses of all signals that it is learned from |
+//! | labels | address of the signal (of the track, for methods without one); version of the form in which labels are stored; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the version of reverse runs, for detectors that use them; the seed, for detectors that draw random numbers |
 //!
-//! Clock, host, thread count, order and file times are in none of them. Whatever changes a stage's output
-//! must change an ingredient: plugins have a version, and golden digests of their outputs see to it that it
-//! is raised; [`DECODER`](crate::image::DECODER) and [`OVERLAP`](crate::score::overlap::OVERLAP) are the versions of the shared parts.
+//! Clock, host, thread count, order and file times are in no recipe. Whatever changes a stage's output must change an
+//! ingredient: plugins have a version, and tests with golden digests of their outputs fail until it is raised; [`DECODER`](crate::image::DECODER) and [`OVERLAP`](crate::score::overlap::OVERLAP) are the versions of the shared parts.
 
 use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
@@ -36,21 +35,21 @@ impl fmt::Debug for Address {
     }
 }
 
-/// What a result is a result of.
+/// Stage of the computation that a result belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Stage {
     /// A tracker's states on a sequence.
     Track,
     /// A signal on a track.
     Signal,
-    /// Trained parameters.
+    /// A trained parameter, a learned model, or an analysis.
     Model,
-    /// A detector's verdict on a signal.
+    /// A detector's output on a signal.
     Labels,
 }
 
 impl Stage {
-    /// The word for it.
+    /// Its word in addresses and messages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Track => "track",
@@ -64,9 +63,9 @@ impl Stage {
 /// Everything that a result is made from, by name and in order.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// Which stage's result.
+    /// The stage.
     pub stage: Stage,
-    /// Names and values.
+    /// Names and values of the ingredients.
     pub ingredients: Vec<(String, String)>,
 }
 
@@ -92,7 +91,7 @@ impl Recipe {
         self.ingredients.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
     }
 
-    /// Where the result is filed.
+    /// Address of the result.
     pub fn address(&self) -> Address {
         let mut hash = Sha256::new();
         let mut text = |text: &str| {

@@ -1,40 +1,40 @@
-//! Whole files, written beside their target and renamed.
+//! Plain files, written whole: beside their target, then renamed.
 
 use super::{StoreError, TEMPORARY};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes a file so that it is either the old or the new one, whole, whatever happens in between.
+/// Replaces a file atomically: readers see the old or the new content, never a part.
 ///
 /// # Errors
-/// When the folder cannot be made or written to.
+/// When the folder cannot be created or written to.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let fail = |e: &dyn std::fmt::Display| StoreError::new(path, e);
+    let fail = |e: std::io::Error| StoreError::new(path, e);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|e| fail(&e))?;
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|e| fail(&e))?;
-    file.write_all(bytes).map_err(|e| fail(&e))?;
+    std::fs::create_dir_all(folder).map_err(fail)?;
+    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)?;
+    file.write_all(bytes).map_err(fail)?;
     persist(file, path)
 }
 
-/// Gives a temporary file its name, on the disk for good.
+/// Gives a temporary file its final name, and waits until both are on the disk.
 pub(super) fn persist(file: tempfile::NamedTempFile, path: &Path) -> Result<(), StoreError> {
-    let fail = |e: &dyn std::fmt::Display| StoreError::new(path, e);
-    make_readable(file.as_file()).map_err(|e| fail(&e))?;
-    file.as_file().sync_all().map_err(|e| fail(&e))?;
-    file.persist(path).map_err(|e| fail(&e.error))?;
+    let fail = |e: std::io::Error| StoreError::new(path, e);
+    make_readable(file.as_file()).map_err(fail)?;
+    file.as_file().sync_all().map_err(fail)?;
+    file.persist(path).map_err(|e| fail(e.error))?;
     sync_folder(path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")));
     Ok(())
 }
 
-/// A rename is only durable once the folder is; not every file system can do that.
+/// Makes renames in a folder durable, where the file system supports that.
 pub(super) fn sync_folder(folder: &Path) {
     if let Ok(folder) = std::fs::File::open(folder) {
         let _ = folder.sync_all();
     }
 }
 
-/// Temporary files are private; results are as readable as any other new file.
+/// Gives a temporary file, which is private, the permissions of any other new file.
 #[cfg(unix)]
 fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
@@ -49,7 +49,7 @@ fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
 /// Reads a whole file.
 ///
 /// # Errors
-/// When it is not there or cannot be read.
+/// When it is absent or cannot be read.
 pub fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
     std::fs::read(path).map_err(|e| StoreError::new(path, e))
 }
@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
 /// Reads a whole text file.
 ///
 /// # Errors
-/// When it is not there, cannot be read, or is not UTF-8.
+/// When it is absent, cannot be read, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, StoreError> {
     String::from_utf8(read(path)?).map_err(|_| StoreError::new(path, "is not UTF-8 text"))
 }
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn replaces_whole_files_and_makes_folders() {
+    fn replaces_whole_files_and_creates_folders() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a/b.txt");
         write(&path, b"long first version").unwrap();

@@ -1,4 +1,4 @@
-//! What an open store remembers of its packs.
+//! Index of an open store: which pack holds which record.
 
 use super::address::Address;
 use super::pack::Place;
@@ -6,17 +6,17 @@ use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 
-/// The packs and where in them every record is.
+/// The packs, and the place of every record in them.
 #[derive(Default)]
 pub(super) struct Index {
     pub packs: Vec<PathBuf>,
     /// Address -> pack and place in it.
     pub places: HashMap<Address, (u32, Place)>,
-    /// Records that are there more than once: the other packs and places.
+    /// Records that several packs hold: the other packs and places.
     pub twins: HashMap<Address, Vec<(u32, Place)>>,
-    /// Key of a cell's name -> addresses it has been computed under.
+    /// Key of a cell's name -> addresses of its records.
     pub names: HashMap<u64, Vec<Address>>,
-    /// Packs that were read from or written.
+    /// Packs that this run has read from or written.
     pub used: BTreeSet<u32>,
 }
 

@@ -6,11 +6,11 @@
 //! index              postcard of a list of [`Place`]
 //! length  8 bytes    of the index, little-endian
 //! digest  32 bytes   SHA-256 of the index
-//! magic   16 bytes   again: a pack that is cut short lacks it
+//! magic   16 bytes   again: a truncated pack lacks it
 //! ```
 //!
-//! The index holds the digest of every record, so that a changed byte anywhere is noticed: in the index
-//! when the store is opened, in a record when it is read. A pack is named after the digest of its index.
+//! The index holds the digest of every record, so that every changed byte is detected: in the index when the store is
+//! opened, in a record when it is read. A pack is named after the digest of its index.
 
 use super::address::{Address, Recipe, Stage};
 use super::file;
@@ -23,45 +23,45 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 16] = b"trackfail-pack/1";
 const TAIL: u64 = 8 + 32 + 16;
-/// No index and no record is larger; what claims to be is damaged.
-const LARGEST: u64 = 1 << 30;
+/// Largest index or record in bytes; one that claims to be larger is damaged.
+const MAX_LENGTH: u64 = 1 << 30;
 
 /// A pack that could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
-    /// Its content is not what was written; it is of no use any more.
+    /// Its content is not what was written.
     #[error(transparent)]
     Damaged(StoreError),
-    /// The system refused; the pack may be whole.
+    /// The operating system refused; the pack may be whole.
     #[error(transparent)]
     Unreadable(StoreError),
 }
 
 impl PackError {
-    fn damaged(path: &Path, what: impl std::fmt::Display) -> Self {
-        Self::Damaged(StoreError::new(path, what))
+    fn damaged(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Damaged(StoreError::new(path, source))
     }
 
     fn io(path: &Path, e: std::io::Error) -> Self {
         match e.kind() {
-            std::io::ErrorKind::UnexpectedEof => Self::damaged(path, "is cut short"),
+            std::io::ErrorKind::UnexpectedEof => Self::damaged(path, "is truncated"),
             _ => Self::Unreadable(StoreError::new(path, e)),
         }
     }
 }
 
-/// What a record says of itself.
+/// Description of a record, stored with it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Head {
-    /// What it is called where it was made; for `why` only, never an ingredient.
+    /// Name of the result in the experiment that made it; for `why` only, never an ingredient.
     pub name: Name,
-    /// What it was made from.
+    /// Recipe of the result.
     pub recipe: Recipe,
     /// Number of rows (frames, or 1) the payload must have.
     pub rows: u64,
 }
 
-/// What a result is called in the experiment that made it.
+/// Name of a result in the experiment that made it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Name {
     /// The experiment.
@@ -70,7 +70,7 @@ pub struct Name {
     pub cell: String,
 }
 
-/// Where a record is, and what it must be.
+/// Place of a record in a pack, and the digest it must have.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
     /// Its address.
@@ -87,33 +87,33 @@ pub struct Place {
 
 /// A record to be written.
 pub struct Record {
-    /// What it says of itself.
+    /// Its description.
     pub head: Head,
-    /// Its content.
+    /// Its content, encoded.
     pub payload: Vec<u8>,
 }
 
-/// 64 bits that stand for a cell's name in the index, whichever experiment it was made for.
+/// Key of a cell's name in the index, whichever experiment the cell was made for.
 pub fn name_key(stage: Stage, cell: &str) -> u64 {
     crate::num::seed::seed(0, &[stage.word(), cell])
 }
 
-/// Writes a pack into `folder`; its path and index.
+/// Writes a pack into `folder`. Returns its path and index.
 ///
 /// # Errors
 /// When the folder cannot be written to.
 pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>), StoreError> {
-    let fail = |e: &dyn std::fmt::Display| StoreError::new(folder, e);
-    let mut temporary =
-        tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|e| fail(&e))?;
+    let fail = |e: std::io::Error| StoreError::new(folder, e);
+    let not_encoded = |e: postcard::Error| StoreError::new(folder, e);
+    let mut temporary = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)?;
     let mut bytes = MAGIC.to_vec();
     let mut index = Vec::with_capacity(records.len());
     for record in records {
         let offset = bytes.len();
-        bytes = postcard::to_extend(&record.head, bytes).map_err(|e| fail(&e))?;
+        bytes = postcard::to_extend(&record.head, bytes).map_err(not_encoded)?;
         bytes.extend_from_slice(&record.payload);
-        if (bytes.len() - offset) as u64 > LARGEST {
-            return Err(fail(&"a record of more than 1 GiB"));
+        if (bytes.len() - offset) as u64 > MAX_LENGTH {
+            return Err(StoreError::new(folder, "a record of more than 1 GiB"));
         }
         let digest = Sha256::digest(&bytes[offset..]).into();
         let length = (bytes.len() - offset) as u64;
@@ -126,22 +126,22 @@ pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>),
             digest,
         });
     }
-    let listed = postcard::to_stdvec(&index).map_err(|e| fail(&e))?;
+    let listed = postcard::to_stdvec(&index).map_err(not_encoded)?;
     let digest = Sha256::digest(&listed);
     bytes.extend_from_slice(&listed);
     bytes.extend_from_slice(&(listed.len() as u64).to_le_bytes());
     bytes.extend_from_slice(&digest);
     bytes.extend_from_slice(MAGIC);
-    temporary.write_all(&bytes).map_err(|e| fail(&e))?;
+    temporary.write_all(&bytes).map_err(fail)?;
     let path = folder.join(format!("{}.pack", hexadecimal(&digest[..20])));
     file::persist(temporary, &path)?;
     Ok((path, index))
 }
 
-/// The index of a pack; `Ok(None)` when the file has gone.
+/// The index of a pack; `Ok(None)` when the file does not exist.
 ///
 /// # Errors
-/// When the file is no whole pack.
+/// When the file is not a whole pack.
 pub fn read_index(path: &Path) -> Result<Option<Vec<Place>>, PackError> {
     open(path)?.map(|mut pack| index_of(&mut pack, path)).transpose()
 }
@@ -154,10 +154,10 @@ fn open(path: &Path) -> Result<Option<std::fs::File>, PackError> {
     }
 }
 
-/// The index of a pack that is read from anywhere; `path` is for errors.
+/// The index of a pack from any reader; `path` is for errors.
 ///
 /// # Errors
-/// When it is no whole pack.
+/// When it is not a whole pack.
 pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, PackError> {
     let damaged = |what: &str| PackError::damaged(path, what);
     let size = pack.seek(SeekFrom::End(0)).map_err(|e| PackError::io(path, e))?;
@@ -169,16 +169,16 @@ pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>,
     };
     let first = MAGIC.len() as u64;
     let Some(end) = size.checked_sub(TAIL).filter(|end| *end >= first) else {
-        return Err(damaged("is cut short"));
+        return Err(damaged("is truncated"));
     };
     read(pack, end, &mut tail)?;
     let (length, rest) = tail.split_at(8);
     let (digest, magic) = rest.split_at(32);
     let length = length.iter().rev().fold(0_u64, |n, byte| (n << 8) | u64::from(*byte));
     if magic != MAGIC {
-        return Err(damaged("is cut short"));
+        return Err(damaged("is truncated"));
     }
-    let Some(start) = end.checked_sub(length).filter(|s| *s >= first && length <= LARGEST) else {
+    let Some(start) = end.checked_sub(length).filter(|s| *s >= first && length <= MAX_LENGTH) else {
         return Err(damaged("has an index that cannot be its own"));
     };
     let mut index = vec![0; length as usize];
@@ -196,25 +196,25 @@ pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>,
     Ok(index)
 }
 
-/// Head and payload of a record; `Ok(None)` when the file has gone.
+/// Head and payload of a record; `Ok(None)` when the file does not exist.
 ///
 /// # Errors
-/// When it is not the record that `place` promises.
+/// When it is not the record that `place` describes.
 pub fn read_record(path: &Path, place: &Place) -> Result<Option<(Head, Vec<u8>)>, PackError> {
     open(path)?.map(|mut pack| record_of(&mut pack, place, path)).transpose()
 }
 
-/// A record of a pack that is read from anywhere; `path` is for errors.
+/// Head and payload of a record of a pack from any reader; `path` is for errors.
 ///
 /// # Errors
-/// When it is not the record that `place` promises.
+/// When it is not the record that `place` describes.
 pub fn record_of<R: Read + Seek>(
     pack: &mut R,
     place: &Place,
     path: &Path,
 ) -> Result<(Head, Vec<u8>), PackError> {
     let damaged = || PackError::damaged(path, "holds a damaged record");
-    if place.length > LARGEST {
+    if place.length > MAX_LENGTH {
         return Err(damaged());
     }
     let mut bytes = vec![0; place.length as usize];

@@ -1,17 +1,16 @@
-//! Folders that are put together aside and then take their place file by file.
+//! Staging folders: results are written there first, and then take their place file by file.
 //!
-//! A results folder has files that belong together. They are written into a folder of their own first, so
-//! that a full disk or a kill leaves the earlier results as they were; then each is renamed into its
-//! place, which needs no space and hardly any time. The file that says that the folder is whole (the
-//! manifest, the page) is taken away first and put back last: who is killed just then has results that
-//! say they are not whole, and the next run makes them from the store.
+//! The files of a results folder belong together. They are written into a staging folder first, so that a full disk
+//! or a kill leaves the earlier results as they were; then each is renamed into its place, which needs no space and
+//! hardly any time. The file that marks the folder as complete (the manifest, the page) is removed first and put back
+//! last: results whose run is killed in between lack the mark, and the next run makes them again from the store.
 
 use super::{StoreError, TEMPORARY, file};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// A folder aside. It is removed when dropped; what a killed process left is removed by [`sweep`].
+/// A staging folder. It is removed when dropped; [`sweep`] removes those that a killed process left.
 pub struct Staging {
     folder: PathBuf,
     /// Held as long as the folder is in use.
@@ -20,26 +19,26 @@ pub struct Staging {
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        // What cannot be removed now is swept by a later run.
+        // A folder that cannot be removed now is swept by a later run.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
 /// Name of the lock inside a staging folder.
 const LOCK: &str = ".lock";
-/// A staging folder that has no lock yet starts like this.
+/// Prefix of a staging folder that has no lock yet.
 const FRESH: &str = ".trackfail-new-";
 
 impl Staging {
-    /// A new folder below `parent`, which is made if need be.
+    /// A new folder in `parent`, which is created if need be.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// When it cannot be created.
     pub fn new(parent: &Path) -> Result<Self, StoreError> {
         let fail = |e| StoreError::new(parent, e);
         std::fs::create_dir_all(parent).map_err(fail)?;
-        // It takes the name that `sweep` looks for when it is locked already, so that no other process
-        // can take it for abandoned.
+        // It takes the name that `sweep` looks for only when it is locked, so that no other process takes it for
+        // abandoned.
         let fresh = tempfile::Builder::new().prefix(FRESH).tempdir_in(parent).map_err(fail)?.keep();
         let lock = File::create(fresh.join(LOCK)).map_err(fail)?;
         // Where there are no locks, nothing is swept either.
@@ -50,30 +49,30 @@ impl Staging {
         Ok(Self { folder, _lock: lock })
     }
 
-    /// Where to write.
+    /// The folder to write into.
     pub fn path(&self) -> &Path {
         &self.folder
     }
 
-    /// Moves all files to `target`. `whole` names the file that comes last; files in the folders `owned`
-    /// of the target that were not written anew are removed.
+    /// Moves all files to `target`. `marker` names the file that comes last and marks the target as complete; files in
+    /// the folders `owned` of the target that were not written again are removed.
     ///
     /// # Errors
-    /// When a file cannot be moved there, or a folder belongs to another experiment; the target is then as
-    /// it was, unless the disk failed within the last renames: then it lacks `whole`.
-    pub fn publish(self, target: &Path, whole: &str, owned: &[&str]) -> Result<(), StoreError> {
+    /// When a file cannot be moved, or a folder belongs to another experiment; the target is then as it was, unless
+    /// the disk failed within the last renames: then it lacks `marker`.
+    pub fn publish(self, target: &Path, marker: &str, owned: &[&str]) -> Result<(), StoreError> {
         let fail = |path: &Path, e: std::io::Error| StoreError::new(path, e);
         let files = files(self.path())?;
         for folder in owned {
             check_owned(&target.join(folder))?;
         }
-        // First beside their places, where nothing refers to them; whatever can go wrong goes wrong here.
+        // First beside their places, where nothing refers to them: here a full disk or a missing permission shows.
         let mut moved = Moved(Vec::new());
         let mut folders = BTreeSet::from([target.to_path_buf()]);
         std::fs::create_dir_all(target).map_err(|e| fail(target, e))?;
         sweep(target);
         for folder in owned.iter().map(|folder| target.join(folder)).filter(|folder| folder.is_symlink()) {
-            // Files would go wherever it leads.
+            // Files would be written wherever the link leads.
             std::fs::remove_file(&folder).map_err(|e| fail(&folder, e))?;
         }
         for name in &files {
@@ -88,7 +87,7 @@ impl Staging {
             std::fs::rename(self.path().join(name), &beside).map_err(|e| fail(&to, e))?;
             moved.0.push((beside, to));
         }
-        let last = target.join(whole);
+        let last = target.join(marker);
         match std::fs::remove_file(&last) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(fail(&last, e)),
             _ => file::sync_folder(target),
@@ -109,7 +108,7 @@ impl Staging {
     }
 }
 
-/// Files beside their places; what is not in its place in the end is removed.
+/// Files beside their places; on drop, those that were not renamed are removed.
 struct Moved(Vec<(PathBuf, PathBuf)>);
 
 impl Drop for Moved {
@@ -118,7 +117,7 @@ impl Drop for Moved {
     }
 }
 
-/// The files below a folder, relative to it, sorted; without the lock.
+/// The files in a folder and its subfolders, relative to it, sorted, without the lock.
 fn files(folder: &Path) -> Result<BTreeSet<PathBuf>, StoreError> {
     let mut files = BTreeSet::new();
     for entry in walkdir::WalkDir::new(folder).min_depth(1) {
@@ -133,7 +132,7 @@ fn files(folder: &Path) -> Result<BTreeSet<PathBuf>, StoreError> {
     Ok(files)
 }
 
-/// Experiments may lie below each other; a folder with another one's results or report is not ours.
+/// Refuses a folder that holds the results or the report of another experiment.
 fn check_owned(folder: &Path) -> Result<(), StoreError> {
     if folder.is_symlink() || !folder.is_dir() {
         return Ok(());
@@ -151,7 +150,7 @@ fn check_owned(folder: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Removes what is in `target/folder` but not among `kept`.
+/// Removes the files in `target/folder` that are not among `kept`.
 fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Result<(), StoreError> {
     let path = target.join(folder);
     if !path.is_dir() {
@@ -160,13 +159,13 @@ fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Resul
     for name in files(&path)?.iter().filter(|name| !kept.contains(&Path::new(folder).join(name))) {
         let stale = path.join(name);
         std::fs::remove_file(&stale).map_err(|e| StoreError::new(&stale, e))?;
-        // A folder that has become empty goes too; one that has not, stays.
+        // Removes the folder too if it has become empty.
         let _ = stale.parent().map(std::fs::remove_dir);
     }
     Ok(())
 }
 
-/// Removes temporary files and folders below `parent` that no running process holds.
+/// Removes temporary files and folders in `parent` that no running process holds.
 pub fn sweep(parent: &Path) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
@@ -188,10 +187,10 @@ pub fn sweep(parent: &Path) {
     }
 }
 
-/// Whether a folder without a lock was left by a killed process, and is not being made right now.
+/// Whether a folder without a lock is old enough to be a killed process's, not one that is just being created.
 fn is_old(path: &Path) -> bool {
-    let made = path.metadata().and_then(|about| about.modified());
-    made.is_ok_and(|made| made.elapsed().is_ok_and(|age| age.as_secs() > 3600))
+    let modified = path.metadata().and_then(|about| about.modified());
+    modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age.as_secs() > 3600))
 }
 
 #[cfg(test)]
@@ -199,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_take_their_places_and_stale_ones_go() {
+    fn files_take_their_places_and_stale_ones_are_removed() {
         let dir = tempfile::tempdir().unwrap();
         let target = dir.path().join("a");
         let write = |files: &[&str]| {
@@ -218,6 +217,6 @@ mod tests {
         let refused = write(&["manifest.json"]).unwrap_err().to_string();
         assert!(refused.contains("another experiment"), "{refused}");
         assert_eq!(std::fs::read_to_string(target.join("manifest.json")).unwrap(), "manifest.json");
-        assert!(target.join("tables/new.csv").exists(), "what was there is as it was");
+        assert!(target.join("tables/new.csv").exists(), "the earlier results are as they were");
     }
 }

@@ -51,7 +51,7 @@ fn only_pack(dir: &Path) -> PathBuf {
 }
 
 #[test]
-fn what_is_put_is_got_now_and_after_opening_again() {
+fn records_are_read_back_now_and_after_opening_again() {
     let (dir, store) = store_of(&records());
     let check = |store: &Store| {
         assert_eq!(store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2), Some(states()));
@@ -60,12 +60,12 @@ fn what_is_put_is_got_now_and_after_opening_again() {
         assert_eq!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 2).address(), 2), None);
         assert_eq!((store.len(), store.problems()), (4, vec![]));
         assert!(store.knows(Stage::Labels, "a/labels") && !store.knows(Stage::Track, "a/labels"));
-        assert_eq!(store.named(Stage::Model, "a/model")[0].recipe, recipe(Stage::Model, 1));
+        assert_eq!(store.heads(Stage::Model, "a/model")[0].recipe, recipe(Stage::Model, 1));
     };
     check(&store);
     check(&Store::open(dir.path()).unwrap());
-    check(&Store::look(dir.path()).unwrap());
-    assert!(Store::look(&dir.path().join("nothing")).unwrap().is_empty());
+    check(&Store::open_read_only(dir.path()).unwrap());
+    assert!(Store::open_read_only(&dir.path().join("nothing")).unwrap().is_empty());
 }
 
 #[test]
@@ -76,25 +76,25 @@ fn another_number_of_rows_is_damage() {
 }
 
 #[test]
-fn every_prefix_of_a_pack_is_noticed_and_told() {
+fn every_truncated_pack_is_detected_and_reported() {
     let (dir, store) = store_of(&records());
     drop(store);
     let pack = only_pack(dir.path());
     let bytes = std::fs::read(&pack).unwrap();
     for n in 0..bytes.len() {
         std::fs::write(&pack, &bytes[..n]).unwrap();
-        let store = Store::look(dir.path()).unwrap();
+        let store = Store::open_read_only(dir.path()).unwrap();
         assert!(store.is_empty(), "cut to {n} bytes");
-        assert!(store.problems()[0].contains("is computed again"), "cut to {n} bytes");
+        assert!(store.problems()[0].contains("are computed again"), "cut to {n} bytes");
     }
     std::fs::write(&pack, [bytes.clone(), vec![0]].concat()).unwrap();
-    assert!(Store::look(dir.path()).unwrap().is_empty(), "one byte more");
+    assert!(Store::open_read_only(dir.path()).unwrap().is_empty(), "one byte more");
     std::fs::write(&pack, &bytes).unwrap();
-    assert_eq!(Store::look(dir.path()).unwrap().len(), 4);
+    assert_eq!(Store::open_read_only(dir.path()).unwrap().len(), 4);
 }
 
 #[test]
-fn no_changed_byte_is_believed() {
+fn every_changed_byte_is_detected() {
     let (dir, store) = store_of(&records());
     drop(store);
     let pack = only_pack(dir.path());
@@ -103,7 +103,7 @@ fn no_changed_byte_is_believed() {
         let mut changed = bytes.clone();
         changed[at] ^= 0x10;
         std::fs::write(&pack, &changed).unwrap();
-        let store = Store::look(dir.path()).unwrap();
+        let store = Store::open_read_only(dir.path()).unwrap();
         let track = store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2);
         assert!(track.is_none() || track == Some(states()), "byte {at}");
         let signal = store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2);
@@ -113,23 +113,23 @@ fn no_changed_byte_is_believed() {
         let labels = store.get::<(Vec<bool>, Option<f64>)>(&recipe(Stage::Labels, 1).address(), 2);
         assert!(labels.is_none() || labels == Some((vec![true, false], None)), "byte {at}");
         let lost = [track.is_none(), signal.is_none(), model.is_none(), labels.is_none()];
-        assert!(lost.contains(&true) && !store.problems().is_empty(), "byte {at} is of no use");
+        assert!(lost.contains(&true) && !store.problems().is_empty(), "byte {at} is not covered");
     }
 }
 
 #[test]
-fn joining_adds_what_is_new_and_refuses_what_contradicts() {
+fn merging_adds_new_records_and_refuses_contradicting_ones() {
     let (_a, mine) = store_of(&records()[..2]);
     let (_b, theirs) = store_of(&records());
-    assert_eq!(mine.join(&theirs).unwrap(), Joined { added: 2, known: 2 });
-    assert_eq!(mine.join(&theirs).unwrap(), Joined { added: 0, known: 4 });
+    assert_eq!(mine.merge(&theirs).unwrap(), Merged { added: 2, known: 2 });
+    assert_eq!(mine.merge(&theirs).unwrap(), Merged { added: 0, known: 4 });
     let other = record(name("a/model"), recipe(Stage::Model, 1), 1, &(4_u64, Some(0.5))).unwrap();
     let (_c, contrary) = store_of(&[other]);
-    assert!(mine.join(&contrary).unwrap_err().to_string().contains("the model of a/model is not what"));
+    assert!(mine.merge(&contrary).unwrap_err().to_string().contains("the model of a/model is not what"));
 }
 
 #[test]
-fn the_limit_removes_what_was_used_longest_ago_but_nothing_in_use() {
+fn eviction_removes_the_least_recently_used_packs_but_none_in_use() {
     let dir = tempfile::tempdir().unwrap();
     for n in 0..3 {
         let store = Store::open(dir.path()).unwrap();
@@ -137,9 +137,9 @@ fn the_limit_removes_what_was_used_longest_ago_but_nothing_in_use() {
             .put(&[record(name("x"), recipe(Stage::Signal, n), 2, &vec![f64::from(n); 2]).unwrap()])
             .unwrap();
     }
-    // Whichever was written first: the third is the oldest, the first the newest.
+    // Whatever the order of writing: the third is the oldest, the first the newest.
     let age = |n: u32, seconds: u64| {
-        let store = Store::look(dir.path()).unwrap();
+        let store = Store::open_read_only(dir.path()).unwrap();
         let pack = store.index().places[&recipe(Stage::Signal, n).address()].0;
         let path = store.index().packs[pack as usize].clone();
         let time = std::time::UNIX_EPOCH + std::time::Duration::from_secs(seconds);
@@ -149,29 +149,29 @@ fn the_limit_removes_what_was_used_longest_ago_but_nothing_in_use() {
     let sizes = [age(0, 30), age(1, 20), age(2, 10)];
     let store = Store::open(dir.path()).unwrap();
     let other = Store::open(dir.path()).unwrap();
-    assert_eq!(store.collect(0).packs, 0, "another run uses the store");
-    let kept = other.collect(sizes[0] + sizes[1]);
-    assert_eq!(kept, Collected { packs: 1, bytes: sizes[0] + sizes[1] });
+    assert_eq!(store.evict(0).packs, 0, "another run uses the store");
+    let kept = other.evict(sizes[0] + sizes[1]);
+    assert_eq!(kept, Evicted { packs: 1, bytes: sizes[0] + sizes[1] });
     let store = Store::open(dir.path()).unwrap();
     assert!(!store.contains(&recipe(Stage::Signal, 2).address()));
     assert!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2).is_some());
-    assert_eq!(store.collect(0), Collected { packs: 1, bytes: sizes[1] }, "what was used stays");
+    assert_eq!(store.evict(0), Evicted { packs: 1, bytes: sizes[1] }, "used packs stay");
 }
 
 #[test]
-fn a_forgotten_record_is_gone_and_a_new_one_takes_its_place() {
+fn a_forgotten_record_is_replaced_by_a_new_one() {
     let (dir, store) = store_of(&records());
     let fresh = record(name("a/model"), recipe(Stage::Model, 1), 1, &(4_u64, Some(0.5))).unwrap();
     assert!(store.differs(&fresh) && !store.differs(&records()[2]));
     assert!(store.problems()[0].contains("a/model"));
     store.forget(&[fresh.head.recipe.address()]);
     store.put(&[fresh]).unwrap();
-    let store = Store::look(dir.path()).unwrap();
+    let store = Store::open_read_only(dir.path()).unwrap();
     assert_eq!(store.get(&recipe(Stage::Model, 1).address(), 1), Some((4_u64, Some(0.5))));
 }
 
 #[test]
-fn records_that_are_there_twice_are_all_forgotten() {
+fn all_copies_of_a_record_are_forgotten() {
     let (dir, store) = store_of(&records()[..1]);
     // The other pack has one record more, and another content under the same address.
     let other = record(name("a/track"), recipe(Stage::Track, 1), 1, &states()[..1].to_vec()).unwrap();
@@ -181,11 +181,11 @@ fn records_that_are_there_twice_are_all_forgotten() {
     assert!(store.differs(&records()[0]));
     store.forget(&[recipe(Stage::Track, 1).address()]);
     assert!(store.is_empty());
-    assert!(Store::look(dir.path()).unwrap().is_empty());
+    assert!(Store::open_read_only(dir.path()).unwrap().is_empty());
 }
 
 #[test]
-fn what_cannot_be_read_is_told_and_left_alone() {
+fn unreadable_packs_are_reported_and_left_in_place() {
     let (dir, store) = store_of(&records());
     drop(store);
     let folder = dir.path().join(".store/packs/folder.pack");
@@ -193,15 +193,15 @@ fn what_cannot_be_read_is_told_and_left_alone() {
     let store = Store::open(dir.path()).unwrap();
     assert_eq!((store.len(), store.problems().len()), (4, 1));
     assert!(folder.exists());
-    // Who only looks removes nothing, damaged or not.
+    // A store that is open for reading only removes nothing.
     std::fs::remove_dir(&folder).unwrap();
     std::fs::write(only_pack(dir.path()), "short").unwrap();
-    assert!(Store::look(dir.path()).unwrap().is_empty());
+    assert!(Store::open_read_only(dir.path()).unwrap().is_empty());
     assert!(only_pack(dir.path()).exists());
 }
 
 #[test]
-fn what_a_killed_run_left_is_swept_and_what_is_in_use_is_not() {
+fn remains_of_a_killed_run_are_swept_and_folders_in_use_are_not() {
     let dir = tempfile::tempdir().unwrap();
     let store = Store::open(dir.path()).unwrap();
     let used = store.staging().unwrap();

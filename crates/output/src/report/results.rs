@@ -155,7 +155,7 @@ impl Results {
 
     pub(super) fn parquet(&self, name: &str, columns: &[&str]) -> Result<DataFrame, ResultsError> {
         let bytes = read_whole(&self.folder, &self.manifest, name, LARGEST_TABLE)?;
-        let fail = |e: &dyn std::fmt::Display| store::StoreError::new(&self.folder.join(name), e);
+        let fail = |e: &dyn std::fmt::Display| store::StoreError::new(&self.folder.join(name), e.to_string());
         // polars panics on some damaged files, and whoever damages one can make its digest fit.
         match catch(|| frame::from_parquet(bytes, columns)) {
             Ok(table) => Ok(table.map_err(|e| fail(&e))?),

@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::observe::progress::{self, Running};
+use crate::engine::observe::progress::{self, ObservedRun};
 
 const HOSTILE: &str =
     "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";
@@ -172,7 +172,7 @@ fn hostile_texts_are_texts() {
         summary.claims.hold = u64::MAX;
         summary
     };
-    let told = |text: &str| progress::ProgressSnapshot {
+    let snapshot = |text: &str| progress::ProgressSnapshot {
         format: progress::FORMAT,
         experiment: text.into(),
         title: text.into(),
@@ -197,7 +197,7 @@ fn hostile_texts_are_texts() {
         );
         assert_eq!(write_index(dir.path()).unwrap().warnings.len(), 1);
         let site = collect(dir.path());
-        let running = [true, false].map(|alive| Running { alive, told: told(text) });
+        let running = [true, false].map(|alive| ObservedRun { alive, snapshot: snapshot(text) });
         [std::fs::read_to_string(dir.path().join(INDEX)).unwrap(), render_live(&site, &running, 7).unwrap()]
     };
     for (page, harmless) in pages(HOSTILE).iter().zip(pages("word")) {
@@ -216,7 +216,7 @@ fn hostile_texts_are_texts() {
 fn runs_are_shown_above_reports() {
     let dir = tempfile::tempdir().unwrap();
     put(dir.path(), "a", &json(&a("a")));
-    let told = progress::ProgressSnapshot {
+    let snapshot = progress::ProgressSnapshot {
         format: progress::FORMAT,
         experiment: "mine/a".into(),
         title: "My run".into(),
@@ -229,7 +229,7 @@ fn runs_are_shown_above_reports() {
         now: vec!["Girl".into(), "Bolt".into()],
     };
     let show = |alive: bool| {
-        let run = Running { alive, told: told.clone() };
+        let run = ObservedRun { alive, snapshot: snapshot.clone() };
         render_live(&collect(dir.path()), &[run], 1125).unwrap()
     };
     let page = show(true);

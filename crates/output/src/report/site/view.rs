@@ -3,7 +3,7 @@
 use super::super::ReportError;
 use super::super::html::Parts;
 use super::{Best, ClaimCounts, MARKDOWN, Site, Summary};
-use crate::engine::observe::progress::Running;
+use crate::engine::observe::progress::ObservedRun;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -32,7 +32,7 @@ struct Group<'s> {
 
 #[derive(Serialize)]
 struct Run<'s> {
-    run: &'s Running,
+    run: &'s ObservedRun,
     elapsed: String,
     silent: String,
 }
@@ -49,11 +49,11 @@ pub fn render(site: &Site) -> Result<String, ReportError> {
 ///
 /// # Errors
 /// As [`render`].
-pub fn render_live(site: &Site, running: &[Running], now: u64) -> Result<String, ReportError> {
+pub fn render_live(site: &Site, running: &[ObservedRun], now: u64) -> Result<String, ReportError> {
     page(site, running, Some(now))
 }
 
-fn page(site: &Site, running: &[Running], now: Option<u64>) -> Result<String, ReportError> {
+fn page(site: &Site, running: &[ObservedRun], now: Option<u64>) -> Result<String, ReportError> {
     let parts = Parts {
         template: include_str!("../templates/site.html"),
         style: concat!(include_str!("../templates/page.css"), include_str!("../templates/site.css")),
@@ -62,7 +62,7 @@ fn page(site: &Site, running: &[Running], now: Option<u64>) -> Result<String, Re
     parts.fill(&view(site, running, now))
 }
 
-fn view<'s>(site: &'s Site, running: &'s [Running], now: Option<u64>) -> View<'s> {
+fn view<'s>(site: &'s Site, running: &'s [ObservedRun], now: Option<u64>) -> View<'s> {
     let mut total = ClaimCounts::default();
     for (_, summary) in &site.reports {
         let ClaimCounts { hold, do_not_hold, cannot_be_tested } = summary.claims;
@@ -82,12 +82,12 @@ fn view<'s>(site: &'s Site, running: &'s [Running], now: Option<u64>) -> View<'s
         Report { folder, summary, best }
     };
     let clock = now.unwrap_or_default();
-    let run = |run: &'s Running| {
-        let end = if run.alive { clock } else { run.told.updated };
+    let run = |run: &'s ObservedRun| {
+        let end = if run.alive { clock } else { run.snapshot.updated };
         Run {
             run,
-            elapsed: duration(end.saturating_sub(run.told.started)),
-            silent: duration(clock.saturating_sub(run.told.updated)),
+            elapsed: duration(end.saturating_sub(run.snapshot.started)),
+            silent: duration(clock.saturating_sub(run.snapshot.updated)),
         }
     };
     View {
