@@ -38,10 +38,9 @@ fn particles(criterion: &mut Criterion) {
     ];
     for (name, params, frame) in cases {
         let setup = ENTRY.build_from_text(params).expect("the parameters are valid");
-        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
-        let mut tracker = setup.open(&start).expect("it opens");
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
         let region = Region::Rect(Rect::new(140.0, 80.0, 40.0, 80.0));
-        tracker.init(frame, &region).expect("it starts");
+        let (mut tracker, _) = setup.start(&context, frame, &region).expect("it starts");
         let mut group = criterion.benchmark_group(name);
         group.bench_with_input(BenchmarkId::from_parameter(400), &400, |bencher, _| {
             bencher.iter(|| tracker.update(black_box(frame)).expect("it goes on"))

@@ -36,10 +36,9 @@ fn filters(criterion: &mut Criterion) {
     ];
     for (name, entry, params) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
-        let mut tracker = setup.open(&start).expect("it opens");
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
         let region = Region::Rect(Rect::new(288.0, 208.0, 64.0, 64.0));
-        tracker.init(&frames[7], &region).expect("it starts");
+        let (mut tracker, _) = setup.start(&context, &frames[7], &region).expect("it starts");
         let mut group = criterion.benchmark_group(name);
         let mut turn = frames.iter().cycle();
         group.bench_with_input(BenchmarkId::from_parameter(64), &64, |bencher, _| {

@@ -49,11 +49,11 @@ fn track(c: &mut Criterion) {
         let q = sequence("synthetic-otb", name);
         let pixels = frames(&q, 50);
         let first = q.truth[0].clone().expect("synthetic truth is complete");
-        let start = RunContext { sequence: &q, run: 0, seed: 0, data_root: None };
+        let context = RunContext { sequence: &q, start_frame: 0, run: 0, seed: 0, data_root: None };
         group.bench_function(name, |b| {
             b.iter(|| {
-                let mut t = setup.open(&start).expect("ncc opens everywhere");
-                t.init(&pixels[0], &first).expect("ncc starts everywhere");
+                let started = setup.start(&context, &pixels[0], &first);
+                let (mut t, _) = started.expect("ncc starts everywhere");
                 for f in &pixels[1..] {
                     black_box(t.update(f).expect("ncc goes on"));
                 }

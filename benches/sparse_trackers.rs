@@ -38,9 +38,9 @@ fn candidates(criterion: &mut Criterion) {
         [&sparse_prototypes::ENTRY, &ivt::ENTRY, &adaptive_local_sparse::ENTRY];
     for entry in entries {
         let setup = entry.build_from_text("{}").expect("the defaults are valid");
-        let start = RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None };
-        let mut tracker = setup.open(&start).expect("it opens");
-        tracker.init(&frames[0], &Region::Rect(Rect::new(148.0, 88.0, 64.0, 64.0))).expect("it starts");
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+        let region = Region::Rect(Rect::new(148.0, 88.0, 64.0, 64.0));
+        let (mut tracker, _) = setup.start(&context, &frames[0], &region).expect("it starts");
         for frame in &frames {
             tracker.update(frame).expect("it goes on");
         }

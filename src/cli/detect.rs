@@ -193,18 +193,16 @@ fn track(
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
     let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
     let broken = |e: &dyn std::fmt::Display| Failure::Data(format!("{}: {e}", entry.kind));
-    let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
-    let mut tracker = setup.open(&start).map_err(|e| broken(&e))?;
+    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed, data_root: None };
     let first = sequence.truth.first().and_then(Option::as_ref);
     let first = first.ok_or_else(|| Failure::Data(format!("{} has no frame", args.frames.display())))?;
     let frame = frames.frame(&sequence, 0).map_err(|e| Failure::Data(e.to_string()))?;
-    let state = tracker.init(&frame, first).map_err(|e| broken(&e))?;
+    let (mut tracker, state) = setup.start(&context, &frame, first).map_err(|e| broken(&e))?;
     let model = Models { args, own: setup.params() == built_in_params() };
     let ready = ready_for(methods, state.posterior.is_some(), is_default, &model)?;
     let mut states = vec![state];
     let signals = compute_signals(&sequence, &frames, &ready, |t, frame| {
         if t > 0 {
-            tracker.at(t);
             states.push(tracker.update(frame).map_err(|e| broken(&e))?);
         }
         Ok(states[t].clone())

@@ -26,7 +26,7 @@ pub struct Args {
 /// for anything else that ends the session early.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (entry, setup) = live_tracker(&args.tracker, &args.params)?;
-    let server = Server { name: entry.kind, description: entry.summary, setup: &*setup, seed: args.seed };
+    let server = Server { name: entry.kind, description: entry.summary, config: &*setup, seed: args.seed };
     server.serve(stdin().lock(), stdout().lock()).map_err(|e| match e {
         SessionError::Image(_) => Failure::Data(e.to_string()),
         e => Failure::Io(e.to_string()),

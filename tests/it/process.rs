@@ -150,15 +150,12 @@ fn computed(output: &Output) -> usize {
 
 /// The first `n` frames.
 fn track(setup: &dyn TrackerConfig, sequence: &Sequence, n: usize) -> Vec<TrackerState> {
-    let start = RunContext { sequence, run: 0, seed: 5, data_root: None };
-    let mut tracker = setup.open(&start).unwrap();
+    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 5, data_root: None };
     let region = sequence.truth[0].clone().unwrap();
-    let mut step = |t| {
-        tracker.at(t);
-        let frame = sequence.frame(t).unwrap();
-        if t == 0 { tracker.init(&frame, &region) } else { tracker.update(&frame) }
-    };
-    (0..n).map(|t| step(t).unwrap_or_else(|e| panic!("{e}"))).collect()
+    let frame = |t| sequence.frame(t).unwrap();
+    let (mut tracker, first) = setup.start(&context, &frame(0), &region).unwrap_or_else(|e| panic!("{e}"));
+    let rest = (1..n).map(|t| tracker.update(&frame(t)).unwrap_or_else(|e| panic!("{e}")));
+    std::iter::once(first).chain(rest).collect()
 }
 
 fn built_in(kind: &str) -> Box<dyn TrackerConfig> {

@@ -12,7 +12,7 @@ use trackfail::image::Frame;
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
-use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
+use trackfail::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerState};
 
 /// Where something colored like the target is in a frame.
 type Place = fn(usize) -> Option<(f64, f64)>;
@@ -104,15 +104,21 @@ fn judge(
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
     let setup: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
-    let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
-    let mut tracker = setup.open(&start).unwrap();
+    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed, data_root: None };
+    let mut tracker: Option<Box<dyn Tracker>> = None;
     let mut session = plugin::find(SIGNALS, signal.0).unwrap().build_from_text(signal.1).unwrap().start();
     let (mut regions, mut values) = (Vec::new(), Vec::new());
     for t in 0..frames {
         let frame = sequence.frame(t).unwrap();
         let first = sequence.truth[0].as_ref().unwrap();
-        let state: TrackerState =
-            if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) }.unwrap();
+        let state: TrackerState = match &mut tracker {
+            Some(tracker) => tracker.update(&frame).unwrap(),
+            None => {
+                let (started, state) = setup.start(&context, &frame, first).unwrap();
+                tracker = Some(started);
+                state
+            }
+        };
         values.push(session.push(&frame, &state));
         regions.push(state.region);
     }

@@ -25,29 +25,9 @@ pub fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }
 
-/// The random stream of a tracker, which can begin again and be copied.
-#[derive(Debug, Clone)]
-pub struct Stream {
-    seed: u64,
-    /// Where it has got to.
-    pub rng: ChaCha8Rng,
-}
-
-impl Stream {
-    /// The stream of a seed, at its beginning.
-    pub fn new(seed: u64) -> Self {
-        Self { seed, rng: rng(seed) }
-    }
-
-    /// Goes back to the beginning.
-    pub fn restart(&mut self) {
-        self.rng = rng(self.seed);
-    }
-
-    /// A stream that goes on as this one or, with a seed, that of the seed.
-    pub fn fork(&self, seed: Option<u64>) -> Self {
-        seed.map_or_else(|| self.clone(), Self::new)
-    }
+/// A copy of a random stream or, with a seed, the stream of that seed.
+pub fn fork(stream: &ChaCha8Rng, seed: Option<u64>) -> ChaCha8Rng {
+    seed.map_or_else(|| stream.clone(), rng)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::limits::{Interrupted, RunLimits};
 use crate::region::Region;
 use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
-use crate::tracker::{self, RunContext, TrackerConfig, TrackerState};
+use crate::tracker::{self, RunContext, StartedTracker, TrackerConfig, TrackerState};
 use crate::{image::Frame, signal};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -86,7 +86,7 @@ impl Pass {
             let out = [left_out.get(k), left_out.get(decoder)].into_iter().flatten().flatten().next();
             running.push(match out {
                 Some(reason) => Err(in_words(reason.clone())),
-                _ => watch.step(k, || self.open(task)).map_err(in_words).flatten(),
+                _ => watch.step(k, || self.open(task)).map_err(in_words),
             });
         }
         for t in 0..self.sequence.len() {
@@ -132,37 +132,43 @@ impl Pass {
         task.states.is_none() || task.signals.iter().any(pixels)
     }
 
-    fn open(&self, task: &Task) -> Result<Running, CellError> {
-        let start = RunContext {
+    fn open(&self, task: &Task) -> Running {
+        let wanted = || task.signals.iter().filter_map(|k| self.signals.get(*k));
+        Running {
+            tracker: None,
+            sessions: wanted().map(|s| s.signal.start()).collect(),
+            states: Vec::new(),
+            signals: vec![Vec::with_capacity(self.sequence.len()); task.signals.len()],
+        }
+    }
+
+    fn start(&self, task: &Task, frame: &Frame) -> Result<StartedTracker, CellError> {
+        let context = RunContext {
             sequence: &self.sequence,
+            start_frame: 0,
             run: task.run,
             seed: task.seed,
             data_root: self.data_root.as_deref(),
         };
-        let wanted = || task.signals.iter().filter_map(|k| self.signals.get(*k));
-        Ok(Running {
-            tracker: if task.states.is_some() { None } else { Some(task.setup.open(&start)?) },
-            sessions: wanted().map(|s| s.signal.start()).collect(),
-            states: Vec::new(),
-            signals: vec![Vec::with_capacity(self.sequence.len()); task.signals.len()],
-        })
+        Ok(task.setup.start(&context, frame, self.first_region()?)?)
     }
 
     fn step(&self, task: &Task, running: &mut Running, t: usize, frame: &Frame) -> Result<(), CellError> {
         let fresh;
         let state = match (&mut running.tracker, &task.states) {
-            (Some(tracker), _) => {
-                tracker.at(t);
-                fresh = if t == 0 {
-                    tracker.init(frame, self.first_region()?)?
-                } else {
-                    tracker.update(frame)?
-                };
-                &fresh
-            }
-            (None, states) => states.as_ref().and_then(|s| s.get(t)).ok_or_else(|| {
+            (_, Some(states)) => states.get(t).ok_or_else(|| {
                 CellError::Failed(format!("{}: the kept track has no frame {t}", self.sequence.name))
             })?,
+            (Some(tracker), None) => {
+                fresh = tracker.update(frame)?;
+                &fresh
+            }
+            (empty @ None, None) => {
+                let (tracker, state) = self.start(task, frame)?;
+                *empty = Some(tracker);
+                fresh = state;
+                &fresh
+            }
         };
         for ((session, series), k) in running.sessions.iter_mut().zip(&mut running.signals).zip(&task.signals)
         {
@@ -242,8 +248,13 @@ mod tests {
             serde_json::Value::Null
         }
 
-        fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-            Ok(Box::new(BadTracker(*self, 0)))
+        fn start(
+            &self,
+            _: &RunContext<'_>,
+            _: &Frame,
+            region: &Region,
+        ) -> Result<StartedTracker, TrackerError> {
+            Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialised(region.clone())))
         }
     }
 
@@ -251,10 +262,6 @@ mod tests {
     struct BadTracker(Bad, u32);
 
     impl Tracker for BadTracker {
-        fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-            Ok(TrackerState::initialised(region.clone()))
-        }
-
         fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
             self.1 += 1;
             match self.0 {
@@ -265,10 +272,6 @@ mod tests {
                 Bad::Errs if self.1 == 3 => Err(TrackerError::Broken("lost its file".into())),
                 _ => Ok(TrackerState::tracked(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0)))),
             }
-        }
-
-        fn reset(&mut self) {
-            self.1 = 0;
         }
     }
 

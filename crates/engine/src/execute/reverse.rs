@@ -111,19 +111,17 @@ impl Reversal {
             Some((at, kept)) => (*at, fork(&**kept)?),
             None => {
                 let ReverseSource { sequence, setup, run, seed, data_root, .. } = &self.origin;
-                let start = RunContext { sequence, run: *run, seed: *seed, data_root: data_root.as_deref() };
-                let mut tracker = setup.open(&start).map_err(|e| e.to_string())?;
+                let data_root = data_root.as_deref();
+                let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_root };
                 let truth = sequence.truth.first().and_then(Option::as_ref);
                 let first = truth.ok_or("the first frame has no ground truth to start from")?;
-                tracker.at(0);
-                tracker.init(&*self.frame(0)?, first).map_err(|e| e.to_string())?;
-                (0, tracker)
+                let started = setup.start(&context, &*self.frame(0)?, first);
+                (0, started.map_err(|e| e.to_string())?.0)
             }
         };
         memory.forward.entry(at).or_insert(fork(&*tracker)?);
         while at < t {
             at += 1;
-            tracker.at(at);
             let state = tracker.update(&*self.frame(at)?).map_err(|e| e.to_string())?;
             if Some(&state.region) != self.regions.get(at) {
                 return Err(format!("run again, the tracker gave another answer in frame {at} (from 0)"));
@@ -150,7 +148,6 @@ impl Reversal {
         };
         while at > to {
             at -= 1;
-            tracker.at(at);
             let state = tracker.update(&*self.frame(at)?).map_err(|e| e.to_string())?;
             let errors = memory.backward.entry(from).or_default();
             // What is run again for an earlier frame says the same of the later ones.
@@ -246,15 +243,12 @@ mod tests {
         let entry = plugin::find(TRACKERS, kind).unwrap();
         let setup: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text(entry.example).unwrap());
         let sequence = sequence();
-        let start = RunContext { sequence: &sequence, run: 0, seed: 5, data_root: None };
-        let mut tracker = setup.open(&start).unwrap();
-        let mut regions = Vec::new();
-        for t in 0..FRAMES {
-            let frame = sequence.frame(t).unwrap();
-            let first = sequence.truth[0].as_ref().unwrap();
-            let state = if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) };
-            regions.push(state.unwrap().region);
-        }
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 5, data_root: None };
+        let frame = |t: usize| sequence.frame(t).unwrap();
+        let (mut tracker, first) =
+            setup.start(&context, &frame(0), sequence.truth[0].as_ref().unwrap()).unwrap();
+        let mut regions = vec![first.region];
+        regions.extend((1..FRAMES).map(|t| tracker.update(&frame(t)).unwrap().region));
         let frames = Arc::new(FrameCache::new(1 << 24));
         Reversal::new(ReverseSource { sequence, frames, setup, run: 0, seed: 5, data_root: None }, regions)
     }

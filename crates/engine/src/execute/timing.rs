@@ -124,8 +124,9 @@ fn clocked<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
 /// One pass over one track.
 fn time(origin: &ReverseSource, methods: &[Timed]) -> Result<Timing, String> {
     let ReverseSource { sequence, setup, run, seed, data_root, .. } = origin;
-    let start = RunContext { sequence, run: *run, seed: *seed, data_root: data_root.as_deref() };
-    let mut tracker = setup.open(&start).map_err(|e| e.to_string())?;
+    let data_root = data_root.as_deref();
+    let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_root };
+    let mut tracker: Option<Box<dyn Tracker>> = None;
     let first = sequence.truth.first().and_then(Option::as_ref);
     let first = first.ok_or("the first frame has no ground truth to start from")?;
     let goes_back = methods.iter().any(|m| m.ready_detector.fixed.detector.needs_reverse());
@@ -136,21 +137,20 @@ fn time(origin: &ReverseSource, methods: &[Timed]) -> Result<Timing, String> {
     let (mut regions, mut forks) = (Vec::new(), Vec::new());
     for t in 0..sequence.len() {
         let frame = origin.frames.frame(sequence, t).map_err(|e| e.to_string())?;
-        tracker.at(t);
-        let state: TrackerState =
-            clocked(
-                &mut tracking,
-                || {
-                    if t == 0 { tracker.init(&frame, first) } else { tracker.update(&frame) }
-                },
-            )
-            .map_err(|e| e.to_string())?;
+        let step = || match &mut tracker {
+            Some(tracker) => tracker.update(&frame),
+            None => setup.start(&context, &frame, first).map(|(started, state)| {
+                tracker = Some(started);
+                state
+            }),
+        };
+        let state: TrackerState = clocked(&mut tracking, step).map_err(|e| e.to_string())?;
         for ((session, series), spent) in sessions.iter_mut().zip(&mut signals).zip(&mut reading) {
             let read = || session.as_mut().map_or(0.0, |s| s.push(&frame, &state));
             series.push(clocked(spent, read));
         }
         if goes_back {
-            forks.push(tracker.fork(None).ok_or(reverse::CANNOT)?);
+            forks.push(tracker.as_ref().and_then(|tracker| tracker.fork(None)).ok_or(reverse::CANNOT)?);
         }
         regions.push(state.region);
     }
@@ -213,7 +213,6 @@ impl<'a> Live<'a> {
         let mut region = None;
         for t in (to..from).rev() {
             let frame = self.origin.frames.frame(&self.origin.sequence, t).map_err(|e| e.to_string())?;
-            tracker.at(t);
             let state = clocked(&mut running, || tracker.update(&frame)).map_err(|e| e.to_string())?;
             region = Some(state.region);
         }

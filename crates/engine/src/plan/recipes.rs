@@ -64,8 +64,8 @@ pub fn track(
     if tracker.setup.uses_seed() {
         recipe = recipe.with("seed", seed);
     }
-    let start = RunContext { sequence, run, seed, data_root };
-    let inputs = tracker.setup.inputs(&start)?;
+    let context = RunContext { sequence, start_frame: 0, run, seed, data_root };
+    let inputs = tracker.setup.inputs(&context)?;
     if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }

@@ -3,6 +3,7 @@
 //! `replay` and `process` are not run here: one needs result files, the other a program. Their
 //! parameters are checked as everybody's.
 
+use super::testing::{context, track};
 use super::*;
 use crate::dataset::synthetic;
 use crate::plugin::RawParams;
@@ -24,16 +25,6 @@ fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
     (q, frames)
 }
 
-fn open(setup: &dyn TrackerConfig, sequence: &Sequence, seed: u64) -> Box<dyn Tracker> {
-    setup.open(&RunContext { sequence, run: 0, seed, data_root: None }).unwrap()
-}
-
-/// One pass from the first frame on.
-fn track(tracker: &mut dyn Tracker, frames: &[Frame], region: &Region) -> Vec<TrackerState> {
-    let first = tracker.init(&frames[0], region).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
-}
-
 fn finite(state: &TrackerState) -> bool {
     let corners = state.region.corners();
     let moments = state.posterior.iter().flat_map(|m| {
@@ -43,17 +34,15 @@ fn finite(state: &TrackerState) -> bool {
 }
 
 #[test]
-fn same_seed_same_track_also_after_a_reset() {
+fn same_seed_same_track_also_after_a_restart() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let mut tracker = open(&*setup, &q, 7);
-        let first = track(&mut *tracker, &frames, &region);
-        tracker.reset();
-        assert_eq!(track(&mut *tracker, &frames, &region), first, "{}: after a reset", e.kind);
+        let config = e.build_from_text(e.example).unwrap();
+        let first = track(&*config, &q, 7, &region, &frames);
+        assert_eq!(track(&*config, &q, 7, &region, &frames), first, "{}: started again", e.kind);
         let again = e.build_from_text(e.example).unwrap();
-        assert_eq!(track(&mut *open(&*again, &q, 7), &frames, &region), first, "{}: opened again", e.kind);
+        assert_eq!(track(&*again, &q, 7, &region, &frames), first, "{}: built again", e.kind);
     }
 }
 
@@ -62,9 +51,9 @@ fn trackers_that_use_no_seed_give_the_same_track_with_any() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let tracks = [1, 2].map(|seed| track(&mut *open(&*setup, &q, seed), &frames, &region));
-        assert_eq!(setup.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
+        let config = e.build_from_text(e.example).unwrap();
+        let tracks = [1, 2].map(|seed| track(&*config, &q, seed, &region, &frames));
+        assert_eq!(config.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
     }
 }
 
@@ -74,9 +63,10 @@ fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let mut tracker = open(&*setup, &q, 7);
-        let states = track(&mut *tracker, &frames[..12], &region);
+        let config = e.build_from_text(e.example).unwrap();
+        let (mut tracker, first) = config.start(&context(&q, 7), &frames[0], &region).unwrap();
+        let mut states = vec![first];
+        states.extend(frames[1..12].iter().map(|f| tracker.update(f).unwrap()));
         let Some(mut same) = tracker.fork(None) else {
             assert!(states.iter().all(|s| s.posterior.is_none()), "{}: a posterior, but no fork", e.kind);
             continue;
@@ -93,7 +83,7 @@ fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
         assert_ne!(rest, reseeded, "{}: a fork of another seed", e.kind);
         assert_eq!(
             [states, rest].concat(),
-            track(&mut *open(&*setup, &q, 7), &frames, &region),
+            track(&*config, &q, 7, &region, &frames),
             "{}: forked from",
             e.kind
         );
@@ -105,8 +95,8 @@ fn answers_are_finite_and_marked() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let states = track(&mut *open(&*setup, &q, 3), &frames, &region);
+        let config = e.build_from_text(e.example).unwrap();
+        let states = track(&*config, &q, 3, &region, &frames);
         assert_eq!((states[0].status, &states[0].region), (Status::Initialised, &region), "{}", e.kind);
         for (t, s) in states.iter().enumerate() {
             assert!(finite(s), "{} frame {t}: {s:?}", e.kind);
@@ -119,8 +109,8 @@ fn answers_are_finite_and_marked() {
 fn one_frame_is_enough() {
     let (q, frames) = excerpt(1);
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let states = track(&mut *open(&*setup, &q, 1), &frames, q.truth[0].as_ref().unwrap());
+        let config = e.build_from_text(e.example).unwrap();
+        let states = track(&*config, &q, 1, q.truth[0].as_ref().unwrap(), &frames);
         assert!(states.len() == 1 && finite(&states[0]), "{}", e.kind);
     }
 }
@@ -146,11 +136,10 @@ fn survives_tiny_huge_and_distant_boxes() {
     .into();
     regions.push(Region::Polygon(vec![(30.0, 20.0), (60.0, 40.0), (50.0, 55.0), (20.0, 35.0)]));
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
+        let config = e.build_from_text(e.example).unwrap();
         for region in &regions {
             q.truth.fill(Some(region.clone()));
-            let mut tracker = open(&*setup, &q, 1);
-            if let Ok(first) = tracker.init(&frames[0], region) {
+            if let Ok((mut tracker, first)) = config.start(&context(&q, 1), &frames[0], region) {
                 assert!(finite(&first), "{} {region:?}", e.kind);
                 for f in &frames[1..] {
                     if let Ok(s) = tracker.update(f) {
@@ -167,25 +156,12 @@ fn frames_without_contrast_are_survived() {
     let (q, _) = excerpt(4);
     for level in [0, 255] {
         let frames = vec![Frame::new(64, 48, vec![level; 3 * 64 * 48]); 4];
+        let region = Region::Rect(Rect::new(20.0, 10.0, 16.0, 20.0));
         for e in runnable() {
-            let setup = e.build_from_text(e.example).unwrap();
-            let states =
-                track(&mut *open(&*setup, &q, 1), &frames, &Region::Rect(Rect::new(20.0, 10.0, 16.0, 20.0)));
+            let config = e.build_from_text(e.example).unwrap();
+            let states = track(&*config, &q, 1, &region, &frames);
             assert!(states.iter().all(finite), "{} on grey level {level}", e.kind);
         }
-    }
-}
-
-#[test]
-fn an_update_before_the_initialisation_is_an_error() {
-    let (q, frames) = excerpt(1);
-    for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
-        let mut tracker = open(&*setup, &q, 1);
-        assert!(tracker.update(&frames[0]).is_err(), "{}", e.kind);
-        tracker.init(&frames[0], q.truth[0].as_ref().unwrap()).unwrap();
-        tracker.reset();
-        assert!(tracker.update(&frames[0]).is_err(), "{} after a reset", e.kind);
     }
 }
 
@@ -258,9 +234,9 @@ fn output_is_that_of_the_version() {
     let region = q.truth[0].clone().unwrap();
     let mut wrong = vec![];
     for e in runnable() {
-        let setup = e.build_from_text(e.example).unwrap();
+        let config = e.build_from_text(e.example).unwrap();
         let mut hash = Sha256::new();
-        for s in track(&mut *open(&*setup, &q, 2016), &frames, &region) {
+        for s in track(&*config, &q, 2016, &region, &frames) {
             for (x, y) in s.region.corners() {
                 hash.update(((x * 100.0).round() as i64).to_le_bytes());
                 hash.update(((y * 100.0).round() as i64).to_le_bytes());

@@ -34,7 +34,7 @@
 //! precision of 0.107.
 
 use super::correlation::{label, peak};
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_grey};
 use crate::image::{Frame, Window};
@@ -132,17 +132,30 @@ impl TrackerConfig for Dsst {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
+    fn start(
+        &self,
+        _: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let first = upright(region);
+        if ![first.x, first.y, first.w, first.h].iter().all(|v| v.is_finite()) {
+            return Err(TrackerError::Broken("dsst: the first region is no region".into()));
+        }
+        let p = &self.0;
+        let mut target = Target::new(p, frame, region);
+        target.learn(p, frame);
+        let tracker = Tracking { params: p.clone(), target };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
 struct Tracking {
     params: Params,
-    target: Option<Target>,
+    target: Target,
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 struct Target {
     /// The first region as a rectangle, and the scale that it was given.
     first: Rect,
@@ -381,28 +394,11 @@ fn upright(region: &Region) -> Rect {
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let first = upright(region);
-        if ![first.x, first.y, first.w, first.h].iter().all(|v| v.is_finite()) {
-            return Err(TrackerError::Broken("dsst: the first region is no region".into()));
-        }
-        let mut target = Target::new(&self.params, frame, region);
-        target.learn(&self.params, frame);
-        self.target = Some(target);
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(target) = &mut self.target else {
-            return Err(TrackerError::Broken("dsst: a frame before the initialisation".into()));
-        };
+        let target = &mut self.target;
         target.follow(&self.params, frame);
         target.learn(&self.params, frame);
         Ok(TrackerState::tracked(Region::Rect(target.rect())))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
     }
 }
 

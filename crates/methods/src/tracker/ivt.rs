@@ -12,8 +12,10 @@
 //! within the subspace.
 
 use super::sparse_prototypes::{Model, Tracking};
-use super::{RunContext, Tracker, TrackerConfig, TrackerError};
+use super::{RunContext, StartedTracker, TrackerConfig, TrackerError};
+use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
 /// Parameters.
@@ -92,7 +94,12 @@ impl TrackerConfig for Ivt {
         show_params(&self.0)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking::new(self.0.model(), start.seed)))
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        Tracking::start(self.0.model(), context.seed, frame, region)
     }
 }

@@ -26,7 +26,7 @@
 //! with the frame and, if scaled, between 4 pixels and the frame's size; a window without contrast leaves it where it was.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch};
 use crate::image::{Frame, Window};
@@ -181,17 +181,30 @@ impl TrackerConfig for Kcf {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
+    fn start(
+        &self,
+        _: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
+            return Err(TrackerError::Broken("kcf: the first region is no region".into()));
+        }
+        let p = &self.0;
+        let mut target = Target::new(p, frame, region);
+        target.look(p, &reduced(frame, target.halvings), 1.0);
+        target.filter.learn(&target.features);
+        let tracker = Tracking { params: p.clone(), target };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
 struct Tracking {
     params: Checked,
-    target: Option<Target>,
+    target: Target,
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 struct Target {
     region: Region,
     /// The region's upright rectangle and how far it has moved since, in pixels of the frame.
@@ -345,21 +358,8 @@ impl Target {
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-            return Err(TrackerError::Broken("kcf: the first region is no region".into()));
-        }
-        let mut target = Target::new(&self.params, frame, region);
-        target.look(&self.params, &reduced(frame, target.halvings), 1.0);
-        target.filter.learn(&target.features);
-        self.target = Some(target);
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(target) = &mut self.target else {
-            return Err(TrackerError::Broken("kcf: a frame before the initialisation".into()));
-        };
+        let target = &mut self.target;
         let p = &self.params;
         let small = reduced(frame, target.halvings);
         target.follow(p, &small);
@@ -367,10 +367,6 @@ impl Tracker for Tracking {
         target.look(p, &small, target.scale);
         target.filter.learn(&target.features);
         Ok(TrackerState::tracked(target.region(p)))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
     }
 }
 

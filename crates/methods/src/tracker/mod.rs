@@ -1,7 +1,8 @@
 //! Trackers: from the frames of a sequence to a region a frame.
 //!
-//! A plugin is one file with parameters, a [`TrackerConfig`] and an `ENTRY` in [`TRACKERS`]. A setup is shared
-//! by all sequences; `open` makes a fresh [`Tracker`] for one sequence and run.
+//! A plugin is one file with parameters, a [`TrackerConfig`] and an `ENTRY` in [`TRACKERS`]. A configuration is
+//! shared by all sequences; [`TrackerConfig::start`] starts a [`Tracker`] on one target. A restart is a new start
+//! with the same context, so that it draws the same stream of random numbers.
 
 pub mod adaptive_local_sparse;
 mod affine_candidates;
@@ -25,6 +26,8 @@ pub mod trax;
 
 #[cfg(test)]
 mod conformance;
+#[cfg(test)]
+mod testing;
 
 use crate::dataset::Sequence;
 use crate::image::Frame;
@@ -98,10 +101,13 @@ pub enum TrackerError {
     Broken(String),
 }
 
-/// What a tracker may know before it starts.
+/// What a tracker may know when it starts.
+#[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     /// The sequence; online trackers may use its size and length, only replays and oracles its truth.
     pub sequence: &'a Sequence,
+    /// Index of the frame that the tracker starts in, from 0.
+    pub start_frame: usize,
     /// Repetition, from 0.
     pub run: u32,
     /// Seed made from the names of experiment, sequence, tracker and run.
@@ -109,6 +115,9 @@ pub struct RunContext<'a> {
     /// Folder that relative result paths start from, if the user gave one.
     pub data_root: Option<&'a std::path::Path>,
 }
+
+/// A tracker at work, and its state in the frame that it was started in.
+pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
 
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Send + Sync {
@@ -143,46 +152,38 @@ pub trait TrackerConfig: Send + Sync {
     ///
     /// # Errors
     /// When it has none for this sequence and run.
-    fn inputs(&self, _start: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
+    fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
         Ok(Vec::new())
     }
 
-    /// A fresh tracker for one sequence and run.
+    /// Starts a tracker with the target at `region` in `frame`, the frame of index [`RunContext::start_frame`].
     ///
     /// # Errors
     /// When it cannot start, e.g. a result file is absent or broken.
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError>;
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError>;
 }
 
-/// A tracker at work. `init` comes first; then one `update` a frame, in order.
+/// A tracker that has been started on a target and gets the frames that follow, each once and in order.
 pub trait Tracker: Send {
-    /// Says which frame of the sequence, from 0, the next `init` or `update` is about. Frames may be
-    /// left out in between; a tracker that is told nothing gets every frame from its first on.
-    fn at(&mut self, _frame: usize) {}
-
-    /// Starts (again) at `frame` with the target at `region`.
-    ///
-    /// # Errors
-    /// When the tracker cannot start there.
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError>;
-
     /// Finds the target in the next frame.
     ///
     /// # Errors
-    /// When the tracker breaks; a lost target is no error.
+    /// When the tracker breaks; a lost target is no error. A tracker that broke is of no more use.
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError>;
 
-    /// A tracker that goes on from what this one believes now, the model of the target included; the two know
-    /// nothing of each other. Given frames in reverse order it tracks backwards in time. It draws the same random
-    /// numbers as this one would or, with `seed`, those of a track of that seed.
+    /// Copies the tracker, its model of the target included; the copy and the original do not affect each other.
+    /// Given the frames before this one in reverse order, the copy tracks backwards in time. It draws the same
+    /// random numbers as the original would or, with `seed`, those of a track of that seed.
     ///
     /// `None` from trackers that cannot be copied; those that give a [`Moments`] can.
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
         None
     }
-
-    /// Forgets everything, as if newly opened.
-    fn reset(&mut self);
 }
 
 /// Every tracker, by kind.

@@ -23,7 +23,7 @@
 //! choices of this benchmark, after the NCC baseline of the VOT challenges, which has neither scale
 //! nor update.
 
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -88,17 +88,23 @@ impl TrackerConfig for Ncc {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
+    fn start(
+        &self,
+        _: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let tracker = Tracking { params: self.0.clone(), target: Target::new(&self.0, frame, region) };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
 struct Tracking {
     params: Params,
-    target: Option<Target>,
+    target: Target,
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 struct Target {
     region: Region,
     /// Window of the template at the first frame and how far it has moved since.
@@ -111,8 +117,8 @@ struct Target {
     correlator: Correlator,
 }
 
-impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
+impl Target {
+    fn new(p: &Params, frame: &Frame, region: &Region) -> Self {
         let rect = region.rect();
         let (cx, cy) = rect.centre();
         let mut window = Window::from_rect(&rect);
@@ -128,20 +134,17 @@ impl Tracker for Tracking {
         (window.y, window.h) = cut(window.y, window.h, cy, frame.height());
         let side = ((window.w * window.h) as f64).sqrt();
         let longest = frame.width().max(frame.height()) as f64;
-        let radius = (0.5 * self.params.search * side).clamp(2.0, longest).round() as i64;
-        let template = grey(frame, &window).into_iter().map(f64::from).collect();
-        let correlator = Correlator::new(window.w, window.h, radius as usize);
-        let mut target =
-            Target { region: region.clone(), window, moved: (0, 0), radius, template, correlator };
-        target.correlator.set_template(&target.template);
-        self.target = Some(target);
-        Ok(TrackerState::initialised(region.clone()))
+        let radius = (0.5 * p.search * side).clamp(2.0, longest).round() as i64;
+        let template: Vec<f64> = grey(frame, &window).into_iter().map(f64::from).collect();
+        let mut correlator = Correlator::new(window.w, window.h, radius as usize);
+        correlator.set_template(&template);
+        Self { region: region.clone(), window, moved: (0, 0), radius, template, correlator }
     }
+}
 
+impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(t) = &mut self.target else {
-            return Err(TrackerError::Broken("ncc: a frame before the initialisation".into()));
-        };
+        let t = &mut self.target;
         let r = t.radius;
         let last = Window { x: t.window.x + t.moved.0, y: t.window.y + t.moved.1, ..t.window };
         let around = Window {
@@ -182,10 +185,6 @@ impl Tracker for Tracking {
             t.correlator.set_template(&t.template);
         }
         Ok(TrackerState::tracked(t.region.shifted(t.moved.0 as f64, t.moved.1 as f64)))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
     }
 }
 

@@ -26,13 +26,14 @@
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its centre by .8, .9, 1.1 and 1.2 (the same).
 
-use super::{RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::dataset::Sequence;
 use crate::image::Frame;
 use crate::num::seed;
 use crate::region::{Areas, Rect, Region};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// How a tracker is run.
@@ -113,20 +114,20 @@ impl RunProtocol {
     }
 
     /// The tracker under this protocol.
-    pub fn over(self, setup: Arc<dyn TrackerConfig>) -> Arc<dyn TrackerConfig> {
-        if self == Self::OnePass { setup } else { Arc::new(Under { protocol: self, setup }) }
+    pub fn over(self, config: Arc<dyn TrackerConfig>) -> Arc<dyn TrackerConfig> {
+        if self == Self::OnePass { config } else { Arc::new(Under { protocol: self, config }) }
     }
 }
 
 /// A tracker under a protocol.
 struct Under {
     protocol: RunProtocol,
-    setup: Arc<dyn TrackerConfig>,
+    config: Arc<dyn TrackerConfig>,
 }
 
 impl TrackerConfig for Under {
     fn params(&self) -> serde_json::Value {
-        let mut params = self.setup.params();
+        let mut params = self.config.params();
         if let Some(table) = params.as_object_mut() {
             table.insert("protocol".into(), format!("{}/{VERSION}", self.protocol.name()).into());
         }
@@ -134,38 +135,43 @@ impl TrackerConfig for Under {
     }
 
     fn uses_seed(&self) -> bool {
-        self.setup.uses_seed() || self.protocol == RunProtocol::VotRegionNoise
+        self.config.uses_seed() || self.protocol == RunProtocol::VotRegionNoise
     }
 
     fn uses_run(&self) -> bool {
-        self.setup.uses_run() || self.protocol.runs().is_some()
+        self.config.uses_run() || self.protocol.runs().is_some()
     }
 
-    fn inputs(&self, start: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        self.setup.inputs(start)
+    fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        self.config.inputs(context)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        let truth = start.sequence.truth.clone();
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let truth = &context.sequence.truth;
         let first = match self.protocol {
-            RunProtocol::OtbTemporal => start_frame(&truth, start.run),
+            RunProtocol::OtbTemporal => start_frame(truth, context.run),
             _ => 0,
         };
-        let first_region = truth.get(first).cloned().flatten();
-        let noise_seed = seed::seed(start.seed, &["region noise"]);
-        Ok(Box::new(Running {
+        let mut tracker = Supervised {
             protocol: self.protocol,
-            run: start.run,
-            tracker: self.setup.open(start)?,
-            truth,
+            config: self.config.clone(),
+            sequence: context.sequence.clone(),
+            run: context.run,
+            seed: context.seed,
+            data_root: context.data_root.map(Path::to_path_buf),
             first,
-            first_region,
-            noise_seed,
-            rng: seed::rng(noise_seed),
+            rng: seed::rng(seed::seed(context.seed, &["region noise"])),
             frame: 0,
-            next_start: Some(first),
+            phase: Phase::Stopped { until: first },
             last: None,
-        }))
+        };
+        let state = tracker.step(frame, Some(region).filter(|_| first == 0))?;
+        Ok((Box::new(tracker), state))
     }
 }
 
@@ -210,25 +216,35 @@ fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
 }
 
-struct Running {
+/// A tracker that is started, and after failures started again.
+struct Supervised {
     protocol: RunProtocol,
+    config: Arc<dyn TrackerConfig>,
+    sequence: Sequence,
     run: u32,
-    tracker: Box<dyn Tracker>,
-    truth: Vec<Option<Region>>,
-    /// The frame of the first start, and where the target is in it.
+    seed: u64,
+    data_root: Option<PathBuf>,
+    /// Index of the frame of the first start.
     first: usize,
-    first_region: Option<Region>,
-    noise_seed: u64,
+    /// Noise of the start boxes; it goes on over the starts.
     rng: ChaCha8Rng,
-    /// The frame that comes next.
+    /// Index of the frame that comes next.
     frame: usize,
-    /// The frame in which the tracker starts next, where it is not running.
-    next_start: Option<usize>,
-    /// Where it was last seen.
+    phase: Phase,
+    /// The last answer.
     last: Option<Region>,
 }
 
-impl Running {
+/// Whether the tracker is running.
+enum Phase {
+    Running(Box<dyn Tracker>),
+    /// It starts in frame `until`, or the next one with a truth.
+    Stopped {
+        until: usize,
+    },
+}
+
+impl Supervised {
     /// Whether an answer has lost the target, by a protocol that starts anew then.
     fn is_failure(&self, region: &Region, frame: &Frame) -> bool {
         let (areas, frame) = match self.protocol {
@@ -238,14 +254,16 @@ impl Running {
             RunProtocol::VotReset2014 => (Areas::Raster2014, None),
             _ => return false,
         };
-        let truth = self.truth.get(self.frame).and_then(Option::as_ref);
-        truth.is_some_and(|truth| areas.overlap(region, truth, frame) <= 0.0)
+        self.truth(self.frame).is_some_and(|truth| areas.overlap(region, truth, frame) <= 0.0)
+    }
+
+    fn truth(&self, t: usize) -> Option<&Region> {
+        self.sequence.truth.get(t).and_then(Option::as_ref)
     }
 
     /// The region that a start in this frame is given, where it is annotated.
     fn start_region(&mut self, given: Option<&Region>) -> Option<Region> {
-        let truth = self.truth.get(self.frame).cloned().flatten();
-        let region = given.cloned().or(truth)?;
+        let region = given.or(self.truth(self.frame)).cloned()?;
         Some(match self.protocol {
             RunProtocol::OtbSpatial => Region::Rect(spatial(region.rect(), self.run)),
             RunProtocol::VotRegionNoise => disturbed(region.rect(), &mut self.rng),
@@ -253,34 +271,37 @@ impl Running {
         })
     }
 
-    /// One frame; `given` is where the caller says the target is in the first one.
+    /// One frame; `given` is where the caller says the target is in it.
     fn step(&mut self, frame: &Frame, given: Option<&Region>) -> Result<TrackerState, TrackerError> {
         let t = self.frame;
-        let start = match self.next_start {
-            Some(at) if t >= at => self.start_region(given.filter(|_| self.first == 0)),
+        let start = match self.phase {
+            Phase::Stopped { until } if t >= until => self.start_region(given),
             _ => None,
         };
-        let mut state = match (&self.next_start, start) {
-            (None, _) => {
-                self.tracker.at(t);
-                self.tracker.update(frame)?
+        let mut state = match (&mut self.phase, start) {
+            (Phase::Running(tracker), _) => tracker.update(frame)?,
+            (Phase::Stopped { .. }, Some(region)) => {
+                let context = RunContext {
+                    sequence: &self.sequence,
+                    start_frame: t,
+                    run: self.run,
+                    seed: self.seed,
+                    data_root: self.data_root.as_deref(),
+                };
+                let (tracker, state) = self.config.start(&context, frame, &region)?;
+                self.phase = Phase::Running(tracker);
+                state
             }
-            (Some(_), Some(region)) => {
-                self.next_start = None;
-                self.tracker.at(t);
-                self.tracker.init(frame, &region)?
-            }
-            (Some(_), None) => {
+            (Phase::Stopped { .. }, None) => {
                 let none = || TrackerError::Broken("no frame has a ground truth to start from".into());
                 let status = if self.last.is_some() { Status::Skipped } else { Status::Waiting };
-                let region = self.last.clone().or(self.first_region.clone()).ok_or_else(none)?;
+                let region = self.last.as_ref().or(self.truth(self.first)).cloned().ok_or_else(none)?;
                 TrackerState { region, status, posterior: None }
             }
         };
         if state.status == Status::Tracked && self.is_failure(&state.region, frame) {
             state.status = Status::Failed;
-            self.tracker.reset();
-            self.next_start = Some(t + SKIPPED);
+            self.phase = Phase::Stopped { until: t + SKIPPED };
         }
         self.frame = t + 1;
         if state.status != Status::Waiting {
@@ -290,23 +311,9 @@ impl Running {
     }
 }
 
-impl Tracker for Running {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        self.reset();
-        self.step(frame, Some(region))
-    }
-
+impl Tracker for Supervised {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        if self.frame == 0 {
-            return Err(TrackerError::Broken("a frame before the initialisation".into()));
-        }
         self.step(frame, None)
-    }
-
-    fn reset(&mut self) {
-        self.tracker.reset();
-        (self.frame, self.next_start, self.last) = (0, Some(self.first), None);
-        self.rng = seed::rng(self.noise_seed);
     }
 }
 

@@ -31,11 +31,10 @@
 //! (IVT's affine box collapses to a point in `Girl` from frame 402 on; no range used here has one.)
 //! NaN and infinity are always errors, and so is a first box without area.
 //!
-//! All reading is done by `open`. `init` answers with the file's first state, whatever region it is given,
-//! and starts again from the first frame when it is called again.
+//! All files are read at the start, whose answer is the file's first state, whatever region it is given.
 
 use super::results::{Base, Boxes, got10k, official_span, otb_json, otb_text, vot};
-use super::{RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -275,13 +274,15 @@ impl TrackerConfig for Replay {
         true
     }
 
-    fn inputs(&self, start: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(vec![self.find(start.sequence, start.run, start.data_root)?.path])
+    fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        Ok(vec![self.find(context.sequence, context.run, context.data_root)?.path])
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        let states = self.read(start.sequence, start.run, start.data_root)?;
-        Ok(Box::new(Player { states, next: 0 }))
+    fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> Result<StartedTracker, TrackerError> {
+        let states = self.read(context.sequence, context.run, context.data_root)?;
+        let mut player = Player { states, next: 0 };
+        let first = player.step()?;
+        Ok((Box::new(player), first))
     }
 }
 
@@ -302,17 +303,8 @@ impl Player {
 }
 
 impl Tracker for Player {
-    fn init(&mut self, _: &Frame, _: &Region) -> Result<TrackerState, TrackerError> {
-        self.next = 0;
-        self.step()
-    }
-
     fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
         self.step()
-    }
-
-    fn reset(&mut self) {
-        self.next = 0;
     }
 }
 

@@ -29,7 +29,7 @@
 //! nearly equal that a grey level of noise moves its precision from 0.74 to 0.35 or 0.30.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
@@ -124,14 +124,27 @@ impl TrackerConfig for Samf {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
+    fn start(
+        &self,
+        _: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
+            return Err(TrackerError::Broken("samf: the first region is no region".into()));
+        }
+        let p = &self.0;
+        let mut target = Target::new(p, frame, region);
+        target.look(p, &reduced(frame, target.halvings), 1.0);
+        target.filter.learn(&target.features);
+        let tracker = Tracking { params: p.clone(), target };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
 struct Tracking {
     params: Params,
-    target: Option<Target>,
+    target: Target,
 }
 
 /// What a cell shows besides gradients.
@@ -155,7 +168,7 @@ impl Extra {
     }
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 struct Target {
     first: Rect,
     /// How far it has moved, in pixels of the frame, and its size relative to the first.
@@ -319,22 +332,8 @@ fn cell_means(patch: &Patch) -> Vec<f32> {
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-            return Err(TrackerError::Broken("samf: the first region is no region".into()));
-        }
-        let p = &self.params;
-        let mut target = Target::new(p, frame, region);
-        target.look(p, &reduced(frame, target.halvings), 1.0);
-        target.filter.learn(&target.features);
-        self.target = Some(target);
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(target) = &mut self.target else {
-            return Err(TrackerError::Broken("samf: a frame before the initialisation".into()));
-        };
+        let target = &mut self.target;
         let p = &self.params;
         let small = reduced(frame, target.halvings);
         target.follow(p, &small);
@@ -342,10 +341,6 @@ impl Tracker for Tracking {
         target.look(p, &small, 1.0);
         target.filter.learn(&target.features);
         Ok(TrackerState::tracked(Region::Rect(target.rect())))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
     }
 }
 

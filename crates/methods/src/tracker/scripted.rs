@@ -13,14 +13,13 @@
 //! `frame..frame + length`; a loss's failure event is at `frame`. Where `o(t) = 0` both coordinates of
 //! the region are moved by independent jitter, uniform in `[-jitter, jitter]` pixels but at most a
 //! quarter of the longest horizontal (vertical) chord, which leaves a rectangle an overlap of at least
-//! 9/16 of its area. Frame 0 is never moved, nor is any other initialisation. In a frame without truth the last answer repeats.
+//! 9/16 of its area. The region of a start is never moved. In a frame without truth the last answer repeats.
 //!
-//! `init` finds its frame by the region: the first frame, not before the one that would come next,
-//! with exactly this truth; if there is none, the one that would come next. Losses that begin after
+//! The frame of a start is the first one with exactly the given region as its truth, or else frame 0. Losses that begin after
 //! the sequence's end do nothing. This tracker is not of any paper; tests use it because its events are
 //! known beforehand.
 
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed::{rng, seed};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -125,9 +124,17 @@ impl TrackerConfig for Scripted {
         true
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        let truth = start.sequence.truth.clone();
-        Ok(Box::new(Tracking { script: self.clone(), truth, seed: start.seed, next: 0, last: None }))
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        _: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let truth = context.sequence.truth.clone();
+        let start = truth.iter().position(|t| t.as_ref() == Some(region)).unwrap_or(0);
+        let last = region.clone();
+        let tracker = Tracking { script: self.clone(), truth, seed: context.seed, next: start + 1, last };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
@@ -137,34 +144,17 @@ struct Tracking {
     seed: u64,
     /// The frame that comes next.
     next: usize,
-    last: Option<Region>,
+    last: Region,
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let ahead = self.truth.iter().skip(self.next).position(|t| t.as_ref() == Some(region));
-        self.next += ahead.unwrap_or(0) + 1;
-        self.last = Some(region.clone());
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(last) = self.last.take() else {
-            return Err(TrackerError::Broken("scripted: a frame before the initialisation".into()));
-        };
         let t = self.next;
         self.next += 1;
-        let region = match self.truth.get(t) {
-            Some(Some(truth)) => self.displaced(t, truth),
-            Some(None) | None => last,
-        };
-        self.last = Some(region.clone());
-        Ok(TrackerState::tracked(region))
-    }
-
-    fn reset(&mut self) {
-        self.next = 0;
-        self.last = None;
+        if let Some(Some(truth)) = self.truth.get(t) {
+            self.last = self.displaced(t, truth);
+        }
+        Ok(TrackerState::tracked(self.last.clone()))
     }
 }
 
@@ -207,21 +197,16 @@ fn longest_chord(corners: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
     use crate::dataset::synthetic;
+    use crate::tracker::testing::track;
     use proptest::prelude::*;
 
     fn overlaps(params: &str, suite: &str, which: usize, seed: u64) -> Vec<f64> {
-        let setup = ENTRY.build_from_text(params).unwrap();
+        let config = ENTRY.build_from_text(params).unwrap();
         let sequence = synthetic::suite(suite).unwrap().swap_remove(which);
-        let start = RunContext { sequence: &sequence, run: 0, seed, data_root: None };
-        let mut t = setup.open(&start).unwrap();
-        let frame = Frame::new(1, 1, vec![0; 3]);
+        let frames = vec![Frame::new(1, 1, vec![0; 3]); sequence.len()];
         let truth: Vec<_> = sequence.truth.iter().flatten().collect();
-        let mut out = vec![t.init(&frame, truth[0]).unwrap().region.intersection(truth[0])];
-        for g in &truth[1..] {
-            out.push(t.update(&frame).unwrap().region.intersection(g) / g.area());
-        }
-        out[0] /= truth[0].area();
-        out
+        let states = track(&*config, &sequence, seed, truth[0], &frames);
+        states.iter().zip(truth).map(|(s, g)| s.region.intersection(g) / g.area()).collect()
     }
 
     // By hand: losses at 30 for 5 frames and at 41 for 2; width fractions 1, then 1 - 0.25 k.
@@ -265,22 +250,15 @@ mod tests {
     }
 
     #[test]
-    fn finds_its_place_after_a_restart() {
-        let setup = ENTRY.build_from_text("{ losses = [{ frame = 60, length = 3 }], jitter = 2.0 }").unwrap();
+    fn a_start_finds_its_frame_by_the_region() {
+        let config =
+            ENTRY.build_from_text("{ losses = [{ frame = 60, length = 3 }], jitter = 2.0 }").unwrap();
         let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(4);
-        let start = RunContext { sequence: &sequence, run: 0, seed: 5, data_root: None };
-        let frame = Frame::new(1, 1, vec![0; 3]);
         let truth: Vec<_> = sequence.truth.iter().flatten().collect();
-        let mut whole = setup.open(&start).unwrap();
-        whole.init(&frame, truth[0]).unwrap();
-        let all: Vec<_> = (1..truth.len()).map(|_| whole.update(&frame).unwrap().region).collect();
-        let mut cut = setup.open(&start).unwrap();
-        cut.init(&frame, truth[0]).unwrap();
-        cut.update(&frame).unwrap();
-        cut.init(&frame, truth[58]).unwrap();
-        for (t, want) in all.iter().enumerate().skip(58).map(|(k, r)| (k + 1, r)) {
-            assert_eq!(&cut.update(&frame).unwrap().region, want, "frame {t}");
-        }
+        let frames = vec![Frame::new(1, 1, vec![0; 3]); truth.len()];
+        let whole = track(&*config, &sequence, 5, truth[0], &frames);
+        let later = track(&*config, &sequence, 5, truth[58], &frames[58..]);
+        assert_eq!(later[1..], whole[59..]);
     }
 
     // By hand: a square of side 10, the same on its tip, and one turned by 3-4-5, whose chord through a

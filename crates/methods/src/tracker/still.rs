@@ -3,7 +3,7 @@
 //! What any tracker has to beat, and a check of the tables: its overlap is that of the target with its
 //! own first place. No parameters, no randomness, no source.
 
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -35,28 +35,16 @@ impl TrackerConfig for Still {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking(None)))
+    fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> Result<StartedTracker, TrackerError> {
+        Ok((Box::new(Tracking(region.clone())), TrackerState::initialised(region.clone())))
     }
 }
 
-struct Tracking(Option<Region>);
+struct Tracking(Region);
 
 impl Tracker for Tracking {
-    fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        self.0 = Some(region.clone());
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
-        match &self.0 {
-            Some(region) => Ok(TrackerState::tracked(region.clone())),
-            None => Err(TrackerError::Broken("still: a frame before the initialisation".into())),
-        }
-    }
-
-    fn reset(&mut self) {
-        self.0 = None;
+        Ok(TrackerState::tracked(self.0.clone()))
     }
 }
 
@@ -64,21 +52,16 @@ impl Tracker for Tracking {
 mod tests {
     use super::*;
     use crate::region::Rect;
+    use crate::tracker::testing::track;
 
     #[test]
-    fn stays_until_it_is_started_again() {
-        let setup = ENTRY.build_from_text("{}").unwrap();
+    fn stays_where_it_is_started() {
         let sequence = crate::dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-        let start = RunContext { sequence: &sequence, run: 0, seed: 0, data_root: None };
-        let mut t = setup.open(&start).unwrap();
-        let frame = Frame::new(2, 2, vec![0; 12]);
-        assert!(t.update(&frame).is_err());
-        for x in [3.0, 7.5] {
-            let region = Region::Rect(Rect::new(x, 1.0, 2.0, 2.0));
-            t.init(&frame, &region).unwrap();
-            assert_eq!(t.update(&frame).unwrap(), TrackerState::tracked(region.clone()));
-            assert_eq!(t.update(&frame).unwrap().region, region);
-        }
+        let region = Region::Rect(Rect::new(3.0, 1.0, 2.0, 2.0));
+        let frames = vec![Frame::new(2, 2, vec![0; 12]); 3];
+        let states = track(&*ENTRY.build_from_text("{}").unwrap(), &sequence, 0, &region, &frames);
+        assert_eq!(states[0], TrackerState::initialised(region.clone()));
+        assert_eq!(states[1..], [TrackerState::tracked(region.clone()), TrackerState::tracked(region)]);
         assert!(ENTRY.build_from_text("{ speed = 1 }").is_err());
     }
 }

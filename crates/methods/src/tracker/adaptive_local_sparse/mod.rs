@@ -44,16 +44,17 @@ mod coding;
 mod tests;
 
 use super::affine_candidates::{Candidates, Limits, PIXELS, TEMPLATE, check, weigh};
-use super::{RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
-use crate::num::seed::Stream;
+use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use coding::{Coding, Dictionary, PATCHES, normalise};
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// A grey level.
@@ -143,9 +144,21 @@ impl TrackerConfig for AdaptiveLocalSparse {
         show_params(&self.0)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let Some(geometry) = TEMPLATE.geometry(region) else {
+            return Err(TrackerError::Broken("adaptive-local-sparse: the first region is no region".into()));
+        };
         let p = &self.0;
-        Ok(Box::new(Tracking {
+        let estimate = Limits::of(frame).keep(geometry);
+        let mut window = vec![0.0; PIXELS];
+        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
+        let tracker = Tracking {
+            params: p.clone(),
             candidates: Candidates::new(p.samples, p.noise),
             coder: Lasso {
                 lambda: p.lambda as f32,
@@ -154,10 +167,12 @@ impl TrackerConfig for AdaptiveLocalSparse {
                 rounds: p.rounds,
             },
             work: Coding::default(),
-            stream: Stream::new(start.seed),
-            params: p.clone(),
-            target: None,
-        }))
+            rng: seed::rng(context.seed),
+            target: Target::new(estimate, window),
+        };
+        let posterior = Some(tracker.candidates.certain(&estimate, PATCHES as f64));
+        let state = TrackerState { region: region.clone(), status: Status::Initialised, posterior };
+        Ok((Box::new(tracker), state))
     }
 }
 
@@ -167,11 +182,11 @@ struct Tracking {
     candidates: Candidates,
     coder: Lasso,
     work: Coding,
-    stream: Stream,
-    target: Option<Target>,
+    rng: ChaCha8Rng,
+    target: Target,
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 #[derive(Clone)]
 struct Target {
     estimate: Geometry,
@@ -260,29 +275,14 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let Some(geometry) = TEMPLATE.geometry(region) else {
-            return Err(TrackerError::Broken("adaptive-local-sparse: the first region is no region".into()));
-        };
-        let estimate = Limits::of(frame).keep(geometry);
-        let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
-        self.target = Some(Target::new(estimate, window));
-        let posterior = Some(self.candidates.certain(&estimate, PATCHES as f64));
-        Ok(TrackerState { region: region.clone(), status: Status::Initialised, posterior })
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(mut target) = self.target.take() else {
-            let what = "adaptive-local-sparse: a frame before the initialisation";
-            return Err(TrackerError::Broken(what.into()));
-        };
+        let Self { params, candidates, coder, work, rng, target } = self;
         let grey = Grey::of(frame);
-        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.stream.rng);
+        candidates.draw(&target.estimate, &Limits::of(frame), rng);
         let collecting = target.collecting();
         let mut window = vec![0.0; PIXELS];
         let (mut confidences, mut nearest) = (Vec::new(), (f64::INFINITY, 0));
-        for (k, candidate) in self.candidates.states.iter().enumerate() {
+        for (k, candidate) in candidates.states.iter().enumerate() {
             TEMPLATE.sample(&grey, candidate, LEVEL, &mut window);
             if collecting {
                 let to_last = distance(&window, &target.last);
@@ -291,27 +291,21 @@ impl Tracker for Tracking {
                 }
             }
             normalise(&mut window);
-            confidences.push(target.dictionary.confidence(&window, &self.coder, &mut self.work));
+            confidences.push(target.dictionary.confidence(&window, coder, work));
         }
         // A confidence of 0 has a logarithm far below all others.
-        let logarithm = |f: &f64| self.params.weight_exponent * f.max(1e-300).ln();
+        let logarithm = |f: &f64| params.weight_exponent * f.max(1e-300).ln();
         let (weights, best) = weigh(&confidences.iter().map(logarithm).collect::<Vec<_>>());
         let chosen = if collecting { nearest.1 } else { best };
-        let posterior = self.candidates.moments(&weights, confidences[chosen]);
-        target.estimate = self.candidates.states[chosen];
+        let posterior = candidates.moments(&weights, confidences[chosen]);
+        target.estimate = candidates.states[chosen];
         TEMPLATE.sample(&grey, &target.estimate, LEVEL, &mut window);
-        target.learn(window, &self.params, &self.coder, || self.stream.rng.random());
+        target.learn(window, params, coder, || rng.random());
         let region = TEMPLATE.region(&target.estimate);
-        self.target = Some(target);
         Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
-        self.stream.restart();
+        Some(Box::new(Self { rng: seed::fork(&self.rng, seed), ..self.clone() }))
     }
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::dataset::synthetic;
 use crate::region::Rect;
+use crate::tracker::testing;
 use proptest::prelude::*;
 
 /// A textured block of 40 x 40 at `(x, y)`, on a background of another texture.
@@ -26,9 +27,7 @@ fn block(x: f64, y: f64) -> Region {
 fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
     let setup = ENTRY.build_from_text(text).unwrap();
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let mut tracker = setup.open(&RunContext { sequence: &sequence, run: 0, seed, data_root: None }).unwrap();
-    let first = tracker.init(&frames[0], &block(30.0, 20.0)).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+    testing::track(&*setup, &sequence, seed, &block(30.0, 20.0), frames)
 }
 
 // Past the collection of templates and two updates.

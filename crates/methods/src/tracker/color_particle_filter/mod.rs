@@ -23,7 +23,7 @@
 //! The start is the annotation: half its width and height with `theta = 0`, of a turned quadrilateral its
 //! mean sides and its angle; all particles are there unless `initial_spread` says otherwise, so the first
 //! covariance is 0 and the effective number N. One random stream a track, from its seed, is drawn from in a fixed
-//! order (`init`, particles in order, resampling); it runs on through a second `init`.
+//! order (start, particles in order, resampling).
 //!
 //! From the paper (experimental setup): the state, 8 x 8 x 8 bins, RGB for pedestrians and cars and HSV
 //! for faces, N = 400, the five noise numbers, `sigma_c = 0.2`. Choices where it says nothing:
@@ -43,14 +43,17 @@ mod histogram;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{
+    Moments, RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState,
+};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
-use crate::num::seed::Stream;
+use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use histogram::{Binning, Ellipse, Grid, Histogram, MOST_A_CHANNEL, Model};
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
@@ -221,23 +224,41 @@ impl TrackerConfig for ColorParticleFilter {
         show_params(&self.0)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        let hsv = match self.0.color_space {
-            ColorSpace::Auto => start.sequence.attributes.iter().any(|a| a == FACE),
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let annotated = ellipse(region);
+        if annotated.iter().any(|v| !v.is_finite()) {
+            return Err(TrackerError::Broken("color-particle-filter: the first region is no region".into()));
+        }
+        let p = &self.0;
+        let hsv = match p.color_space {
+            ColorSpace::Auto => context.sequence.attributes.iter().any(|a| a == FACE),
             ColorSpace::Rgb => false,
             ColorSpace::Hsv => true,
         };
-        let binning = Binning::new(hsv, self.0.bins);
-        Ok(Box::new(Tracking {
-            deviations: self.deviations(),
-            params: self.0.clone(),
-            stream: Stream::new(start.seed),
-            grid: Grid::default(),
-            histogram: Histogram::new(binning.len()),
-            binning,
-            rho: Vec::new(),
-            target: None,
-        }))
+        let (deviations, mut rng) = (self.deviations(), seed::rng(context.seed));
+        let limits = Limits::new(p, frame);
+        let first = limits.keep(annotated);
+        let mut cloud = Cloud::new(first, p.particles);
+        if p.initial_spread > 0.0 {
+            let wide = deviations.map(|d| d * p.initial_spread);
+            cloud.diffuse(&wide, |e| limits.keep(e), || rng.sample(StandardNormal));
+        }
+        let mut colors = Colors::new(p, hsv);
+        colors.look(frame, [&first]);
+        let histogram = colors.histogram(frame, &first, &mut rng);
+        let shares = histogram.shares();
+        let model = Model::new(&shares);
+        let moments = moments(p, &cloud, &cloud.posterior(), histogram.likeness(&model));
+        let state =
+            TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(moments) };
+        let params = p.clone();
+        let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model, rho: Vec::new() };
+        Ok((Box::new(tracker), state))
     }
 }
 
@@ -245,125 +266,112 @@ impl TrackerConfig for ColorParticleFilter {
 struct Tracking {
     params: Params,
     deviations: Ellipse,
-    stream: Stream,
-    binning: Binning,
-    grid: Grid,
-    histogram: Histogram,
-    rho: Vec<f64>,
-    target: Option<Target>,
-}
-
-/// The target since the last initialisation.
-#[derive(Clone)]
-struct Target {
+    rng: ChaCha8Rng,
+    colors: Colors,
     cloud: Cloud<5>,
     /// `q`, as shares and ready for comparison.
     shares: Vec<f64>,
     model: Model,
+    /// `rho` of the particles.
+    rho: Vec<f64>,
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let annotated = ellipse(region);
-        if annotated.iter().any(|v| !v.is_finite()) {
-            return Err(TrackerError::Broken("color-particle-filter: the first region is no region".into()));
-        }
-        let limits = self.limits(frame);
-        let first = limits.keep(annotated);
-        let mut cloud = Cloud::new(first, self.params.particles);
-        if self.params.initial_spread > 0.0 {
-            let wide = self.deviations.map(|d| d * self.params.initial_spread);
-            cloud.diffuse(&wide, |e| limits.keep(e), || self.stream.rng.sample(StandardNormal));
-        }
-        self.grid.look(frame, &self.binning, [&first]);
-        self.sum(frame, &first);
-        let shares = self.histogram.shares();
-        let target = Target { cloud, model: Model::new(&shares), shares };
-        let likeness = self.histogram.likeness(&target.model);
-        let posterior = self.moments(&target.cloud, &target.cloud.posterior(), likeness);
-        self.target = Some(target);
-        Ok(TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(posterior) })
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(mut target) = self.target.take() else {
-            let what = "color-particle-filter: a frame before the initialisation";
-            return Err(TrackerError::Broken(what.into()));
-        };
-        let Target { cloud, shares, model } = &mut target;
-        let limits = self.limits(frame);
-        cloud.diffuse(&self.deviations, |e| limits.keep(e), || self.stream.rng.sample(StandardNormal));
-        self.grid.look(frame, &self.binning, &cloud.states);
-        self.rho.clear();
+        let Self { params, deviations, rng, colors, cloud, shares, model, rho } = self;
+        let limits = Limits::new(params, frame);
+        cloud.diffuse(deviations, |e| limits.keep(e), || rng.sample(StandardNormal));
+        colors.look(frame, &cloud.states);
+        rho.clear();
         for state in &cloud.states {
-            self.sum(frame, state);
-            self.rho.push(self.histogram.likeness(model));
+            rho.push(colors.histogram(frame, state, rng).likeness(model));
         }
-        cloud.weigh(relative_likelihoods(&self.rho, self.params.sigma_color));
+        cloud.weigh(relative_likelihoods(rho, params.sigma_color));
         let posterior = cloud.posterior();
-        self.sum(frame, &posterior.mean);
-        let moments = self.moments(cloud, &posterior, self.histogram.likeness(model));
-        let rate = self.params.model_update;
-        if rate > 0.0 && moments.likelihood > self.params.update_above {
-            for (q, p) in shares.iter_mut().zip(self.histogram.shares()) {
+        let histogram = colors.histogram(frame, &posterior.mean, rng);
+        let moments = moments(params, cloud, &posterior, histogram.likeness(model));
+        let rate = params.model_update;
+        if rate > 0.0 && moments.likelihood > params.update_above {
+            for (q, p) in shares.iter_mut().zip(histogram.shares()) {
                 *q = (1.0 - rate) * *q + rate * p;
             }
             *model = Model::new(shares);
         }
-        if moments.effective_samples < self.params.resample_below * cloud.states.len() as f64 {
-            cloud.resample(self.params.resampling, &mut self.stream.rng);
+        if moments.effective_samples < params.resample_below * cloud.states.len() as f64 {
+            cloud.resample(params.resampling, rng);
         }
-        self.target = Some(target);
-        let region = region(&posterior.mean, self.params.output);
+        let region = region(&posterior.mean, params.output);
         Ok(TrackerState { region, status: Status::Tracked, posterior: Some(moments) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        // The grid is made anew for each frame.
-        let copy = Self { stream: self.stream.fork(seed), ..self.clone() };
-        Some(Box::new(Self { grid: Grid::default(), ..copy }))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
-        self.stream.restart();
+        Some(Box::new(Self { rng: seed::fork(&self.rng, seed), ..self.clone() }))
     }
 }
 
-impl Tracking {
-    fn limits(&self, frame: &Frame) -> Limits {
-        let shortest = self.params.minimum_axis;
-        let longest = (frame.width().max(frame.height()) as f64).max(shortest);
-        Limits { shortest, longest, wrap: self.params.wrap_orientation }
-    }
+/// Color histograms of ellipses on a frame.
+struct Colors {
+    kernel: Kernel,
+    points: u32,
+    binning: Binning,
+    /// Bins of the pixels of the newest frame.
+    grid: Grid,
+    histogram: Histogram,
+}
 
-    /// Makes `histogram` that of an ellipse on the frame; the grid must have been made for it.
-    fn sum(&mut self, frame: &Frame, ellipse: &Ellipse) {
-        let flat = match self.params.kernel {
-            Kernel::Epanechnikov => false,
-            Kernel::Uniform => true,
-            Kernel::Points => {
-                let (points, rng) = (self.params.points, &mut self.stream.rng);
-                return self.histogram.sum_points(frame, &self.binning, ellipse, points, rng);
-            }
-        };
-        self.histogram.sum_inside(&self.grid, ellipse, flat);
-    }
-
-    fn moments(&self, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness: f64) -> Moments {
-        let row = |(s, w): (&Ellipse, &f64)| [s[0], s[1], s[2], s[3], s[4], *w];
-        let particles = if self.params.keep_particles {
-            cloud.states.iter().zip(&cloud.weights).flat_map(row).collect()
-        } else {
-            Vec::new()
-        };
-        Moments {
-            mean: posterior.mean.to_vec(),
-            covariance: posterior.covariance.as_flattened().to_vec(),
-            effective_samples: cloud.effective(),
-            likelihood: likelihood(likeness, self.params.sigma_color),
-            particles,
+impl Colors {
+    fn new(params: &Params, hsv: bool) -> Self {
+        let binning = Binning::new(hsv, params.bins);
+        Self {
+            kernel: params.kernel,
+            points: params.points,
+            grid: Grid::default(),
+            histogram: Histogram::new(binning.len()),
+            binning,
         }
+    }
+
+    /// Bins the pixels of a frame in and around these ellipses.
+    fn look<'a>(&mut self, frame: &Frame, ellipses: impl IntoIterator<Item = &'a Ellipse>) {
+        self.grid.look(frame, &self.binning, ellipses);
+    }
+
+    /// The histogram of an ellipse; the kernels that weigh pixels need [`Colors::look`] before.
+    fn histogram(&mut self, frame: &Frame, ellipse: &Ellipse, rng: &mut ChaCha8Rng) -> &Histogram {
+        match self.kernel {
+            Kernel::Epanechnikov => self.histogram.sum_inside(&self.grid, ellipse, false),
+            Kernel::Uniform => self.histogram.sum_inside(&self.grid, ellipse, true),
+            Kernel::Points => self.histogram.sum_points(frame, &self.binning, ellipse, self.points, rng),
+        }
+        &self.histogram
+    }
+}
+
+/// The grid is made anew for each frame, so that a copy does without.
+impl Clone for Colors {
+    fn clone(&self) -> Self {
+        Self {
+            binning: self.binning.clone(),
+            grid: Grid::default(),
+            histogram: self.histogram.clone(),
+            ..*self
+        }
+    }
+}
+
+fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness: f64) -> Moments {
+    let row = |(s, w): (&Ellipse, &f64)| [s[0], s[1], s[2], s[3], s[4], *w];
+    let particles = if params.keep_particles {
+        cloud.states.iter().zip(&cloud.weights).flat_map(row).collect()
+    } else {
+        Vec::new()
+    };
+    Moments {
+        mean: posterior.mean.to_vec(),
+        covariance: posterior.covariance.as_flattened().to_vec(),
+        effective_samples: cloud.effective(),
+        likelihood: likelihood(likeness, params.sigma_color),
+        particles,
     }
 }
 
@@ -379,6 +387,12 @@ struct Limits {
 }
 
 impl Limits {
+    fn new(params: &Params, frame: &Frame) -> Self {
+        let shortest = params.minimum_axis;
+        let longest = (frame.width().max(frame.height()) as f64).max(shortest);
+        Self { shortest, longest, wrap: params.wrap_orientation }
+    }
+
     /// The ellipse within the bounds.
     fn keep(&self, [x, y, hx, hy, theta]: Ellipse) -> Ellipse {
         let axis = |h: f64| h.min(self.longest).max(self.shortest);

@@ -3,6 +3,7 @@
 use super::*;
 use crate::dataset::{Sequence, synthetic};
 use crate::num::particles::{Posterior, systematic};
+use crate::tracker::testing;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::sync::LazyLock;
@@ -192,9 +193,7 @@ fn scene(dx: i64, dy: i64) -> Frame {
 
 fn track(text: &str, sequence: &Sequence, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
     let setup = ENTRY.build_from_text(text).unwrap();
-    let mut tracker = setup.open(&RunContext { sequence, run: 0, seed: 11, data_root: None }).unwrap();
-    let first = tracker.init(&frames[0], region).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+    testing::track(&*setup, sequence, 11, region, frames)
 }
 
 fn block(dx: f64, dy: f64) -> Region {
@@ -298,8 +297,7 @@ fn odd_starts_are_survived() {
     let nan = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
     let setup = ENTRY.build_from_text("{}").unwrap();
     let s = sequence(false);
-    let mut tracker = setup.open(&RunContext { sequence: &s, run: 0, seed: 1, data_root: None }).unwrap();
-    assert!(tracker.init(&frames[0], &nan).is_err());
+    assert!(setup.start(&testing::context(&s, 1), &frames[0], &nan).is_err());
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::tracker::correlation::testing::{self, texture};
+use crate::tracker::testing::{self, texture};
 use proptest::prelude::*;
 
 fn follow(params: &str, region: &Region, frames: &[Frame]) -> Rect {

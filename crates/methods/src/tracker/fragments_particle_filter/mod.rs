@@ -40,15 +40,18 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{
+    Moments, RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState,
+};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
-use crate::num::seed::Stream;
+use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use evidence::{Evidence, Place};
 pub use layout::Layout;
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
@@ -160,35 +163,18 @@ impl TrackerConfig for FragmentsParticleFilter {
         show_params(&self.0)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), stream: Stream::new(start.seed), target: None }))
-    }
-}
-
-#[derive(Clone)]
-struct Tracking {
-    params: Params,
-    stream: Stream,
-    target: Option<Target>,
-}
-
-/// The target since the last initialisation.
-#[derive(Clone)]
-struct Target {
-    size: (f64, f64),
-    cloud: Cloud<3>,
-    evidence: Evidence,
-    reliabilities: Vec<f64>,
-}
-
-impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
         let rect = region.rect();
         if ![rect.x, rect.y, rect.w, rect.h].iter().all(|v| v.is_finite()) {
             let what = "fragments-particle-filter: the first region is no region";
             return Err(TrackerError::Broken(what.into()));
         }
-        let p = &self.params;
+        let p = &self.0;
         let (x, y) = rect.centre();
         let place = [x, y, 0.0];
         let fragments = p.layout.fragments(rect.w, rect.h, p.cells);
@@ -200,24 +186,38 @@ impl Tracker for Tracking {
         evidence.likeness(&place, &mut rho);
         let likelihood = fuse(p, &rho, &votes(&reliabilities, p.drop_below), 1.0);
         let posterior = moments(p, &cloud, likelihood);
-        self.target = Some(Target { size: (rect.w, rect.h), cloud, evidence, reliabilities });
-        Ok(TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(posterior) })
-    }
-
-    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(mut target) = self.target.take() else {
-            let what = "fragments-particle-filter: a frame before the initialisation";
-            return Err(TrackerError::Broken(what.into()));
+        let state =
+            TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(posterior) };
+        let tracker = Tracking {
+            params: p.clone(),
+            rng: seed::rng(context.seed),
+            size: (rect.w, rect.h),
+            cloud,
+            evidence,
+            reliabilities,
         };
-        let Target { size, cloud, evidence, reliabilities } = &mut target;
-        let p = &self.params;
+        Ok((Box::new(tracker), state))
+    }
+}
+
+#[derive(Clone)]
+struct Tracking {
+    params: Params,
+    rng: ChaCha8Rng,
+    /// Sides of the target at scale 1, in pixels.
+    size: (f64, f64),
+    cloud: Cloud<3>,
+    evidence: Evidence,
+    /// `r_k`, a share for each fragment.
+    reliabilities: Vec<f64>,
+}
+
+impl Tracker for Tracking {
+    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
+        let Self { params: p, rng, size, cloud, evidence, reliabilities } = self;
         let noise = [p.sigma_position, p.sigma_position, p.sigma_scale];
         let (low, high) = scales(*size, frame);
-        cloud.diffuse(
-            &noise,
-            |[x, y, s]| [x, y, s.clamp(low, high)],
-            || self.stream.rng.sample(StandardNormal),
-        );
+        cloud.diffuse(&noise, |[x, y, s]| [x, y, s.clamp(low, high)], || rng.sample(StandardNormal));
         evidence.look(frame, &cloud.states);
         let votes = votes(reliabilities, p.drop_below);
         let k = votes.len();
@@ -239,20 +239,14 @@ impl Tracker for Tracking {
         evidence.likeness(&mean, &mut rho);
         let posterior = moments(p, cloud, fuse(p, &rho, &votes, 1.0));
         follow(reliabilities, &rho, p.reliability_rate, p.sigma_likelihood);
-        cloud.resample(Resampling::Systematic, &mut self.stream.rng);
+        cloud.resample(Resampling::Systematic, rng);
         let (w, h) = (size.0 * mean[2].exp(), size.1 * mean[2].exp());
         let region = Region::Rect(Rect::new(mean[0] - w / 2.0, mean[1] - h / 2.0, w, h));
-        self.target = Some(target);
         Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
-        self.stream.restart();
+        Some(Box::new(Self { rng: seed::fork(&self.rng, seed), ..self.clone() }))
     }
 }
 

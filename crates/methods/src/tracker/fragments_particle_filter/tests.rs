@@ -4,6 +4,7 @@ use super::layout::Fragment;
 use super::*;
 use crate::dataset::synthetic;
 use crate::image::luma;
+use crate::tracker::testing;
 use proptest::prelude::*;
 
 fn close(a: f64, b: f64, tolerance: f64) {
@@ -26,10 +27,7 @@ fn scene((gx, gy): (i64, i64), (dx, dy): (i64, i64)) -> Frame {
 fn track(text: &str, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
     let setup = ENTRY.build_from_text(text).unwrap();
-    let start = RunContext { sequence: &sequence, run: 0, seed: 11, data_root: None };
-    let mut tracker = setup.open(&start).unwrap();
-    let first = tracker.init(&frames[0], region).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+    testing::track(&*setup, &sequence, 11, region, frames)
 }
 
 fn block(dx: i64, dy: i64) -> Region {

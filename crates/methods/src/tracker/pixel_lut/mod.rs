@@ -50,7 +50,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
@@ -164,17 +164,67 @@ impl TrackerConfig for PixelLut {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking { params: self.0.clone(), target: None }))
+    fn start(
+        &self,
+        _: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let given = region.rect();
+        if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {
+            return Err(TrackerError::Broken("pixel-lut: the first region is no region".into()));
+        }
+        let p = &self.0;
+        let (cx, cy) = given.centre();
+        let (w, h) = (given.w.clamp(1.0, frame.width() as f64), given.h.clamp(1.0, frame.height() as f64));
+        let rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);
+        let cells = |side: f64| (side.round() as usize).clamp(1, p.cells);
+        let (columns, rows) = (cells(w), cells(h));
+        let mut target = Target {
+            stretch: (given.w / w, given.h / h),
+            grid: Grid::new(&rect, (columns, rows), p.search_radius),
+            model: Model::new(columns * rows),
+            codes: Codes::default(),
+            scores: Vec::new(),
+            colors: Colors::new(),
+            memory: Vec::new(),
+            frames: 0,
+            usual: 0.0,
+            extent: None,
+            rect,
+        };
+        target.look(p, frame);
+        target.colors.follow(frame, &target.codes, &target.rect, 1.0);
+        let middle = (p.search_radius, p.search_radius);
+        // The first windows to learn from are chosen without weights; later rounds see what was learned.
+        for _ in 0..4 {
+            target.scan(p);
+            let example = target.example(p, frame, middle);
+            for _ in 0..p.rounds {
+                target.model.learn(&example, p.aggressiveness as f32);
+            }
+            if let Some(first) = target.memory.first_mut() {
+                first.others.extend(example.others);
+            } else {
+                target.memory.push(example);
+            }
+        }
+        if p.size_rate > 0.0 {
+            target.model.tabulate(p.shrink);
+            target.extent = target.measure(p);
+        }
+        target.usual = target.model.score(&target.memory[0].target);
+        let tracker = Tracking { params: p.clone(), target };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
 struct Tracking {
     params: Params,
-    target: Option<Target>,
+    target: Target,
 }
 
-/// The target since the last initialisation.
+/// The target and its model.
 struct Target {
     /// The searched box, at most as large as the frame.
     rect: Rect,
@@ -233,59 +283,8 @@ impl Grid {
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let given = region.rect();
-        if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {
-            return Err(TrackerError::Broken("pixel-lut: the first region is no region".into()));
-        }
-        let p = &self.params;
-        let (cx, cy) = given.centre();
-        let (w, h) = (given.w.clamp(1.0, frame.width() as f64), given.h.clamp(1.0, frame.height() as f64));
-        let rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);
-        let cells = |side: f64| (side.round() as usize).clamp(1, p.cells);
-        let (columns, rows) = (cells(w), cells(h));
-        let mut target = Target {
-            stretch: (given.w / w, given.h / h),
-            grid: Grid::new(&rect, (columns, rows), p.search_radius),
-            model: Model::new(columns * rows),
-            codes: Codes::default(),
-            scores: Vec::new(),
-            colors: Colors::new(),
-            memory: Vec::new(),
-            frames: 0,
-            usual: 0.0,
-            extent: None,
-            rect,
-        };
-        target.look(p, frame);
-        target.colors.follow(frame, &target.codes, &target.rect, 1.0);
-        let middle = (p.search_radius, p.search_radius);
-        // The first windows to learn from are chosen without weights; later rounds see what was learned.
-        for _ in 0..4 {
-            target.scan(p);
-            let example = target.example(p, frame, middle);
-            for _ in 0..p.rounds {
-                target.model.learn(&example, p.aggressiveness as f32);
-            }
-            if let Some(first) = target.memory.first_mut() {
-                first.others.extend(example.others);
-            } else {
-                target.memory.push(example);
-            }
-        }
-        if p.size_rate > 0.0 {
-            target.model.tabulate(p.shrink);
-            target.extent = target.measure(p);
-        }
-        target.usual = target.model.score(&target.memory[0].target);
-        self.target = Some(target);
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(t) = &mut self.target else {
-            return Err(TrackerError::Broken("pixel-lut: a frame before the initialisation".into()));
-        };
+        let t = &mut self.target;
         let p = &self.params;
         t.look(p, frame);
         t.scan(p);
@@ -319,10 +318,6 @@ impl Tracker for Tracking {
         let (cx, cy) = t.rect.centre();
         let (w, h) = (t.rect.w * t.stretch.0, t.rect.h * t.stretch.1);
         Ok(TrackerState::tracked(Region::Rect(Rect::new(cx - w / 2.0, cy - h / 2.0, w, h))))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
     }
 }
 

@@ -5,6 +5,7 @@ use super::extent::otsu;
 use super::*;
 use crate::dataset::synthetic;
 use crate::image::luma;
+use crate::tracker::testing;
 use proptest::prelude::*;
 
 fn close(a: f64, b: f64, tolerance: f64) {
@@ -29,10 +30,7 @@ fn scene((gx, gy): (i64, i64), (dx, dy): (i64, i64), side: f64) -> Frame {
 fn track(text: &str, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
     let setup = ENTRY.build_from_text(text).unwrap();
-    let start = RunContext { sequence: &sequence, run: 0, seed: 0, data_root: None };
-    let mut tracker = setup.open(&start).unwrap();
-    let first = tracker.init(&frames[0], region).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+    testing::track(&*setup, &sequence, 0, region, frames)
 }
 
 fn block(dx: f64, dy: f64) -> Region {

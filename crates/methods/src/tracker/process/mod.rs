@@ -68,7 +68,7 @@ mod tests;
 
 pub use programs::{Program, Programs, Protocol, Regions};
 
-use super::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::Frames;
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -131,97 +131,74 @@ impl TrackerConfig for Process {
         Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        let Some(program) = self.program.clone() else {
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let Some(program) = &self.program else {
             let name = &self.params.program;
             return Err(TrackerError::Missing(format!("the program {name} is not known here")));
         };
-        let files = match &start.sequence.frames {
+        let sequence = context.sequence;
+        let files = match &sequence.frames {
             Frames::Files(files) => files.to_vec(),
             Frames::Video(video) => video.files().map_err(|e| TrackerError::Missing(e.to_string()))?.to_vec(),
             Frames::Rendered(..) => Vec::new(),
         };
-        let name = start.sequence.name.clone();
-        let first = start.sequence.numbering.first;
-        let (seed, run) = (start.seed, start.run);
-        Ok(Box::new(Tracking { program, seed, run, name, first, files, at: None, next: 0, running: None }))
+        let place = Place {
+            program: program.name.clone(),
+            sequence: sequence.name.clone(),
+            first: sequence.numbering.first,
+        };
+        let index = context.start_frame;
+        let start = || {
+            let mut images = Images::new()?;
+            let mut peer = peer::start(program, context.seed, context.run, images.folder())?;
+            let image = images.path(files.get(index).map(PathBuf::as_path), frame)?;
+            peer.init(&image, region)?;
+            Ok((peer, images))
+        };
+        let (peer, images) = start().map_err(|fault| place.error(index, fault))?;
+        let tracker = Tracking { place, files, next: index + 1, peer, images };
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
-struct Tracking {
-    program: Arc<Program>,
-    seed: u64,
-    run: u32,
-    /// The sequence's name and the number of its first frame, for messages.
-    name: String,
+/// What messages name: the program, the sequence and the number of its first frame.
+struct Place {
+    program: String,
+    sequence: String,
     first: u32,
-    files: Vec<PathBuf>,
-    /// The frame that the next call is about, where we were told.
-    at: Option<usize>,
-    /// The frame that it is about where we were not.
-    next: usize,
-    running: Option<Running>,
 }
 
-/// A program at work. It ends before its images go.
-struct Running {
+impl Place {
+    /// The error of a fault in the frame of an index.
+    fn error(&self, index: usize, fault: String) -> TrackerError {
+        let Self { program, sequence, first } = self;
+        let number = u64::from(*first) + index as u64;
+        TrackerError::Broken(format!("{program}: frame {number} of {sequence}: {fault}"))
+    }
+}
+
+/// A program at work.
+struct Tracking {
+    place: Place,
+    files: Vec<PathBuf>,
+    /// Index of the frame that comes next.
+    next: usize,
+    /// Declared before its images, since it must end before they are deleted.
     peer: Box<dyn Peer>,
     images: Images,
 }
 
-impl Tracking {
-    /// What the program says of a frame, which is the first one if it comes with a region. After a fault the
-    /// program is gone.
-    fn ask(&mut self, frame: &Frame, region: Option<&Region>) -> Result<Region, TrackerError> {
-        let told = self.at.take();
-        let index = told.unwrap_or(self.next);
-        self.next = index + 1;
-        let answer = self.answer(told, frame, region);
-        answer.map_err(|fault| {
-            self.running = None;
-            let (program, number) = (&self.program.name, u64::from(self.first) + index as u64);
-            TrackerError::Broken(format!("{program}: frame {number} of {}: {fault}", self.name))
-        })
-    }
-
-    fn answer(
-        &mut self,
-        told: Option<usize>,
-        frame: &Frame,
-        region: Option<&Region>,
-    ) -> Result<Region, String> {
-        let running = match (&mut self.running, region) {
-            (Some(running), _) => running,
-            (None, None) => return Err("a frame before the initialisation".into()),
-            (empty @ None, Some(_)) => {
-                let images = Images::new()?;
-                let peer = peer::start(&self.program, self.seed, self.run, images.folder())?;
-                empty.insert(Running { peer, images })
-            }
-        };
-        let file = told.and_then(|t| self.files.get(t));
-        let image = running.images.path(file.map(PathBuf::as_path), frame)?;
-        match region {
-            Some(region) => running.peer.init(&image, region),
-            None => running.peer.frame(&image),
-        }
-    }
-}
-
 impl Tracker for Tracking {
-    fn at(&mut self, frame: usize) {
-        self.at = Some(frame);
-    }
-
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        self.ask(frame, Some(region)).map(|_| TrackerState::initialised(region.clone()))
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        self.ask(frame, None).map(TrackerState::tracked)
-    }
-
-    fn reset(&mut self) {
-        (self.at, self.next, self.running) = (None, 0, None);
+        let index = self.next;
+        self.next += 1;
+        let file = self.files.get(index).map(PathBuf::as_path);
+        let answer = self.images.path(file, frame).and_then(|image| self.peer.frame(&image));
+        answer.map(TrackerState::tracked).map_err(|fault| self.place.error(index, fault))
     }
 }

@@ -5,6 +5,7 @@ use super::*;
 use crate::dataset::{Numbering, Render, Sequence};
 use crate::image::{decode, encode_png};
 use crate::region::Rect;
+use crate::tracker::testing;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -68,27 +69,31 @@ impl Script {
         self
     }
 
-    fn setup(&self) -> Box<dyn TrackerConfig> {
-        let mut setup = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
+    fn config(&self) -> Box<dyn TrackerConfig> {
+        let mut config = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
         let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(self.program.clone())] };
-        setup.bind(&programs).unwrap();
-        setup
+        config.bind(&programs).unwrap();
+        config
     }
 
-    fn open(&self, sequence: &Sequence) -> Box<dyn Tracker> {
-        self.setup().open(&RunContext { sequence, run: 4, seed: 99, data_root: None }).unwrap()
+    /// Starts it in a frame of a sequence.
+    fn start(
+        &self,
+        sequence: &Sequence,
+        start_frame: usize,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let context = RunContext { sequence, start_frame, run: 4, seed: 99, data_root: None };
+        self.config().start(&context, &sequence.frame(start_frame).unwrap(), region)
     }
 
     /// The first `n` frames, as far as they go.
     fn track(&self, n: usize) -> Result<Vec<TrackerState>, String> {
         let sequence = rendered();
-        let mut tracker = self.open(&sequence);
-        let mut states = Vec::new();
-        for t in 0..n {
-            tracker.at(t);
-            let frame = sequence.frame(t).unwrap();
-            let state = if t == 0 { tracker.init(&frame, &rect()) } else { tracker.update(&frame) };
-            states.push(state.map_err(|e| e.to_string())?);
+        let (mut tracker, first) = self.start(&sequence, 0, &rect()).map_err(|e| e.to_string())?;
+        let mut states = vec![first];
+        for t in 1..n {
+            states.push(tracker.update(&Ramp.render(t)).map_err(|e| e.to_string())?);
         }
         Ok(states)
     }
@@ -147,26 +152,19 @@ fn frames_in_files_are_told_by_their_paths() {
     (0..6).for_each(|t| std::fs::write(path(t), encode_png(&Ramp.render(t)).unwrap()).unwrap());
     let sequence = sequence(Frames::Files((0..6).map(path).collect::<Vec<_>>().into()));
     let script = Script::new(Protocol::Lines, GOOD);
-    let mut tracker = script.open(&sequence);
     let frame = |t: usize| sequence.frame(t).unwrap();
-    // Frames are left out, and it is started again in between.
-    tracker.at(1);
-    tracker.init(&frame(1), &rect()).unwrap();
-    tracker.at(3);
-    tracker.update(&frame(3)).unwrap();
-    tracker.at(5);
-    tracker.init(&frame(5), &rect()).unwrap();
-    tracker.update(&frame(2)).unwrap();
+    let (mut tracker, _) = script.start(&sequence, 1, &rect()).unwrap();
+    (2..5).for_each(|t| drop(tracker.update(&frame(t)).unwrap()));
     drop(tracker);
     let log = script.read("log");
-    let told: Vec<&str> = log.lines().filter_map(|l| l.split('\t').nth(1)).collect();
-    assert_eq!((told[0], told[2]), (path(1).to_str().unwrap(), path(5).to_str().unwrap()));
-    for (k, t) in [(1, 3), (3, 2)] {
-        assert!(told[k].contains("trackfail-frames-"), "{}", told[k]);
-        let seen = std::fs::read(script.dir.path().join(format!("seen{k}.png"))).unwrap();
-        assert_eq!(decode(&seen).unwrap(), frame(t));
+    let sent: Vec<&str> = log.lines().filter_map(|l| l.split('\t').nth(1)).collect();
+    for (k, t) in [(0, 1), (1, 2), (3, 4)] {
+        assert_eq!(sent[k], path(t).to_str().unwrap());
     }
-    assert!(log.lines().nth(2).unwrap().starts_with("init\t"));
+    // A path with a tab cannot be sent.
+    assert!(sent[2].contains("trackfail-frames-"), "{}", sent[2]);
+    let seen = std::fs::read(script.dir.path().join("seen2.png")).unwrap();
+    assert_eq!(decode(&seen).unwrap(), frame(3));
 }
 
 #[test]
@@ -185,11 +183,8 @@ fn polygons_are_told_to_those_who_read_them() {
         );
         script.program.regions = regions;
         let sequence = rendered();
-        let mut tracker = script.open(&sequence);
-        assert_eq!(
-            tracker.init(&Ramp.render(0), &turned).unwrap(),
-            TrackerState::initialised(turned.clone())
-        );
+        let (mut tracker, first) = script.start(&sequence, 0, &turned).unwrap();
+        assert_eq!(first, TrackerState::initialised(turned.clone()));
         let triangle = Region::Polygon(vec![(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]);
         assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), TrackerState::tracked(triangle));
         assert_eq!(script.read("log").trim_end().split('\t').nth(2), Some(expected.as_str()));
@@ -197,17 +192,10 @@ fn polygons_are_told_to_those_who_read_them() {
 }
 
 #[test]
-fn a_reset_starts_the_program_anew() {
+fn each_start_runs_the_program_anew() {
     let script = Script::new(Protocol::Lines, GOOD);
-    let sequence = rendered();
-    let mut tracker = script.open(&sequence);
     for _ in 0..2 {
-        assert!(
-            tracker.update(&Ramp.render(0)).unwrap_err().to_string().contains("before the initialisation")
-        );
-        tracker.init(&Ramp.render(0), &rect()).unwrap();
-        assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), moved(2.0));
-        tracker.reset();
+        assert_eq!(script.track(2).unwrap()[1], moved(2.0));
     }
     assert_eq!(script.read("log").matches("quit").count(), 2);
 }
@@ -218,16 +206,16 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
     let expected = serde_json::json!(
         { "program": "mine", "version": "7", "protocol": "lines", "regions": "rectangle" }
     );
-    assert_eq!(script.setup().params(), expected);
-    assert!(script.setup().uses_seed());
+    assert_eq!(script.config().params(), expected);
+    assert!(script.config().uses_seed());
     script.program.deterministic = true;
     script.program.digest = vec!["/a/b".into()];
-    assert!(!script.setup().uses_seed());
+    assert!(!script.config().uses_seed());
     let sequence = rendered();
-    let start = RunContext { sequence: &sequence, run: 0, seed: 0, data_root: None };
-    assert_eq!(script.setup().inputs(&start).unwrap(), [Path::new("/a/b")]);
+    let context = testing::context(&sequence, 0);
+    assert_eq!(script.config().inputs(&context).unwrap(), [Path::new("/a/b")]);
     let mut other = ENTRY.build_from_text("{ program = \"mime\" }").unwrap();
-    assert!(matches!(other.open(&start), Err(TrackerError::Missing(_))));
+    assert!(matches!(other.start(&context, &Ramp.render(0), &rect()), Err(TrackerError::Missing(_))));
     let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(script.program.clone())] };
     let refused = other.bind(&programs).unwrap_err();
     assert_eq!(refused.message, "plugins.toml: unknown program `mime`; did you mean `mine`?");
@@ -262,19 +250,19 @@ fn bad_answers_fail_with_a_reason() {
     ] {
         let script = Script::new(Protocol::Lines, &format!("read -r line; {text}"));
         let sequence = rendered();
-        let mut tracker = script.open(&sequence);
-        tracker.at(0);
-        let mut outcome = tracker.init(&Ramp.render(0), &rect());
-        if outcome.is_ok() {
-            // Time for it to say something nobody asked for.
-            std::thread::sleep(Duration::from_millis(300));
-            tracker.at(1);
-            outcome = tracker.update(&Ramp.render(1));
-        }
-        let fault = outcome.unwrap_err().to_string();
+        let fault = match script.start(&sequence, 0, &rect()) {
+            Err(fault) => fault,
+            Ok((mut tracker, _)) => {
+                // Time for an answer that was not asked for.
+                std::thread::sleep(Duration::from_millis(300));
+                let fault = tracker.update(&Ramp.render(1)).unwrap_err();
+                assert!(tracker.update(&Ramp.render(2)).is_err(), "it stays dead");
+                fault
+            }
+        };
+        let fault = fault.to_string();
         assert!(fault.starts_with("mine: frame 1") && fault.contains(words), "{text}: {fault}");
         assert!(fault.chars().count() < 600 && !fault.contains(char::is_control), "{fault}");
-        assert!(tracker.update(&Ramp.render(2)).is_err(), "it stays dead");
     }
 }
 
@@ -388,17 +376,11 @@ fn trax_trackers_of_versions_1_to_3_are_followed() {
 #[test]
 fn in_version_4_the_image_follows_the_region() {
     let script = trax("trax.version=4", "\"'$n',2.5,3,4\"");
-    let sequence = rendered();
-    let mut tracker = script.open(&sequence);
-    tracker.init(&Ramp.render(0), &rect()).unwrap();
-    assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), moved(2.0));
-    tracker.init(&Ramp.render(2), &rect()).unwrap();
-    assert_eq!(tracker.update(&Ramp.render(3)).unwrap(), moved(4.0));
-    drop(tracker);
+    assert_eq!(script.track(3).unwrap()[1..], [moved(2.0), moved(3.0)]);
     let log = script.read("log");
     let words: Vec<_> = log.lines().map(|l| l.split(' ').next().unwrap()).collect();
     let (i, f) = ("@@TRAX:initialize", "@@TRAX:frame");
-    assert_eq!(words, [i, f, f, i, f, f, "@@TRAX:quit"]);
+    assert_eq!(words, [i, f, f, f, "@@TRAX:quit"]);
     assert_eq!(log.lines().next(), Some("@@TRAX:initialize \"2,3.5,4,5\""));
 }
 
@@ -412,7 +394,7 @@ fn trax_trackers_get_the_regions_they_read() {
         ("rectangle;", &Region::Polygon(rect().corners()), "\"2,3.5,4,5\""),
     ] {
         let script = trax(&format!("\"trax.region={regions}\""), "1,2,3,4");
-        script.open(&rendered()).init(&Ramp.render(0), region).unwrap();
+        drop(script.start(&rendered(), 0, region).unwrap());
         assert!(script.read("log").lines().next().unwrap().ends_with(expected), "{regions}");
     }
 }

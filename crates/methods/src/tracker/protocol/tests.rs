@@ -1,5 +1,6 @@
 use super::*;
 use crate::dataset::{Frames, Numbering, Render, Sequence};
+use crate::tracker::testing;
 use proptest::prelude::*;
 
 struct Blank;
@@ -26,7 +27,7 @@ fn sequence(truth: Vec<Option<Region>>) -> Sequence {
     }
 }
 
-/// Answers with the start's region moved 4 pixels a frame to the right; the frame it is told in `likelihood`.
+/// Answers with the start's region moved 4 pixels a frame to the right, and with the frame's index as likelihood.
 struct Drifting;
 
 impl TrackerConfig for Drifting {
@@ -38,41 +39,33 @@ impl TrackerConfig for Drifting {
         false
     }
 
-    fn open(&self, _: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new((None::<Region>, 0_usize)))
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        _: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let tracker = (region.clone(), context.start_frame);
+        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
     }
 }
 
-impl Tracker for (Option<Region>, usize) {
-    fn at(&mut self, frame: usize) {
-        self.1 = frame;
-    }
-
-    fn init(&mut self, _: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        self.0 = Some(region.clone());
-        Ok(TrackerState::initialised(region.clone()))
-    }
-
+impl Tracker for (Region, usize) {
     fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
-        let last = self.0.as_ref().ok_or_else(|| TrackerError::Broken("not started".into()))?;
-        let next = last.shifted(4.0, 0.0);
-        self.0 = Some(next.clone());
+        *self = (self.0.shifted(4.0, 0.0), self.1 + 1);
         let posterior = super::super::Moments { likelihood: self.1 as f64, ..Default::default() };
-        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(next) })
-    }
-
-    fn reset(&mut self) {
-        self.0 = None;
+        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(self.0.clone()) })
     }
 }
 
 fn track(protocol: RunProtocol, q: &Sequence, run: u32) -> Vec<TrackerState> {
-    let setup = protocol.over(Arc::new(Drifting));
-    let mut tracker = setup.open(&RunContext { sequence: q, run, seed: 5, data_root: None }).unwrap();
-    let mut go = || -> Vec<TrackerState> {
-        let first = tracker.init(&Blank.render(0), q.truth[0].as_ref().unwrap_or(&square(0.0))).unwrap();
-        let rest = (1..q.len()).map(|_| tracker.update(&Blank.render(0)).unwrap());
-        std::iter::once(first).chain(rest.collect::<Vec<_>>()).collect()
+    let config = protocol.over(Arc::new(Drifting));
+    let frames = vec![Blank.render(0); q.len()];
+    let region = q.truth[0].clone().unwrap_or(square(0.0));
+    let context = RunContext { run, ..testing::context(q, 5) };
+    let go = || -> Vec<TrackerState> {
+        let (mut tracker, first) = config.start(&context, &frames[0], &region).unwrap();
+        std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
     };
     let once = go();
     assert_eq!(go(), once, "started again, everything is as before");
@@ -92,8 +85,8 @@ fn starts_anew_five_frames_after_a_failure() {
     assert_eq!(words(&states), "ITTFSSSSITTF");
     let lefts: Vec<f64> = states.iter().map(|s| s.region.rect().x).collect();
     assert_eq!(lefts, [0.0, 4.0, 8.0, 12.0, 12.0, 12.0, 12.0, 12.0, 0.0, 4.0, 8.0, 12.0]);
-    let told = |t: usize| states[t].posterior.as_ref().unwrap().likelihood;
-    assert_eq!((told(2), told(9)), (2.0, 9.0), "the tracker knows the frame after a pause");
+    let index = |t: usize| states[t].posterior.as_ref().unwrap().likelihood;
+    assert_eq!((index(2), index(9)), (2.0, 9.0), "the tracker knows the frame after a pause");
     assert_eq!(words(&track(RunProtocol::OnePass, &q, 0)), "ITTTTTTTTTTT");
 }
 
@@ -157,12 +150,10 @@ fn what_a_track_depends_on_is_said() {
 }
 
 #[test]
-fn a_frame_before_the_start_and_a_sequence_without_truth_are_errors() {
+fn a_sequence_without_truth_starts_where_the_caller_says() {
     let q = sequence(vec![None; 3]);
-    let setup = RunProtocol::OtbTemporal.over(Arc::new(Drifting));
-    let mut tracker = setup.open(&RunContext { sequence: &q, run: 3, seed: 5, data_root: None }).unwrap();
-    assert!(tracker.update(&Blank.render(0)).is_err());
-    assert!(tracker.init(&Blank.render(0), &square(1.0)).is_ok(), "given by the caller");
+    let states = track(RunProtocol::OtbTemporal, &q, 3);
+    assert_eq!((words(&states), &states[0].region), ("ITT".into(), &square(0.0)));
 }
 
 proptest! {

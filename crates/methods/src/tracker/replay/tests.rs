@@ -1,6 +1,7 @@
 use super::*;
 use crate::dataset::{Frames, Numbering, lock};
 use crate::region::Rect;
+use crate::tracker::testing;
 
 fn replay(results: &str) -> Replay {
     let text = format!("{{ results = \"{results}\" }}");
@@ -188,19 +189,16 @@ fn paths_stay_under_the_data_root() {
 fn plays_in_order_and_again() {
     let root = with_files(&[("S.json", JSON)]);
     let s = sequence();
-    let start = RunContext { sequence: &s, run: 0, seed: 0, data_root: Some(root.path()) };
-    let mut tracker = replay("a").open(&start).unwrap();
+    let context = RunContext { data_root: Some(root.path()), ..testing::context(&s, 0) };
     let frame = Frame::new(1, 1, vec![0; 3]);
     let region = s.truth[0].clone().unwrap();
     for _ in 0..2 {
-        let first = tracker.init(&frame, &region).unwrap();
+        let (mut tracker, first) = replay("a").start(&context, &frame, &region).unwrap();
         // The file starts one frame before the range used, so this is no initialisation.
         assert_eq!((first.region.rect().x, first.status), (1.0, Status::Tracked));
         assert_eq!(tracker.update(&frame).unwrap().region.rect().x, 2.0);
         assert!(tracker.update(&frame).is_err());
     }
-    tracker.reset();
-    assert_eq!(tracker.init(&frame, &region).unwrap().region.rect().x, 1.0);
 }
 
 #[trackfail_testing::needs(real_data)]

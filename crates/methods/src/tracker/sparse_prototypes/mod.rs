@@ -48,14 +48,15 @@ mod likelihood;
 mod tests;
 
 use super::affine_candidates::{Candidates, Limits, PIXELS, TEMPLATE, check, weigh};
-use super::{RunContext, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Grey};
 use crate::num::incremental_pca::IncrementalPca;
-use crate::num::seed::Stream;
+use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
 use likelihood::{Alternation, Comparison, Subspace, error};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// A grey level.
@@ -170,8 +171,13 @@ impl TrackerConfig for SparsePrototypes {
         show_params(&self.0)
     }
 
-    fn open(&self, start: &RunContext<'_>) -> Result<Box<dyn Tracker>, TrackerError> {
-        Ok(Box::new(Tracking::new(self.0.model(), start.seed)))
+    fn start(
+        &self,
+        context: &RunContext<'_>,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        Tracking::start(self.0.model(), context.seed, frame, region)
     }
 }
 
@@ -220,55 +226,74 @@ impl Model {
 #[derive(Clone)]
 pub(super) struct Tracking {
     model: Model,
-    stream: Stream,
+    rng: ChaCha8Rng,
     candidates: Candidates,
     work: Comparison,
-    target: Option<Target>,
-}
-
-/// The target since the last initialisation.
-#[derive(Clone)]
-struct Target {
     estimate: Geometry,
     pca: IncrementalPca,
     subspace: Subspace,
-    /// Windows that are not taken in yet.
+    /// Windows that the principal components have not taken in yet.
     kept: Vec<Vec<f64>>,
 }
 
 impl Tracking {
-    pub(super) fn new(model: Model, seed: u64) -> Self {
-        Self {
+    /// Starts a tracker and returns it with its first state.
+    pub(super) fn start(
+        model: Model,
+        seed: u64,
+        frame: &Frame,
+        region: &Region,
+    ) -> Result<StartedTracker, TrackerError> {
+        let tracker = Self::new(model, seed, frame, region)?;
+        let posterior = Some(tracker.candidates.certain(&tracker.estimate, 1.0));
+        let state = TrackerState { region: region.clone(), status: Status::Initialised, posterior };
+        Ok((Box::new(tracker), state))
+    }
+
+    /// The window of the first region is the first one that is learned.
+    fn new(model: Model, seed: u64, frame: &Frame, region: &Region) -> Result<Self, TrackerError> {
+        let Some(geometry) = TEMPLATE.geometry(region) else {
+            return Err(TrackerError::Broken(format!("{}: the first region is no region", model.name)));
+        };
+        let estimate = Limits::of(frame).keep(geometry);
+        let mut window = vec![0.0; PIXELS];
+        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
+        let mut tracker = Self {
+            rng: seed::rng(seed),
             candidates: Candidates::new(model.samples, model.noise),
-            stream: Stream::new(seed),
             work: Comparison::default(),
-            target: None,
+            estimate,
+            pca: IncrementalPca::new(PIXELS),
+            subspace: Subspace::mean_only(&window),
+            kept: Vec::new(),
             model,
-        }
+        };
+        tracker.learn(&window);
+        Ok(tracker)
     }
 
     /// The occlusion model, once the basis is full.
-    fn occlusion(&self, subspace: &Subspace) -> Option<Occlusion> {
-        self.model.occlusion.filter(|_| subspace.dimension() == self.model.most)
+    fn occlusion(&self) -> Option<Occlusion> {
+        self.model.occlusion.filter(|_| self.subspace.dimension() == self.model.most)
     }
 
     /// `E` of a window.
-    fn cost(&mut self, subspace: &Subspace, window: &[f32]) -> f32 {
-        match self.occlusion(subspace) {
-            Some(o) => subspace.occluded_distance(window, &o.alternation, &mut self.work),
-            None => subspace.distance(window, &mut self.work),
+    fn cost(&mut self, window: &[f32]) -> f32 {
+        match self.occlusion() {
+            Some(o) => self.subspace.occluded_distance(window, &o.alternation, &mut self.work),
+            None => self.subspace.distance(window, &mut self.work),
         }
     }
 
-    /// Replaces what is occluded by the mean; whether the rest is worth learning.
-    fn clean(&mut self, subspace: &Subspace, window: &mut [f32]) -> bool {
-        let Some(Occlusion { alternation, low, high }) = self.occlusion(subspace) else { return true };
-        subspace.occluded_distance(window, &alternation, &mut self.work);
+    /// Replaces the occluded pixels by those of the mean; returns whether the rest is worth learning.
+    fn clean(&mut self, window: &mut [f32]) -> bool {
+        let Some(Occlusion { alternation, low, high }) = self.occlusion() else { return true };
+        self.subspace.occluded_distance(window, &alternation, &mut self.work);
         let lambda = alternation.lambda;
         let occluded = |r: &f32| error(*r, lambda).abs() > lambda;
         let share = self.work.residuals.iter().filter(|r| occluded(r)).count() as f64 / PIXELS as f64;
         if share >= low && share <= high {
-            for ((y, mean), r) in window.iter_mut().zip(subspace.mean()).zip(&self.work.residuals) {
+            for ((y, mean), r) in window.iter_mut().zip(self.subspace.mean()).zip(&self.work.residuals) {
                 if occluded(r) {
                     *y = *mean;
                 }
@@ -277,68 +302,39 @@ impl Tracking {
         share <= high
     }
 
-    /// Keeps a window, and takes in what is kept when it is a batch.
-    fn learn(&self, target: &mut Target, window: &[f32]) {
-        target.kept.push(window.iter().map(|v| f64::from(*v)).collect());
-        if target.kept.len() >= self.model.batch {
-            target.pca.update(&target.kept, self.model.forgetting, self.model.most);
-            target.kept.clear();
-            target.subspace = Subspace::of(&target.pca);
+    /// Keeps a window; when the kept ones make a batch, the principal components take them in.
+    fn learn(&mut self, window: &[f32]) {
+        self.kept.push(window.iter().map(|v| f64::from(*v)).collect());
+        if self.kept.len() >= self.model.batch {
+            self.pca.update(&self.kept, self.model.forgetting, self.model.most);
+            self.kept.clear();
+            self.subspace = Subspace::of(&self.pca);
         }
     }
 }
 
 impl Tracker for Tracking {
-    fn init(&mut self, frame: &Frame, region: &Region) -> Result<TrackerState, TrackerError> {
-        let Some(geometry) = TEMPLATE.geometry(region) else {
-            return Err(TrackerError::Broken(format!("{}: the first region is no region", self.model.name)));
-        };
-        let estimate = Limits::of(frame).keep(geometry);
-        let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
-        let mut target = Target {
-            estimate,
-            pca: IncrementalPca::new(PIXELS),
-            subspace: Subspace::mean_only(&window),
-            kept: Vec::new(),
-        };
-        self.learn(&mut target, &window);
-        self.target = Some(target);
-        let posterior = Some(self.candidates.certain(&estimate, 1.0));
-        Ok(TrackerState { region: region.clone(), status: Status::Initialised, posterior })
-    }
-
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Some(mut target) = self.target.take() else {
-            let what = format!("{}: a frame before the initialisation", self.model.name);
-            return Err(TrackerError::Broken(what));
-        };
         let grey = Grey::of(frame);
-        self.candidates.draw(&target.estimate, &Limits::of(frame), &mut self.stream.rng);
+        self.candidates.draw(&self.estimate, &Limits::of(frame), &mut self.rng);
         let mut window = vec![0.0; PIXELS];
         let mut logarithms = Vec::with_capacity(self.candidates.states.len());
         for k in 0..self.candidates.states.len() {
             TEMPLATE.sample(&grey, &self.candidates.states[k], LEVEL, &mut window);
-            logarithms.push(-f64::from(self.cost(&target.subspace, &window)) / self.model.scale);
+            logarithms.push(-f64::from(self.cost(&window)) / self.model.scale);
         }
         let (weights, best) = weigh(&logarithms);
         let posterior = self.candidates.moments(&weights, logarithms[best].exp());
-        target.estimate = self.candidates.states[best];
-        TEMPLATE.sample(&grey, &target.estimate, LEVEL, &mut window);
-        if self.clean(&target.subspace, &mut window) {
-            self.learn(&mut target, &window);
+        self.estimate = self.candidates.states[best];
+        TEMPLATE.sample(&grey, &self.estimate, LEVEL, &mut window);
+        if self.clean(&mut window) {
+            self.learn(&window);
         }
-        let region = TEMPLATE.region(&target.estimate);
-        self.target = Some(target);
+        let region = TEMPLATE.region(&self.estimate);
         Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(Self { stream: self.stream.fork(seed), ..self.clone() }))
-    }
-
-    fn reset(&mut self) {
-        self.target = None;
-        self.stream.restart();
+        Some(Box::new(Self { rng: seed::fork(&self.rng, seed), ..self.clone() }))
     }
 }

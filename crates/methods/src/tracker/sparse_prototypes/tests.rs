@@ -4,6 +4,7 @@ use super::super::ivt;
 use super::*;
 use crate::dataset::{Sequence, otb, synthetic};
 use crate::region::Rect;
+use crate::tracker::testing;
 use proptest::prelude::*;
 
 const N: usize = 256;
@@ -116,9 +117,7 @@ fn block(x: f64, y: f64) -> Region {
 fn track(entry: &Entry<dyn TrackerConfig>, text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
     let setup = entry.build_from_text(text).unwrap();
     let sequence = sequence();
-    let mut tracker = setup.open(&RunContext { sequence: &sequence, run: 0, seed, data_root: None }).unwrap();
-    let first = tracker.init(&frames[0], &block(30.0, 20.0)).unwrap();
-    std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
+    testing::track(&*setup, &sequence, seed, &block(30.0, 20.0), frames)
 }
 
 fn centres(states: &[TrackerState]) -> Vec<(f64, f64)> {
@@ -178,21 +177,27 @@ fn the_posterior_is_of_the_components_with_noise() {
     assert!(matches!(&turning[2].region, Region::Polygon(p) if p.len() == 4));
 }
 
+/// A tracker that was started on a frame without contrast.
+fn tracking(model: Model) -> Tracking {
+    let frame = Frame::new(100, 80, vec![9; 3 * 100 * 80]);
+    Tracking::new(model, 1, &frame, &block(30.0, 20.0)).unwrap()
+}
+
 // By hand, with a basis that is orthogonal to what hides the target: 64, 300 and 700 of 1024 pixels are far beyond lambda, which are shares of .06, .29 and .68.
 #[test]
 fn what_is_occluded_is_not_learned() {
     let model = Params { max_basis: 1, ..Params::default() }.model();
-    let mut tracking = Tracking::new(model, 1);
+    let mut tracker = tracking(model);
     let ripple: Vec<f64> = (0..PIXELS).map(|n| if n % 2 == 0 { 0.02 } else { -0.02 }).collect();
     let mut pca = IncrementalPca::new(PIXELS);
     pca.update(&[vec![0.5; PIXELS], ripple.iter().map(|r| 0.5 + r).collect()], 1.0, 1);
-    let subspace = Subspace::of(&pca);
+    tracker.subspace = Subspace::of(&pca);
     for (hidden, learned, replaced) in [(64, true, false), (300, true, true), (700, false, false)] {
         let window: Vec<f32> = (0..PIXELS).map(|n| if n < hidden { 0.9 } else { 0.5 }).collect();
         let mut cleaned = window.clone();
-        assert_eq!(tracking.clean(&subspace, &mut cleaned), learned, "{hidden}");
+        assert_eq!(tracker.clean(&mut cleaned), learned, "{hidden}");
         assert_eq!(cleaned[hidden..], window[hidden..]);
-        let expected = if replaced { &subspace.mean()[..hidden] } else { &window[..hidden] };
+        let expected = if replaced { &tracker.subspace.mean()[..hidden] } else { &window[..hidden] };
         assert_eq!(&cleaned[..hidden], expected, "{hidden}");
     }
 }
@@ -202,13 +207,11 @@ fn what_is_occluded_is_not_learned() {
 fn a_real_face_is_followed() {
     let root = trackfail_testing::real_data();
     let sequence = otb::load(&root.join("otb/FaceOcc1"), &otb::Options::default()).unwrap();
-    let setup = ENTRY.build_from_text("{}").unwrap();
-    let mut tracker =
-        setup.open(&RunContext { sequence: &sequence, run: 0, seed: 1, data_root: None }).unwrap();
+    let config = ENTRY.build_from_text("{}").unwrap();
+    let frames: Vec<Frame> = (0..60).map(|t| sequence.frame(t).unwrap()).collect();
+    let states = testing::track(&*config, &sequence, 1, sequence.truth[0].as_ref().unwrap(), &frames);
     let mut mean = 0.0;
-    for t in 0..60 {
-        let (frame, truth) = (sequence.frame(t).unwrap(), sequence.truth[t].as_ref().unwrap());
-        let state = if t == 0 { tracker.init(&frame, truth) } else { tracker.update(&frame) }.unwrap();
+    for (state, truth) in states.iter().zip(sequence.truth.iter().flatten()) {
         let both = state.region.intersection(truth);
         mean += both / (state.region.area() + truth.area() - both) / 60.0;
     }

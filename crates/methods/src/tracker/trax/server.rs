@@ -1,7 +1,7 @@
 //! A tracker of ours for whoever speaks TraX: the server's side of versions 1 to 3, one target, images by
 //! path, rectangles and polygons.
 //!
-//! Every `initialize` opens the tracker anew. A state has the property `confidence` where the tracker's
+//! Every `initialize` starts the tracker anew. A state has the property `confidence` where the tracker's
 //! posterior has a likelihood. Anything that goes wrong ends the session with `quit` and its `trax.reason`.
 
 use super::{Answer, Hello, Message, Properties, Reader, TraxError, write};
@@ -37,7 +37,7 @@ pub struct Server<'a> {
     /// What it is, on one line.
     pub description: &'a str,
     /// Its parameters.
-    pub setup: &'a dyn TrackerConfig,
+    pub config: &'a dyn TrackerConfig,
     /// Seed of every start.
     pub seed: u64,
 }
@@ -81,8 +81,16 @@ impl Server<'_> {
                 (Some(Message::Initialize { image: Some(image), region, .. }), _) => {
                     let sequence = sequence(&image, Some(region.clone()));
                     let frame = sequence.frame(0)?;
-                    let start = RunContext { sequence: &sequence, run: 0, seed: self.seed, data_root: None };
-                    tracker.insert(self.setup.open(&start)?).init(&frame, &region)?
+                    let context = RunContext {
+                        sequence: &sequence,
+                        start_frame: 0,
+                        run: 0,
+                        seed: self.seed,
+                        data_root: None,
+                    };
+                    let (started, state) = self.config.start(&context, &frame, &region)?;
+                    tracker = Some(started);
+                    state
                 }
                 (Some(Message::Frame { image, .. }), Some(tracker)) => tracker.update(&read(&image)?)?,
                 (Some(Message::Frame { .. }), None) => return Err(unexpected("frame", "`initialize` first")),
