@@ -1,9 +1,10 @@
 //! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned; and
-//! suites of one's own.
+//! user suites.
 
 use super::Failure;
 use super::output::{self, Format};
-use crate::dataset::lock::{self, Finding, Suite};
+use crate::dataset::lock;
+use crate::dataset::suite::{self, Catalog, Finding, Suite};
 use crate::dataset::{DatasetError, Sequence, text, vot};
 use crate::engine::store;
 use clap::Subcommand;
@@ -102,6 +103,8 @@ impl From<Layout> for lock::Format {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
     let root = root.as_deref();
+    let catalog = super::catalog(root)?;
+    let chosen = |names: &[String]| chosen(&catalog, names);
     let mut out = Vec::new();
     let outcome = match &args.verb {
         Verb::List { suites, format: Format::Table } if suites.is_empty() => {
@@ -109,18 +112,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
         Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
-        Verb::Fetch(args) => super::fetch::run(args, root),
-        Verb::Add(args) => add(&mut out, args, root),
+        Verb::Fetch(args) => super::fetch::run(args, &catalog, root),
+        Verb::Add(args) => add(&mut out, args, &catalog, root),
         Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
     };
     output::write(&String::from_utf8_lossy(&out))?;
     outcome
 }
 
-fn chosen(names: &[String]) -> Result<Vec<Suite>, Failure> {
-    let all = || lock::names().into_iter().map(String::from).collect();
-    let names: Vec<String> = if names.is_empty() { all() } else { names.to_vec() };
-    names.iter().map(|n| lock::suite(n).map_err(|e| Failure::Usage(e.to_string()))).collect()
+/// The suites of these names; all if there are none.
+fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Suite>, Failure> {
+    if names.is_empty() {
+        return Ok(catalog.suites().collect());
+    }
+    names.iter().map(|n| catalog.suite(n).map_err(|e| Failure::Usage(e.to_string()))).collect()
 }
 
 /// Ends quietly when the reader of a pipe has gone.
@@ -134,7 +139,7 @@ fn written(result: std::io::Result<()>) -> Result<(), Failure> {
 /// One line of `data list`.
 #[derive(Debug, Serialize)]
 struct Row {
-    suite: &'static str,
+    suite: String,
     sequence: String,
     status: &'static str,
     frames: Option<usize>,
@@ -156,7 +161,7 @@ fn number(n: Option<usize>) -> String {
 impl Row {
     fn cells(&self) -> [String; 9] {
         [
-            self.suite.into(),
+            self.suite.clone(),
             self.sequence.clone(),
             self.status.into(),
             number(self.frames),
@@ -174,7 +179,7 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
     let annotated = |s: &Sequence| s.truth.iter().flatten().count();
     if suite.entries().is_empty() {
         let row = |s: &Sequence| Row {
-            suite: suite.name(),
+            suite: suite.name().into(),
             sequence: s.name.clone(),
             status: "rendered",
             frames: Some(s.len()),
@@ -196,7 +201,7 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
             _ => ("present", String::new()),
         };
         Row {
-            suite: suite.name(),
+            suite: suite.name().into(),
             sequence: entry.name.clone(),
             status,
             frames: entry.frames.or(here.map(Sequence::len)),
@@ -327,34 +332,35 @@ fn verify(
     Ok(())
 }
 
-fn add(out: &mut impl Write, args: &AddArgs, root: Option<&Path>) -> Result<(), Failure> {
+fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
         return Err(Failure::Usage(
             "`data add` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
         ));
     };
     let data = |e: DatasetError| Failure::Data(e.to_string());
-    lock::check_name(&args.name)
+    suite::check_name(&args.name)
         .map_err(|m| Failure::Usage(format!("{}: {m}", text::visible(&args.name))))?;
-    let path = root.join(lock::OWN_LOCK);
-    if lock::names().contains(&args.name.as_str()) {
+    let path = root.join(suite::USER_LOCK);
+    if catalog.names().any(|known| known == args.name.as_str()) {
         let message = format!("{} is in {}; remove its section there first", args.name, path.display());
         return Err(Failure::Usage(message));
     }
     let only = args.list.as_deref().map(vot::read_list).transpose().map_err(data)?;
-    let wanted = lock::Wanted {
+    let wanted = suite::GatherRequest {
         name: &args.name,
         title: args.title.as_deref(),
         format: args.format.into(),
         folder: args.folder.trim_end_matches('/'),
         only: only.as_deref(),
     };
-    let section = lock::gather(&wanted, root).map_err(data)?;
+    let section = suite::gather(&wanted, root).map_err(data)?;
     let before = if path.exists() { text::read(&path).map_err(data)? } else { String::new() };
-    let whole = lock::with_sections(&before, &section);
-    lock::add_own(&path, whole.as_bytes()).map_err(data)?;
+    let whole = suite::with_sections(&before, &section);
+    let mut catalog = catalog.clone();
+    catalog.add_file(&path, whole.as_bytes()).map_err(data)?;
     store::write(&path, whole.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
-    let count = lock::suite(&args.name).map_or(0, |s| s.entries().len());
+    let count = catalog.suite(&args.name).map_err(data)?.entries().len();
     let what = if count == 1 { "sequence" } else { "sequences" };
     written(writeln!(out, "{}: {count} {what}, in {}", args.name, path.display()))
 }

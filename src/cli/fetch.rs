@@ -2,7 +2,7 @@
 
 use super::{Failure, output};
 use crate::dataset::fetch::{self, FetchError, Fetched, Job, Options, Plan, Wanted, Watch, Workspace};
-use crate::dataset::lock::{self, Finding, Suite};
+use crate::dataset::suite::{Catalog, Finding, Suite};
 use crate::plugin::unknown;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeSet;
@@ -29,12 +29,12 @@ pub struct Args {
 /// [`Failure::Usage`] for unknown names, no data root, and licences that are not agreed to;
 /// [`Failure::Data`] for what is not at its address, not what was pinned, refused, or to be got by hand;
 /// [`Failure::Io`] for network and disk.
-pub fn run(args: &Args, root: Option<&Path>) -> Result<(), Failure> {
+pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
         let what = "`data fetch` needs a data root; make a folder and give --data-root or TRACKFAIL_DATA";
         return Err(Failure::Usage(what.into()));
     };
-    let wanted = chosen(&args.wanted)?;
+    let wanted = chosen(catalog, &args.wanted)?;
     let plan = fetch::plan(&wanted, root);
     output::write(&known(&plan))?;
     let options = Options { mirror: args.mirror.clone(), ..Options::default() };
@@ -57,8 +57,8 @@ pub fn run(args: &Args, root: Option<&Path>) -> Result<(), Failure> {
 }
 
 /// Suites and sequences by name.
-fn chosen(names: &[String]) -> Result<Vec<Wanted>, Failure> {
-    let all: Vec<String> = lock::names().into_iter().map(String::from).collect();
+fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Wanted>, Failure> {
+    let all: Vec<String> = catalog.names().map(String::from).collect();
     let names = if names.is_empty() { &all } else { names };
     let mut chosen: Vec<Wanted> = Vec::new();
     for name in names {
@@ -66,7 +66,7 @@ fn chosen(names: &[String]) -> Result<Vec<Wanted>, Failure> {
             Some((suite, sequence)) => (suite, Some(sequence)),
             None => (name.as_str(), None),
         };
-        let suite = lock::suite(suite).map_err(|e| Failure::Usage(e.to_string()))?;
+        let suite = catalog.suite(suite).map_err(|e| Failure::Usage(e.to_string()))?;
         let known = suite.sequence_names();
         if let Some(sequence) = sequence
             && !known.iter().any(|n| n == sequence)
@@ -102,12 +102,12 @@ fn known(plan: &Plan) -> String {
 }
 
 /// The suites that have something to download, each with its licence text.
-fn suites_of(plan: &Plan, wanted: &[Wanted]) -> Vec<(&'static str, String)> {
+fn suites_of<'w>(plan: &Plan, wanted: &'w [Wanted]) -> Vec<(&'w str, String)> {
     let downloads = |suite: &Suite| {
         let prefix = format!("{}/", suite.name());
         plan.jobs.iter().flat_map(|job| &job.sequences).any(|name| name.starts_with(&prefix))
     };
-    let text = |suite: &Suite| {
+    let text = |suite: &'w Suite| {
         let (source, licence) = suite.source()?;
         let (name, title) = (suite.name(), suite.title());
         Some((name, format!("{name}: {title}\nsource: {source}\nlicence: {licence}\n")))
@@ -300,7 +300,7 @@ mod tests {
     }
 
     fn wanted() -> Vec<Wanted> {
-        chosen(&["vot2014/diving".into()]).unwrap()
+        chosen(&Catalog::default(), &["vot2014/diving".into()]).unwrap()
     }
 
     fn job(url: String) -> Job {
@@ -333,12 +333,14 @@ mod tests {
     #[test]
     fn names_are_suites_or_sequences() {
         let names = |text: &[&str]| {
-            let chosen = chosen(&text.iter().map(|t| String::from(*t)).collect::<Vec<_>>());
-            chosen.map(|c| c.iter().map(|w| (w.suite.name(), w.sequences.len())).collect::<Vec<_>>())
+            let chosen =
+                chosen(&Catalog::default(), &text.iter().map(|t| String::from(*t)).collect::<Vec<_>>());
+            chosen
+                .map(|c| c.iter().map(|w| (w.suite.name().to_owned(), w.sequences.len())).collect::<Vec<_>>())
         };
-        assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]).unwrap(), [("vot2014", 2)]);
-        assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014", 25)]);
-        assert_eq!(names(&[]).unwrap().len(), lock::names().len());
+        assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]).unwrap(), [("vot2014".into(), 2)]);
+        assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014".into(), 25)]);
+        assert_eq!(names(&[]).unwrap().len(), Catalog::default().names().count());
         assert!(matches!(names(&["vot2014/bal"]), Err(Failure::Usage(text)) if text.contains("ball")));
     }
 
@@ -367,7 +369,8 @@ mod tests {
     #[test]
     fn the_licence_is_that_of_suites_with_downloads() {
         let plan = Plan { jobs: vec![job(String::new())], ..Plan::default() };
-        let texts = suites_of(&plan, &chosen(&[]).unwrap());
+        let all = chosen(&Catalog::default(), &[]).unwrap();
+        let texts = suites_of(&plan, &all);
         assert_eq!(texts.len(), 1);
         assert!(texts[0].1.starts_with("vot2014: ") && texts[0].1.contains("\nlicence: "));
     }

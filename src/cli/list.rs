@@ -3,7 +3,7 @@
 use super::output::{self, Format};
 use super::{Failure, report, run};
 use crate::analysis::ANALYSES;
-use crate::dataset::lock;
+use crate::dataset::suite::Suite;
 use crate::detector::DETECTORS;
 use crate::engine::Stop;
 use crate::engine::plan::CellState;
@@ -64,11 +64,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&headings, experiments(args)?)
         }
         What::Suites => {
-            super::data_root(args.data_root.as_deref())?;
-            let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
+            let catalog = super::catalog(super::data_root(args.data_root.as_deref())?.as_deref())?;
             let row =
-                |s: lock::Suite| vec![s.name().into(), s.load(None).wanted.to_string(), s.title().into()];
-            print(&["suite", "targets", "title"], suites.map(row).collect())
+                |s: Suite| vec![s.name().into(), s.sequence_names().len().to_string(), s.title().into()];
+            print(&["suite", "targets", "title"], catalog.suites().map(row).collect())
         }
         What::Trackers => print(&plugin, trackers(args)?),
         What::Signals => print(&plugin, plugins(SIGNALS)),
@@ -87,11 +86,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let finished = report::finished(&args.results);
     let root = super::data_root(args.data_root.as_deref())?;
+    let catalog = super::catalog(root.as_deref())?;
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
     let store = Store::open_read_only(&args.results).map_err(|e| io(&e))?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
-        let e = run::read_spec(name, &Programs::default())?;
+        let e = run::read_spec(name, &catalog, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
         let suites = engine::execute::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
         let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;

@@ -21,6 +21,7 @@ pub mod serve_trax;
 pub mod slurm;
 pub mod why;
 
+use crate::dataset::suite::Catalog;
 use crate::spec::programs;
 use crate::tracker::process::Programs;
 use clap::{Parser, Subcommand};
@@ -104,21 +105,29 @@ fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> 
     Ok(threads.install(work))
 }
 
-/// The data root: what was given, else TRACKFAIL_DATA unless it is empty. The suites of its own
-/// datasets.lock are known from then on.
+/// The data root: what was given, else TRACKFAIL_DATA unless it is empty.
 ///
 /// # Errors
-/// [`Failure::Data`] when it is no folder, or when that file is wrong.
+/// [`Failure::Data`] when it is no folder.
 fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
     let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
     let root = given.map(Path::to_path_buf).or(named);
     if let Some(root) = root.as_ref().filter(|r| !r.is_dir()) {
         return Err(Failure::Data(format!("{}: the data root is no folder", root.display())));
     }
-    if let Some(root) = &root {
-        crate::dataset::lock::read_own(root).map_err(|e| Failure::Data(e.to_string()))?;
-    }
     Ok(root)
+}
+
+/// The built-in suites and the user suites of a data root.
+///
+/// # Errors
+/// [`Failure::Data`] when the data root's own datasets.lock cannot be read or is wrong.
+fn catalog(data_root: Option<&Path>) -> Result<Catalog, Failure> {
+    let mut catalog = Catalog::default();
+    if let Some(root) = data_root {
+        catalog.add_root(root).map_err(|e| Failure::Data(e.to_string()))?;
+    }
+    Ok(catalog)
 }
 
 /// The file of programs: what was given, else TRACKFAIL_PLUGINS unless it is empty, else `plugins.toml` in

@@ -2,7 +2,7 @@
 
 use super::output::{self, Format};
 use super::{Failure, export};
-use crate::dataset::lock::Loaded;
+use crate::dataset::suite::{Catalog, Loaded};
 use crate::engine::CellError;
 use crate::engine::Shard;
 use crate::engine::observe::progress::{self, ProgressWatch};
@@ -98,7 +98,7 @@ const MOST_TOLD: usize = 50;
 ///
 /// # Errors
 /// When there is no such file, or it is wrong.
-pub fn read_spec(name: &str, programs: &Programs) -> Result<Experiment, Failure> {
+pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<Experiment, Failure> {
     let path = Path::new(name);
     let text = if path.is_file() {
         spec::read_text(path).map_err(|e| Failure::Usage(e.to_string()))?
@@ -111,7 +111,7 @@ pub fn read_spec(name: &str, programs: &Programs) -> Result<Experiment, Failure>
             plugin::unknown("built-in experiment", name, known)
         )));
     };
-    spec::parse_with(name, &text, programs).map_err(|e| Failure::Usage(e.to_string()))
+    spec::parse_with(name, &text, catalog, Some(programs)).map_err(|e| Failure::Usage(e.to_string()))
 }
 
 /// Runs the verb.
@@ -123,9 +123,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let names =
         if args.specs.is_empty() { vec![builtin::QUICKSTART.to_string()] } else { args.specs.clone() };
     let programs = super::programs(args.plugins.as_deref())?;
+    let catalog = super::catalog(args.data_root.as_deref())?;
     // All files are checked before the first is run.
     let mut experiments =
-        names.iter().map(|name| read_spec(name, &programs)).collect::<Result<Vec<_>, _>>()?;
+        names.iter().map(|name| read_spec(name, &catalog, &programs)).collect::<Result<Vec<_>, _>>()?;
     if let Some(runs) = args.runs {
         experiments.iter_mut().for_each(|e| e.limit_runs(runs));
     }

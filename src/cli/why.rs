@@ -39,7 +39,8 @@ pub struct Args {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
-    let experiment = run::read_spec(&args.experiment, &super::programs(args.plugins.as_deref())?)?;
+    let (catalog, programs) = (super::catalog(root.as_deref())?, super::programs(args.plugins.as_deref())?);
+    let experiment = run::read_spec(&args.experiment, &catalog, &programs)?;
     let suites = crate::engine::execute::load(&experiment, root.as_deref())
         .map_err(|e| Failure::Data(e.to_string()))?;
     for (role, suite) in &suites {

@@ -14,6 +14,7 @@ use trackfail::dataset::fetch::{
     Caps, FetchError, Fetched, Job, MARKER, Options, Patience, Watch, Workspace, fetch,
 };
 use trackfail::dataset::lock;
+use trackfail::dataset::suite::Catalog;
 
 /// Keeps what it is told.
 #[derive(Default)]
@@ -235,11 +236,10 @@ fn an_archive_without_the_folder_names_what_it_has() {
 }
 
 /// The first sequence of the list that can, or cannot, be downloaded.
-fn listed(downloads: bool) -> Option<(String, &'static lock::Entry)> {
-    let suites = lock::names().into_iter().filter_map(|name| lock::suite(name).ok());
-    suites.flat_map(|s| s.entries().iter().map(move |e| (s.name(), e))).find_map(|(suite, entry)| {
-        let known = entry.archive.as_deref().is_some_and(|name| lock::archive(name).is_some());
-        (known == downloads).then(|| (format!("{suite}/{}", entry.name), entry))
+fn listed(downloads: bool) -> Option<(String, lock::Entry)> {
+    Catalog::default().suites().find_map(|suite| {
+        let entry = suite.entries().iter().find(|entry| entry.archives().next().is_some() == downloads)?;
+        Some((format!("{}/{}", suite.name(), entry.name), entry.clone()))
     })
 }
 

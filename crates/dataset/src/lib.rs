@@ -16,6 +16,7 @@ mod labelled;
 pub mod lasot;
 pub mod lock;
 pub mod otb;
+pub mod suite;
 pub mod synthetic;
 pub mod text;
 pub mod video;

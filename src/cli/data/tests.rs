@@ -12,7 +12,7 @@ fn parse(words: &[&str]) -> Args {
 }
 
 fn vot() -> Vec<Suite> {
-    vec![lock::suite("vot2014").unwrap()]
+    vec![Catalog::default().suite("vot2014").unwrap()]
 }
 
 /// A root with one sequence that is too short and 24 missing ones.
@@ -64,8 +64,8 @@ fn lists_in_three_formats() {
 #[test]
 fn without_a_suite_each_has_one_line() {
     let root = root();
-    let text = overview(&chosen(&[]).unwrap(), Some(root.path()));
-    assert_eq!(text.lines().count(), lock::names().len() + 2);
+    let text = overview(&chosen(&Catalog::default(), &[]).unwrap(), Some(root.path()));
+    assert_eq!(text.lines().count(), Catalog::default().names().count() + 2);
     let line = |name: &str| {
         let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap();
         line.split_whitespace().map(String::from).collect::<Vec<_>>()
@@ -81,11 +81,11 @@ fn without_a_suite_each_has_one_line() {
 #[test]
 fn unknown_numbers_of_frames_are_empty() {
     let mut out = Vec::new();
-    list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Csv).unwrap();
+    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], None, Format::Csv).unwrap();
     let text = String::from_utf8(out).unwrap();
     assert!(text.contains("\nvot2013,cup,missing,,,unknown,vot2013/cup,"), "{text}");
     let mut out = Vec::new();
-    list(&mut out, &[lock::suite("vot2013").unwrap()], None, Format::Json).unwrap();
+    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], None, Format::Json).unwrap();
     let rows: Vec<serde_json::Value> = serde_json::from_slice(&out).unwrap();
     assert!(rows.iter().all(|r| r["frames"].is_null()));
 }
@@ -112,7 +112,7 @@ fn verify_tells_missing_from_differing() {
 fn real_data_verify_and_pin() {
     let root = trackfail_testing::real_data();
     let mut out = Vec::new();
-    verify(&mut out, &chosen(&[]).unwrap(), Some(&root), true).unwrap();
+    verify(&mut out, &chosen(&Catalog::default(), &[]).unwrap(), Some(&root), true).unwrap();
     let mut lines = Vec::new();
     pin(&mut lines, &vot(), Some(&root)).unwrap();
     let lines = String::from_utf8(lines).unwrap();

@@ -91,12 +91,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Checks everything that could make a script wrong.
 fn plan(args: &Args) -> Result<Plan, Failure> {
-    // Its suites may be those of an experiment.
     let data_root = super::data_root(args.data_root.as_deref())?;
+    let catalog = super::catalog(data_root.as_deref())?;
     let mut specs = Vec::new();
     let programs = super::programs(args.plugins.as_deref())?;
     for name in &args.specs {
-        read_spec(name, &programs)?;
+        read_spec(name, &catalog, &programs)?;
         let is_file = Path::new(name).is_file();
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }

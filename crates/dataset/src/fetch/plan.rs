@@ -2,7 +2,8 @@
 
 use super::address::Address;
 use crate::archive::{Archive, Packing};
-use crate::lock::{self, Missing, Suite, below};
+use crate::lock::{below, pinned_suite, pinned_suite_names};
+use crate::suite::{Missing, Suite};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -99,11 +100,11 @@ fn by_hand(missing: &Missing) -> String {
     format!("{}; its folder is {}", missing.how_to_get, missing.folder)
 }
 
-/// The folders of all suites' sequences by the archive they come in.
+/// The folders of all sequences by the archive they come in; those of user suites come in none.
 fn folders_by_archive() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for suite in lock::names().into_iter().filter_map(|name| lock::suite(name).ok()) {
-        for entry in suite.entries() {
+    for suite in pinned_suite_names().filter_map(pinned_suite) {
+        for entry in &suite.sequence {
             for archive in entry.archives() {
                 folders.entry(&archive.name).or_default().insert(&entry.folder);
             }

@@ -1,10 +1,10 @@
-//! One line of `datasets.lock`.
+//! One sequence of `datasets.lock`: a line of the file.
 
 use crate::archive::Archive;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Layout of a suite's folders.
+/// Format of a suite's folders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
@@ -22,7 +22,7 @@ pub enum Format {
 
 impl Format {
     /// The word for it.
-    pub(super) fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Otb => "otb",
             Self::Vot => "vot",
@@ -33,7 +33,7 @@ impl Format {
     }
 }
 
-/// What a target is, for tables by type.
+/// Type of a target, for tables by type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetType {
@@ -67,43 +67,43 @@ pub struct Entry {
     pub name: String,
     /// Folder under the data root, parts separated by `/`.
     pub folder: String,
-    /// Layout of the folder where it is not the suite's.
+    /// Format of the folder where it is not the suite's.
     pub format: Option<Format>,
-    /// Which target of the folder, where there are several: OTB from 1, CVML the object's id.
+    /// Which target of a folder with several: OTB counts from 1, CVML uses the object's id.
     pub target: Option<u32>,
-    /// First and last frame used, in the dataset's numbers; all frames there are where no source states them.
+    /// First and last frame used, in the dataset's numbers; without it, all frames of the folder.
     pub range: Option<(u32, u32)>,
-    /// First and last frame of the dataset's own range; what the ground truth covers where not stated.
+    /// First and last frame of the dataset's own range; without it, the frames that the ground truth covers.
     pub official: Option<(u32, u32)>,
-    /// Number of frames used, where it is known.
+    /// Number of frames used, if known.
     pub frames: Option<usize>,
-    /// Width and height in pixels, where a copy has been seen.
+    /// Width and height in pixels, if a copy has been read.
     pub size: Option<(usize, usize)>,
-    /// What the target is, where it is known.
+    /// Type of the target, if known.
     pub target_type: Option<TargetType>,
     /// Codes of OTB attributes.
     #[serde(default)]
     pub attributes: Vec<String>,
-    /// Files digest, where a copy has been seen.
+    /// Files digest, if a copy has been read.
     pub digest: Option<String>,
-    /// Name of the [`Archive`] it comes in, where its address is known.
+    /// Name of the [`Archive`] it comes in, if its address is known.
     pub archive: Option<String>,
-    /// Name of the [`Archive`] its ground truth comes in, where that is another.
+    /// Name of the [`Archive`] its ground truth comes in, if that is another.
     pub truth_archive: Option<String>,
 }
 
 impl Entry {
-    /// The downloads it needs; none where no address is known.
+    /// The archives it comes in; none if no address is known.
     pub fn archives(&self) -> impl Iterator<Item = &'static Archive> {
         [&self.archive, &self.truth_archive].into_iter().flatten().filter_map(|name| super::archive(name))
     }
 
     /// The sequence's folder under `root`.
-    pub(super) fn path(&self, root: &Path) -> PathBuf {
+    pub(crate) fn path(&self, root: &Path) -> PathBuf {
         below(root, &self.folder)
     }
 
-    /// The entry as it stands in `datasets.lock`.
+    /// The entry's line in `datasets.lock`.
     pub fn line(&self) -> String {
         use std::fmt::Write as _;
         let pair = |p: (u32, u32)| format!("[{}, {}]", p.0, p.1);
@@ -145,7 +145,10 @@ impl Entry {
 }
 
 /// The attributes of a sequence: OTB's codes spelled out, and the type of the target.
-pub(crate) fn words(codes: &[String], target_type: Option<TargetType>) -> impl Iterator<Item = String> {
+pub(crate) fn attribute_words(
+    codes: &[String],
+    target_type: Option<TargetType>,
+) -> impl Iterator<Item = String> {
     let target = target_type.map(|t| format!("target-{}", t.word()));
     codes.iter().map(|code| attribute_word(code).to_owned()).chain(target)
 }

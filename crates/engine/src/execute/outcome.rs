@@ -6,7 +6,7 @@ use super::judge::Judged;
 use super::track::Tracks;
 use super::train::Model;
 use crate::dataset::Sequence;
-use crate::dataset::lock::Missing;
+use crate::dataset::suite::Missing;
 use crate::detector::DetectorOutput;
 use crate::error::CellError;
 use crate::observe::tally::Tally;

@@ -12,7 +12,7 @@ use super::tracking;
 use super::train::{self, ReadyDetectors};
 use super::units::{Unit, frames_to_do, units};
 use crate::dataset::DatasetError;
-use crate::dataset::lock::{self, Loaded};
+use crate::dataset::suite::{Catalog, Loaded};
 use crate::error::{CellError, RunError};
 use crate::plan::{self, ExperimentPlan, Job, variants};
 use crate::spec::Experiment;
@@ -30,7 +30,9 @@ pub fn load(
 ) -> Result<BTreeMap<String, Loaded>, DatasetError> {
     plan::needed_roles(experiment)
         .into_iter()
-        .map(|role| Ok((role.to_string(), lock::suite(&experiment.suites[role])?.load(data_root))))
+        .map(|role| {
+            Ok((role.to_string(), experiment.catalog.suite(&experiment.suites[role])?.load(data_root)))
+        })
         .collect()
 }
 
@@ -90,7 +92,7 @@ pub fn run<'s>(
     Ok(Outcome {
         suite: test.name.clone(),
         rules: count_rules(plan, &tracks),
-        differing: differing(&digests)?,
+        differing: differing(&plan.experiment.catalog, &digests)?,
         sequences: test.sequences.iter().map(|s| s.sequence.clone()).collect(),
         missing: test.missing.clone(),
         wanted: test.wanted,
@@ -107,11 +109,14 @@ pub fn run<'s>(
 }
 
 /// Sequences that are not what datasets.lock pins.
-fn differing(digests: &BTreeMap<String, Vec<(String, String)>>) -> Result<Vec<String>, DatasetError> {
+fn differing(
+    catalog: &Catalog,
+    digests: &BTreeMap<String, Vec<(String, String)>>,
+) -> Result<Vec<String>, DatasetError> {
     let mut all = Vec::new();
     for (suite, sequences) in digests {
-        let suite_entries = lock::suite(suite)?;
-        let entries = suite_entries.entries();
+        let known = catalog.suite(suite)?;
+        let entries = known.entries();
         let pinned = |name: &str| entries.iter().find(|e| e.name == name).and_then(|e| e.digest.as_deref());
         let differs = |(name, digest): &&(String, String)| pinned(name).is_some_and(|p| p != digest);
         all.extend(sequences.iter().filter(differs).map(|(name, _)| format!("{suite}/{name}")));

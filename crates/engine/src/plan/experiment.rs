@@ -5,7 +5,7 @@ use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::job::Job;
 use super::recipes::{self, DetectorKey, Read};
 use crate::dataset::Sequence;
-use crate::dataset::lock::{Loaded, Missing};
+use crate::dataset::suite::{Loaded, Missing};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
 use crate::num::seed;

@@ -21,6 +21,7 @@ pub use error::SpecError;
 pub use limits::read_text;
 pub use read::{parse, parse_with};
 
+use crate::dataset::suite::Catalog;
 use crate::score::Protocol;
 use crate::score::chance::Chance;
 use crate::tracker::TrackerConfig;
@@ -52,6 +53,8 @@ pub struct Experiment {
     pub seed: u64,
     /// Role -> suite name; [`TEST`] is always there.
     pub suites: BTreeMap<String, String>,
+    /// The catalog that the suites are looked up in.
+    pub catalog: Catalog,
     /// Trackers in file order.
     pub trackers: Vec<Tracker>,
     /// Methods in file order.

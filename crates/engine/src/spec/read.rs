@@ -5,6 +5,7 @@ use super::error::{Source, SpecError};
 use super::limits::{self, LONGEST, MOST_DETECTORS};
 use super::table::{self, Words};
 use super::{Experiment, TEST, Tracker, analysis, claim, method, wire};
+use crate::dataset::suite::Catalog;
 use crate::dataset::text;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
@@ -23,24 +24,25 @@ const SCHEMA: u32 = 1;
 /// Most repetitions of a tracker.
 const MOST_RUNS: u32 = 1000;
 
-/// Reads and checks an experiment; `file` names it in messages. Programs that it names are not looked for
-/// and cannot be run.
+/// Reads and checks an experiment on built-in suites; `file` names it in messages. Programs that it names are not
+/// looked for and cannot be run.
 ///
 /// # Errors
 /// The first thing that is wrong.
 pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
-    read(file, text, None)
+    parse_with(file, text, &Catalog::default(), None)
 }
 
-/// Reads and checks an experiment that may run `programs`.
+/// Reads and checks an experiment on suites of `catalog` that may run `programs`, as [`parse`] does.
 ///
 /// # Errors
 /// As [`parse`], and a program that is not among them.
-pub fn parse_with(file: &str, text: &str, programs: &Programs) -> Result<Experiment, SpecError> {
-    read(file, text, Some(programs))
-}
-
-fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experiment, SpecError> {
+pub fn parse_with(
+    file: &str,
+    text: &str,
+    catalog: &Catalog,
+    programs: Option<&Programs>,
+) -> Result<Experiment, SpecError> {
     let source = Source { file, text };
     if text.len() > LONGEST {
         return Err(source.error(0..0, format!("an experiment file has at most {LONGEST} bytes")));
@@ -59,7 +61,7 @@ fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experimen
     check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
     limits::check_lists(source, &wire)?;
     let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
-    let suites = read_suites(source, &wire)?;
+    let suites = read_suites(source, &wire, catalog)?;
     let trackers = read_trackers(source, &wire, tracker_params, programs)?;
     let mut methods: Vec<method::Method> = Vec::new();
     let mut room = MOST_DETECTORS;
@@ -111,8 +113,7 @@ fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experimen
         methods: methods.iter().map(|m| m.name.clone()).collect(),
         trackers: trackers.iter().map(|t| t.label.clone()).collect(),
         axes,
-        sequences: crate::dataset::lock::suite(&suites[TEST])
-            .map_or_else(|_| Vec::new(), |s| s.sequence_names()),
+        sequences: catalog.suite(&suites[TEST]).map_or_else(|_| Vec::new(), |s| s.sequence_names()),
         drawn: methods.iter().filter(|m| m.variants.iter().all(|v| v.point.is_empty())).map(name).collect(),
         with_signal: methods
             .iter()
@@ -151,6 +152,7 @@ fn read(file: &str, text: &str, programs: Option<&Programs>) -> Result<Experimen
         protocol,
         seed: wire.seed,
         suites,
+        catalog: catalog.clone(),
         trackers,
         methods,
         analyses,
@@ -297,12 +299,15 @@ fn read_labels(
     Ok(list.iter().map(|name| name.get_ref().clone()).collect())
 }
 
-fn read_suites(source: Source<'_>, wire: &wire::Experiment) -> Result<BTreeMap<String, String>, SpecError> {
-    let known = crate::dataset::lock::names();
+fn read_suites(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    catalog: &Catalog,
+) -> Result<BTreeMap<String, String>, SpecError> {
     let mut suites = BTreeMap::new();
     for (role, suite) in wire.suites.get_ref() {
-        if !known.contains(&suite.get_ref().as_str()) {
-            return Err(source.unknown(suite.span(), "suite", suite.get_ref(), known.iter().copied()));
+        if !catalog.names().any(|known| known == suite.get_ref()) {
+            return Err(source.unknown(suite.span(), "suite", suite.get_ref(), catalog.names()));
         }
         suites.insert(role.clone(), suite.get_ref().clone());
     }

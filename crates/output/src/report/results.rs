@@ -4,14 +4,15 @@
 //! and must have the digest that the manifest states; names in the manifest are compared and never opened.
 //! Links are followed for reading.
 
-use crate::dataset::{DatasetError, lock, text};
+use crate::dataset::suite::Catalog;
+use crate::dataset::{DatasetError, text};
 use crate::engine::execute::analyse::Analysed;
 use crate::engine::execute::supervise::catch;
 use crate::engine::store;
 use crate::region::{Rect, Region};
 use crate::spec::limits::LONGEST;
 use crate::spec::{self, Experiment, SpecError};
-use crate::table::folder::{self, ANALYSES, FolderError, OWN_SUITES};
+use crate::table::folder::{self, ANALYSES, FolderError, USER_SUITES};
 use crate::table::frame;
 use crate::table::layout::Layout;
 use crate::table::manifest::{FORMAT, Manifest, sha256};
@@ -89,12 +90,14 @@ impl Results {
         let spec = folder.join("experiment.toml");
         let text = String::from_utf8(read_whole(folder, &manifest, "experiment.toml", LONGEST as u64)?)
             .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
-        if manifest.files.contains_key(OWN_SUITES) {
-            let suites = read_whole(folder, &manifest, OWN_SUITES, text::LARGEST_TEXT)?;
-            lock::add_own(&folder.join(OWN_SUITES), &suites)
-                .map_err(|e| store::StoreError::new(&folder.join(OWN_SUITES), e))?;
+        let mut catalog = Catalog::default();
+        if manifest.files.contains_key(USER_SUITES) {
+            let suites = read_whole(folder, &manifest, USER_SUITES, text::LARGEST_TEXT)?;
+            catalog
+                .add_file(&folder.join(USER_SUITES), &suites)
+                .map_err(|e| store::StoreError::new(&folder.join(USER_SUITES), e))?;
         }
-        let experiment = spec::parse(&spec.display().to_string(), &text)?;
+        let experiment = spec::parse_with(&spec.display().to_string(), &text, &catalog, None)?;
         let measures = read_whole(folder, &manifest, "measures.csv", LARGEST_TABLE)?;
         let mut measures = records::read_measures(measures)
             .map_err(|e| store::StoreError::new(&folder.join("measures.csv"), e))?;

@@ -7,7 +7,6 @@ use super::manifest::{self, Manifest, TrackerRecord};
 use super::measures::{self, Measure};
 use super::records::CellScore;
 use super::{latex, leaderboard, macros, number, quality, records, render};
-use crate::dataset::lock;
 use crate::engine::Outcome;
 use crate::engine::execute::analyse::Analysed;
 use crate::engine::store::{self, StoreError};
@@ -39,8 +38,8 @@ pub enum FolderError {
 pub const MANIFEST: &str = "manifest.json";
 /// What analyses found out, in a results folder of an experiment that has any.
 pub const ANALYSES: &str = "analyses.json";
-/// The suites of one's own that the experiment names, in a results folder of one that does.
-pub const OWN_SUITES: &str = "suites.lock";
+/// The user suites that the experiment names; absent if it names none.
+pub const USER_SUITES: &str = "suites.lock";
 /// The folders in a results folder in which nothing else lies.
 pub const OWNED: [&str; 3] = ["tables", "models", "stills"];
 
@@ -74,8 +73,8 @@ pub fn write(
         Ok(store::write(&folder.join(name), bytes)?)
     };
     keep("experiment.toml", experiment.source.as_bytes())?;
-    if let Some(suites) = lock::own_text(experiment.suites.values().map(String::as_str)) {
-        keep(OWN_SUITES, suites.as_bytes())?;
+    if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
+        keep(USER_SUITES, suites.as_bytes())?;
     }
     keep("scores.csv", &frame::to_csv(&mut records::scores(experiment, outcome)?)?)?;
     keep("measures.csv", &frame::to_csv(&mut records::measures(&outcome.suite, &pooled)?)?)?;

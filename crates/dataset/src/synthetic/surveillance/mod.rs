@@ -272,7 +272,7 @@ fn plan(script: &Script, entry: &'static RenderedEntry) -> Plan {
     own.pop();
     behind.extend(own);
     let front: Vec<Actor> = cast(true).flat_map(|o| o.cast(script, way, length)).collect();
-    let words = crate::sorted(lock::words(&entry.attributes, Some(entry.target_type)));
+    let words = crate::sorted(lock::attribute_words(&entry.attributes, Some(entry.target_type)));
     let attributes: Vec<&'static str> = words.into_iter().map(|word| &*word.leak()).collect();
     Plan {
         name: script.name,
@@ -294,7 +294,7 @@ fn plan(script: &Script, entry: &'static RenderedEntry) -> Plan {
 
 /// The plans of the suite `name`: a script for each entry of `datasets.lock`, in its order.
 fn plans(name: &str, scripts: &'static [Script]) -> Vec<Plan> {
-    let entries = lock::rendered(name);
+    let entries = lock::rendered_entries(name);
     let script = |e: &'static RenderedEntry| scripts.iter().find(|s| s.name == e.name).map(|s| plan(s, e));
     entries.iter().filter_map(script).collect()
 }

@@ -38,11 +38,11 @@ fn differing(a: &Frame, b: &Frame) -> usize {
 #[test]
 fn every_entry_has_its_script_and_every_script_its_entry() {
     for (name, scripts) in [("synthetic-d1", d1::SCRIPTS), ("synthetic-d2", d2::SCRIPTS)] {
-        let entries: Vec<&str> = lock::rendered(name).iter().map(|e| e.name.as_str()).collect();
+        let entries: Vec<&str> = lock::rendered_entries(name).iter().map(|e| e.name.as_str()).collect();
         assert_eq!(entries, scripts.iter().map(|s| s.name).collect::<Vec<_>>());
         let q = sequences(name).unwrap();
         assert_eq!(q.len(), entries.len());
-        for (q, e) in q.iter().zip(lock::rendered(name)) {
+        for (q, e) in q.iter().zip(lock::rendered_entries(name)) {
             assert_eq!((q.name.as_str(), q.len()), (e.name.as_str(), e.frames));
             assert_eq!(q.size().unwrap(), e.size, "{}", q.name);
             assert!(q.attributes.contains(&format!("target-{}", e.target_type.word())), "{}", q.name);
@@ -54,7 +54,7 @@ fn every_entry_has_its_script_and_every_script_its_entry() {
 #[test]
 fn the_suites_have_the_papers_sizes() {
     for (name, count, frames, lengths) in [(NAMES[0], 18, 3400, 120..=350), (NAMES[1], 51, 7500, 100..=250)] {
-        let entries = lock::rendered(name);
+        let entries = lock::rendered_entries(name);
         assert_eq!(entries.len(), count);
         let sum: usize = entries.iter().map(|e| e.frames).sum();
         assert!(sum.abs_diff(frames) <= 300, "{name}: {sum}");
@@ -70,7 +70,7 @@ fn the_suites_have_the_papers_sizes() {
 #[test]
 fn a_target_is_what_its_entry_says() {
     for name in NAMES {
-        for (plan, e) in suite(name).plans().iter().zip(lock::rendered(name)) {
+        for (plan, e) in suite(name).plans().iter().zip(lock::rendered_entries(name)) {
             let expected = match plan.target.kind {
                 Kind::Roof | Kind::Car | Kind::Rear => TargetType::Car,
                 Kind::Person => TargetType::Person,

@@ -1,5 +1,6 @@
 use super::*;
-use crate::dataset::{Frames, Numbering, lock};
+use crate::dataset::suite::Catalog;
+use crate::dataset::{Frames, Numbering};
 use crate::region::Rect;
 use crate::tracker::testing;
 
@@ -205,7 +206,7 @@ fn plays_in_order_and_again() {
 #[test]
 fn real_results_cover_the_real_sequences() {
     let root = trackfail_testing::real_data();
-    let otb = lock::suite("otb-dtef20").unwrap().load(Some(&root)).sequences;
+    let otb = Catalog::default().suite("otb-dtef20").unwrap().load(Some(&root)).sequences;
     for tracker in ["OPE/STRUCK", "OPE/MEEM", "OPE/MUSTer", "TRE/IVT"] {
         let setup = replay(&format!("otb/{tracker}"));
         for s in &otb {
@@ -218,7 +219,7 @@ fn real_results_cover_the_real_sequences() {
             assert!(share > 0.9, "{tracker} {}: {share}", s.name);
         }
     }
-    let vot = lock::suite("vot2014").unwrap().load(Some(&root)).sequences;
+    let vot = Catalog::default().suite("vot2014").unwrap().load(Some(&root)).sequences;
     for (tracker, runs) in [
         ("GOTURN/baseline", 3),
         ("PFTracker/baseline_lite", 1),

@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn real_results_have_the_failures_of_the_vot_toolkit() {
         let root = trackfail_testing::real_data();
-        let suite = crate::dataset::lock::suite("vot2014").unwrap();
+        let suite = crate::dataset::suite::Catalog::default().suite("vot2014").unwrap();
         for (folder, runs, failures) in [
             ("GOTURN/baseline", 3, 36),
             ("PFTracker/baseline_lite", 1, 118),

@@ -1,7 +1,7 @@
-//! The text of `datasets.lock`, parsed a suite at a time.
+//! The built-in text of `datasets.lock`, parsed a suite at a time.
 //!
-//! Parsing all of it takes longer than most commands need for anything else, and a run needs one or two
-//! suites. So the text is cut at its `[[suite]]` lines; what stands before the first are the archives.
+//! Parsing the whole text takes longer than most commands take for everything else, and a run needs one or two
+//! suites. So the text is cut at its `[[suite]]` lines; the part before the first one holds the archives.
 
 use super::entry::{Entry, Format, TargetType};
 use crate::archive::Archive;
@@ -25,27 +25,41 @@ struct Head {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct One<T> {
+struct OneSuite<T> {
     suite: [T; 1],
 }
 
 /// A suite of sequences on disk.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Pinned {
+pub(crate) struct PinnedSuite {
+    /// Name, unique among all suites.
     pub name: String,
+    /// One line about it.
     pub title: String,
+    /// Format of its folders, unless an entry gives another.
     pub format: Format,
+    /// Address and paper of the data.
     pub source: String,
+    /// What is known of their licence.
     pub licence: String,
+    /// How to get a missing sequence.
     pub how_to_get: String,
+    /// Its sequences in order.
     pub sequence: Vec<Entry>,
+}
+
+impl PinnedSuite {
+    /// Format of the entry's folder.
+    pub fn format(&self, entry: &Entry) -> Format {
+        entry.format.unwrap_or(self.format)
+    }
 }
 
 /// A suite of rendered sequences.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Rendered {
+struct RenderedSuite {
     #[expect(dead_code, reason = "a section is found by its name before it is parsed")]
     name: String,
     #[expect(dead_code, reason = "a section has this type because of its format")]
@@ -53,7 +67,7 @@ struct Rendered {
     sequence: Vec<RenderedEntry>,
 }
 
-/// What a rendered sequence must be.
+/// One sequence of a rendered suite.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RenderedEntry {
@@ -80,9 +94,9 @@ impl<T: DeserializeOwned> Section<T> {
         Self { name, text, parsed: OnceLock::new() }
     }
 
-    fn get(&self) -> &T {
+    fn parsed(&self) -> &T {
         self.parsed.get_or_init(|| {
-            let One { suite: [suite] } =
+            let OneSuite { suite: [suite] } =
                 toml::from_str(self.text).expect("datasets.lock is part of the program");
             suite
         })
@@ -91,8 +105,8 @@ impl<T: DeserializeOwned> Section<T> {
 
 struct Sections {
     head: &'static str,
-    pinned: Vec<Section<Pinned>>,
-    rendered: Vec<Section<Rendered>>,
+    pinned: Vec<Section<PinnedSuite>>,
+    rendered: Vec<Section<RenderedSuite>>,
 }
 
 fn sections() -> &'static Sections {
@@ -116,23 +130,23 @@ fn name(section: &'static str) -> &'static str {
     section.lines().nth(1).and_then(|l| l.split('"').nth(1)).unwrap_or_default()
 }
 
-/// The names of the suites on disk in order.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+/// Names of the suites on disk, in order.
+pub(crate) fn pinned_suite_names() -> impl Iterator<Item = &'static str> {
     sections().pinned.iter().map(|s| s.name)
 }
 
 /// The suite on disk of a name.
-pub(super) fn suite(name: &str) -> Option<&'static Pinned> {
-    sections().pinned.iter().find(|s| s.name == name).map(Section::get)
+pub(crate) fn pinned_suite(name: &str) -> Option<&'static PinnedSuite> {
+    sections().pinned.iter().find(|s| s.name == name).map(Section::parsed)
 }
 
 /// The sequences of the rendered suite of a name; none where there is no such suite.
-pub(crate) fn rendered(name: &str) -> &'static [RenderedEntry] {
+pub(crate) fn rendered_entries(name: &str) -> &'static [RenderedEntry] {
     let section = sections().rendered.iter().find(|s| s.name == name);
-    section.map_or(&[], |s| &s.get().sequence)
+    section.map_or(&[], |s| &s.parsed().sequence)
 }
 
-/// The downloads in order.
+/// The archives in order.
 pub(super) fn archives() -> &'static [Archive] {
     static ARCHIVES: OnceLock<Vec<Archive>> = OnceLock::new();
     ARCHIVES.get_or_init(|| {
@@ -146,17 +160,17 @@ pub(super) fn archives() -> &'static [Archive] {
 mod tests {
     use super::*;
 
-    // The whole file is one TOML document, and its parts say the same as the whole.
+    // The whole file is one TOML document, and its sections parsed one by one give the same.
     #[test]
-    fn the_parts_are_the_whole() {
+    fn sections_parse_to_the_same_as_the_whole_file() {
         let whole: toml::Table = toml::from_str(LOCK).unwrap();
         let all = whole["suite"].as_array().unwrap();
         let (drawn, kept): (Vec<_>, Vec<_>) =
             all.iter().partition(|s| s["format"].as_str() == Some("synthetic"));
         assert!(!drawn.is_empty() && !kept.is_empty());
         let parts = sections();
-        let pinned = parts.pinned.iter().map(|s| (s.name, s.text, s.get().sequence.len()));
-        let rendered = parts.rendered.iter().map(|s| (s.name, s.text, s.get().sequence.len()));
+        let pinned = parts.pinned.iter().map(|s| (s.name, s.text, s.parsed().sequence.len()));
+        let rendered = parts.rendered.iter().map(|s| (s.name, s.text, s.parsed().sequence.len()));
         for ((name, text, count), whole) in pinned.chain(rendered).zip(kept.into_iter().chain(drawn)) {
             let part: toml::Table = toml::from_str(text).unwrap();
             assert_eq!(&part["suite"][0], whole, "{name}");
@@ -165,6 +179,6 @@ mod tests {
         }
         assert_eq!(parts.pinned.len() + parts.rendered.len(), all.len());
         assert_eq!(archives().len(), whole["archive"].as_array().unwrap().len());
-        assert!(suite("no such suite").is_none());
+        assert!(pinned_suite("no such suite").is_none());
     }
 }

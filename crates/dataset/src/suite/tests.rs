@@ -1,11 +1,16 @@
-use super::text::{LOCK, Pinned};
 use super::*;
+use crate::Sequence;
+use crate::lock::{LOCK, TargetType, archives, attribute_word, pinned_suite, pinned_suite_names};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use trackfail_testing::{needs, real_data};
 
-fn pinned() -> Vec<&'static Pinned> {
-    text::names().map(|name| text::suite(name).unwrap()).collect()
+fn pinned() -> Vec<&'static PinnedSuite> {
+    pinned_suite_names().map(|name| pinned_suite(name).unwrap()).collect()
+}
+
+fn suite(name: &str) -> Suite {
+    Catalog::default().suite(name).unwrap()
 }
 
 #[test]
@@ -55,7 +60,7 @@ fn archives_are_consistent_and_all_are_used() {
         .flat_map(Entry::archives)
         .map(|a| a.name.as_str())
         .collect();
-    for a in text::archives() {
+    for a in archives() {
         assert!(seen.insert(&a.name), "{} twice", a.name);
         assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
         assert!(inside(&a.into) && a.below.as_deref().is_none_or(inside), "{}", a.name);
@@ -69,16 +74,16 @@ fn archives_are_consistent_and_all_are_used() {
 #[test]
 fn the_suites_have_the_published_sizes() {
     let frames = |e: &Entry| e.frames.unwrap();
-    let dtef = suite("otb-dtef20").unwrap();
+    let dtef = suite("otb-dtef20");
     assert_eq!(dtef.entries().len(), 21);
     let once = dtef.entries().iter().filter(|e| e.target != Some(2));
     assert_eq!(once.map(frames).sum::<usize>() + 5, 6717);
     // wc -l of the 25 result files of a VOT2014 entry: 10213.
-    let vot = suite("vot2014").unwrap();
+    let vot = suite("vot2014");
     assert_eq!((vot.entries().len(), vot.entries().iter().map(frames).sum::<usize>()), (25, 10_213));
     let counts = [("otb-2013", 51), ("otb-100", 100), ("vot2013", 16), ("vot2015", 60), ("vot2016", 60)];
     for (name, entries) in counts {
-        assert_eq!(suite(name).unwrap().entries().len(), entries, "{name}");
+        assert_eq!(suite(name).entries().len(), entries, "{name}");
     }
 }
 
@@ -96,11 +101,11 @@ fn otb_has_the_ranges_of_the_benchmark() {
         ("BlurCar3", (3, 359)),
         ("BlurCar4", (18, 397)),
     ];
-    let all = suite("otb-100").unwrap();
+    let all = suite("otb-100");
     for (name, range) in traps {
         assert_eq!(all.entries().iter().find(|e| e.name == name).unwrap().range, Some(range), "{name}");
     }
-    for e in suite("otb-2013").unwrap().entries() {
+    for e in suite("otb-2013").entries() {
         let other = all.entries().iter().find(|o| o.name == e.name).unwrap();
         assert_eq!(e.line(), other.line());
     }
@@ -114,7 +119,8 @@ fn otb_2013_has_as_many_frames_as_annotated() {
     let text = std::fs::read(root.join("otb-annotations/OTB2013.json")).unwrap();
     let all: BTreeMap<String, serde_json::Value> = serde_json::from_slice(&text).unwrap();
     assert_eq!(all.len(), 51);
-    let entries = suite("otb-2013").unwrap().entries();
+    let otb = suite("otb-2013");
+    let entries = otb.entries();
     for (key, value) in &all {
         let name = match key.strip_prefix("jogging_") {
             Some(target) => format!("Jogging-{target}"),
@@ -136,11 +142,12 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
     let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
     let ids: Vec<u32> = annotation.objects().collect();
     assert_eq!(ids, (1..=19).collect::<Vec<_>>());
-    for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").unwrap().entries()) {
+    for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").entries()) {
         assert_eq!((e.target, e.range, e.official), (Some(id), annotation.presence(id), e.range));
     }
-    let whole = suite("pets2009-s2l1").unwrap().entries();
-    for e in suite("pets2009-s2l1-160").unwrap().entries() {
+    let pets = suite("pets2009-s2l1");
+    let whole = pets.entries();
+    for e in suite("pets2009-s2l1-160").entries() {
         let (first, last) = whole.iter().find(|w| w.name == e.name).unwrap().range.unwrap();
         assert_eq!((e.range, e.official), (Some((first, last.min(160))), Some((first, last))));
     }
@@ -148,7 +155,8 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
 
 /// Track and frames of each person of `d1-real`.
 fn people_of_d1() -> Vec<(u32, (u32, u32))> {
-    let entries = suite("d1-real").unwrap().entries();
+    let d1 = suite("d1-real");
+    let entries = d1.entries();
     let people = entries.iter().filter(|e| e.target_type != Some(TargetType::Face));
     people.map(|e| (e.target.unwrap(), e.range.unwrap())).collect()
 }
@@ -157,8 +165,8 @@ fn people_of_d1() -> Vec<(u32, (u32, u32))> {
 fn d1_real_has_six_people_and_a_face() {
     let ranges = [(9, 1, 160), (11, 17, 160), (12, 22, 160), (13, 41, 160), (15, 1, 160), (19, 1, 147)];
     assert_eq!(people_of_d1(), ranges.map(|(id, first, last)| (id, (first, last))));
-    let faces =
-        suite("d1-real").unwrap().entries().iter().filter(|e| e.target_type == Some(TargetType::Face));
+    let d1 = suite("d1-real");
+    let faces = d1.entries().iter().filter(|e| e.target_type == Some(TargetType::Face));
     assert_eq!(faces.map(|e| (e.name.as_str(), e.frames)).collect::<Vec<_>>(), [("seq_mb", Some(500))]);
 }
 
@@ -186,28 +194,21 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
         }
     }
     assert_eq!(people_of_d1(), by_rule);
-    let loaded = suite("d1-real").unwrap().load(Some(&root));
+    let loaded = suite("d1-real").load(Some(&root));
     assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
     assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
     assert!(has(&loaded.sequences[6], "target-face"));
-    let verified = suite("d1-real").unwrap().verify(Some(&root));
+    let verified = suite("d1-real").verify(Some(&root));
     assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
-}
-
-#[test]
-fn unknown_suites_name_the_nearest() {
-    let error = suite("otb-dtef2O").err().unwrap().to_string();
-    assert!(error.contains("did you mean `otb-dtef20`"), "{error}");
-    assert!(suite("zzz").err().unwrap().to_string().contains("vot2014"));
 }
 
 #[test]
 fn without_data_all_are_missing_and_say_how_to_get_them() {
     let nothing = tempfile::tempdir().unwrap();
-    for name in text::names() {
+    for name in pinned_suite_names() {
         for root in [None, Some(nothing.path())] {
-            let loaded = suite(name).unwrap().load(root);
+            let loaded = suite(name).load(root);
             assert_eq!((loaded.sequences.len(), loaded.missing.len()), (0, loaded.wanted));
             assert!(loaded.missing.iter().all(|m| m.how_to_get.contains("http")));
             assert_eq!(root.is_none(), loaded.missing[0].how_to_get.contains("--data-root"));
@@ -222,7 +223,7 @@ fn a_short_copy_is_broken_and_differs() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("00000001.jpg"), b"").unwrap();
     std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4").unwrap();
-    let vot = suite("vot2014").unwrap();
+    let vot = suite("vot2014");
     let loaded = vot.load(Some(root.path()));
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
@@ -246,7 +247,7 @@ fn deer(numbers: impl IntoIterator<Item = u32>) -> tempfile::TempDir {
 #[test]
 fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
     let finding = |root: &tempfile::TempDir| {
-        let all = suite("otb-2013").unwrap().verify(Some(root.path()));
+        let all = suite("otb-2013").verify(Some(root.path()));
         all.into_iter().find(|c| c.name == "Deer").unwrap().finding
     };
     assert_eq!(finding(&deer(1..=71)), Finding::NoDigestPinned);
@@ -271,7 +272,7 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
     std::fs::create_dir_all(&folder).unwrap();
     let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
                <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
-    let finding = || suite("caviar").unwrap().verify(Some(root.path())).swap_remove(0).finding;
+    let finding = || suite("caviar").verify(Some(root.path())).swap_remove(0).finding;
     let hint = || match finding() {
         Finding::Missing(m) => m.how_to_get,
         other => panic!("{other:?}"),
@@ -294,7 +295,7 @@ fn an_entry_without_range_takes_what_is_there() {
         std::fs::write(folder.join(format!("{n:08}.jpg")), b"").unwrap();
     }
     std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4\n".repeat(3)).unwrap();
-    let vot = suite("vot2013").unwrap();
+    let vot = suite("vot2013");
     let loaded = vot.load(Some(root.path()));
     assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
     let found = vot.verify(Some(root.path()));
@@ -306,8 +307,8 @@ fn an_entry_without_range_takes_what_is_there() {
 fn real_data_are_as_pinned() {
     let root = real_data();
     let mut same = 0;
-    for name in text::names() {
-        let suite = suite(name).unwrap();
+    for name in pinned_suite_names() {
+        let suite = suite(name);
         let loaded = suite.load(Some(&root));
         assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
         assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
@@ -364,7 +365,7 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
     ];
     for (suite_name, sequence, folder, files) in cases {
         let copy = copied(&root, folder);
-        let pinned = text::suite(suite_name).unwrap();
+        let pinned = pinned_suite(suite_name).unwrap();
         let entry = pinned.sequence.iter().find(|e| e.name == sequence).unwrap();
         let check = || pinned.check(entry, Some(copy.path()));
         assert_eq!(check(), Finding::Same, "{folder}");

@@ -1,72 +1,102 @@
-//! From an entry and a data root to a sequence.
+//! Loads the sequence of an entry from a data root.
 
-use super::entry::words;
-use super::text::Pinned;
-use super::{Entry, Format, Missing};
 use crate::files::{image_folder, numbered_images};
+use crate::lock::{Entry, Format, PinnedSuite, attribute_words};
 use crate::{DatasetError, Sequence, cvml, got10k, lasot, otb, sorted, video, vot};
 use std::path::{Path, PathBuf};
 
-impl Pinned {
-    /// Outer result: readable or not; inner: there or not.
-    pub(super) fn load(
-        &self,
-        entry: &Entry,
-        data_root: Option<&Path>,
-    ) -> Result<Result<Sequence, Missing>, DatasetError> {
-        let loaded = self.load_unchecked(entry, data_root)?;
-        if let (Ok(s), Some(root), Some(frames)) = (&loaded, data_root, entry.frames)
-            && s.len() != frames
+/// A sequence that is absent, in whole or in part, from the data root.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing {
+    /// Its name.
+    pub name: String,
+    /// Its folder under the data root.
+    pub folder: String,
+    /// What to do.
+    pub how_to_get: String,
+}
+
+/// A sequence that is there but cannot be read.
+#[derive(Debug)]
+pub struct Broken {
+    /// Its name.
+    pub name: String,
+    /// What is wrong.
+    pub error: DatasetError,
+}
+
+/// The sequences of a suite, by whether they could be loaded.
+#[derive(Debug, Default)]
+pub struct Loaded {
+    /// The sequences that were loaded, in the suite's order.
+    pub sequences: Vec<Sequence>,
+    /// The ones that are missing.
+    pub missing: Vec<Missing>,
+    /// The ones that cannot be read.
+    pub broken: Vec<Broken>,
+    /// Number of sequences the suite has.
+    pub wanted: usize,
+}
+
+/// Why a sequence was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum LoadError {
+    /// It is not under the data root, or not whole.
+    #[error("{}", .0.how_to_get)]
+    Missing(Missing),
+    /// It is there but cannot be read.
+    #[error(transparent)]
+    Broken(#[from] DatasetError),
+}
+
+impl PinnedSuite {
+    /// Loads an entry's sequence, which must have the pinned frames.
+    pub(super) fn load(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Sequence, LoadError> {
+        let (folder, loaded) = self.load_unchecked(entry, data_root)?;
+        if let Some(frames) = entry.frames
+            && loaded.len() != frames
         {
-            let message = format!("{} frames, pinned are {frames}; fetch it again", s.len());
-            return Err(DatasetError::content(&entry.path(root), message));
+            let message = format!("{} frames, pinned are {frames}; fetch it again", loaded.len());
+            return Err(DatasetError::content(&folder, message).into());
         }
-        // Some layouts have no way to take a part of a sequence.
-        if let (Ok(s), Some(root), Some((first, last))) = (&loaded, data_root, entry.range) {
-            let (from, to) = (s.number(0), s.number(s.len().saturating_sub(1)));
+        // Some formats have no way to take a part of a sequence.
+        if let Some((first, last)) = entry.range {
+            let (from, to) = (loaded.number(0), loaded.number(loaded.len().saturating_sub(1)));
             if (from, to) != (first, last) {
                 let message = format!("frames {from} to {to}, pinned are {first} to {last}");
-                return Err(DatasetError::content(&entry.path(root), message));
+                return Err(DatasetError::content(&folder, message).into());
             }
         }
         Ok(loaded)
     }
 
-    /// The entry with the facts of what is under the data root: ranges, number of frames, size, digest.
-    pub(super) fn facts(
-        &self,
-        entry: &Entry,
-        data_root: Option<&Path>,
-    ) -> Result<Result<Entry, Missing>, DatasetError> {
-        let s = match self.load_unchecked(entry, data_root)? {
-            Ok(sequence) => sequence,
-            Err(missing) => return Ok(Err(missing)),
-        };
-        let last = s.number(s.len().saturating_sub(1));
-        Ok(Ok(Entry {
-            range: Some((s.numbering.first, last)),
-            official: Some(s.numbering.official),
-            frames: Some(s.len()),
-            size: Some(s.size()?),
-            digest: Some(s.digest()?.to_owned()),
+    /// The entry with the facts of its local copy: ranges, number of frames, size, digest.
+    pub(super) fn facts(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Entry, LoadError> {
+        let (_, loaded) = self.load_unchecked(entry, data_root)?;
+        let last = loaded.number(loaded.len().saturating_sub(1));
+        Ok(Entry {
+            range: Some((loaded.numbering.first, last)),
+            official: Some(loaded.numbering.official),
+            frames: Some(loaded.len()),
+            size: Some(loaded.size()?),
+            digest: Some(loaded.digest()?.to_owned()),
             ..entry.clone()
-        }))
+        })
     }
 
-    /// Layout of the entry's folder.
-    pub(super) fn format(&self, entry: &Entry) -> Format {
-        entry.format.unwrap_or(self.format)
-    }
-
-    /// As [`Pinned::load`], whatever the number of frames.
-    pub(super) fn load_unchecked(
+    /// An entry's folder and sequence, whatever its frames.
+    fn load_unchecked(
         &self,
         entry: &Entry,
         data_root: Option<&Path>,
-    ) -> Result<Result<Sequence, Missing>, DatasetError> {
+    ) -> Result<(PathBuf, Sequence), LoadError> {
         let missing = |hint: &str| {
             let (name, folder) = (entry.name.clone(), entry.folder.clone());
-            Ok(Err(Missing { name, folder, how_to_get: format!("{hint}{}", self.how_to_get) }))
+            Err(LoadError::Missing(Missing {
+                name,
+                folder,
+                how_to_get: format!("{hint}{}", self.how_to_get),
+            }))
         };
         let Some(root) = data_root else {
             return missing("no data root given (--data-root or TRACKFAIL_DATA); ");
@@ -108,12 +138,12 @@ impl Pinned {
                 cvml::load(&folder, &options)?
             }
         };
-        let words = words(&entry.attributes, entry.target_type);
+        let words = attribute_words(&entry.attributes, entry.target_type);
         sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
-        Ok(Ok(sequence))
+        Ok((folder, sequence))
     }
 
-    /// First and last of the frames an entry needs that are absent, where they are its last ones.
+    /// First and last of the absent frames that an entry needs, if they are its last ones.
     fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
         let Some((first, last)) = entry.range else { return Ok(None) };
         let images = self.format(entry).image_folder(folder);
@@ -132,7 +162,7 @@ impl Pinned {
 }
 
 impl Format {
-    /// Where a sequence's images are.
+    /// The folder of a sequence's images.
     pub(super) fn image_folder(self, folder: &Path) -> PathBuf {
         match self {
             Self::Vot | Self::Got10k => folder.to_path_buf(),

@@ -87,8 +87,8 @@ fn videos_and_labels_are_files_too() {
 
 #[test]
 fn every_pinned_sequence_is_listed() {
-    for name in super::super::text::names() {
-        let suite = super::super::text::suite(name).unwrap();
+    for name in crate::lock::pinned_suite_names() {
+        let suite = crate::lock::pinned_suite(name).unwrap();
         for e in suite.sequence.iter().filter(|e| e.digest.is_some()) {
             let files = read(sections()[e.folder.as_str()]);
             let mine = files.iter().filter(|(name, _)| concerns(e, suite.format, name));
@@ -104,8 +104,9 @@ fn every_pinned_sequence_is_listed() {
 fn sections_are_as_data_lock_writes_them() {
     let root = real_data();
     let mut seen = 0;
-    for name in super::super::text::names() {
-        for (folder, text) in super::super::suite(name).unwrap().pin_files(&root).unwrap() {
+    for name in crate::lock::pinned_suite_names() {
+        for (folder, text) in super::super::Catalog::default().suite(name).unwrap().pin_files(&root).unwrap()
+        {
             assert_eq!(text, format!("{folder}\n{}", sections()[folder.as_str()]));
             seen += 1;
         }

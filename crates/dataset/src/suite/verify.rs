@@ -1,12 +1,12 @@
-//! Is a local copy what was pinned, and if not, which file is the first that differs?
+//! Compares a local copy with what is pinned, and names the first file that differs.
 //!
-//! The files digest of `datasets.lock` decides about frames and ground truth. It has no say over the label
-//! files beside them, which are compared with the digests of `datasets.files`. Where a copy is not as pinned,
+//! The files digest of `datasets.lock` decides about frames and ground truth. It does not cover the label
+//! files beside them, which are compared with the digests of `datasets.files`. If a copy is not as pinned,
 //! those digests name the file: ground truth and other text first, then the frames in order.
 
-use super::text::Pinned;
-use super::{Entry, Missing, files};
-use crate::DatasetError;
+use super::listing;
+use super::load::{LoadError, Missing};
+use crate::lock::{Entry, PinnedSuite};
 use std::path::Path;
 
 /// How a local copy compares with what is pinned.
@@ -14,11 +14,11 @@ use std::path::Path;
 pub enum Finding {
     /// As pinned.
     Same,
-    /// It can be read and has as many frames as pinned, if that is; no digest is.
+    /// Readable, with the pinned number of frames if there is one; but no digest is pinned.
     NoDigestPinned,
-    /// Not there, or not whole.
+    /// Absent, in whole or in part.
     Missing(Missing),
-    /// Something else, or unreadable; the first difference.
+    /// Different or unreadable; the first difference.
     Differs(String),
 }
 
@@ -31,12 +31,17 @@ pub struct Checked {
     pub finding: Finding,
 }
 
-impl Pinned {
+impl PinnedSuite {
+    /// Compares the local copy of an entry.
     pub(super) fn check(&self, entry: &Entry, data_root: Option<&Path>) -> Finding {
-        let finding = self.compare(entry, data_root).unwrap_or_else(|e| Finding::Differs(e.to_string()));
+        let finding = match self.compare(entry, data_root) {
+            Ok(finding) => finding,
+            Err(LoadError::Missing(missing)) => Finding::Missing(missing),
+            Err(LoadError::Broken(error)) => Finding::Differs(error.to_string()),
+        };
         match (finding, data_root) {
             (Finding::Differs(fact), Some(root)) => {
-                Finding::Differs(match files::first_difference(entry, self.format(entry), root) {
+                Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
                     Some(first) => format!("{first}; {fact}"),
                     None => fact,
                 })
@@ -45,11 +50,8 @@ impl Pinned {
         }
     }
 
-    fn compare(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Finding, DatasetError> {
-        let sequence = match self.load(entry, data_root)? {
-            Err(missing) => return Ok(Finding::Missing(missing)),
-            Ok(sequence) => sequence,
-        };
+    fn compare(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Finding, LoadError> {
+        let sequence = self.load(entry, data_root)?;
         let Some(pinned) = &entry.digest else { return Ok(Finding::NoDigestPinned) };
         let digest = sequence.digest()?;
         if digest != pinned {
@@ -58,7 +60,7 @@ impl Pinned {
             )));
         }
         let labels =
-            data_root.and_then(|root| files::first_label_difference(entry, self.format(entry), root));
+            data_root.and_then(|root| listing::first_label_difference(entry, self.format(entry), root));
         Ok(labels.map_or(Finding::Same, Finding::Differs))
     }
 }

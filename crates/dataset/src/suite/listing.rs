@@ -11,11 +11,10 @@
 //! there to name the first file that differs; what a sequence must be is decided by the digest in
 //! `datasets.lock`. A folder is listed once, whatever suites use it.
 
-use super::entry::below;
-use super::{Entry, Format};
 use crate::DatasetError;
 use crate::digest::file_digest;
 use crate::files::{is_image, number};
+use crate::lock::{Entry, Format, below};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -204,7 +203,7 @@ pub(super) fn first_label_difference(entry: &Entry, format: Format, root: &Path)
 }
 
 fn difference(entry: &Entry, format: Format, root: &Path, wanted: fn(&str) -> bool) -> Option<String> {
-    // What was not seen whole is not listed whole.
+    // The listing of a folder without a pinned digest may be incomplete.
     entry.digest.as_ref()?;
     compare(entry, format, root, &read(sections().get(entry.folder.as_str())?), wanted)
 }

@@ -1,0 +1,118 @@
+//! The suites that a command knows: built-in, rendered, and the user's own.
+
+use super::user::{self, USER_LOCK};
+use super::{Suite, SuiteContent};
+use crate::lock::{PinnedSuite, pinned_suite, pinned_suite_names};
+use crate::plugin::unknown;
+use crate::{DatasetError, synthetic, text};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The suites of the built-in `datasets.lock`, the rendered suites, and the user suites that were added.
+///
+/// The default has no user suites. A copy is cheap.
+#[derive(Debug, Clone, Default)]
+pub struct Catalog {
+    user: Vec<Arc<PinnedSuite>>,
+}
+
+impl Catalog {
+    /// Adds the user suites of a data root's own `datasets.lock`; does nothing if it has none. A suite replaces
+    /// a user suite of the same name that was added before.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is wrong.
+    pub fn add_root(&mut self, data_root: &Path) -> Result<(), DatasetError> {
+        let path = data_root.join(USER_LOCK);
+        if path.exists() { self.add_file(&path, &text::read_capped(&path)?) } else { Ok(()) }
+    }
+
+    /// Adds the user suites of a file with this content, as [`Catalog::add_root`] does; `path` names the file in
+    /// messages.
+    ///
+    /// # Errors
+    /// Content that is wrong.
+    pub fn add_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+        for suite in user::parse(path, bytes)?.into_iter().map(Arc::new) {
+            match self.user.iter_mut().find(|known| known.name == suite.name) {
+                Some(known) => *known = suite,
+                None => self.user.push(suite),
+            }
+        }
+        Ok(())
+    }
+
+    /// The names of all suites: those on disk, rendered ones, and user suites.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let built_in = pinned_suite_names().chain(synthetic::SUITES.iter().map(|s| s.name));
+        built_in.map(|name| -> &str { name }).chain(self.user.iter().map(|s| s.name.as_str()))
+    }
+
+    /// All suites, in the order of [`Catalog::names`].
+    pub fn suites(&self) -> impl Iterator<Item = Suite> {
+        self.names().filter_map(|name| self.find(name))
+    }
+
+    /// The suite of a name.
+    ///
+    /// # Errors
+    /// [`DatasetError::UnknownSuite`] with the nearest name.
+    pub fn suite(&self, name: &str) -> Result<Suite, DatasetError> {
+        self.find(name).ok_or_else(|| DatasetError::UnknownSuite(unknown("suite", name, self.names())))
+    }
+
+    fn find(&self, name: &str) -> Option<Suite> {
+        let built_in = || pinned_suite(name).map(SuiteContent::BuiltIn);
+        let rendered = || synthetic::SUITES.iter().find(|s| s.name == name).map(SuiteContent::Rendered);
+        let user = || self.user_suite(name).cloned().map(SuiteContent::User);
+        built_in().or_else(rendered).or_else(user).map(|content| Suite { content })
+    }
+
+    fn user_suite(&self, name: &str) -> Option<&Arc<PinnedSuite>> {
+        self.user.iter().find(|s| s.name == name)
+    }
+
+    /// The text of a file with those of the named suites that are user suites, each once and sorted by name;
+    /// `None` if there is none among them.
+    pub fn user_text<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Option<String> {
+        let names: BTreeSet<&str> = names.into_iter().collect();
+        let suites = names.into_iter().filter_map(|name| self.user_suite(name));
+        let sections: Vec<String> = suites.map(|suite| user::section(suite)).collect();
+        (!sections.is_empty()).then(|| user::with_sections("", &sections.join("\n")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::user::tests::USER_FILE;
+    use super::*;
+
+    #[test]
+    fn user_suites_are_found_by_name_and_replaced() {
+        let mut catalog = Catalog::default();
+        let built_in = catalog.names().count();
+        let mut add = |text: &str| catalog.add_file(Path::new("a"), text.as_bytes()).unwrap();
+        add(USER_FILE);
+        add(USER_FILE);
+        add(&USER_FILE.replace("\"S\"", "\"R\""));
+        add(&USER_FILE.replace("user-a", "user-b"));
+        assert_eq!(catalog.names().skip(built_in).collect::<Vec<_>>(), ["user-a", "user-b"]);
+        assert_eq!(catalog.suite("user-a").unwrap().entries()[0].name, "R");
+        assert!(catalog.suite("user-c").is_err());
+        assert_eq!(catalog.suites().count(), built_in + 2);
+        // Each catalog has its own.
+        assert!(Catalog::default().suite("user-a").is_err());
+        let text = catalog.user_text(["user-b", "otb-100", "user-b"]).unwrap();
+        let section = user::section(catalog.user_suite("user-b").unwrap());
+        assert_eq!(text, user::with_sections("", &section));
+        assert_eq!(catalog.user_text(["otb-100"]), None);
+    }
+
+    #[test]
+    fn unknown_suites_name_the_nearest() {
+        let error = |name: &str| Catalog::default().suite(name).unwrap_err().to_string();
+        assert!(error("otb-dtef2O").contains("did you mean `otb-dtef20`"));
+        assert!(error("zzz").contains("vot2014"));
+    }
+}

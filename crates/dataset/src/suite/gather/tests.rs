@@ -1,0 +1,142 @@
+use super::super::user::{parse, with_sections};
+use super::super::{Catalog, Finding, Suite, SuiteContent};
+use super::*;
+use std::sync::Arc;
+
+fn write(root: &Path, path: &str, bytes: &[u8]) {
+    let path = below(root, path);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, bytes).unwrap();
+}
+
+fn image(root: &Path, path: &str) {
+    let path = below(root, path);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    ::image::RgbImage::new(8, 6).save(path).unwrap();
+}
+
+/// `lasot/airplane/airplane-{1,2}`, `got/GOT-10k_Val_000001`, `otb/{Two,One}` and `vot/ball`, of two frames each.
+fn root() -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    let boxes = b"1,1,2,2\n2,1,2,2\n";
+    for (images, truths) in [
+        ("lasot/airplane/airplane-1/img/0000000", &["lasot/airplane/airplane-1/groundtruth.txt"][..]),
+        ("lasot/airplane/airplane-2/img/0000000", &["lasot/airplane/airplane-2/groundtruth.txt"]),
+        ("got/GOT-10k_Val_000001/0000000", &["got/GOT-10k_Val_000001/groundtruth.txt"]),
+        ("otb/Two/img/000", &["otb/Two/groundtruth_rect.1.txt", "otb/Two/groundtruth_rect.2.txt"]),
+        ("otb/One/img/000", &["otb/One/groundtruth_rect.txt"]),
+        ("vot/ball/0000000", &["vot/ball/groundtruth.txt"]),
+    ] {
+        [1, 2].iter().for_each(|n| image(root.path(), &format!("{images}{n}.png")));
+        truths.iter().for_each(|t| write(root.path(), t, boxes));
+    }
+    root
+}
+
+fn wanted<'w>(name: &'w str, format: Format, folder: &'w str) -> GatherRequest<'w> {
+    GatherRequest { name, title: None, format, folder, only: None }
+}
+
+/// The suite of a section.
+fn read(section: &str) -> Suite {
+    let text = with_sections("", section);
+    let mut suites = parse(Path::new("user.lock"), text.as_bytes()).unwrap();
+    assert_eq!(suites.len(), 1);
+    Suite { content: SuiteContent::User(Arc::new(suites.remove(0))) }
+}
+
+#[test]
+fn a_folder_of_each_layout_becomes_a_suite() {
+    let root = root();
+    // OTB's Jogging has a third file, Human4 an empty one.
+    write(root.path(), "otb/Two/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n");
+    write(root.path(), "otb/One/groundtruth_rect.1.txt", b"");
+    for (format, folder, names) in [
+        (Format::Lasot, "lasot", &["airplane-1", "airplane-2"][..]),
+        (Format::Lasot, "lasot/airplane", &["airplane-1", "airplane-2"]),
+        (Format::Lasot, "lasot/airplane/airplane-2", &["airplane-2"]),
+        (Format::Got10k, "got", &["GOT-10k_Val_000001"]),
+        (Format::Otb, "otb", &["One", "Two-1", "Two-2"]),
+        (Format::Vot, "vot", &["ball"]),
+    ] {
+        let section = gather(&wanted("mine", format, folder), root.path()).unwrap();
+        let suite = read(&section);
+        assert_eq!(suite.sequence_names(), names, "{folder}");
+        let loaded = suite.load(Some(root.path()));
+        assert_eq!((loaded.sequences.len(), loaded.broken.len()), (names.len(), 0), "{folder}");
+        // Boxes count from 1, but for those of VOT.
+        let first = loaded.sequences[0].truth[0].as_ref().unwrap().rect().x;
+        assert_eq!(first, if format == Format::Vot { 1.0 } else { 0.0 }, "{folder}");
+        let entry = &suite.entries()[0];
+        assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
+        assert!(suite.verify(Some(root.path())).iter().all(|c| c.finding == Finding::Same), "{folder}");
+    }
+}
+
+#[test]
+fn a_changed_frame_or_truth_is_told() {
+    let root = root();
+    let suite = read(&gather(&wanted("mine", Format::Lasot, "lasot"), root.path()).unwrap());
+    let first = || suite.verify(Some(root.path())).swap_remove(0).finding;
+    write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
+    assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
+    write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");
+    assert_eq!(first(), Finding::Same);
+    write(root.path(), "lasot/airplane/airplane-1/img/00000001.png", b"x");
+    assert!(matches!(first(), Finding::Differs(_)));
+    std::fs::remove_dir_all(root.path().join("lasot")).unwrap();
+    assert!(matches!(first(), Finding::Missing(m) if m.how_to_get.contains("one of your own")));
+}
+
+#[test]
+fn what_cannot_become_a_suite_is_named() {
+    let root = root();
+    let fails = |wanted: &GatherRequest<'_>| gather(wanted, root.path()).unwrap_err().to_string();
+    for (name, format, folder, words) in [
+        ("vot2014", Format::Lasot, "lasot", "built-in"),
+        ("a b", Format::Lasot, "lasot", "1 to 60 letters"),
+        ("mine", Format::Lasot, "../x", "no folder under the data root"),
+        ("mine", Format::Lasot, "/", "no folder under the data root"),
+        ("mine", Format::Lasot, "nothing", "no folder under the data root"),
+        ("mine", Format::Lasot, "otb", "no folder with groundtruth.txt"),
+        ("mine", Format::Otb, "lasot", "no folder with groundtruth_rect.txt"),
+        ("mine", Format::Cvml, "lasot", "by hand"),
+        ("mine", Format::Got10k, "lasot", "airplane-1: no .jpg or .png"),
+    ] {
+        let error = fails(&wanted(name, format, folder));
+        assert!(error.contains(words), "{name}, {folder}: {error}");
+    }
+    let names = ["airplane-2".to_owned(), "kite-1".to_owned()];
+    let some = GatherRequest { only: Some(&names), ..wanted("mine", Format::Lasot, "lasot") };
+    assert!(fails(&some).contains("`kite-1`"));
+    let one = GatherRequest { only: Some(&names[..1]), ..some };
+    assert_eq!(read(&gather(&one, root.path()).unwrap()).sequence_names(), ["airplane-2"]);
+    image(root.path(), "lasot/kite/airplane-1/img/00000001.png");
+    write(root.path(), "lasot/kite/airplane-1/groundtruth.txt", b"1,1,2,2");
+    let twice = fails(&wanted("mine", Format::Lasot, "lasot"));
+    assert!(twice.contains("airplane/airplane-1") && twice.contains("kite/airplane-1"), "{twice}");
+    write(root.path(), "got/GOT-10k_Val_000001/groundtruth.txt", b"1,1,2,2");
+    assert!(fails(&wanted("mine", Format::Got10k, "got")).contains("2 images, but 1 lines"));
+}
+
+// What `data add` says of the published folders is what is pinned of them.
+#[trackfail_testing::needs(real_data)]
+#[test]
+fn real_folders_become_what_is_pinned() {
+    let root = trackfail_testing::real_data();
+    for (format, folder, pinned) in [(Format::Otb, "otb", "otb-dtef20"), (Format::Vot, "vot2014", "vot2014")]
+    {
+        let added = read(&gather(&wanted("mine", format, folder), &root).unwrap());
+        let known = Catalog::default().suite(pinned).unwrap();
+        let mut same = 0;
+        for entry in known.entries().iter().filter(|e| e.digest.is_some()) {
+            let mine = added.entries().iter().find(|e| e.name == entry.name).unwrap();
+            // Girl is cut there.
+            if mine.range == entry.range {
+                assert_eq!((&mine.digest, mine.official), (&entry.digest, entry.official), "{}", entry.name);
+                same += 1;
+            }
+        }
+        assert!(same > 7, "{folder}: {same}");
+    }
+}

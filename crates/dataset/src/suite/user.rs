@@ -1,0 +1,167 @@
+//! Files of user suites: a `datasets.lock` in a data root, like the built-in one.
+//!
+//! Such a file has `schema = 2` and `[[suite]]` sections, of which `trackfail data add` makes one from a folder
+//! of sequences, but no archives. Its suites are known to experiments and to all commands that are given the
+//! data root; a suite of the built-in file cannot be replaced. A results folder has a copy of the sections that
+//! it used, from which its report is made without the data root.
+
+use crate::lock::{Entry, PinnedSuite, pinned_suite_names};
+use crate::{DatasetError, synthetic, text};
+use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// The file's name in the data root.
+pub const USER_LOCK: &str = "datasets.lock";
+/// Longest name of a user suite, in bytes.
+const MAX_NAME: usize = 60;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UserFile {
+    schema: u32,
+    #[serde(default)]
+    suite: Vec<PinnedSuite>,
+}
+
+/// The text of a user file, which may be empty, with further sections.
+pub fn with_sections(before: &str, sections: &str) -> String {
+    let head =
+        "# Suites of the sequences below this folder, as `trackfail data add` writes them.\n\nschema = 2\n";
+    let before = if before.trim().is_empty() { head } else { before.trim_end() };
+    format!("{}\n\n{sections}", before.trim_end())
+}
+
+/// The suites of a file.
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, DatasetError> {
+    let source = text::decode(path, bytes)?;
+    let wire: UserFile = toml::from_str(source).map_err(|e| {
+        let before = e.span().and_then(|span| source.get(..span.start)).unwrap_or_default();
+        let message = text::shorten_to(&text::visible(e.message()), 200);
+        DatasetError::line(path, 1 + before.matches('\n').count(), message)
+    })?;
+    if wire.schema != 2 {
+        return Err(DatasetError::content(path, format!("schema = {}; 2 is read", wire.schema)));
+    }
+    let mut seen = BTreeSet::new();
+    for suite in &wire.suite {
+        let fault = |message: String| {
+            let name = text::shorten(&text::visible(&suite.name));
+            DatasetError::content(path, format!("suite `{name}`: {message}"))
+        };
+        check(suite).map_err(fault)?;
+        if !seen.insert(&suite.name) {
+            return Err(fault("it stands there twice; names are unique".into()));
+        }
+    }
+    Ok(wire.suite)
+}
+
+/// Whether a suite can be a user suite; the error says why not.
+pub(super) fn check(suite: &PinnedSuite) -> Result<(), String> {
+    check_name(&suite.name).map_err(|e| e.to_string())?;
+    for line in [&suite.title, &suite.source, &suite.licence, &suite.how_to_get] {
+        if !line.chars().all(text::is_plain) {
+            return Err(format!("`{}` is no plain line of text", text::shorten(&text::visible(line))));
+        }
+    }
+    if suite.sequence.is_empty() {
+        return Err("it has no sequence".into());
+    }
+    let mut seen = BTreeSet::new();
+    for entry in &suite.sequence {
+        let shown = text::shorten(&text::visible(&entry.name));
+        check_entry(entry).map_err(|message| format!("sequence `{shown}`: {message}"))?;
+        if !seen.insert(&entry.name) {
+            return Err(format!("sequence `{shown}` stands there twice; names are unique in a suite"));
+        }
+    }
+    Ok(())
+}
+
+/// Why a user suite cannot have a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum UserSuiteNameError {
+    /// Its length or characters are not allowed.
+    #[error("a name has 1 to {MAX_NAME} letters, digits, `-`, `_` and `.`, and does not begin with `.`")]
+    Malformed,
+    /// A built-in suite has it.
+    #[error("this is the name of a built-in suite; take another")]
+    BuiltIn,
+}
+
+/// Checks whether a user suite may have the name.
+///
+/// # Errors
+/// Why not.
+pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || name.len() > MAX_NAME || name.starts_with('.') || !name.chars().all(fits) {
+        return Err(UserSuiteNameError::Malformed);
+    }
+    if pinned_suite_names().any(|n| n == name) || synthetic::SUITES.iter().any(|s| s.name == name) {
+        return Err(UserSuiteNameError::BuiltIn);
+    }
+    Ok(())
+}
+
+fn check_entry(entry: &Entry) -> Result<(), String> {
+    // Names stand in addresses of cells, whose parts are separated by slashes.
+    let word = |w: &str| !w.is_empty() && w.chars().all(|c| text::is_plain(c) && !"\"\\/".contains(c));
+    if !word(&entry.name) {
+        return Err("a name is plain text without quotes, slashes and backslashes".into());
+    }
+    if !is_below(&entry.folder) {
+        return Err("`folder` is a path under the data root, parts separated by `/`, without `..`".into());
+    }
+    if !entry.attributes.iter().all(|a| word(a)) {
+        return Err("attributes are plain words without quotes, slashes and backslashes".into());
+    }
+    if entry.archive.is_some() || entry.truth_archive.is_some() {
+        return Err("only sequences of the built-in file come in archives".into());
+    }
+    let digest =
+        |d: &String| d.len() == 64 && d.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
+    if !entry.digest.as_ref().is_none_or(digest) {
+        return Err("`digest` is 64 hexadecimal digits in small letters".into());
+    }
+    for (key, (first, last)) in [("range", entry.range), ("official", entry.official)]
+        .into_iter()
+        .filter_map(|(key, range)| Some((key, range?)))
+    {
+        if first > last || last > i32::MAX as u32 {
+            return Err(format!("`{key}` goes from a first to a last frame, not from {first} to {last}"));
+        }
+    }
+    let (range, frames) = (entry.range.map(|(a, b)| (b - a) as usize + 1), entry.frames);
+    if frames == Some(0) || (range.is_some() && frames.is_some() && range != frames) {
+        return Err("`frames` is the number of frames of `range`".into());
+    }
+    Ok(())
+}
+
+/// Whether a path stays below the folder that it starts from.
+pub(super) fn is_below(folder: &str) -> bool {
+    let part = |p: &str| !p.is_empty() && p != "." && p != "..";
+    folder.split('/').all(part) && folder.chars().all(|c| text::is_plain(c) && !"\"\\:".contains(c))
+}
+
+/// The section of a suite, as [`parse`] reads it.
+pub(super) fn section(suite: &PinnedSuite) -> String {
+    // A JSON string of plain text is a TOML string.
+    let quoted = |text: &String| serde_json::Value::from(text.as_str()).to_string();
+    let mut out = format!("[[suite]]\nname = {}\n", quoted(&suite.name));
+    out += &format!("title = {}\nformat = \"{}\"\n", quoted(&suite.title), suite.format.word());
+    let about = [("source", &suite.source), ("licence", &suite.licence), ("how_to_get", &suite.how_to_get)];
+    for (key, value) in about {
+        out += &format!("{key} = {}\n", quoted(value));
+    }
+    out += "sequence = [\n";
+    for entry in &suite.sequence {
+        out += &format!("    {}\n", entry.line());
+    }
+    out + "]\n"
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,94 @@
+use super::*;
+use crate::lock::Format;
+use proptest::prelude::*;
+
+pub(in crate::suite) const USER_FILE: &str = r#"schema = 2
+
+[[suite]]
+name = "user-a"
+title = "A \"good\" title"
+format = "otb"
+source = ""
+licence = ""
+how_to_get = ""
+sequence = [
+    { name = "S", folder = "a/S", range = [3, 4], official = [2, 5], frames = 2, target_type = "car", attributes = ["IV"] },
+    { name = "T", folder = "a/T", format = "vot" },
+]
+"#;
+
+#[test]
+fn files_are_read_and_faults_are_named() {
+    let read = |text: &str| parse(Path::new("user.lock"), text.as_bytes());
+    let suites = read(USER_FILE).unwrap();
+    assert_eq!(suites[0].title, "A \"good\" title");
+    assert_eq!(suites[0].sequence[1].format, Some(Format::Vot));
+    assert!(read("schema = 2").unwrap().is_empty());
+    for (from, to, words) in [
+        ("schema = 2", "schema = 1", "schema = 1"),
+        ("schema = 2", "", "line 1"),
+        ("format = \"otb\"", "format = \"otv\"", "user.lock, line 6"),
+        ("format = \"otb\"", "format = \"synthetic\"", "user.lock, line 6"),
+        ("source = \"\"", "sauce = \"\"", "user.lock, line 7"),
+        ("\"user-a\"", "\"user a\"", "suite `user a`: a name has"),
+        ("\"user-a\"", "\"otb-100\"", "built-in"),
+        ("\"user-a\"", "\"synthetic-otb\"", "built-in"),
+        ("A \\\"good\\\" title", "two\\nlines", "plain line"),
+        ("\"a/S\"", "\"a/../S\"", "sequence `S`: `folder`"),
+        ("\"a/S\"", "\"/a\"", "sequence `S`: `folder`"),
+        ("\"a/S\"", "\"a\\\\S\"", "sequence `S`: `folder`"),
+        ("name = \"T\"", "name = \"S\"", "sequence `S` stands there twice"),
+        ("name = \"T\"", "name = \"T/1\"", "without quotes"),
+        ("name = \"T\"", "name = \"\"", "without quotes"),
+        ("range = [3, 4]", "range = [4, 3]", "`range`"),
+        ("range = [3, 4]", "range = [0, 4294967295]", "`range`"),
+        ("range = [3, 4]", "range = [3, 5]", "`frames`"),
+        ("[\"IV\"]", "[\"a\\\"b\"]", "attributes"),
+        ("format = \"vot\"", "digest = \"ab\"", "`digest`"),
+        ("format = \"vot\"", "archive = \"otb-Basketball\"", "archives"),
+        ("sequence = [\n", "sequence = [] #", "line"),
+    ] {
+        let text = USER_FILE.replacen(from, to, 1);
+        assert_ne!(text, USER_FILE, "{from}");
+        let error = read(&text).err().unwrap_or_else(|| panic!("{to}")).to_string();
+        assert!(error.starts_with("user.lock") && error.contains(words), "{to}: {error}");
+    }
+    let twice = format!("{USER_FILE}{}", USER_FILE.trim_start_matches("schema = 2"));
+    assert!(read(&twice).unwrap_err().to_string().contains("twice"));
+}
+
+#[test]
+fn sections_are_written_as_they_are_read() {
+    let suites = parse(Path::new("a"), USER_FILE.as_bytes()).unwrap();
+    let text = with_sections("schema = 2\n\n\n", &section(&suites[0]));
+    assert_eq!(text, USER_FILE);
+    let more = with_sections(&text, &section(&suites[0]).replace("user-a", "user-b"));
+    let names: Vec<String> =
+        parse(Path::new("a"), more.as_bytes()).unwrap().into_iter().map(|s| s.name).collect();
+    assert_eq!(names, ["user-a", "user-b"]);
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read_back(
+        title in "\\PC{0,30}", folder in "[a-z .-]{1,8}(/[a-z]{1,4}){0,2}", last in 1..99_u32, digest in "[0-9a-f]{64}",
+    ) {
+        let mut suite = parse(Path::new("a"), USER_FILE.as_bytes()).unwrap().remove(0);
+        suite.title = title;
+        suite.sequence[1] = Entry {
+            folder, range: Some((1, last)), frames: Some(last as usize), digest: Some(digest), format: None,
+            ..suite.sequence[1].clone()
+        };
+        let again = parse(Path::new("a"), with_sections("", &section(&suite)).as_bytes());
+        if check(&suite).is_ok() {
+            prop_assert_eq!(section(&again.unwrap()[0]), section(&suite));
+        } else {
+            prop_assert!(again.is_err());
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(USER_FILE.as_bytes())) {
+        let _ = parse(Path::new("a"), &bytes);
+    }
+}
