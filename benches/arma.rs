@@ -4,7 +4,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::detector::{Detector, Input, arma_forecast};
-use trackfail::num::arma::{Start, fit};
+use trackfail::num::arma::{Presample, fit};
 
 const WINDOW: [f64; 20] = [
     0.52, 0.47, 0.55, 0.61, 0.58, 0.66, 0.60, 0.49, 0.44, 0.40, 0.43, 0.38, 0.45, 0.51, 0.47, 0.54, 0.57,
@@ -13,7 +13,7 @@ const WINDOW: [f64; 20] = [
 
 fn arma(c: &mut Criterion) {
     let mut group = c.benchmark_group("arma");
-    for (name, start) in [("fit-backcast", Start::Backcast), ("fit-drop-first", Start::DropFirst)] {
+    for (name, start) in [("fit-backcast", Presample::Backcast), ("fit-drop-first", Presample::DropFirst)] {
         group.bench_with_input(BenchmarkId::new(name, WINDOW.len()), &WINDOW, |b, window| {
             b.iter(|| fit(black_box(window), [1, 1], start).map(|model| model.forecast(5)));
         });

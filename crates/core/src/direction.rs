@@ -1,4 +1,4 @@
-//! Which way a number points: a metric's, or a signal's.
+//! Whether larger or smaller values of a metric or a signal are better.
 
 use serde::Serialize;
 

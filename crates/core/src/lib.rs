@@ -1,12 +1,12 @@
-//! What every layer of trackfail uses: regions, pixels, numerics, and lists of plugins.
+//! Foundations that every layer of trackfail uses: regions, pixels, numerics, and lists of plugins.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`region`] | rectangles and polygons, their overlap |
 //! | [`mod@image`] | frames, color and gradient features, distribution fields, warps |
-//! | [`direction`] | whether larger or smaller is better |
+//! | [`direction`] | whether larger or smaller values are better |
 //! | [`num`] | filters, time series models, distributions, mixtures, comparisons of methods, seeds |
-//! | [`plugin`] | an entry for each plugin of a list, checked parameters, nearest words |
+//! | [`plugin`] | lists of plugins, checked parameters, suggestions for misspelled words |
 
 pub mod direction;
 pub mod image;

@@ -1,4 +1,4 @@
-//! Where a target is: rectangles and convex polygons, and how much two of them overlap.
+//! Regions of a target: rectangles and convex polygons, and how much two of them overlap.
 //!
 //! Coordinates are continuous pixels, 0-based: pixel column `j` covers `[j, j + 1)`, row `i` covers
 //! `[i, i + 1)`, `x` grows to the right and `y` downwards. Formats that count from 1 (OTB) are shifted
@@ -29,8 +29,8 @@ impl Rect {
         Self { x, y, w, h }
     }
 
-    /// Centre, in pixels.
-    pub fn centre(&self) -> (f64, f64) {
+    /// Center, in pixels.
+    pub fn center(&self) -> (f64, f64) {
         (self.x + self.w / 2.0, self.y + self.h / 2.0)
     }
 
@@ -60,22 +60,22 @@ pub enum Region {
     Polygon(Vec<(f64, f64)>),
 }
 
-/// Largest coordinate, in pixels.
-const FARTHEST: f64 = 1e15;
+/// Largest absolute coordinate, in pixels.
+const MAX_COORDINATE: f64 = 1e15;
 
-/// Why numbers are no region.
+/// Why numbers do not make a region.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegionError {
     /// NaN or infinity among the numbers.
     #[error("a coordinate is not a finite number")]
     NotFinite,
-    /// So far away that areas would overflow or neighbouring pixels be the same number.
-    #[error("a coordinate is beyond {FARTHEST:e} pixels, where no image is")]
+    /// A coordinate so large that areas would overflow or neighboring pixels would be the same number.
+    #[error("a coordinate is beyond {MAX_COORDINATE:e} pixels, where no image is")]
     TooFar,
-    /// Width or height 0 or negative, or a polygon without area.
+    /// A width or height of 0 or less, or a polygon without area.
     #[error("the region has no area")]
     Empty,
-    /// Not 4 numbers, nor 6, 8, 10 ...
+    /// A count other than 4, 6, 8, 10 ...
     #[error("a region takes 4 numbers (x,y,w,h) or at least 3 corners (x1,y1,x2,y2,...), not {0} numbers")]
     Count(usize),
     /// The corners turn both ways.
@@ -84,7 +84,7 @@ pub enum RegionError {
 }
 
 impl Region {
-    /// Checks 4 numbers (`x,y,w,h`) or the corners of a convex polygon.
+    /// The region of 4 numbers (`x,y,w,h`) or of the corners of a convex polygon.
     ///
     /// # Errors
     /// See [`RegionError`].
@@ -92,7 +92,7 @@ impl Region {
         if v.iter().any(|a| !a.is_finite()) {
             return Err(RegionError::NotFinite);
         }
-        if v.iter().any(|a| a.abs() > FARTHEST) {
+        if v.iter().any(|a| a.abs() > MAX_COORDINATE) {
             return Err(RegionError::TooFar);
         }
         match v.len() {
@@ -131,9 +131,9 @@ impl Region {
         }
     }
 
-    /// The rectangle that stands for the region where a method wants `[u, v, w, h]`.
+    /// The upright rectangle that stands for the region in methods that need one.
     ///
-    /// A quadrilateral becomes the rectangle with its centre and its mean side lengths, as the OTB
+    /// A quadrilateral becomes the rectangle with its center and its mean side lengths, as the OTB
     /// code treats the affine boxes of IVT; other polygons become their bounds. An axis-aligned
     /// quadrilateral is kept exactly either way.
     pub fn rect(&self) -> Rect {
@@ -185,7 +185,7 @@ impl Region {
         area(&clip(&self.corners(), &other.corners()))
     }
 
-    /// The part of the region that lies in `window`; none where only borders meet.
+    /// The part of the region that lies in `window`; `None` if it has no area.
     pub fn clipped(&self, window: &Self) -> Option<Self> {
         if let (Self::Rect(a), Self::Rect(b)) = (self, window) {
             let (x, y) = (a.x.max(b.x), a.y.max(b.y));
@@ -212,7 +212,7 @@ fn cross(o: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
 }
 
 fn signed_area(p: &[(f64, f64)]) -> f64 {
-    // Relative to the first corner, so that far-away polygons lose no digits.
+    // Relative to the first corner, so that polygons far from the origin lose no digits.
     (1..p.len().saturating_sub(1)).map(|i| cross(p[0], p[i], p[i + 1])).sum::<f64>() / 2.0
 }
 
@@ -222,7 +222,7 @@ fn is_convex(p: &[(f64, f64)]) -> bool {
     let (x0, y0, x1, y1) = bounds(p);
     let slack = 1e-6 * (x1 - x0) * (y1 - y0) + 1e-9;
     let turns = (0..n).all(|i| cross(p[i], p[(i + 1) % n], p[(i + 2) % n]) * orientation >= -slack);
-    // All turns the same way can still be a star; its fan of triangles then changes sign.
+    // A star can also turn the same way at all corners; its fan of triangles then changes sign.
     let fan = (1..n - 1).all(|i| cross(p[0], p[i], p[i + 1]) * orientation >= -slack);
     turns && fan
 }

@@ -1,7 +1,7 @@
 //! Frames from disk: which files of a folder they are, and decoding one.
 //!
 //! Links to images and to folders of them are followed; what they lead to must be a file of at most
-//! [`image::LARGEST_FILE`] bytes, so that neither a device nor a pipe is waited for.
+//! [`image::MAX_FILE_BYTES`] bytes, so that neither a device nor a pipe is waited for.
 
 use super::{DatasetError, Frames, Sequence, text};
 use crate::image::{self, Frame};
@@ -97,7 +97,7 @@ fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
     if !about.is_file() {
         return Err(DatasetError::content(path, "not a file; an image file was expected"));
     }
-    text::read_at_most(path, image::LARGEST_FILE)
+    text::read_at_most(path, image::MAX_FILE_BYTES)
 }
 
 fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
@@ -306,7 +306,7 @@ mod tests {
         std::fs::create_dir(&second).unwrap();
         assert!(matches!(files.frame(1), Err(DatasetError::Content { .. })));
         let third = std::fs::File::create(folder.path().join("0003.png")).unwrap();
-        third.set_len(image::LARGEST_FILE + 1).unwrap();
+        third.set_len(image::MAX_FILE_BYTES + 1).unwrap();
         assert!(files.frame(2).unwrap_err().to_string().contains("larger than 128 MiB"));
     }
 

@@ -5,21 +5,21 @@
 //! n_k = p_k - 1/11,  k = 0..10
 //! ```
 //!
-//! The eleven terms of Berlin and Kay (black, blue, brown, green, orange, pink, purple, red, white, yellow, grey) each
+//! The eleven terms of Berlin and Kay (black, blue, brown, green, orange, pink, purple, red, white, yellow, gray) each
 //! have one typical sRGB color, [`TERMS`]; distances are Euclidean in CIE L*a*b* (D65). As the `p_k` sum to 1, the last
-//! one, grey, is left out; values are in `[-1/11, 10/11]`.
+//! one, gray, is left out; values are in `[-1/11, 10/11]`.
 //!
 //! This stands in for the color names of van de Weijer et al. ("Learning color names for real-world applications", TIP
 //! 18(7), 2009) in the ten-dimensional form of Danelljan et al. (CVPR 2014), a table learned from images that has no
-//! part in this project. Colors are quantised like there: 32 levels a channel, in the middle of each.
+//! part in this project. Colors are quantized like there: 32 levels a channel, in the middle of each.
 
 use std::sync::OnceLock;
 
-/// Numbers a color.
+/// Number of values per color.
 pub const NAMES: usize = 10;
 /// Deviation of the assignment, in units of L*a*b*.
 const SPREAD: f64 = 20.0;
-/// Levels of a channel.
+/// Quantized levels of a channel.
 const LEVELS: usize = 32;
 /// The typical color of each term, sRGB.
 pub const TERMS: [[f64; 3]; NAMES + 1] = [
@@ -55,7 +55,7 @@ pub fn lab(rgb: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The ten numbers of a color without quantisation.
+/// The ten values of a color that is not quantized.
 pub fn names(rgb: [f64; 3]) -> [f64; NAMES] {
     assign(lab(rgb), &TERMS.map(lab))
 }
@@ -65,16 +65,16 @@ fn assign(color: [f64; 3], terms: &[[f64; 3]; NAMES + 1]) -> [f64; NAMES] {
         let square: f64 = term.iter().zip(color).map(|(a, b)| (a - b).powi(2)).sum();
         (-0.5 * square / (SPREAD * SPREAD)).exp()
     });
-    // No color is so far from all terms that everything underflows: pure green, the farthest, is at 62 units.
+    // No color is so far from all terms that all weights underflow: the farthest, pure green, is at 62 units.
     let sum: f64 = weights.iter().sum();
     std::array::from_fn(|k| weights[k] / sum - 1.0 / (NAMES + 1) as f64)
 }
 
-/// The ten numbers of every quantised color.
+/// Table of the ten values of every quantized color.
 pub struct ColorNames(Vec<[f32; NAMES]>);
 
 impl ColorNames {
-    /// The table; made at the first call.
+    /// The table; the first call computes it.
     pub fn table() -> &'static Self {
         static TABLE: OnceLock<ColorNames> = OnceLock::new();
         TABLE.get_or_init(|| {
@@ -86,7 +86,7 @@ impl ColorNames {
         })
     }
 
-    /// The numbers of a color, each channel from 0 to 255 (others are cut).
+    /// The values of a color, each channel from 0 to 255 (others are clamped).
     pub fn of(&self, rgb: [f32; 3]) -> &[f32; NAMES] {
         let [r, g, b] = rgb.map(|v| (v as usize).min(255) / (256 / LEVELS));
         &self.0[r + LEVELS * (g + LEVELS * b)]
@@ -115,8 +115,8 @@ mod tests {
     fn typical_colors_are_their_terms() {
         for (k, term) in TERMS.iter().enumerate() {
             let n = names(*term);
-            let grey = 1.0 - n.iter().map(|v| v + 1.0 / 11.0).sum::<f64>();
-            let p: Vec<f64> = n.iter().map(|v| v + 1.0 / 11.0).chain([grey]).collect();
+            let gray = 1.0 - n.iter().map(|v| v + 1.0 / 11.0).sum::<f64>();
+            let p: Vec<f64> = n.iter().map(|v| v + 1.0 / 11.0).chain([gray]).collect();
             assert!(p[k] > 0.7, "{k}: {p:?}");
         }
     }

@@ -1,31 +1,31 @@
-//! JPEG and PNG bytes to a [`Frame`], complete or not at all.
+//! Decoding of JPEG and PNG images that are complete.
 //!
-//! The JPEG decoder below fills what is missing of a cut file with grey and reports success. So the
+//! The JPEG decoder fills the missing part of a cut file with gray and reports success. So the
 //! structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk
-//! (PNG); bytes after it are tolerated. Grey, palette, CMYK, 16-bit and alpha images become 8-bit RGB;
+//! (PNG); bytes after it are tolerated. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB;
 //! alpha is dropped, not blended.
 //!
-//! A few bytes can claim to be a picture of any size, so the size in the header is held against
-//! [`LONGEST_SIDE`] and [`MOST_PIXELS`] before memory is asked for.
+//! A few bytes can claim to be an image of any size, so the size in the header is checked against
+//! [`MAX_SIDE`] and [`MAX_PIXELS`] before memory is allocated.
 
 use super::{Frame, ImageError};
 use std::io::Cursor;
 
 /// Longest side of a frame that is read, in pixels.
-pub const LONGEST_SIDE: u32 = 16_384;
+pub const MAX_SIDE: u32 = 16_384;
 /// Most pixels of a frame that is read: twice those of 8K video.
-pub const MOST_PIXELS: u64 = 1 << 26;
+pub const MAX_PIXELS: u64 = 1 << 26;
 /// Largest image file that is read, in bytes.
-pub const LARGEST_FILE: u64 = 128 << 20;
-/// What the PNG decoder may ask for: the most pixels as 16-bit RGBA, and half as much for itself.
-const MOST_MEMORY: u64 = MOST_PIXELS * 12;
+pub const MAX_FILE_BYTES: u64 = 128 << 20;
+/// Memory that the PNG decoder may use: [`MAX_PIXELS`] in 16-bit RGBA, and half as much for itself.
+const MAX_DECODER_BYTES: u64 = MAX_PIXELS * 12;
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a JPEG or PNG image.
 ///
 /// # Errors
-/// Bytes that are neither, a cut or damaged image, and sizes above [`LONGEST_SIDE`] or [`MOST_PIXELS`].
+/// Bytes of another format, a cut or damaged image, and sizes above [`MAX_SIDE`] or [`MAX_PIXELS`].
 pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
     check_complete(bytes)?;
     let decoder = open(bytes)?;
@@ -37,7 +37,7 @@ pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
 /// Width and height in pixels, from the header alone.
 ///
 /// # Errors
-/// As [`decode`], except that the pixels are not looked at.
+/// As [`decode`], except that the pixels are not checked.
 pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
     let (width, height) = check_size(&*open(bytes)?)?;
     Ok((width as usize, height as usize))
@@ -46,7 +46,7 @@ pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
 fn open(bytes: &[u8]) -> Result<Box<dyn ::image::ImageDecoder + '_>, ImageError> {
     if bytes.starts_with(PNG_SIGNATURE) {
         let mut limits = ::image::Limits::no_limits();
-        limits.max_alloc = Some(MOST_MEMORY);
+        limits.max_alloc = Some(MAX_DECODER_BYTES);
         let decoder = ::image::codecs::png::PngDecoder::with_limits(Cursor::new(bytes), limits);
         Ok(Box::new(decoder.map_err(decode_error)?))
     } else {
@@ -64,7 +64,7 @@ fn check_size(decoder: &dyn ::image::ImageDecoder) -> Result<(u32, u32), ImageEr
     if width == 0 || height == 0 {
         return Err(ImageError::Decode("the image has no pixels".into()));
     }
-    if width.max(height) > LONGEST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS {
+    if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
         return Err(ImageError::TooLarge { width, height });
     }
     Ok((width, height))
@@ -96,7 +96,7 @@ fn png_ends(mut rest: &[u8]) -> Option<()> {
 }
 
 /// Walks the segments and the entropy-coded data between them; `None` when the end-of-image marker is
-/// not reached. Segment lengths are honoured because thumbnails inside EXIF have end markers too.
+/// not reached. Segment lengths are honored because thumbnails inside EXIF have end markers too.
 fn jpeg_ends(mut rest: &[u8]) -> Option<()> {
     loop {
         // Entropy-coded data never holds FF followed by anything but 00, a restart or a fill byte.
@@ -171,10 +171,10 @@ mod tests {
     }
 
     #[test]
-    fn grey_alpha_and_sixteen_bits_become_rgb() {
-        let grey = DynamicImage::from(GrayImage::from_fn(9, 4, |x, y| ::image::Luma([(x * 20 + y) as u8])));
+    fn gray_alpha_and_sixteen_bits_become_rgb() {
+        let gray = DynamicImage::from(GrayImage::from_fn(9, 4, |x, y| ::image::Luma([(x * 20 + y) as u8])));
         for format in [ImageFormat::Png, ImageFormat::Jpeg] {
-            let frame = decode(&encode(&grey, format)).unwrap();
+            let frame = decode(&encode(&gray, format)).unwrap();
             let [r, g, b] = frame.pixel(3, 2);
             assert!(r == g && g == b && r.abs_diff(62) <= 3, "{format:?} {r}");
         }
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn sides_are_limited() {
-        let wide = DynamicImage::from(GrayImage::new(LONGEST_SIDE + 1, 1));
+        let wide = DynamicImage::from(GrayImage::new(MAX_SIDE + 1, 1));
         let bytes = encode(&wide, ImageFormat::Png);
         assert!(matches!(decode(&bytes), Err(ImageError::TooLarge { width: 16_385, .. })));
     }

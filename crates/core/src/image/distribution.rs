@@ -8,14 +8,14 @@
 //! d''(i, j, m) = sum_s g_l(s) d'(i, j, m + s) + (lost mass) / M               (layer smoothing)
 //! ```
 //!
-//! with `g` Gaussians cut to an odd support and normalised. Layer smoothing loses the mass that leaves
+//! with `g` Gaussians cut to an odd support and normalized. Layer smoothing loses the mass that leaves
 //! `0..M`; it is spread evenly over the layers, so that every pixel keeps its mass.
 //!
 //! Only differences of two fields are needed and smoothing is linear, so the *difference* of the exploded
 //! planes is smoothed. What both share cancels: a border of uniform distributions and a border of zeros
 //! give the same distance. The sums are arranged for exactness and speed:
 //!
-//! - A block of a row of the field is made at a time. The vertical and the layer kernel are added together
+//! - The field is computed a block of a row at a time. The vertical and the layer kernel are added together
 //!   where the pixels are; their weights are multiples of 2^-45, so that these sums are exact in `f64` and
 //!   equal planes cancel to 0 exactly.
 //! - Layers lie contiguously, with slots below 0 and above `M - 1` that catch the lost mass.
@@ -24,12 +24,12 @@
 
 use multiversion::multiversion;
 
-/// Layers that are worked on together.
+/// Layers that are processed together.
 const LANES: usize = 8;
-/// Columns that are worked on together; their slots fit into a first-level cache.
+/// Columns that are processed together; their slots fit into a first-level cache.
 const BLOCK: usize = 32;
 
-/// What lies beyond the border of a plane.
+/// Distributions beyond the border of a plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Border {
     /// The same distribution for every plane (uniform, zero): it cancels.
@@ -52,7 +52,7 @@ pub struct Smoothing {
     layer_radius: usize,
 }
 
-/// A Gaussian cut to `2 * radius + 1` samples and normalised; weights for offsets `0..=radius`.
+/// A Gaussian cut to `2 * radius + 1` samples and normalized; weights for offsets `0..=radius`.
 ///
 /// `sigma` is in samples and above 0.
 pub fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
@@ -93,7 +93,7 @@ impl Smoothing {
 pub struct FieldDistance {
     /// A block of a vertically smoothed row of the first plane.
     first: Vec<[f64; LANES]>,
-    /// For each other plane.
+    /// Buffers of the other planes.
     others: Vec<Other>,
     /// Lowest and highest layer of each column of the first plane near the row.
     low: Vec<u8>,
@@ -104,7 +104,7 @@ pub struct FieldDistance {
     slots: Vec<[f64; LANES]>,
 }
 
-/// What is kept for one of the other planes while a row is made.
+/// Buffers for one of the other planes while a row is computed.
 #[derive(Debug, Default)]
 struct Other {
     /// The difference to the first plane: the columns that the next block still needs, then a block.
@@ -154,13 +154,13 @@ impl FieldDistance {
                     if smoothing.border == Border::Replicate {
                         kept.repeat_sides(width, side, block, end);
                     }
-                    let centres = start.saturating_sub(side)..end.saturating_sub(side);
+                    let centers = start.saturating_sub(side)..end.saturating_sub(side);
                     let skipped = side.saturating_sub(start).min(count) * width;
                     *sum += row_l1(
                         smoothing,
                         &kept.difference[skipped..],
-                        &kept.low[centres.clone()],
-                        &kept.high[centres],
+                        &kept.low[centers.clone()],
+                        &kept.high[centers],
                         &mut self.slots,
                     );
                     kept.difference.copy_within(count * width..(count + 2 * side) * width, 0);
@@ -334,7 +334,7 @@ fn row_l1_of(
         let flat = slots.as_flattened_mut();
         let lost: f64 = flat[from..inner.start].iter().sum::<f64>() + flat[inner.end..to].iter().sum::<f64>();
         let even = lost / layers as f64;
-        // Slots that are no layer are made to vanish below.
+        // These slots are not layers: with `-even` they add nothing below.
         flat[from..inner.start].fill(-even);
         flat[inner.end..to].fill(-even);
         for chunk in &slots[first..=last] {
@@ -391,7 +391,7 @@ mod tests {
 
     #[test]
     fn one_pixel_by_hand() {
-        // Without neighbours the spatial kernel only scales by its middle weight.
+        // Without neighbors the spatial kernel only scales by its middle weight.
         let s = smoothing(8, (1, 1, 0), Border::Common);
         let middle = gaussian(1.0, 1)[0] * gaussian(2.0, 1)[0];
         assert!((l1(&s, 1, &[3], &[5]) - 2.0 * middle).abs() < 1e-13);

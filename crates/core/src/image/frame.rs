@@ -8,23 +8,23 @@ pub struct Frame {
     rgb: Vec<u8>,
 }
 
-/// Why bytes are no frame.
+/// Why an image cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The decoder refused the bytes.
     #[error("not a readable JPEG or PNG image: {0}")]
     Decode(String),
-    /// The encoder refused.
+    /// The encoder refused the frame.
     #[error("cannot be written as PNG: {0}")]
     Encode(String),
-    /// The image ends before its end marker, so that its lower part would be made up.
+    /// The image ends before its end marker, so that its lower part is missing.
     #[error("the image is cut short (no end marker)")]
     Truncated,
-    /// Larger than any frame that is worth the memory.
+    /// The image is larger than frames may be.
     #[error(
         "the image is {width}x{height} pixels; at most {} in either direction and {} altogether are read",
-        super::LONGEST_SIDE,
-        super::MOST_PIXELS
+        super::MAX_SIDE,
+        super::MAX_PIXELS
     )]
     TooLarge {
         /// Width in pixels.

@@ -6,7 +6,7 @@
 //! g(p)       = ((I(x + 1, y) - I(x - 1, y)) / 2, (I(x, y + 1) - I(x, y - 1)) / 2)       one-sided at the border
 //! b(p)       = round(angle(g) 18 / (2 pi)) mod 18                                       halves up
 //! R(c, b)    = sum over the pixels p of orientation b: |g(p)| / k^2, shared bilinearly among the four cells c
-//!              whose centres are nearest (none when k = 1); cells of the border times 8/7, of a corner twice
+//!              whose centers are nearest (none when k = 1); cells of the border times 8/7, of a corner twice
 //! E(c)       = sum_{b < 9} (R(c, b) + R(c, b + 9))^2
 //! N_i(c)     = 1 / sqrt(E summed over a block of 2 x 2 cells with c + 1e-4 / (4 k^4)),  i = 1..4
 //! f_b(c)     = 1/2 sum_i min(R(c, b) N_i, 0.2)                             channels  0..18: signed
@@ -16,7 +16,7 @@
 //!
 //! `I` are the planes of a [`Patch`], of which the one with the largest gradient counts (the first among equals);
 //! `k` is the side of a cell in pixels. There are `floor(w / k)` x `floor(h / k)` cells; pixels beyond the last whole
-//! cell only serve the gradients of their neighbours. Blocks at the border are the nearest ones inside, of a
+//! cell only serve the gradients of their neighbors. Blocks at the border are the nearest ones inside, of a
 //! single row or column of cells that row or column twice. Blocks are in the order right below, right above, left
 //! below, left above. Values are in `[0, 0.4]`, textures in `[0, 0.85]`; they do not depend on the contrast as long as
 //! it is well above `1e-2`, so the unit of `I` matters little.
@@ -34,7 +34,7 @@ pub const CHANNELS: usize = 31;
 const SIGNED: usize = 18;
 /// Tangents of the angles between the orientations of a quadrant: 10, 30, 50 and 70 degrees.
 const TANGENTS: [f32; 4] = [0.176_326_98, 0.577_350_26, 1.191_753_6, 2.747_477_4];
-/// Where a value of the features is cut.
+/// Upper bound of a feature's value.
 const CLIP: f32 = 0.2;
 /// Weight of the textures.
 const TEXTURE: f32 = 0.2357;
@@ -42,7 +42,7 @@ const TEXTURE: f32 = 0.2357;
 /// Buffers for [`Hog::compute`]; they grow to the largest patch seen and are then reused.
 #[derive(Debug, Default)]
 pub struct Hog {
-    /// Gradient of a row: of the strongest plane.
+    /// Gradient of a row, in the plane where it is strongest.
     across: Vec<f32>,
     down: Vec<f32>,
     squares: Vec<f32>,
@@ -76,7 +76,7 @@ impl Hog {
             self.weigh_border(w, h);
             self.find_norms(cell, w, h);
             for y in 0..h {
-                self.normalise(y, w, h, features);
+                self.normalize(y, w, h, features);
             }
         }
         (w, h)
@@ -86,7 +86,7 @@ impl Hog {
         let line = w + 2;
         self.histogram.clear();
         self.histogram.resize((h + 2) * SIGNED * line, 0.0);
-        // The cell centres left (above) of a pixel, and how far the pixel is from there to the next.
+        // The cell centers left (above) of a pixel, and how far the pixel is from there to the next.
         let between = |i: usize| -> (usize, f32) {
             if cell == 1 {
                 return (i + 1, 0.0);
@@ -186,7 +186,7 @@ impl Hog {
         }
     }
 
-    fn normalise(&mut self, y: usize, w: usize, h: usize, features: &mut [f32]) {
+    fn normalize(&mut self, y: usize, w: usize, h: usize, features: &mut [f32]) {
         let line = w + 2;
         let rows = &self.histogram[(y + 1) * SIGNED * line..(y + 2) * SIGNED * line];
         let norms = |x: usize, y: usize| &self.norms[y * (w + 1) + x..][..w];
@@ -221,7 +221,7 @@ fn block(i: usize, count: usize) -> (usize, usize) {
     (last - 1, last)
 }
 
-/// Keeps the gradients of a row where they are stronger than those that are there.
+/// Replaces the stored gradients of a row where those of this plane are stronger.
 #[multiversion(targets("x86_64+avx2"))]
 fn strongest(
     here: &[f32],
@@ -284,7 +284,7 @@ fn unsigned(ahead: &[f32], back: &[f32], norms: [&[f32]; 4], out: &mut [f32]) {
     out.iter_mut().for_each(|o| *o *= 0.5);
 }
 
-/// Makes squared magnitudes magnitudes, and finds orientations.
+/// Replaces squared magnitudes by magnitudes, and finds orientations.
 #[multiversion(targets("x86_64+avx2"))]
 fn orient(across: &[f32], down: &[f32], squares: &mut [f32], bins: &mut [i32]) {
     for (((m, bin), gx), gy) in squares.iter_mut().zip(bins).zip(across).zip(down) {
@@ -294,7 +294,7 @@ fn orient(across: &[f32], down: &[f32], squares: &mut [f32], bins: &mut [i32]) {
         for t in TANGENTS {
             steep += i32::from(v > t * u);
         }
-        // A vertical gradient is between two orientations; the one further on gets it.
+        // A vertical gradient lies between two orientations and counts for the larger one.
         let left = (*gx < 0.0) | ((*gx == 0.0) & (*gy > 0.0));
         let turned = if left { 9 } else { 0 };
         let turned = if (*gy < 0.0) == left { turned + steep } else { turned - steep };
@@ -302,7 +302,7 @@ fn orient(across: &[f32], down: &[f32], squares: &mut [f32], bins: &mut [i32]) {
     }
 }
 
-/// Compiles to one instruction, unlike `min`, which minds NaN.
+/// The smaller of `v` and [`CLIP`]; compiles to one instruction, unlike `min`, which handles NaN.
 fn cut(v: f32) -> f32 {
     if v < CLIP { v } else { CLIP }
 }

@@ -21,12 +21,12 @@ pub struct IntegralHistogram {
 }
 
 impl IntegralHistogram {
-    /// Number of counts that an image needs.
+    /// Number of counts that are stored for an image.
     pub fn room(width: usize, height: usize, bins: usize) -> usize {
         (width + 1).saturating_mul(height + 1).saturating_mul(bins)
     }
 
-    /// Sums up an image of `width` codes a row; codes from `bins` on are in no bin.
+    /// Counts the codes of an image with `width` codes a row; codes of `bins` and above are in no bin.
     pub fn build(&mut self, codes: &[u16], width: usize, bins: usize) {
         let height = codes.len().checked_div(width).unwrap_or(0);
         (self.bins, self.width, self.height) = (bins, width, height);
@@ -52,8 +52,7 @@ impl IntegralHistogram {
         }
     }
 
-    /// The four corners of the window of columns `[left, right)` and rows `[top, bottom)`, cut to the
-    /// image.
+    /// The histogram of the window of columns `[left, right)` and rows `[top, bottom)`, cut to the image.
     pub fn window(&self, [left, top, right, bottom]: [usize; 4]) -> Counts<'_> {
         let (right, bottom) = (right.min(self.width), bottom.min(self.height));
         let corner = |x: usize, y: usize| &self.sums[(y * (self.width + 1) + x) * self.bins..][..self.bins];

@@ -1,15 +1,15 @@
 //! Patches: parts of a frame as planes of `f32`, cut out, resized or sampled at any place and scale.
 //!
-//! Places are continuous as in [`crate::region`] (the centre of pixel `j` is at `j + 0.5`), values are `0..=255`.
+//! Places are continuous as in [`crate::region`] (the center of pixel `j` is at `j + 0.5`), values are `0..=255`.
 //! Interpolation is bilinear and does not smooth before it shrinks.
 
 use super::{Frame, Window, luma};
 
-/// What a patch keeps of a pixel.
+/// Planes of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colors {
     /// One plane, [`luma`].
-    Grey,
+    Gray,
     /// Three planes: red, green, blue.
     Rgb,
 }
@@ -18,37 +18,37 @@ impl Colors {
     /// Number of planes.
     pub fn planes(self) -> usize {
         match self {
-            Self::Grey => 1,
+            Self::Gray => 1,
             Self::Rgb => 3,
         }
     }
 }
 
-/// What lies beyond the border of a frame.
+/// Values beyond the border of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
     /// The nearest pixel of the border.
     Repeated,
-    /// Zeros, from the centre of the outermost pixels on.
+    /// Zeros, from the center of the outermost pixels on.
     Zero,
 }
 
-/// Sample places along one axis: `start + i * step` for `i` in `0..count`, in pixels.
+/// Sample positions along one axis: `start + i * step` for `i` in `0..count`, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// First place.
+    /// First position.
     pub start: f64,
-    /// Distance of two places.
+    /// Distance between neighboring positions.
     pub step: f64,
-    /// Number of places.
+    /// Number of positions.
     pub count: usize,
 }
 
 impl Axis {
-    /// `count` places that divide `length` pixels around `centre` evenly, each in the middle of its part.
-    pub fn around(centre: f64, length: f64, count: usize) -> Self {
+    /// Divides `length` pixels around `center` into `count` equal parts, with a position in the middle of each.
+    pub fn around(center: f64, length: f64, count: usize) -> Self {
         let step = length / count as f64;
-        Self { start: centre - 0.5 * length + 0.5 * step, step, count }
+        Self { start: center - 0.5 * length + 0.5 * step, step, count }
     }
 }
 
@@ -63,7 +63,7 @@ pub struct Patch {
     pub values: Vec<f32>,
 }
 
-/// The two pixels a sample lies between, and their shares.
+/// The two pixels that a sample lies between, and their weights.
 #[derive(Debug, Clone, Copy)]
 struct Tap {
     pixels: [usize; 2],
@@ -92,7 +92,7 @@ impl Patch {
         Self::from_taps(frame, &across, &down, colors)
     }
 
-    /// The frame at the places of two axes.
+    /// The values of the frame at the positions of two axes.
     pub fn sampled(frame: &Frame, across: &Axis, down: &Axis, outside: Outside, colors: Colors) -> Self {
         let taps = |axis: &Axis, room: usize| -> Vec<Tap> {
             let last = room as f64 - 1.0;
@@ -146,7 +146,7 @@ impl Patch {
 
     /// Rounds all values to whole numbers, halves up.
     pub fn round(&mut self) {
-        // Values are not negative, so that cutting off is rounding down.
+        // Values are not negative, so that truncating is rounding down.
         self.values.iter_mut().for_each(|v| *v = (*v + 0.5) as u32 as f32);
     }
 
@@ -156,7 +156,7 @@ impl Patch {
     }
 }
 
-/// A sample at `place`, counted from the centre of the first pixel and at least 0.
+/// The sample at `place`, which is counted from the center of the first pixel and at least 0.
 fn tap(place: f64) -> Tap {
     let first = place.floor();
     let share = (place - first) as f32;
@@ -172,7 +172,7 @@ impl Tap {
 fn interpolate(row: &[u8], taps: &[Tap], colors: Colors, line: &mut [f32]) {
     let pixel = |j: usize| [row[3 * j], row[3 * j + 1], row[3 * j + 2]];
     match colors {
-        Colors::Grey => {
+        Colors::Gray => {
             for (o, tap) in line.iter_mut().zip(taps) {
                 let [a, b] = tap.pixels.map(|j| f32::from(luma(pixel(j))));
                 *o = tap.shares[0] * a + tap.shares[1] * b;
@@ -209,7 +209,7 @@ pub fn halved(frame: &Frame) -> Frame {
 }
 
 /// Whether red, green and blue are equal everywhere.
-pub fn is_grey(frame: &Frame) -> bool {
+pub fn is_gray(frame: &Frame) -> bool {
     frame.bytes().chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2])
 }
 
@@ -229,13 +229,13 @@ mod tests {
         let window = Window { x: -3, y: 27, w: 6, h: 5 };
         let patch = Patch::cut(&frame, &window, Colors::Rgb);
         assert_eq!((patch.width, patch.height, patch.planes()), (6, 5, 3));
-        let grey = Patch::cut(&frame, &window, Colors::Grey);
+        let gray = Patch::cut(&frame, &window, Colors::Gray);
         for y in 0..5 {
             for x in 0..6 {
                 let want = frame.pixel_clamped(x as i64 - 3, y as i64 + 27);
                 let got = [0, 1, 2].map(|c| patch.values[(c * 5 + y) * 6 + x]);
                 assert_eq!(got, want.map(f32::from));
-                assert_eq!(grey.values[y * 6 + x], f32::from(luma(want)));
+                assert_eq!(gray.values[y * 6 + x], f32::from(luma(want)));
             }
         }
     }
@@ -249,15 +249,15 @@ mod tests {
         assert_eq!(half.pixel(0, 0), [6, 7, 0]);
         assert_eq!(half.pixel(1, 0), [21, 7, 1]);
         assert_eq!(half.pixel(1, 1), [22, 7, 4]);
-        assert!(!is_grey(&frame) && is_grey(&Frame::new(2, 1, vec![4, 4, 4, 9, 9, 9])));
+        assert!(!is_gray(&frame) && is_gray(&Frame::new(2, 1, vec![4, 4, 4, 9, 9, 9])));
     }
 
     #[test]
-    fn zeros_begin_at_the_outermost_centres() {
+    fn zeros_begin_at_the_outermost_centers() {
         let frame = Frame::new(4, 1, vec![100; 12]);
         let across = Axis { start: 0.25, step: 0.25, count: 16 };
         let down = Axis { start: 0.5, step: 1.0, count: 1 };
-        let sampled = |outside| Patch::sampled(&frame, &across, &down, outside, Colors::Grey).values;
+        let sampled = |outside| Patch::sampled(&frame, &across, &down, outside, Colors::Gray).values;
         assert_eq!(sampled(Outside::Repeated), [100.0; 16]);
         let zeros = sampled(Outside::Zero);
         for (i, v) in zeros.iter().enumerate() {
@@ -311,10 +311,10 @@ mod tests {
         }
 
         #[test]
-        fn an_axis_around_a_centre_is_symmetric(centre in -9.0..9.0, length in 0.1..9.0, count in 1_usize..9) {
-            let axis = Axis::around(centre, length, count);
+        fn an_axis_around_a_centre_is_symmetric(center in -9.0..9.0, length in 0.1..9.0, count in 1_usize..9) {
+            let axis = Axis::around(center, length, count);
             let last = axis.start + axis.step * (count as f64 - 1.0);
-            prop_assert!((0.5 * (axis.start + last) - centre).abs() < 1e-9);
+            prop_assert!((0.5 * (axis.start + last) - center).abs() < 1e-9);
             prop_assert!((axis.step * count as f64 - length).abs() < 1e-9);
         }
     }

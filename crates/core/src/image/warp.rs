@@ -2,7 +2,7 @@
 //! "Incremental learning for robust visual tracking", IJCV 77, 2008, section 3.3).
 //!
 //! ```text
-//! g = (x, y, s, theta, r, phi)            centre, scale, rotation, aspect, skew
+//! g = (x, y, s, theta, r, phi)            center, scale, rotation, aspect, skew
 //! A = R(theta) R(-phi) diag(s, s r) R(phi),       R(t) = [cos t, -sin t; sin t, cos t]
 //! image place of template place (u, v):   (x, y)' + A (u, v)'
 //! u = j + 1/2 - w/2,  v = i + 1/2 - h/2           of template column j and row i, from 0
@@ -12,16 +12,16 @@
 //! are `(+-w/2, +-h/2)`. `s` is the target's width as a multiple of the template's, `s r` its height; `theta` and
 //! `phi` are in radians, from the x axis towards the y axis, which points down.
 //!
-//! Choices: the grid is centred. The authors' code runs from `1 - w/2` to `w/2` around a centre that is half a
-//! pixel off as well; a target followed by it has the same track but for a constant shift. Values
-//! between pixel centres are bilinear; the outer half of a border pixel repeats it, and beyond the
+//! Choices: the grid is centered. The authors' code runs from `1 - w/2` to `w/2` around a center that is half a
+//! pixel off as well, which shifts a track by a constant. Values
+//! between pixel centers are bilinear; the outer half of a border pixel repeats it, and beyond the
 //! image all is 0.
 //!
 //! `A` has several geometric forms: `phi` may be turned by quarters when `s` and `s r` change places. Of
 //! these, [`geometry`] takes the one with `phi` in `(-pi/4, pi/4]`, which is unique unless `r = 1`; the authors'
-//! may be any one with `|phi| < pi/2`.
+//! code may take any with `|phi| < pi/2`.
 
-use super::Grey;
+use super::Gray;
 use crate::region::{Rect, Region};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -40,10 +40,10 @@ pub fn matrix(&[_, _, s, theta, r, phi]: &Geometry) -> [f64; 4] {
     [cos * xx - sin * xy, cos * xy - sin * yy, sin * xx + cos * xy, sin * xy + cos * yy]
 }
 
-/// The geometry of a centre and a matrix `[a, b, c, d]` with positive determinant, by its singular values.
+/// The geometry of a center and a matrix `[a, b, c, d]` with positive determinant, by its singular values.
 ///
-/// `None` when the determinant is not above 0 or a number is not finite.
-pub fn geometry(centre: (f64, f64), [a, b, c, d]: [f64; 4]) -> Option<Geometry> {
+/// `None` if the determinant is not above 0 or a number is not finite.
+pub fn geometry(center: (f64, f64), [a, b, c, d]: [f64; 4]) -> Option<Geometry> {
     // A = R(theta - phi) diag(p, q) R(phi), with p and q from the parts of A that commute with rotations
     // and those that do not.
     let (e, f, g, h) = ((a + d) / 2.0, (a - d) / 2.0, (c + b) / 2.0, (c - b) / 2.0);
@@ -57,7 +57,7 @@ pub fn geometry(centre: (f64, f64), [a, b, c, d]: [f64; 4]) -> Option<Geometry> 
     while phi <= -FRAC_PI_4 {
         (phi, p, q) = (phi + FRAC_PI_2, q, p);
     }
-    let geometry = [centre.0, centre.1, p, theta, q / p, phi];
+    let geometry = [center.0, center.1, p, theta, q / p, phi];
     (p > 0.0 && q > 0.0 && geometry.iter().all(|v| v.is_finite())).then_some(geometry)
 }
 
@@ -79,14 +79,14 @@ impl Template {
     /// The geometry that lays the template on a region. `None` for a region without area or with a
     /// number that is not finite.
     ///
-    /// Of four corners the nearest parallelogram counts; its side nearer to the x axis is the width.
+    /// Four corners are replaced by the nearest parallelogram, whose side nearer to the x axis is the width.
     /// Other polygons are taken as [`Region::rect`] does.
     pub fn geometry(&self, region: &Region) -> Option<Geometry> {
         let (width, height) = (self.width as f64, self.height as f64);
         if let Region::Polygon(p) = region
             && p.len() == 4
         {
-            let centre = (p.iter().map(|c| c.0).sum::<f64>() / 4.0, p.iter().map(|c| c.1).sum::<f64>() / 4.0);
+            let center = (p.iter().map(|c| c.0).sum::<f64>() / 4.0, p.iter().map(|c| c.1).sum::<f64>() / 4.0);
             // The mean of a side and the one across.
             let along = |k: usize| {
                 let (a, b, c, d) = (p[k], p[k + 1], p[(k + 2) % 4], p[(k + 3) % 4]);
@@ -102,10 +102,10 @@ impl Template {
             if u.0 * v.1 - u.1 * v.0 < 0.0 {
                 v = (-v.0, -v.1);
             }
-            return geometry(centre, [u.0 / width, v.0 / height, u.1 / width, v.1 / height]);
+            return geometry(center, [u.0 / width, v.0 / height, u.1 / width, v.1 / height]);
         }
         let rect = region.rect();
-        let (x, y) = rect.centre();
+        let (x, y) = rect.center();
         geometry((x, y), [rect.w / width, 0.0, 0.0, rect.h / height])
     }
 
@@ -124,18 +124,18 @@ impl Template {
         Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
     }
 
-    /// Writes the `width * height` grey values under the template, times `unit`, into `out`, row by row.
+    /// Writes the `width * height` gray values under the template, times `unit`, into `out`, row by row.
     ///
     /// # Panics
     /// When `out` has another length: a mistake in the caller.
-    pub fn sample(&self, image: &Grey, geometry: &Geometry, unit: f32, out: &mut [f32]) {
+    pub fn sample(&self, image: &Gray, geometry: &Geometry, unit: f32, out: &mut [f32]) {
         assert_eq!(out.len(), self.pixels(), "values of a template");
         let [a, b, c, d] = matrix(geometry);
         let (right, bottom) = ((image.width - 1) as f64, (image.height - 1) as f64);
         let u = 0.5 - self.width as f64 / 2.0;
         for (i, row) in out.chunks_exact_mut(self.width).enumerate() {
             let v = i as f64 + 0.5 - self.height as f64 / 2.0;
-            // In units of pixel centres.
+            // In units of pixel centers.
             let (x, y) = (geometry[0] + a * u + b * v - 0.5, geometry[1] + c * u + d * v - 0.5);
             for (j, out) in row.iter_mut().enumerate() {
                 let (x, y) = (x + a * j as f64, y + c * j as f64);
@@ -152,7 +152,7 @@ impl Template {
 
 /// The value at a place from `(0, 0)` to `(width - 1, height - 1)`.
 #[inline(always)]
-fn bilinear(image: &Grey, x: f64, y: f64) -> f32 {
+fn bilinear(image: &Gray, x: f64, y: f64) -> f32 {
     let (column, row) = (x as usize, y as usize);
     let (fx, fy) = ((x - column as f64) as f32, (y - row as f64) as f32);
     let at = row * image.width + column;
@@ -171,11 +171,11 @@ mod tests {
 
     const TEMPLATE: Template = Template { width: 8, height: 8 };
 
-    fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> u8) -> Grey {
-        Grey { width, height, values: (0..width * height).map(|k| f(k % width, k / width)).collect() }
+    fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> u8) -> Gray {
+        Gray { width, height, values: (0..width * height).map(|k| f(k % width, k / width)).collect() }
     }
 
-    fn sampled(template: Template, image: &Grey, geometry: &Geometry) -> Vec<f32> {
+    fn sampled(template: Template, image: &Gray, geometry: &Geometry) -> Vec<f32> {
         let mut out = vec![0.0; template.pixels()];
         template.sample(image, geometry, 1.0, &mut out);
         out

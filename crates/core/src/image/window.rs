@@ -1,4 +1,4 @@
-//! Integer pixel windows: the one rule by which a real-valued box becomes pixels.
+//! Windows of whole pixels, and the one rule by which a real-valued box becomes one.
 
 use super::Frame;
 use crate::region::Rect;
@@ -16,10 +16,10 @@ pub struct Window {
     pub h: usize,
 }
 
-/// Far more than any frame has; keeps absurd boxes from overflowing or asking for memory.
-const FAR: f64 = 1e6;
-/// Longest side of a window in pixels, the largest frame that is read.
-const LONGEST: f64 = 16_384.0;
+/// Largest absolute coordinate in pixels, far beyond any frame; keeps absurd boxes from overflowing.
+const MAX_COORDINATE: f64 = 1e6;
+/// Longest side of a window in pixels, that of the largest frame.
+const MAX_SIDE: f64 = 16_384.0;
 
 impl Window {
     /// Left, top, width and height rounded to whole pixels (halves away from zero), at least 1x1.
@@ -27,17 +27,17 @@ impl Window {
     /// Sides beyond the largest readable frame are cut to it.
     pub fn from_rect(r: &Rect) -> Self {
         Self {
-            x: r.x.clamp(-FAR, FAR).round() as i64,
-            y: r.y.clamp(-FAR, FAR).round() as i64,
-            w: r.w.clamp(1.0, LONGEST).round() as usize,
-            h: r.h.clamp(1.0, LONGEST).round() as usize,
+            x: r.x.clamp(-MAX_COORDINATE, MAX_COORDINATE).round() as i64,
+            y: r.y.clamp(-MAX_COORDINATE, MAX_COORDINATE).round() as i64,
+            w: r.w.clamp(1.0, MAX_SIDE).round() as usize,
+            h: r.h.clamp(1.0, MAX_SIDE).round() as usize,
         }
     }
 
     /// The pixels of the frame that stand for a box: rounded, shifted inside and clipped.
     pub fn on_frame(r: &Rect, frame: &Frame) -> Self {
         let Self { x, y, w, h } = Self::from_rect(r).shifted_inside(frame);
-        // Boxes that are no numbers round to 0 pixels.
+        // NaN rounds to 0 pixels.
         Self { x, y, w: w.clamp(1, frame.width()), h: h.clamp(1, frame.height()) }
     }
 

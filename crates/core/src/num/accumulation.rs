@@ -1,5 +1,5 @@
-//! The distribution of a sum over a sliding window: `L`-fold convolution, its quantile `beta`, and what it
-//! is compared with (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 8, 11, 16 and 17, section 5.2).
+//! The distribution of a sum over a sliding window: `L`-fold convolution, its quantile `beta`, and the
+//! approximations it is compared with (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 8, 11, 16 and 17, section 5.2).
 //!
 //! ```text
 //! s[t] = c[t - L + 1] + ... + c[t]                          p_2 = p_1 * p_1 * ... * p_1,  L factors
@@ -8,15 +8,15 @@
 //! ```
 //!
 //! `F` is the distribution function of one non-negative value `c`, `h` the step in its unit, `alpha` the
-//! probability of a false alarm. The mass of a cell of one value sits at the cell's centre, hence the
+//! probability of a false alarm. The mass of a cell of one value sits at the cell's center, hence the
 //! `L h / 2`. A window is inconsistent when `s[t] > beta`.
 //!
 //! The paper convolves a histogram of random draws of `p_1`; the default here takes the masses from `F`
 //! itself, [`Accumulated::from_samples`] is the paper's variant. The convolutions are one power of a
 //! discrete Fourier transform. Errors of the masses, all absolute:
 //!
-//! * cells: a value is off its centre by at most `h / 2`. Only the mean of this matters for the sum: the
-//!   law of `S` is shifted by `L (E c - E centre)`, which is of order `L h^2` for a smooth density and at most
+//! * cells: a value is off its center by at most `h / 2`. Only the mean of this matters for the sum: the
+//!   law of `S` is shifted by `L (E c - E center)`, which is of order `L h^2` for a smooth density and at most
 //!   `L m_0 h / 2` more from a density with a pole at 0;
 //! * tails: one value is cut where `L (1 - F) <= tail`, its grid being doubled until that holds. Sums up to
 //!   that value are not touched by it, larger ones by at most [`Accumulated::lost`]. A distribution with so
@@ -25,7 +25,7 @@
 //!   what exceeds it comes back at the low end, as it would not with full padding to `L` times the cells of
 //!   one value, which is used where it is shorter;
 //! * rounding: about 1e-15 `L`. Masses that it makes negative are set to 0, and the tail above `1 - tail` of
-//!   what is there is dropped.
+//!   the rest is dropped.
 
 mod power;
 mod window;
@@ -35,13 +35,13 @@ pub use window::{clt_quantile, empirical_quantile, sums};
 use super::gamma_mixture::Mixture;
 use serde::{Deserialize, Serialize};
 
-/// Cells of one value at most; a sum may take [`MAX_SUM_CELLS`].
+/// Maximum number of cells of one value.
 pub const MAX_CELLS: usize = 1 << 18;
 
-/// Cells of a sum at most.
+/// Maximum number of cells of a sum.
 pub const MAX_SUM_CELLS: usize = 1 << 21;
 
-/// Longest window.
+/// Maximum number of values in a window.
 pub const MAX_LENGTH: usize = 100_000;
 
 /// The grid of a convolution.
@@ -60,18 +60,18 @@ impl Default for Grid {
     }
 }
 
-/// Why a sum has no distribution.
+/// Why the distribution of a sum cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AccumulationError {
-    /// A window of no values, or too long a one.
+    /// A window that is empty or too long.
     #[error("a window has 1 to {MAX_LENGTH} values, not {0}")]
     Length(usize),
     /// A step that is not above 0, or a tail out of range.
     #[error("a grid needs a step above 0 and a tail in [1e-13, 1e-2], not {step} and {tail}")]
     Grid {
-        /// Step asked for.
+        /// The step.
         step: f64,
-        /// Tail asked for.
+        /// The tail.
         tail: f64,
     },
     /// A distribution function that falls or is not in `[0, 1]`, or samples that are negative or not finite.
@@ -100,7 +100,7 @@ impl Accumulated {
     /// The sum of `length` independent values with distribution function `cdf`, which is 0 below 0.
     ///
     /// # Errors
-    /// Parameters out of range, a `cdf` that is none, sums that need too many cells.
+    /// Parameters out of range, a `cdf` that is not a distribution function, sums that need too many cells.
     pub fn new(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         check(length, grid)?;
         let survival = |v| 1.0 - cdf(v);
@@ -148,7 +148,7 @@ impl Accumulated {
         Self::of_masses(masses, length, grid)
     }
 
-    /// From the masses of the cells of one value.
+    /// The sum of values whose cells have these masses.
     fn of_masses(one: Vec<f64>, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         let kept: f64 = one.iter().sum();
         // A distribution function may be off by rounding; NaN fails the comparisons.

@@ -7,9 +7,8 @@
 //! `y` and `c` are in the series' unit, `phi` and `theta` have none; in code `ar[0]` is phi\[1\] and
 //! `ma[0]` is theta\[1\]. With the presample innovations `e[0], e[-1], ...` set to 0 the likelihood is
 //! largest where the sum of the squared innovations is smallest (Box, Jenkins and Reinsel, chapter 7),
-//! over stationary and invertible models. What is needed of `y` before the window is a matter of choice,
-//! see [`Start`]. The constant is found exactly for each trial of the coefficients; the coefficients by a
-//! lattice and Nelder-Mead, without any random number. The window is standardised first, so shifting or
+//! over stationary and invertible models. [`Presample`] chooses the values of `y` before the window. The constant is found exactly for each trial of the coefficients; the coefficients by a
+//! lattice and Nelder-Mead, without any random number. The window is standardized first, so shifting or
 //! scaling it shifts or scales the forecasts.
 //!
 //! The forecast with the smallest mean squared error sets the innovations that are still to come to 0:
@@ -37,16 +36,16 @@ pub const MAX_ORDER: usize = 5;
 /// Largest absolute partial autocorrelation.
 const LIMIT: f64 = 1.0 - 1e-6;
 
-/// A window that varies less than this part of its largest absolute value is constant.
+/// A window that varies by less than this share of its largest absolute value is constant.
 const CONSTANT: f64 = 1e-12;
 
-/// Where the responses before the window come from.
+/// The responses before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Start {
-    /// They are forecasts of the reversed window by the same model.
+pub enum Presample {
+    /// Forecasts of the reversed window by the same model.
     Backcast,
-    /// None: the first `p` values only serve as the past of the others.
+    /// The first `p` values of the window itself, which have no innovations then.
     DropFirst,
 }
 
@@ -85,7 +84,7 @@ pub struct Fit {
     pub ma: Vec<f64>,
     /// Sum of the squared innovations.
     pub sse: f64,
-    /// Innovations, oldest first: `n` of them, `n - p` with [`Start::DropFirst`].
+    /// Innovations, oldest first: `n` of them, `n - p` with [`Presample::DropFirst`].
     pub innovations: Vec<f64>,
     /// The last `p` values, newest first.
     recent: Vec<f64>,
@@ -100,7 +99,7 @@ pub fn least_window([p, q]: [usize; 2]) -> usize {
 ///
 /// # Errors
 /// Orders above [`MAX_ORDER`], windows shorter than [`least_window`], values that are not finite.
-pub fn fit(y: &[f64], order: [usize; 2], start: Start) -> Result<Fit, ArmaError> {
+pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Result<Fit, ArmaError> {
     check(y, order)?;
     let [p, q] = order;
     let count = y.len() as f64;
@@ -119,7 +118,7 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Start) -> Result<Fit, ArmaError>
     let scale = reach * deviation;
 
     let (ar, ma) = if p + q > 0 {
-        search::coefficients(&search::minimise(&z, p, q, start), p)
+        search::coefficients(&search::minimize(&z, p, q, start), p)
     } else {
         ([0.0; MAX_ORDER], [0.0; MAX_ORDER])
     };
@@ -141,7 +140,7 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Start) -> Result<Fit, ArmaError>
 ///
 /// # Errors
 /// As [`fit`]; the coefficients may be any finite numbers.
-pub fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Start) -> Result<Fit, ArmaError> {
+pub fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
     check(y, [ar.len(), ma.len()])?;
     if !ar.iter().chain(ma).all(|v| v.is_finite()) || !constant.is_finite() {
         return Err(ArmaError::NotFinite);
@@ -185,8 +184,8 @@ fn check(y: &[f64], [p, q]: [usize; 2]) -> Result<(), ArmaError> {
     if y.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(ArmaError::NotFinite) }
 }
 
-fn constant_window(y: &[f64], [p, q]: [usize; 2], start: Start) -> Fit {
-    let dropped = if start == Start::DropFirst { p } else { 0 };
+fn constant_window(y: &[f64], [p, q]: [usize; 2], start: Presample) -> Fit {
+    let dropped = if start == Presample::DropFirst { p } else { 0 };
     Fit {
         constant: y[y.len() - 1],
         ar: vec![0.0; p],

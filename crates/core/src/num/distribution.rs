@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Samples whose standard deviation is less than this part of their mean are all equal.
+/// Samples whose standard deviation is below this share of their mean count as equal.
 const EQUAL: f64 = 1e-7;
 
 /// A kind of distribution.
@@ -70,7 +70,7 @@ impl Family {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fitted {
-    /// Its kind.
+    /// Kind of distribution.
     pub family: Family,
     /// `m` of the normal distributions, `k` of Weibull and Gamma; 0 of the others.
     pub first: f64,

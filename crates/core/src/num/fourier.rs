@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// A coefficient of a spectrum.
 pub type Complex = realfft::num_complex::Complex<f32>;
 
-/// Rows that are transposed together: eight coefficients are a cache line.
+/// Rows that are transposed together: eight coefficients fill a cache line.
 const ROWS: usize = 8;
 
 /// Plans and buffers for planes of one size.
@@ -106,7 +106,7 @@ impl Fourier {
             let count = ROWS.min(height - start);
             for (i, line) in self.spectra.chunks_exact_mut(kept).take(count).enumerate() {
                 fill(start + i, &mut self.row);
-                // It only refuses buffers of other lengths than its own, and these are made for it.
+                // It only refuses buffers of other lengths than those that it was asked for.
                 let done = self.rows_forward.process_with_scratch(&mut self.row, line, &mut self.scratch);
                 debug_assert!(done.is_ok());
             }
@@ -121,7 +121,7 @@ impl Fourier {
         }
     }
 
-    /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`; the spectrum is used up.
+    /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`; the spectrum is overwritten.
     pub fn backward(&mut self, spectrum: &mut [Complex], plane: &mut [f32]) {
         let (kept, height) = (self.width / 2 + 1, self.height);
         if height > 1 {

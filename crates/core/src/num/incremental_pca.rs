@@ -11,7 +11,7 @@
 //!
 //! With the forgetting factor `f = 1` and all components kept, `U` and `D` are those of all vectors minus their
 //! mean, in one matrix of a column each. With `f < 1` older batches count less and less. Components with
-//! `D_k^2 < 1e-6 sum D^2` are dropped, and all beyond the number asked for.
+//! `D_k^2 < 1e-6 sum D^2` are dropped, and so are all beyond a given number.
 //!
 //! Choices: the source first brings the wide matrix to a small one by a QR decomposition, which has the same
 //! `U'` and `D'`. Here the columns themselves are turned until they are orthogonal (Hestenes, "Inversion
@@ -20,11 +20,11 @@
 //! batch has vectors, of which the last is made of rounding errors.
 
 /// Least share of a component in the sum of squared singular values.
-const LEAST: f64 = 1e-6;
-/// Largest cosine between two columns that counts as a right angle.
-const UPRIGHT: f64 = 1e-14;
-/// Most passes through the pairs of columns; about ten are needed.
-const PASSES: usize = 60;
+const MIN_SHARE: f64 = 1e-6;
+/// Largest cosine between two columns that count as orthogonal.
+const MAX_COSINE: f64 = 1e-14;
+/// Maximum number of passes through the pairs of columns; about ten are needed.
+const MAX_PASSES: usize = 60;
 const LANES: usize = 8;
 
 /// Mean, basis and singular values of the vectors so far.
@@ -37,7 +37,7 @@ pub struct IncrementalPca {
 }
 
 impl IncrementalPca {
-    /// Of no vectors yet, each of which will have `dimension` numbers: mean 0, no basis.
+    /// The state before the first vector of `dimension` numbers: mean 0, no basis.
     pub fn new(dimension: usize) -> Self {
         Self { mean: vec![0.0; dimension], basis: Vec::new(), singular_values: Vec::new(), count: 0.0 }
     }
@@ -52,14 +52,14 @@ impl IncrementalPca {
         &self.basis
     }
 
-    /// Singular values of the centred vectors, descending.
+    /// Singular values of the centered vectors, descending.
     pub fn singular_values(&self) -> &[f64] {
         &self.singular_values
     }
 
-    /// Takes in a batch of vectors, keeping at most `most` components; `forgetting` is above 0, at most 1.
+    /// Takes in a batch of vectors, keeping at most `most` components; `forgetting` is above 0 and at most 1.
     ///
-    /// A batch that is empty, has a number that is not finite or overflows changes nothing.
+    /// A batch that is empty, overflows or has a number that is not finite changes nothing.
     ///
     /// # Panics
     /// When a vector has another dimension: a mistake in the caller.
@@ -85,13 +85,13 @@ impl IncrementalPca {
         if !columns.iter().all(|c| dot(c, c).is_finite()) {
             return;
         }
-        orthogonalise(&mut columns);
+        orthogonalize(&mut columns);
 
         let mut spread: Vec<(f64, Vec<f64>)> = columns.into_iter().map(|c| (dot(&c, &c), c)).collect();
         spread.sort_by(|a, b| b.0.total_cmp(&a.0));
         let total: f64 = spread.iter().map(|(square, _)| square).sum();
         spread.truncate(most);
-        spread.retain(|(square, _)| *square > 0.0 && *square >= LEAST * total);
+        spread.retain(|(square, _)| *square > 0.0 && *square >= MIN_SHARE * total);
         self.singular_values = spread.iter().map(|(square, _)| square.sqrt()).collect();
         self.basis = spread
             .into_iter()
@@ -107,8 +107,8 @@ impl IncrementalPca {
 
 /// Turns pairs of columns until all are orthogonal to each other; their span and the sum of their outer
 /// products stay.
-fn orthogonalise(columns: &mut [Vec<f64>]) {
-    for _ in 0..PASSES {
+fn orthogonalize(columns: &mut [Vec<f64>]) {
+    for _ in 0..MAX_PASSES {
         let mut turned = false;
         let mut squares: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
         for j in 1..columns.len() {
@@ -116,7 +116,7 @@ fn orthogonalise(columns: &mut [Vec<f64>]) {
             let Some(b) = after.first_mut() else { continue };
             for (i, a) in before.iter_mut().enumerate() {
                 let product = dot(a, b);
-                if product.abs() <= UPRIGHT * (squares[i] * squares[j]).sqrt() {
+                if product.abs() <= MAX_COSINE * (squares[i] * squares[j]).sqrt() {
                     continue;
                 }
                 turned = true;

@@ -29,7 +29,7 @@ pub fn two_samples(a: &[f64], b: &[f64]) -> f64 {
     }
     let (mut i, mut j, mut largest) = (0, 0, 0.0_f64);
     while i < a.len() && j < b.len() {
-        // `total_cmp`, so that even NaN is passed by.
+        // `total_cmp`, so that the loop also advances past NaN.
         let x = if a[i].total_cmp(&b[j]).is_le() { a[i] } else { b[j] };
         while i < a.len() && a[i].total_cmp(&x).is_le() {
             i += 1;

@@ -1,7 +1,7 @@
 //! Sparse coding: least squares with an L1 penalty.
 //!
 //! ```text
-//! minimise  1/2 |y - D b|^2 + lambda |b|_1                   over all b, or over b >= 0
+//! minimize  1/2 |y - D b|^2 + lambda |b|_1                   over all b, or over b >= 0
 //! g = D'(y - D b) = c - G b,        c = D'y,  G = D'D        the residual's correlations
 //! ```
 //!
@@ -20,8 +20,8 @@
 //! b_A <- x when the signs are s; else as far towards x as they are, what is 0 there leaves A, and again
 //! ```
 //!
-//! This ends with the minimum after about as many rounds as it has coefficients. Coordinate descent alone needs
-//! hundreds of passes where atoms resemble each other as patches of successive frames do. It does the rest where
+//! This ends at the minimum after about as many rounds as it has coefficients. Coordinate descent alone needs
+//! hundreds of passes for atoms as similar as patches of successive frames; it is used where
 //! active atoms depend on each other (Friedman, Hastie and Tibshirani, "Regularization paths for generalized
 //! linear models via coordinate descent", J. Stat. Softw. 33(1), 2010, Eq. 5):
 //!
@@ -39,11 +39,11 @@ use serde::{Deserialize, Serialize};
 /// Rows are padded to whole multiples of this.
 const LANES: usize = 8;
 
-/// Which coefficients are allowed.
+/// Allowed signs of the coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sign {
-    /// All.
+    /// Any sign.
     Free,
     /// 0 and above.
     NonNegative,
@@ -59,7 +59,7 @@ impl Sign {
         }
     }
 
-    /// How far the correlation `g` is from that of a minimum at `b`.
+    /// Distance of the correlation `g` from that of a minimum at `b`.
     #[inline(always)]
     fn violation(self, g: f32, b: f32, lambda: f32) -> f32 {
         if b != 0.0 {
@@ -72,12 +72,12 @@ impl Sign {
     }
 }
 
-/// The problem and when its solution is good enough.
+/// The problem, and the tolerance of its solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lasso {
     /// Weight of the L1 norm, at least 0.
     pub lambda: f32,
-    /// Which coefficients are allowed.
+    /// Allowed signs of the coefficients.
     pub sign: Sign,
     /// Largest residual of a solution, above 0; below about 1e-6 of the correlations is rounding.
     pub tolerance: f32,
@@ -85,7 +85,7 @@ pub struct Lasso {
     pub rounds: usize,
 }
 
-/// How a descent ended.
+/// Result of a descent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// Solutions for an active set and passes through coordinates.
@@ -94,7 +94,7 @@ pub struct Outcome {
     pub residual: f32,
 }
 
-/// Buffers of [`Lasso::solve`], whatever they hold.
+/// Buffers of [`Lasso::solve`]; their contents do not matter.
 #[derive(Debug, Clone, Default)]
 pub struct Work {
     gradient: Vec<f32>,
@@ -115,7 +115,7 @@ pub struct Gram {
 }
 
 impl Gram {
-    /// Of a dictionary of `atoms` vectors one after the other, each of `length` numbers.
+    /// The Gram matrix of a dictionary of `atoms` vectors of `length` numbers each, one after the other.
     ///
     /// # Panics
     /// When `dictionary` has not `atoms * length` numbers: a mistake in the caller.
@@ -150,7 +150,7 @@ pub fn correlate(dictionary: &[f32], y: &[f32], correlations: &mut [f32]) {
     let (whole, rest) = y.as_chunks::<LANES>();
     let mut quads = dictionary.chunks_exact(4 * n);
     let mut outs = correlations.chunks_exact_mut(4);
-    // Four atoms at once share what is loaded of `y`.
+    // Four atoms at once share the loads of `y`.
     for (quad, out) in (&mut quads).zip(&mut outs) {
         let (ab, cd) = quad.split_at(2 * n);
         let ((a, b), (c, d)) = (ab.split_at(n), cd.split_at(n));
@@ -172,8 +172,8 @@ pub fn correlate(dictionary: &[f32], y: &[f32], correlations: &mut [f32]) {
 }
 
 impl Lasso {
-    /// Improves `b`, one number an atom, from where it is (zeros are a good start) to a minimum for the
-    /// correlations `c` with the atoms. Where the start is not allowed it is taken as 0.
+    /// Moves `b`, one number per atom, from its current value (zeros are a good start) to a minimum for the
+    /// correlations `c` with the atoms. Values of a forbidden sign are set to 0 first.
     ///
     /// Atoms of length 0 keep their coefficient.
     ///
@@ -198,7 +198,7 @@ impl Lasso {
     pub fn with_errors(&self, atoms: &[Vec<f32>], x: &[f32]) -> (Vec<f32>, Vec<f32>, Outcome) {
         assert!(atoms.iter().all(|u| u.len() == x.len()), "length of the atoms");
         let (mut z, mut e) = (vec![0.0; atoms.len()], vec![0.0; x.len()]);
-        // What is left of `x`.
+        // The residual of `x`.
         let mut rest = x.to_vec();
         let mut outcome = Outcome { rounds: 0, residual: f32::INFINITY };
         while outcome.rounds < self.rounds && outcome.residual > self.tolerance {
@@ -223,8 +223,8 @@ impl Lasso {
     }
 }
 
-/// Least square of an atom's distance from the others that are active, in units of its own square.
-const INDEPENDENT: f64 = 1e-6;
+/// Smallest squared distance of an atom from the span of the other active ones, relative to its own square.
+const MIN_INDEPENDENCE: f64 = 1e-6;
 
 /// The rounds of the active set; leaves `work.gradient` as that of `b`.
 #[multiversion(targets("x86_64+avx2"))]
@@ -270,7 +270,7 @@ fn activate(lasso: &Lasso, gram: &Gram, correlations: &[f32], b: &mut [f32], wor
             if !independent {
                 return done;
             }
-            // What has just entered is 0 and has the sign of its correlation.
+            // A coordinate that has just entered is 0 and has the sign of its correlation.
             let signed =
                 |j: usize| if b[j] != 0.0 { lambda.copysign(b[j]) } else { lambda.copysign(gradient[j]) };
             target.clear();
@@ -291,19 +291,19 @@ fn activate(lasso: &Lasso, gram: &Gram, correlations: &[f32], b: &mut [f32], wor
                 b[j] = (f64::from(b[j]) + reach * (x - f64::from(b[j]))) as f32;
             }
             let Some(k) = leaves else { break };
-            // What rounding has not brought to 0 exactly.
+            // Rounding may have left it near 0.
             b[active[k]] = 0.0;
             active.remove(k);
             factored = k;
             if reach == 0.0 && k == active.len() {
-                // It has only just entered: nothing is gained any more.
+                // The coordinate that has just entered leaves again: there is no more progress.
                 return done;
             }
         }
     }
 }
 
-/// Completes the Cholesky factor from row `from` on; whether all active atoms are independent.
+/// Completes the Cholesky factor from row `from` on; returns whether all active atoms are independent.
 #[inline(always)]
 fn extend(gram: &Gram, active: &[usize], from: usize, factor: &mut [f64]) -> bool {
     let n = gram.atoms;
@@ -320,7 +320,7 @@ fn extend(gram: &Gram, active: &[usize], from: usize, factor: &mut [f64]) -> boo
             new[j] = sum * known[j * n + j];
             pivot -= new[j] * new[j];
         }
-        if pivot <= INDEPENDENT * own {
+        if pivot <= MIN_INDEPENDENCE * own {
             return false;
         }
         // The diagonal is kept as its reciprocal.
@@ -348,7 +348,7 @@ fn substitute(factor: &[f64], n: usize, x: &mut [f64]) {
     }
 }
 
-/// The descent, from the gradient of `b` and after so many rounds.
+/// Coordinate descent from `b` with its gradient, after `done` rounds.
 #[multiversion(targets("x86_64+avx2"))]
 fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32], mut done: usize) -> Outcome {
     let Lasso { lambda, sign, tolerance, rounds } = *lasso;

@@ -9,7 +9,7 @@
 //!
 //! Up to [`EXACT_UP_TO`] differences p is exact, ties included, by counting the sums of all 2^n sign patterns;
 //! above, W+ is taken as normal with the variance corrected for ties. The test asks whether differences lie
-//! symmetrically around 0; it says nothing of how large they are.
+//! symmetrically around 0; it does not tell how large they are.
 //!
 //! Sources: Efron, Tibshirani, An Introduction to the Bootstrap, 1993, section 13.3; Wilcoxon, Biometrics
 //! Bulletin 1(6), 1945. Where there are no ties p is that of `scipy.stats.wilcoxon`.
@@ -19,15 +19,15 @@ use super::seed;
 use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// So many non-zero differences are counted exactly.
+/// Up to this number of non-zero differences p is exact.
 pub const EXACT_UP_TO: usize = 200;
 
-/// Mean of the values, NaN of none.
+/// Mean of the values; NaN without any.
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Bounds that hold the mean with a probability of `level`, by `samples` bootstrap samples; none of no values.
+/// Confidence interval of the mean at `level`, from `samples` bootstrap samples; `None` without values.
 ///
 /// `level` is in (0, 1); the same seed gives the same bounds.
 pub fn bootstrap_interval(differences: &[f64], level: f64, samples: usize, seed: u64) -> Option<(f64, f64)> {
@@ -58,7 +58,7 @@ fn signed_ranks(differences: &[f64]) -> Vec<(f64, bool)> {
     ranks.into_iter().zip(sizes).map(|(rank, (_, positive))| (rank, positive)).collect()
 }
 
-/// Two-sided p-value of Wilcoxon's signed-rank test; none where all differences are 0.
+/// Two-sided p-value of Wilcoxon's signed-rank test; `None` if all differences are 0.
 pub fn wilcoxon(differences: &[f64]) -> Option<f64> {
     let ranks = signed_ranks(differences);
     if ranks.is_empty() {
@@ -69,7 +69,7 @@ pub fn wilcoxon(differences: &[f64]) -> Option<f64> {
     Some(p.min(1.0))
 }
 
-/// By the share of sign patterns with each sum; mean ranks are whole numbers when doubled.
+/// Exact p, by the share of sign patterns with each sum; mean ranks are whole numbers when doubled.
 fn exact(ranks: &[(f64, bool)], w: f64) -> f64 {
     let doubled: Vec<usize> = ranks.iter().map(|r| (2.0 * r.0) as usize).collect();
     let mut share = vec![0.0; doubled.iter().sum::<usize>() + 1];
@@ -94,7 +94,7 @@ fn normal(ranks: &[(f64, bool)], w: f64) -> f64 {
     2.0 * Normal::standard().cdf(-z.abs())
 }
 
-/// What two paired lists say of each other.
+/// Comparison of two paired lists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compared {
     /// Number of pairs.
@@ -105,13 +105,13 @@ pub struct Compared {
     pub difference: f64,
     /// Bootstrap interval of the mean difference.
     pub interval: (f64, f64),
-    /// Pairs with a positive, no and a negative difference.
+    /// Numbers of pairs with a positive, a zero and a negative difference.
     pub signs: (usize, usize, usize),
-    /// Of Wilcoxon's test; none where all differences are 0.
+    /// p-value of Wilcoxon's test; `None` if all differences are 0.
     pub p: Option<f64>,
 }
 
-/// Compares pairs; none without a pair. `level` and `samples` are those of [`bootstrap_interval`].
+/// Compares the two values of each pair; `None` without a pair. `level` and `samples` are those of [`bootstrap_interval`].
 pub fn compare(pairs: &[(f64, f64)], level: f64, samples: usize, seed: u64) -> Option<Compared> {
     let differences: Vec<f64> = pairs.iter().map(|(a, b)| a - b).collect();
     let interval = bootstrap_interval(&differences, level, samples, seed)?;

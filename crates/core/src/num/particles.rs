@@ -6,7 +6,7 @@
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-/// How the next generation is drawn.
+/// Scheme by which the next generation is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resampling {
@@ -37,7 +37,7 @@ pub struct Posterior<const D: usize> {
 }
 
 impl<const D: usize> Cloud<D> {
-    /// `n` equal particles of equal weight.
+    /// A cloud of `n` equal particles (at least 1) of equal weight.
     pub fn new(state: [f64; D], n: usize) -> Self {
         let n = n.max(1);
         Self {
@@ -64,7 +64,7 @@ impl<const D: usize> Cloud<D> {
         }
     }
 
-    /// Multiplies weights by likelihoods, one a particle and at least 0, and normalises them.
+    /// Multiplies weights by likelihoods, one a particle and at least 0, and normalizes them.
     ///
     /// A factor that all likelihoods share changes nothing; the caller chooses it so that they do not
     /// underflow. When the sum is still 0 all weights become equal.

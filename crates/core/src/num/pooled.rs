@@ -23,10 +23,10 @@
 use super::{paired::quantile, seed};
 use rand::{Rng, RngExt};
 
-/// So many pairs that differ are exchanged in all patterns, half of which are looked at: the others mirror them.
+/// Up to this number of pairs that differ, all patterns are counted (half of them, since the others mirror them).
 pub const EXACT_UP_TO: usize = 16;
 
-/// Differences of statistics that are this close are equal: the same ratio from other counts.
+/// Differences of statistics this close count as equal: they are the same ratio of other counts.
 const EQUAL: f64 = 1e-12;
 
 fn sum<const N: usize>(units: &[[i64; N]]) -> [i64; N] {
@@ -39,10 +39,10 @@ fn add<const N: usize>(total: &mut [i64; N], unit: &[i64; N]) {
     total.iter_mut().zip(unit).for_each(|(t, u)| *t += u);
 }
 
-/// Bounds that hold the pooled statistic with a probability of `level` in (0, 1), by `draws` bootstrap samples.
+/// Confidence interval of the pooled statistic at `level` in (0, 1), from `draws` bootstrap samples.
 ///
-/// Lists of the same length and seed are drawn alike. None for no units, no draws, or a statistic that has no
-/// value for more than half of the draws.
+/// Lists of equal length draw the same units from the same seed. `None` without units or draws, or if the statistic
+/// has no value for more than half of the draws.
 pub fn interval<const N: usize>(
     units: &[[i64; N]],
     statistic: impl Fn(&[i64; N]) -> Option<f64>,
@@ -69,18 +69,18 @@ pub fn interval<const N: usize>(
     Some((quantile(&values, (1.0 - level) / 2.0), quantile(&values, (1.0 + level) / 2.0)))
 }
 
-/// What a permutation test says.
+/// Result of a permutation test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Permuted {
     /// Difference of the pooled statistics, first minus second.
     pub difference: f64,
     /// Two-sided p-value.
     pub p: f64,
-    /// Whether all patterns were looked at.
+    /// Whether all patterns were counted.
     pub is_exact: bool,
 }
 
-/// Tests whether the pooled statistics of two paired lists differ; none where one of them has no value.
+/// Tests whether the pooled statistics of two paired lists differ; `None` if one of them has no value.
 pub fn permutation<const N: usize>(
     pairs: &[([i64; N], [i64; N])],
     statistic: impl Fn(&[i64; N]) -> Option<f64>,
@@ -122,8 +122,8 @@ pub fn permutation<const N: usize>(
     Some(Permuted { difference, p: (reached + 1) as f64 / (draws + 1) as f64, is_exact: false })
 }
 
-/// The share of patterns that reach the difference; the last pair stays, as exchanging all only turns the sign.
-/// Patterns follow each other in the order of Gray's code, so that each exchanges one pair more or less.
+/// The share of patterns that reach the difference; the last pair is never exchanged, since exchanging all pairs only
+/// turns the sign. Patterns are in the order of Gray's code, so that neighbors differ in one pair.
 fn share_of_all<const N: usize>(steps: &[[i64; N]], reaches: impl Fn(&[i64; N]) -> bool) -> f64 {
     let free = steps.len().saturating_sub(1);
     let (mut moved, mut is_moved) = ([0; N], vec![false; free]);

@@ -6,11 +6,11 @@
 //! Friedman   chi2 = 12 n / (k (k + 1)) (sum_j R_j^2 - k (k + 1)^2 / 4) / c,   k - 1 degrees of freedom
 //!            c = 1 - sum over groups of t ties of (t^3 - t) / (n (k^3 - k))
 //! Nemenyi    two mean ranks differ when they are CD = q / sqrt(2) sqrt(k (k + 1) / (6 n)) or more apart, where q
-//!            is the quantile of the studentised range of k normal variables at infinite degrees of freedom
+//!            is the quantile of the studentized range of k normal variables at infinite degrees of freedom
 //! Holm       p of rank i among m in ascending order becomes max over j <= i of min(1, (m - j + 1) p_(j))
 //! ```
 //!
-//! The chi-squared distribution is good from about n = 10 or k = 5 on. Ranks forget how large differences are.
+//! The chi-squared distribution is accurate from about n = 10 or k = 5 on. Ranks ignore how large differences are.
 //!
 //! Sources: Demsar, Journal of Machine Learning Research 7, 2006, section 3.2 (Friedman, Nemenyi, Eq. of CD);
 //! Holm, Scandinavian Journal of Statistics 6, 1979. Values are those of `scipy.stats.friedmanchisquare`,
@@ -37,20 +37,20 @@ pub(super) fn sum_of_ties(sorted: &[f64]) -> f64 {
     sorted.chunk_by(|a, b| a == b).map(|g| (g.len() as f64).powi(3) - g.len() as f64).sum()
 }
 
-/// What Friedman's test says.
+/// Result of Friedman's test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friedman {
     /// Mean rank of each method, 1 the best.
     pub mean_ranks: Vec<f64>,
     /// Number of blocks.
     pub blocks: usize,
-    /// The statistic with its p-value; none where all values of every block are tied.
+    /// The statistic and its p-value; `None` if all values of every block are tied.
     pub test: Option<(f64, f64)>,
 }
 
 /// Ranks the methods in every block, `blocks[i][j]` being the value of method j in block i.
 ///
-/// None without a block, with fewer than two methods, or where blocks differ in length.
+/// `None` without a block, with fewer than two methods, or if blocks differ in length.
 pub fn friedman(blocks: &[Vec<f64>], larger_is_better: bool) -> Option<Friedman> {
     let (n, k) = (blocks.len(), blocks.first()?.len());
     if k < 2 || blocks.iter().any(|b| b.len() != k) {
@@ -70,14 +70,14 @@ pub fn friedman(blocks: &[Vec<f64>], larger_is_better: bool) -> Option<Friedman>
     let correction = 1.0 - ties / (blocks * (methods.powi(3) - methods));
     let squares = mean_ranks.iter().map(|r| r * r).sum::<f64>();
     let spread = squares - methods * (methods + 1.0).powi(2) / 4.0;
-    // Ranks are multiples of 1/2: anything but no ties at all leaves much more than this.
+    // Ranks are multiples of 1/2: unless all values are tied, this is much larger.
     let statistic = (correction > 1e-9)
         .then(|| (12.0 * blocks / (methods * (methods + 1.0)) * spread / correction).max(0.0));
     let test = statistic.zip(ChiSquared::new(methods - 1.0).ok()).map(|(s, chi)| (s, chi.sf(s)));
     Some(Friedman { mean_ranks, blocks: n, test })
 }
 
-/// Probability that k standard normal variables lie within `q` of each other: the studentised range at infinite
+/// Probability that k standard normal variables lie within `q` of each other: the studentized range at infinite
 /// degrees of freedom, k times the integral of phi(z) (Phi(z + q) - Phi(z))^(k - 1) over z, the smallest of them.
 fn range_cdf(q: f64, k: usize) -> f64 {
     // The integrand is analytic and vanishes at both ends, where the trapezium rule converges geometrically.
@@ -88,9 +88,9 @@ fn range_cdf(q: f64, k: usize) -> f64 {
     k as f64 * STEP * (-ENDS..=ENDS).map(|i| at(f64::from(i) * STEP)).sum::<f64>()
 }
 
-/// The `level` quantile of the studentised range of `k` means at infinite degrees of freedom; none unless
+/// The `level` quantile of the studentized range of `k` means at infinite degrees of freedom; none unless
 /// 2 <= k <= 1000 and 0 < level < 1.
-pub fn studentised_range(level: f64, k: usize) -> Option<f64> {
+pub fn studentized_range(level: f64, k: usize) -> Option<f64> {
     let is_level = level > 0.0 && level < 1.0;
     if !(2..=1000).contains(&k) || !is_level {
         return None;
@@ -105,7 +105,7 @@ pub fn studentised_range(level: f64, k: usize) -> Option<f64> {
 
 /// Nemenyi's critical difference of the mean ranks of `k` methods over `n` blocks, at significance 1 - `level`.
 pub fn critical_difference(level: f64, k: usize, n: usize) -> Option<f64> {
-    let q = studentised_range(level, k).filter(|_| n > 0)?;
+    let q = studentized_range(level, k).filter(|_| n > 0)?;
     let (k, n) = (k as f64, n as f64);
     Some(q / std::f64::consts::SQRT_2 * (k * (k + 1.0) / (6.0 * n)).sqrt())
 }
@@ -160,7 +160,7 @@ mod tests {
             (0.90, 3, 2.9023802134282515),
             (0.90, 10, 4.129346398236873),
         ] {
-            let found = studentised_range(level, k).unwrap();
+            let found = studentized_range(level, k).unwrap();
             assert!((found - expected).abs() < 1e-7, "{level} {k}: {found}");
         }
         // scipy.stats.studentized_range.cdf(3, 4, numpy.inf)
@@ -172,8 +172,8 @@ mod tests {
     #[test]
     fn critical_differences_by_hand() {
         let z = Normal::standard().inverse_cdf(0.975);
-        assert!(near(studentised_range(0.95, 2).unwrap(), 2.0_f64.sqrt() * z));
-        assert!((studentised_range(0.95, 4).unwrap() / 2.0_f64.sqrt() - 2.569).abs() < 5e-4);
+        assert!(near(studentized_range(0.95, 2).unwrap(), 2.0_f64.sqrt() * z));
+        assert!((studentized_range(0.95, 4).unwrap() / 2.0_f64.sqrt() - 2.569).abs() < 5e-4);
         assert!((critical_difference(0.95, 4, 14).unwrap() - 1.25).abs() < 5e-3);
         assert_eq!((critical_difference(0.95, 1, 14), critical_difference(0.95, 4, 0)), (None, None));
     }

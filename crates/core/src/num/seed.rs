@@ -1,14 +1,15 @@
 //! Seeds from names.
 //!
-//! A random number may depend on what a computation *is* (experiment, sequence, tracker, run), never on
-//! when or where it is done. [`seed`] turns the names into 64 bits; [`rng`] opens the documented,
-//! portable ChaCha8 stream on it.
+//! Random numbers depend on the names of a computation (experiment, sequence, tracker, run), never on
+//! when or where it runs. [`seed`] turns the names into 64 bits; [`rng`] is the documented, portable
+//! ChaCha8 stream of these.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
-/// 64 bits from a base seed and names; the order of the names matters, their lengths cannot be confused.
+/// A seed of 64 bits from a base seed and names. The order of the names matters, and so does where one ends and the
+/// next begins.
 pub fn seed(base: u64, names: &[&str]) -> u64 {
     let mut hash = Sha256::new();
     hash.update(base.to_le_bytes());

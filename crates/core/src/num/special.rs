@@ -4,7 +4,7 @@
 //! F(x; shape, scale) = P(shape, x / scale)        psi'(x) = sum_{j >= 0} 1 / (x + j)^2
 //! ```
 //!
-//! `P` is the regularised lower incomplete gamma function of statrs, which has the digamma function and
+//! `P` is the regularized lower incomplete gamma function of statrs, which has the digamma function and
 //! `ln Gamma` as well but no trigamma function, and refuses arguments at the border that are usual here
 //! (`x = 0`, `x` infinite). `x` and `scale` have one unit, the results have none.
 

@@ -9,7 +9,7 @@
 //! On targets of a few pixels the three differ by several percent, on others in the third digit. Both
 //! raster rules count whole pixels, so that regions with a common sliver may have overlap 0.
 //!
-//! With `frame` only what lies on the frame counts.
+//! If a frame is given, only the parts that lie on it count.
 
 use super::{Rect, Region};
 use serde::{Deserialize, Serialize};
@@ -18,26 +18,26 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Areas {
-    /// Of the polygons.
+    /// Exact areas of the polygons.
     #[default]
     Exact,
-    /// In pixels, as the toolkit of VOT2014 did.
+    /// Counted in pixels, as the toolkit of VOT2014 did.
     #[serde(rename = "raster-2014")]
     Raster2014,
-    /// In pixels, as the later Python toolkit does.
+    /// Counted in pixels, as the later Python toolkit does.
     VotToolkit,
 }
 
-/// Pixels of a row, from the first to before the last.
+/// Pixels of a row, as a half-open range of columns.
 type Span = (i64, i64);
 
-/// Rasters are not made larger than this in either direction; beyond, areas are exact.
-const LARGEST_RASTER: f64 = 1e5;
+/// Largest absolute coordinate that is rasterized; areas of regions beyond it are exact.
+const MAX_RASTER_SIDE: f64 = 1e5;
 
 impl Areas {
-    /// Overlap of two regions; of the parts on a frame of so many pixels where one is given.
+    /// Overlap of two regions, from 0 to 1; of their parts on a frame of `(width, height)` pixels if one is given.
     pub fn overlap(self, a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
-        let far = |r: &Region| r.corners().iter().any(|c| c.0.abs().max(c.1.abs()) > LARGEST_RASTER);
+        let far = |r: &Region| r.corners().iter().any(|c| c.0.abs().max(c.1.abs()) > MAX_RASTER_SIDE);
         match self {
             Self::Exact => exact(a, b, frame),
             _ if far(a) || far(b) => exact(a, b, frame),
@@ -81,7 +81,7 @@ fn on_frame(all: Pixels, frame: Option<(usize, usize)>) -> Pixels {
     Pixels { x0: all.x0.max(0), y0: all.y0.max(0), x1, y1 }
 }
 
-/// Common and all pixels of two rasters, as a ratio.
+/// Number of common pixels of two rasters over that of all their pixels.
 fn ratio([a, b]: [Vec<Span>; 2]) -> f64 {
     let (mut inside, mut all) = (0, 0);
     for (a, b) in a.iter().zip(&b) {
@@ -92,14 +92,14 @@ fn ratio([a, b]: [Vec<Span>; 2]) -> f64 {
     if all > 0 { inside as f64 / all as f64 } else { 0.0 }
 }
 
-/// Whole pixels that hold two regions.
+/// The smallest block of pixels that holds two regions.
 fn around(a: &Region, b: &Region) -> Pixels {
     let (x0, y0, x1, y1) = super::bounds(&[a.corners(), b.corners()].concat());
     Pixels { x0: x0.floor() as i64, y0: y0.floor() as i64, x1: x1.ceil() as i64, y1: y1.ceil() as i64 }
 }
 
-/// Row by row of `window` the pixels of a convex polygon: where the scan line of the row's whole number
-/// crosses its sides, cut to whole numbers; the last is left out.
+/// The pixels of a convex polygon in each row of `window`: from the first to before the last crossing of its sides
+/// with the scan line at the row's whole number, crossings truncated to whole numbers.
 fn rows_2014(region: &Region, window: Pixels) -> Vec<Span> {
     let corners = region.corners();
     let mut rows = Vec::new();

@@ -68,7 +68,7 @@ fn suites_are_well_formed() {
             let region = region.as_ref().unwrap();
             assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == Layout::Vot);
             // The target's centre never leaves the frame.
-            let (x, y) = region.rect().centre();
+            let (x, y) = region.rect().center();
             let inside = (0.0..f.width() as f64).contains(&x) && (0.0..f.height() as f64).contains(&y);
             assert!(inside, "{} {t}: {x} {y}", q.name);
             let flat: Vec<f64> = region.corners().iter().flat_map(|c| [c.0, c.1]).collect();

@@ -254,7 +254,7 @@ mod tests {
             _: &Frame,
             region: &Region,
         ) -> Result<StartedTracker, TrackerError> {
-            Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialised(region.clone())))
+            Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialized(region.clone())))
         }
     }
 

@@ -22,7 +22,7 @@ fn states() -> Vec<TrackerState> {
         particles: vec![0.5, -2.0, 1.0],
     };
     vec![
-        TrackerState::initialised(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))),
+        TrackerState::initialized(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))),
         TrackerState { region: Region::Polygon(corners), status: Status::Skipped, posterior: Some(moments) },
     ]
 }

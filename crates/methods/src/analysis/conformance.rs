@@ -54,8 +54,8 @@ struct Drawn {
 fn drawn(k: usize) -> Drawn {
     let square = |x: f64| Region::Rect(Rect::new(x, 20.0, 30.0, 40.0));
     let status = |t: usize| match t {
-        0 => Status::Initialised,
-        95 if k > 0 => Status::Initialised,
+        0 => Status::Initialized,
+        95 if k > 0 => Status::Initialized,
         90 if k > 0 => Status::Failed,
         91..95 if k > 0 => Status::Skipped,
         _ => Status::Tracked,

@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn attributes_count_their_own_frames() {
         let square = |x: f64| Region::Rect(Rect::new(x, 0.0, 10.0, 10.0));
-        use Status::{Failed, Initialised as RunContext, Skipped, Tracked};
+        use Status::{Failed, Initialized as RunContext, Skipped, Tracked};
         let truth = vec![Some(square(0.0)); 4];
         let regions = [square(0.0), square(5.0), square(5.0), square(0.0)];
         let flags = vec![("occlusion".to_string(), vec![false, false, true, true])];

@@ -19,7 +19,7 @@
 
 use super::forecasting::{self, Scheme};
 use super::{Detector, DetectorOutput, Input};
-use crate::num::arma::{self, Start};
+use crate::num::arma::{self, Presample};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ pub struct Params {
     /// Which origin serves which frame.
     pub scheme: Scheme,
     /// Where the responses before the window come from.
-    pub start: Start,
+    pub start: Presample,
 }
 
 impl Default for Params {
@@ -59,7 +59,7 @@ impl Default for Params {
             horizon: 5,
             threshold: 0.004,
             scheme: Scheme::Block,
-            start: Start::Backcast,
+            start: Presample::Backcast,
         }
     }
 }

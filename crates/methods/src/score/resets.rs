@@ -66,7 +66,7 @@ impl Rules {
                 _ => 0.0,
             });
             match status {
-                Status::Initialised => {
+                Status::Initialized => {
                     let end = (t + self.burn_in).min(counts.len());
                     counts[t..end].fill(false);
                     counts[t] = false;
@@ -98,7 +98,7 @@ fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<Run<'a>>
     let mut start = None;
     for (t, status) in trajectory.status.iter().enumerate() {
         match (status, start) {
-            (Status::Initialised, _) => start = Some(t),
+            (Status::Initialized, _) => start = Some(t),
             (Status::Failed, Some(from)) => {
                 all.push(Run { overlaps: &measured.overlaps[from..t], failed: true });
                 start = None;

@@ -173,7 +173,7 @@ impl Rules {
             let error = match (for_error, tracked) {
                 (None, _) if self.absent_is_hit => -1.0,
                 (Some(truth), Some(tracked)) => {
-                    let (a, b) = (tracked.centre(), truth.centre());
+                    let (a, b) = (tracked.center(), truth.center());
                     (a.0 - b.0).hypot(a.1 - b.1)
                 }
                 _ => f64::INFINITY,
@@ -201,7 +201,7 @@ impl Rules {
                 (keep(good), keep(good))
             }
             Counts::PositiveCentre => {
-                let (x, y) = truth.centre();
+                let (x, y) = truth.center();
                 (keep(true), keep(x + 0.5 > 0.0 && y + 0.5 > 0.0))
             }
         }

@@ -273,7 +273,7 @@ fn layer_table(layers: usize, rule: LayerRule) -> [u8; 256] {
 /// first frame, when it is empty, `current` takes its place. `current` is the box of the current frame;
 /// otherwise only [`Displacement::Printed`] looks at it. The result may leave the frame.
 pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Displacement) -> Rect {
-    let Some(last) = past.last() else { return enlarged(current, current.centre()) };
+    let Some(last) = past.last() else { return enlarged(current, current.center()) };
     let (end, steps) = match rule {
         Displacement::Past => (last, history.min(past.len() - 1)),
         Displacement::Printed => (current, history.min(past.len())),
@@ -282,7 +282,7 @@ pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Di
         Displacement::Past => &past[past.len() - 1 - steps],
         Displacement::Printed => &past[past.len() - steps],
     };
-    let (from, to, at) = (begin.centre(), end.centre(), last.centre());
+    let (from, to, at) = (begin.center(), end.center(), last.center());
     let k = steps.max(1) as f64;
     enlarged(last, (at.0 + (to.0 - from.0) / k, at.1 + (to.1 - from.1) / k))
 }
@@ -296,7 +296,7 @@ fn enlarged(last: &Rect, centre: (f64, f64)) -> Rect {
 
 /// The four windows of the size of `state` in the region `background`.
 fn background_windows(background: &Rect, state: &Rect, regions: Regions) -> [Rect; 4] {
-    let (cx, cy) = background.centre();
+    let (cx, cy) = background.center();
     let (w, h) = (background.w.max(state.w), background.h.max(state.h));
     let (left, top) = (cx - w / 2.0, cy - h / 2.0);
     let (right, bottom) = (left + w - state.w, top + h - state.h);

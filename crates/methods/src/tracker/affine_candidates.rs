@@ -27,11 +27,11 @@ pub const PIXELS: usize = SIDE * SIDE;
 
 /// Sides of the target, in pixels, that candidates keep to.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits {
+pub struct SideLimits {
     longest: f64,
 }
 
-impl Limits {
+impl SideLimits {
     /// From 1 pixel to four times the frame's longer side.
     pub fn of(frame: &Frame) -> Self {
         Self { longest: 4.0 * frame.width().max(frame.height()) as f64 }
@@ -64,7 +64,7 @@ impl Candidates {
     }
 
     /// Draws all candidates around an estimate, six normal numbers each, in order.
-    pub fn draw(&mut self, around: &Geometry, limits: &Limits, rng: &mut impl Rng) {
+    pub fn draw(&mut self, around: &Geometry, limits: &SideLimits, rng: &mut impl Rng) {
         for state in &mut self.states {
             let noise: Geometry = std::array::from_fn(|_| rng.sample(StandardNormal));
             *state = limits.keep(std::array::from_fn(|k| around[k] + self.deviations[k] * noise[k]));
@@ -198,7 +198,7 @@ mod tests {
     fn candidates_have_the_noise_asked_for() {
         let deviations = [4.0, 3.0, 0.02, 0.01, 0.005, 0.001];
         let mut candidates = Candidates::new(10_000, deviations);
-        let limits = Limits::of(&Frame::new(320, 240, vec![0; 3 * 320 * 240]));
+        let limits = SideLimits::of(&Frame::new(320, 240, vec![0; 3 * 320 * 240]));
         let around = [100.0, 80.0, 1.5, 0.2, 0.8, 0.0];
         candidates.draw(&around, &limits, &mut seed::rng(3));
         let m = candidates.moments(&vec![1e-4; 10_000], 0.0);

@@ -97,7 +97,7 @@ fn answers_are_finite_and_marked() {
     for e in runnable() {
         let config = e.build_from_text(e.example).unwrap();
         let states = track(&*config, &q, 3, &region, &frames);
-        assert_eq!((states[0].status, &states[0].region), (Status::Initialised, &region), "{}", e.kind);
+        assert_eq!((states[0].status, &states[0].region), (Status::Initialized, &region), "{}", e.kind);
         for (t, s) in states.iter().enumerate() {
             assert!(finite(s), "{} frame {t}: {s:?}", e.kind);
             assert!(t == 0 || s.status == Status::Tracked, "{} frame {t}", e.kind);
@@ -160,7 +160,7 @@ fn frames_without_contrast_are_survived() {
         for e in runnable() {
             let config = e.build_from_text(e.example).unwrap();
             let states = track(&*config, &q, 1, &region, &frames);
-            assert!(states.iter().all(finite), "{} on grey level {level}", e.kind);
+            assert!(states.iter().all(finite), "{} on gray level {level}", e.kind);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What correlation filter trackers share: labels, peaks, and the kernelised filter of Henriques et al.
+//! What correlation filter trackers share: labels, peaks, and the kernelized filter of Henriques et al.
 //! ("High-speed tracking with kernelized correlation filters", PAMI 37(3), 2015).
 //!
 //! ```text
@@ -71,7 +71,7 @@ pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
     Peak { value: best.1, x: signed(best.0 % width, width), y: signed(best.0 / width, height) }
 }
 
-/// Where a parabola through a peak `c` and its neighbours has its top, in `[-0.5, 0.5]`.
+/// Where a parabola through a peak `c` and its neighbors has its top, in `[-0.5, 0.5]`.
 pub fn parabola(left: f32, c: f32, right: f32) -> f64 {
     let bend = 2.0 * f64::from(c) - f64::from(left) - f64::from(right);
     if bend > 0.0 { (0.5 * (f64::from(right) - f64::from(left)) / bend).clamp(-0.5, 0.5) } else { 0.0 }
@@ -99,7 +99,7 @@ pub struct Settings {
     pub label_width: f64,
     /// Deviation `sigma` of the kernel, above 0.
     pub kernel_width: f64,
-    /// Regularisation, above 0.
+    /// Regularization, above 0.
     pub lambda: f64,
     /// Share `r` of the newest look.
     pub rate: f64,

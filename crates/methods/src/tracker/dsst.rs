@@ -9,7 +9,7 @@
 //! `X_l` is the Fourier transform of channel `l` of a sample times a Hann window, `Y` that of a Gaussian label.
 //!
 //! - *Place*: samples are the window of twice the target's size, at the present scale, resized to that at scale 1; 28
-//!   channels: grey `/ 255 - 0.5` and the first 27 of [`crate::image::hog`] with cells of one pixel (strongest color). The
+//!   channels: gray `/ 255 - 0.5` and the first 27 of [`crate::image::hog`] with cells of one pixel (strongest color). The
 //!   label has the deviation `label_width` times the root of the target's area. The place moves by the peak's shift
 //!   times the scale, rounded to whole pixels.
 //! - *Scale*: at the new place, 33 samples of the target itself at 1.02^16 ... 1.02^-16 times the present scale, all
@@ -17,9 +17,9 @@
 //!   the 33 scales, with a label of deviation `scale_label_width * sqrt(33)` steps around the 17th.
 //!
 //! Afterwards both filters learn at the new place and scale. Sizes are whole pixels: the window begins at
-//! `pixel + 1 - floor(w / 2)`; `pixel` is that of the centre. From the source: everything above, all defaults, and
+//! `pixel + 1 - floor(w / 2)`; `pixel` is that of the center. From the source: everything above, all defaults, and
 //! the limits of the scale (the window keeps 5 pixels, the target fits into the frame). A quadrilateral starts as an
-//! upright rectangle with its centre, the sides' ratio of its bounds and its own area, as in the VOT2014 entry.
+//! upright rectangle with its center, the sides' ratio of its bounds and its own area, as in the VOT2014 entry.
 //!
 //! Deviations: the region is the first rectangle scaled and moved, without the release's rounding to whole pixels, which
 //! moves boxes with odd sides by half a pixel, and without the pixel that the entry adds to each side of a
@@ -36,7 +36,7 @@
 use super::correlation::{label, peak};
 use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
-use crate::image::patch::{Colors, Patch, is_grey};
+use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complex, Fourier, hann, hann_plane};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
@@ -48,7 +48,7 @@ const GRADIENTS: usize = 27;
 /// Side of a cell of the scale's samples.
 const CELL: usize = 4;
 /// Largest window, in square pixels.
-const LARGEST: f64 = 262_144.0;
+const MAX_WINDOW_AREA: f64 = 262_144.0;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -56,7 +56,7 @@ const LARGEST: f64 = 262_144.0;
 pub struct Params {
     /// Side of the window in multiples of the target's, from 1 to 6.
     pub window: f64,
-    /// Regularisation of both filters, from 1e-6 to 100.
+    /// Regularization of both filters, from 1e-6 to 100.
     pub lambda: f64,
     /// Share of the newest sample, 0 to 1.
     pub rate: f64,
@@ -64,7 +64,7 @@ pub struct Params {
     pub label_width: f64,
     /// Number of scales, odd, from 1 (fixed size) to 99.
     pub scales: usize,
-    /// Ratio of two neighbouring scales, from 1.001 to 1.2.
+    /// Ratio of two neighboring scales, from 1.001 to 1.2.
     pub scale_step: f64,
     /// Deviation of the scale's label in multiples of the root of `scales`, from 0.01 to 2.
     pub scale_label_width: f64,
@@ -146,7 +146,7 @@ impl TrackerConfig for Dsst {
         let mut target = Target::new(p, frame, region);
         target.learn(p, frame);
         let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -161,7 +161,7 @@ struct Target {
     first: Rect,
     first_scale: f64,
     scale: f64,
-    /// Pixel of the centre, and how far the centre is from its left top corner.
+    /// Pixel of the center, and how far the center is from its left top corner.
     pixel: (i64, i64),
     offset: (f64, f64),
     colors: Colors,
@@ -181,7 +181,7 @@ impl Target {
         let first = upright(region);
         let (width, height) = (frame.width() as f64, frame.height() as f64);
         let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
-        let first_scale = (p.window * (w * h / LARGEST).sqrt()).max(1.0);
+        let first_scale = (p.window * (w * h / MAX_WINDOW_AREA).sqrt()).max(1.0);
         let whole = |side: f64| (side / first_scale).round().max(1.0);
         let base = (whole(w), whole(h));
         let size = ((p.window * base.0) as usize, (p.window * base.1) as usize);
@@ -189,7 +189,7 @@ impl Target {
         let shrink = (p.scale_area / (base.0 * base.1)).sqrt().min(1.0);
         let sample = ((base.0 * shrink) as usize, (base.1 * shrink) as usize);
         let sample = (sample.0.max(CELL), sample.1.max(CELL));
-        let (cx, cy) = first.centre();
+        let (cx, cy) = first.center();
         let pixel = (cx.floor(), cy.floor());
         let sigma = p.label_width * (base.0 * base.1).sqrt();
         let place = label(size.0, size.1, sigma);
@@ -203,7 +203,7 @@ impl Target {
             scale: first_scale,
             pixel: (pixel.0 as i64, pixel.1 as i64),
             offset: (cx - pixel.0, cy - pixel.1),
-            colors: if is_grey(frame) { Colors::Grey } else { Colors::Rgb },
+            colors: if is_gray(frame) { Colors::Gray } else { Colors::Rgb },
             base: (base.0 as usize, base.1 as usize),
             size,
             sample,

@@ -8,7 +8,7 @@
 //! Two presets; every parameter can be set on its own as well:
 //!
 //! - `tpami` (default), the authors' MATLAB release. The window is 2.5 times the target, in whole cells, whose channels
-//!   are the 31 of [`crate::image::hog`] on grey values (or `features = "grey"`: the grey values minus their mean). The size
+//!   are the 31 of [`crate::image::hog`] on gray values (or `features = "grey"`: the gray values minus their mean). The size
 //!   is fixed and shifts are whole cells. For targets with a mean side of 100 pixels or more, frames are
 //!   halved.
 //! - `vot`, after the entry of the VOT2014 challenge, whose report names three scales, peaks between the cells and
@@ -16,8 +16,8 @@
 //!   resized so that its longer side has 96 pixels, in an even number of cells, plus a ring of cells that only serves
 //!   the gradients; gradients are of the strongest color.
 //!
-//! Windows begin at the whole pixel `floor(centre) + 1 - floor(w / 2)`; resized ones are sampled around the
-//! centre itself. The region keeps its size (times the scale) and its offset from the tracked pixel, while the
+//! Windows begin at the whole pixel `floor(center) + 1 - floor(w / 2)`; resized ones are sampled around the
+//! center itself. The region keeps its size (times the scale) and its offset from the tracked pixel, while the
 //! release moves boxes with odd sides by half a pixel.
 //!
 //! Choices where the sources say nothing, or for safety: halved pixels are means of four (the release: a
@@ -52,8 +52,9 @@ pub enum Features {
     /// Histograms of oriented gradients.
     #[default]
     Hog,
-    /// Grey values minus their mean.
-    Grey,
+    /// Gray values minus their mean.
+    #[serde(rename = "grey")]
+    Gray,
 }
 
 /// Parameters as they are given; what is left out is the preset's.
@@ -66,7 +67,7 @@ pub struct Params {
     pub features: Features,
     /// Side of a cell of `hog` in pixels, from 1 to 16; 4.
     pub cell: Option<usize>,
-    /// Takes gradients of the strongest color instead of grey; `vot` does.
+    /// Takes gradients of the strongest color instead of gray; `vot` does.
     pub color: Option<bool>,
     /// Side of the window in multiples of the target's, from 1 to 6; 2.5.
     pub window: Option<f64>,
@@ -77,7 +78,7 @@ pub struct Params {
     pub label_width: Option<f64>,
     /// Deviation `sigma` of the kernel, from 0.01 to 10; `tpami` 0.5 (`grey` 0.2), `vot` 0.6.
     pub kernel_width: Option<f64>,
-    /// Regularisation, from 1e-6 to 1; 1e-4.
+    /// Regularization, from 1e-6 to 1; 1e-4.
     pub lambda: Option<f64>,
     /// Share of the newest look, 0 to 1; `tpami` 0.02 (`grey` 0.075), `vot` 0.012.
     pub rate: Option<f64>,
@@ -122,10 +123,10 @@ impl Kcf {
     pub fn new(p: Params) -> Result<Self, ParamError> {
         let vot = p.preset == Preset::Vot;
         let hog = p.features == Features::Hog;
-        let own = |tpami: f64, grey: f64, of_vot: f64| match (vot, hog) {
+        let own = |tpami: f64, gray: f64, of_vot: f64| match (vot, hog) {
             (true, _) => of_vot,
             (_, true) => tpami,
-            _ => grey,
+            _ => gray,
         };
         let c = Checked {
             preset: p.preset,
@@ -195,7 +196,7 @@ impl TrackerConfig for Kcf {
         target.look(p, &reduced(frame, target.halvings), 1.0);
         target.filter.learn(&target.features);
         let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -273,10 +274,10 @@ impl Target {
     /// Makes `features` what is seen around the target at a scale.
     fn look(&mut self, p: &Checked, frame: &Frame, scale: f64) {
         let factor = f64::from(1_u32 << self.halvings);
-        let (cx, cy) = self.first.centre();
+        let (cx, cy) = self.first.center();
         let (cx, cy) = ((cx + self.moved.0) / factor, (cy + self.moved.1) / factor);
         let hog = p.features == Features::Hog;
-        let colors = if p.color && hog { Colors::Rgb } else { Colors::Grey };
+        let colors = if p.color && hog { Colors::Rgb } else { Colors::Gray };
         let (w, h) = self.size;
         let mut patch = if self.ratio == 1.0 && scale == 1.0 {
             let start = |c: f64, n: usize| c.floor() as i64 + 1 - (n / 2) as i64;
@@ -334,24 +335,24 @@ impl Target {
             let least = (4.0 / w.min(h)).min(1.0).min(most);
             self.scale = self.scale.clamp(least, most);
         }
-        let centre = self.first.centre();
+        let center = self.first.center();
         let touch = |c: f64, moved: f64, side: f64, room: f64| {
             let reach = 0.5 * side.min(room);
             (c + moved).clamp(-reach, room + reach) - c
         };
         let (x, y) = (self.moved.0, self.moved.1);
-        let inside = (touch(centre.0, x, w * self.scale, width), touch(centre.1, y, h * self.scale, height));
+        let inside = (touch(center.0, x, w * self.scale, width), touch(center.1, y, h * self.scale, height));
         // Only what is outside is changed, so that moves by whole pixels stay exact.
         let keep =
             |old: f64, new: f64, c: f64| if (old - new).abs() > 1e-9 * c.abs().max(1.0) { new } else { old };
-        self.moved = (keep(x, inside.0, centre.0), keep(y, inside.1, centre.1));
+        self.moved = (keep(x, inside.0, center.0), keep(y, inside.1, center.1));
     }
 
     fn region(&self, p: &Checked) -> Region {
         if p.scale_step <= 1.0 {
             return self.region.shifted(self.moved.0, self.moved.1);
         }
-        let (cx, cy) = self.first.centre();
+        let (cx, cy) = self.first.center();
         let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
         Region::Rect(Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h))
     }

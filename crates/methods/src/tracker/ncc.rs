@@ -1,4 +1,4 @@
-//! Normalised cross-correlation with a fixed grey template (Lewis 1995, "Fast normalized
+//! Normalized cross-correlation with a fixed gray template (Lewis 1995, "Fast normalized
 //! cross-correlation", eq. 2): the simplest tracker that really looks at pixels.
 //!
 //! ```text
@@ -8,10 +8,10 @@
 //! ```
 //!
 //! `t` is the target's window in the first frame, `i` the equally large window at a candidate place,
-//! both in grey (`(77 R + 150 G + 29 B + 128) >> 8`, BT.601 in 1/256). `g` is in `[-1, 1]`, high is
+//! both in gray (`(77 R + 150 G + 29 B + 128) >> 8`, BT.601 in 1/256). `g` is in `[-1, 1]`, high is
 //! good; a window without contrast has `g = 0`. The answer is the place of the highest `g` within
 //! `search` of the last one; among equals the nearest, then the topmost, then the leftmost. Places are
-//! whole pixels from the first window; those whose centre leaves the frame are not considered, and
+//! whole pixels from the first window; those whose center leaves the frame are not considered, and
 //! pixels beyond the border repeat it. The region keeps its size and shape and is moved as a whole.
 //!
 //! `S_it` comes from a Fourier transform, the window sums from integral images. All sums are integers
@@ -19,7 +19,7 @@
 //! not depend on the processor.
 //!
 //! With `update_rate` above 0 the template follows: `t <- (1 - r) t + r i` after every frame, rounded to
-//! whole grey levels where it is used. Deviations from the source: none; search range and update are
+//! whole gray levels where it is used. Deviations from the source: none; search range and update are
 //! choices of this benchmark, after the NCC baseline of the VOT challenges, which has neither scale
 //! nor update.
 
@@ -95,7 +95,7 @@ impl TrackerConfig for Ncc {
         region: &Region,
     ) -> Result<StartedTracker, TrackerError> {
         let tracker = Tracking { params: self.0.clone(), target: Target::new(&self.0, frame, region) };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -120,14 +120,14 @@ struct Target {
 impl Target {
     fn new(p: &Params, frame: &Frame, region: &Region) -> Self {
         let rect = region.rect();
-        let (cx, cy) = rect.centre();
+        let (cx, cy) = rect.center();
         let mut window = Window::from_rect(&rect);
         // A window larger than the frame would only match the repeated border.
-        let cut = |start: i64, len: usize, centre: f64, room: usize| {
+        let cut = |start: i64, len: usize, center: f64, room: usize| {
             if len <= room {
                 (start, len)
             } else {
-                ((centre.clamp(-1e6, 1e6) - room as f64 / 2.0).round() as i64, room)
+                ((center.clamp(-1e6, 1e6) - room as f64 / 2.0).round() as i64, room)
             }
         };
         (window.x, window.w) = cut(window.x, window.w, cx, frame.width());
@@ -135,7 +135,7 @@ impl Target {
         let side = ((window.w * window.h) as f64).sqrt();
         let longest = frame.width().max(frame.height()) as f64;
         let radius = (0.5 * p.search * side).clamp(2.0, longest).round() as i64;
-        let template: Vec<f64> = grey(frame, &window).into_iter().map(f64::from).collect();
+        let template: Vec<f64> = gray(frame, &window).into_iter().map(f64::from).collect();
         let mut correlator = Correlator::new(window.w, window.h, radius as usize);
         correlator.set_template(&template);
         Self { region: region.clone(), window, moved: (0, 0), radius, template, correlator }
@@ -153,17 +153,17 @@ impl Tracker for Tracking {
             w: t.window.w + 2 * r as usize,
             h: t.window.h + 2 * r as usize,
         };
-        let scores = t.correlator.scores(&grey(frame, &around));
-        // Twice the centre, to stay in whole numbers.
-        let centre = |d: i64, start: i64, len: usize| 2 * (start + d) + len as i64;
+        let scores = t.correlator.scores(&gray(frame, &around));
+        // Twice the center, to stay in whole numbers.
+        let center = |d: i64, start: i64, len: usize| 2 * (start + d) + len as i64;
         let (width, height) = (frame.width() as i64, frame.height() as i64);
         let mut best: Option<(f64, i64, (i64, i64))> = None;
         for (row, dy) in scores.chunks_exact(2 * r as usize + 1).zip(-r..) {
-            if !(0..=2 * height).contains(&centre(dy, last.y, last.h)) {
+            if !(0..=2 * height).contains(&center(dy, last.y, last.h)) {
                 continue;
             }
             for (&g, dx) in row.iter().zip(-r..) {
-                if !(0..=2 * width).contains(&centre(dx, last.x, last.w)) {
+                if !(0..=2 * width).contains(&center(dx, last.x, last.w)) {
                     continue;
                 }
                 let far = dx * dx + dy * dy;
@@ -179,7 +179,7 @@ impl Tracker for Tracking {
         if self.params.update_rate > 0.0 {
             let now = Window { x: t.window.x + t.moved.0, y: t.window.y + t.moved.1, ..t.window };
             let rate = self.params.update_rate;
-            for (t, i) in t.template.iter_mut().zip(grey(frame, &now)) {
+            for (t, i) in t.template.iter_mut().zip(gray(frame, &now)) {
                 *t = (1.0 - rate) * *t + rate * f64::from(i);
             }
             t.correlator.set_template(&t.template);
@@ -188,8 +188,8 @@ impl Tracker for Tracking {
     }
 }
 
-/// Grey values of a window; beyond the frame its border is repeated.
-fn grey(frame: &Frame, w: &Window) -> Vec<u8> {
+/// Gray values of a window; beyond the frame its border is repeated.
+fn gray(frame: &Frame, w: &Window) -> Vec<u8> {
     let columns: Vec<usize> =
         (0..w.w as i64).map(|i| (w.x + i).clamp(0, frame.width() as i64 - 1) as usize).collect();
     let mut out = Vec::with_capacity(w.w * w.h);
@@ -244,7 +244,7 @@ impl Correlator {
         (self.sum, self.energy) = (0, 0);
         for (row, line) in template.chunks_exact(self.w).zip(self.line.chunks_mut(width)) {
             for (&t, o) in row.iter().zip(line) {
-                *o = centred(t.round() as u8);
+                *o = centered(t.round() as u8);
                 let t = *o as i64;
                 self.sum += t;
                 self.energy += t * t;
@@ -257,12 +257,12 @@ impl Correlator {
     }
 
     /// NCC at every place, rows from the top, `2 radius + 1` each way. `area` is the search area's
-    /// grey values, row by row.
+    /// gray values, row by row.
     fn scores(&mut self, area: &[u8]) -> Vec<f64> {
         let width = self.width();
         self.line.fill(0.0);
         for (o, &v) in self.line.iter_mut().zip(area) {
-            *o = centred(v);
+            *o = centered(v);
         }
         let (sums, squares) = integrals(area, width);
         transform(&*self.forward, &mut self.line, &mut self.spectrum, &mut self.scratch);
@@ -302,8 +302,8 @@ impl Correlator {
     }
 }
 
-/// Grey levels around 0, which keeps the sums small; the score does not change.
-fn centred(v: u8) -> f64 {
+/// Gray levels around 0, which keeps the sums small; the score does not change.
+fn centered(v: u8) -> f64 {
     f64::from(v) - 128.0
 }
 
@@ -318,7 +318,7 @@ fn transform(
     debug_assert!(done.is_ok());
 }
 
-/// Integral images of the centred grey values and of their squares, with a row and a column of zeros
+/// Integral images of the centered gray values and of their squares, with a row and a column of zeros
 /// before the first.
 fn integrals(area: &[u8], width: usize) -> (Vec<i64>, Vec<i64>) {
     let height = area.len() / width;

@@ -16,7 +16,7 @@
 //! tracker starts from scratch; it does not see the frames between. A start needs a truth: frames without one
 //! are skipped, too, and no failure is found in them. (Kristan et al., VOT2014.)
 //!
-//! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its centre moved by
+//! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its center moved by
 //! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
 //!
 //! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one. The frames
@@ -24,7 +24,7 @@
 //! not public for all sequences; equal steps are what the paper says (Wu, Lim, Yang, 2013: "20 segments").
 //!
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
-//! corners, runs 8 to 11 scale it about its centre by .8, .9, 1.1 and 1.2 (the same).
+//! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
 
 use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::Sequence;
@@ -208,7 +208,7 @@ fn spatial(rect: Rect, run: u32) -> Rect {
 fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     let mut draw = |low: f64, high: f64| rng.random_range(low..high);
     let (w, h) = (rect.w * draw(0.9, 1.1), rect.h * draw(0.9, 1.1));
-    let (x, y) = rect.centre();
+    let (x, y) = rect.center();
     let (x, y) = (x + rect.w * draw(-0.1, 0.1), y + rect.h * draw(-0.1, 0.1));
     let (sin, cos) = draw(-0.1, 0.1).sin_cos();
     let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);

@@ -201,7 +201,7 @@ impl Replay {
         for (t, region) in used.enumerate() {
             let last = states.last().map(|s| s.region.clone());
             states.push(match (region, last) {
-                (Ok(region), _) if t == 0 && from_start => TrackerState::initialised(region),
+                (Ok(region), _) if t == 0 && from_start => TrackerState::initialized(region),
                 (Ok(region), _) => TrackerState::tracked(region),
                 (Err(_), Some(region)) if self.0.without_area == WithoutArea::Repeat => {
                     TrackerState { region, status: Status::Skipped, posterior: None }

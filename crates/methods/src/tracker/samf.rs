@@ -1,5 +1,5 @@
 //! SAMF (Li and Zhu, "A scale adaptive kernel correlation filter tracker with feature integration", ECCV workshops
-//! 2014): the filter of [`super::kcf`] on gradients, color names and grey values, at seven scales.
+//! 2014): the filter of [`super::kcf`] on gradients, color names and gray values, at seven scales.
 //!
 //! The filter and its equations are in `tracker/correlation.rs` (Gaussian kernel, linear update). In every frame
 //! windows of `floor(2.5 * size * s)` pixels around the last place, for the seven `s` from 0.985 to 1.015, are
@@ -9,13 +9,13 @@
 //! | channels | what |
 //! |---|---|
 //! | 31 | [`crate::image::hog`], strongest color |
-//! | 1 | grey (mean of the cell) `/ 255 - 0.5` |
+//! | 1 | gray (mean of the cell) `/ 255 - 0.5` |
 //! | 10 | [`crate::image::color_names`] of the cell's mean color |
 //!
-//! When red, green and blue are equal in the whole first frame, 31 + 2 channels: gradients and the grey values twice.
+//! When red, green and blue are equal in the whole first frame, 31 + 2 channels: gradients and the gray values twice.
 //!
 //! Samples of a window are at `p + a (i - n / 2 + 1/2)` in x and at `p + a (i - n / 2)` in y for `i = 1 ... n` (the
-//! original's grid, not symmetric), where `p` is the tracked pixel's centre and `a` the ratio of the two windows;
+//! original's grid, not symmetric), where `p` is the tracked pixel's center and `a` the ratio of the two windows;
 //! bilinear, 0 outside the frame, rounded to whole levels. For targets with a mean side of 100 pixels or
 //! more, frames are halved.
 //!
@@ -26,14 +26,14 @@
 //!
 //! Checked against a separate NumPy version of this description: on diving of VOT2014 both fail in frames 58, 98, 175 and
 //! 194, that one also with the learned table and bicubic cells and without color names; on Couple of OTB responses are so
-//! nearly equal that a grey level of noise moves its precision from 0.74 to 0.35 or 0.30.
+//! nearly equal that a gray level of noise moves its precision from 0.74 to 0.35 or 0.30.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
 use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
-use crate::image::patch::{Axis, Colors, Outside, Patch, is_grey};
+use crate::image::patch::{Axis, Colors, Outside, Patch, is_gray};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ use serde::{Deserialize, Serialize};
 /// Side of a cell in pixels.
 const CELL: usize = 4;
 /// Most scales.
-const MOST_SCALES: usize = 99;
+const MAX_SCALES: usize = 99;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -49,7 +49,7 @@ const MOST_SCALES: usize = 99;
 pub struct Params {
     /// Side of the window in multiples of the target's, from 1 to 6.
     pub window: f64,
-    /// Regularisation, from 1e-6 to 1.
+    /// Regularization, from 1e-6 to 1.
     pub lambda: f64,
     /// Share of the newest look, 0 to 1.
     pub rate: f64,
@@ -59,7 +59,7 @@ pub struct Params {
     pub kernel_width: f64,
     /// Scales that are tried, 1 to 99, each from 0.5 to 2; among equal responses the first one wins.
     pub scales: Vec<f64>,
-    /// Uses color names, unless the first frame is grey.
+    /// Uses color names, unless the first frame is gray.
     pub color_names: bool,
 }
 
@@ -94,8 +94,8 @@ impl Samf {
             ("label_width", p.label_width, 0.01, 1.0),
             ("kernel_width", p.kernel_width, 0.01, 10.0),
         ])?;
-        if !(1..=MOST_SCALES).contains(&p.scales.len()) {
-            let rule = format!("1 to {MOST_SCALES} numbers");
+        if !(1..=MAX_SCALES).contains(&p.scales.len()) {
+            let rule = format!("1 to {MAX_SCALES} numbers");
             return Err(ParamError::out_of_range("scales", &rule, p.scales.len()));
         }
         if let Some(s) = p.scales.iter().find(|s| !(0.5..=2.0).contains(*s)) {
@@ -138,7 +138,7 @@ impl TrackerConfig for Samf {
         target.look(p, &reduced(frame, target.halvings), 1.0);
         target.filter.learn(&target.features);
         let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -150,20 +150,20 @@ struct Tracking {
 /// What a cell shows besides gradients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Extra {
-    /// Grey and color names.
+    /// Gray and color names.
     Names,
-    /// Grey.
-    Grey,
-    /// Grey twice, of a grey sequence.
-    GreyTwice,
+    /// Gray.
+    Gray,
+    /// Gray twice, of a gray sequence.
+    GrayTwice,
 }
 
 impl Extra {
     fn channels(self) -> usize {
         match self {
             Self::Names => 1 + NAMES,
-            Self::Grey => 1,
-            Self::GreyTwice => 2,
+            Self::Gray => 1,
+            Self::GrayTwice => 2,
         }
     }
 }
@@ -175,8 +175,8 @@ struct Target {
     moved: (f64, f64),
     scale: f64,
     halvings: u32,
-    /// Centre of the tracked pixel and size, at the start, in pixels of the halved frame.
-    centre: (f64, f64),
+    /// Center of the tracked pixel and size, at the start, in pixels of the halved frame.
+    center: (f64, f64),
     target: (f64, f64),
     /// Columns and rows of the window.
     size: (usize, usize),
@@ -197,7 +197,7 @@ impl Target {
         let target = (small(w), small(h));
         let pixels = |side: f64| ((p.window * side) as usize).max(3 * CELL);
         let size = (pixels(target.0), pixels(target.1));
-        let (cx, cy) = first.centre();
+        let (cx, cy) = first.center();
         let settings = Settings {
             label_width: p.label_width * (target.0 * target.1).sqrt() / CELL as f64,
             kernel_width: p.kernel_width,
@@ -205,10 +205,10 @@ impl Target {
             rate: p.rate,
             update: Update::Linear,
         };
-        let extra = match (is_grey(frame), p.color_names) {
-            (true, _) => Extra::GreyTwice,
+        let extra = match (is_gray(frame), p.color_names) {
+            (true, _) => Extra::GrayTwice,
             (_, true) => Extra::Names,
-            _ => Extra::Grey,
+            _ => Extra::Gray,
         };
         let channels = CHANNELS + extra.channels();
         Self {
@@ -216,7 +216,7 @@ impl Target {
             moved: (0.0, 0.0),
             scale: 1.0,
             halvings: times,
-            centre: ((cx / factor).floor() + 0.5, (cy / factor).floor() + 0.5),
+            center: ((cx / factor).floor() + 0.5, (cy / factor).floor() + 0.5),
             target,
             size,
             extra,
@@ -236,13 +236,13 @@ impl Target {
     fn look(&mut self, p: &Params, frame: &Frame, scale: f64) {
         let factor = f64::from(1_u32 << self.halvings);
         let (w, h) = self.window(p, scale);
-        let axis = |centre: f64, moved: f64, length: f64, count: usize, shift: f64| {
+        let axis = |center: f64, moved: f64, length: f64, count: usize, shift: f64| {
             let step = length / count as f64;
-            Axis { start: centre + moved / factor + step * (shift - 0.5 * count as f64), step, count }
+            Axis { start: center + moved / factor + step * (shift - 0.5 * count as f64), step, count }
         };
-        let across = axis(self.centre.0, self.moved.0, w, self.size.0, 1.5);
-        let down = axis(self.centre.1, self.moved.1, h, self.size.1, 1.0);
-        let colors = if self.extra == Extra::GreyTwice { Colors::Grey } else { Colors::Rgb };
+        let across = axis(self.center.0, self.moved.0, w, self.size.0, 1.5);
+        let down = axis(self.center.1, self.moved.1, h, self.size.1, 1.0);
+        let colors = if self.extra == Extra::GrayTwice { Colors::Gray } else { Colors::Rgb };
         let mut patch = Patch::sampled(frame, &across, &down, Outside::Zero, colors);
         patch.round();
         let means = cell_means(&patch);
@@ -250,19 +250,19 @@ impl Target {
         let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, &mut self.features);
         let n = columns * rows;
         self.features.resize((CHANNELS + self.extra.channels()) * n, 0.0);
-        let (grey, others) = self.features[CHANNELS * n..].split_at_mut(n);
+        let (gray, others) = self.features[CHANNELS * n..].split_at_mut(n);
         match means.len() / n {
-            1 => grey.iter_mut().zip(&means).for_each(|(o, v)| *o = v / 255.0 - 0.5),
+            1 => gray.iter_mut().zip(&means).for_each(|(o, v)| *o = v / 255.0 - 0.5),
             _ => {
-                for (i, o) in grey.iter_mut().enumerate() {
+                for (i, o) in gray.iter_mut().enumerate() {
                     let mixed = 0.2989 * means[i] + 0.5870 * means[n + i] + 0.1140 * means[2 * n + i];
                     *o = mixed / 255.0 - 0.5;
                 }
             }
         }
         match self.extra {
-            Extra::Grey => {}
-            Extra::GreyTwice => others.copy_from_slice(grey),
+            Extra::Gray => {}
+            Extra::GrayTwice => others.copy_from_slice(gray),
             Extra::Names => {
                 let table = ColorNames::table();
                 for i in 0..n {
@@ -298,7 +298,7 @@ impl Target {
         if self.scale != 1.0 {
             self.scale = self.scale.clamp(least, most);
         }
-        let (cx, cy) = self.first.centre();
+        let (cx, cy) = self.first.center();
         let touch = |c: f64, moved: f64, side: f64, room: f64| {
             let reach = 0.5 * (side * self.scale).min(room);
             let inside = (c + moved).clamp(-reach, room + reach);
@@ -308,7 +308,7 @@ impl Target {
     }
 
     fn rect(&self) -> Rect {
-        let (cx, cy) = self.first.centre();
+        let (cx, cy) = self.first.center();
         let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
         Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h)
     }

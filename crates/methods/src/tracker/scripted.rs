@@ -77,7 +77,7 @@ impl Scripted {
                 let got = format!("frame = {}, length = {}", loss.frame, loss.length);
                 let rule = format!(
                     "in order, each of length at least 1 and here not before frame {first} (frame 0 is the \
-                     initialisation; a frame with overlap lies between two losses)"
+                     initialization; a frame with overlap lies between two losses)"
                 );
                 return Err(ParamError::out_of_range("losses", &rule, got));
             }
@@ -134,7 +134,7 @@ impl TrackerConfig for Scripted {
         let start = truth.iter().position(|t| t.as_ref() == Some(region)).unwrap_or(0);
         let last = region.clone();
         let tracker = Tracking { script: self.clone(), truth, seed: context.seed, next: start + 1, last };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 

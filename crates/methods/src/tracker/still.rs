@@ -36,7 +36,7 @@ impl TrackerConfig for Still {
     }
 
     fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> Result<StartedTracker, TrackerError> {
-        Ok((Box::new(Tracking(region.clone())), TrackerState::initialised(region.clone())))
+        Ok((Box::new(Tracking(region.clone())), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -60,7 +60,7 @@ mod tests {
         let region = Region::Rect(Rect::new(3.0, 1.0, 2.0, 2.0));
         let frames = vec![Frame::new(2, 2, vec![0; 12]); 3];
         let states = track(&*ENTRY.build_from_text("{}").unwrap(), &sequence, 0, &region, &frames);
-        assert_eq!(states[0], TrackerState::initialised(region.clone()));
+        assert_eq!(states[0], TrackerState::initialized(region.clone()));
         assert_eq!(states[1..], [TrackerState::tracked(region.clone()), TrackerState::tracked(region)]);
         assert!(ENTRY.build_from_text("{ speed = 1 }").is_err());
     }

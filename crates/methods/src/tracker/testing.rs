@@ -31,7 +31,7 @@ pub fn follow(entry: &Entry<dyn TrackerConfig>, params: &str, region: &Region, f
 }
 
 /// Noise of 5-pixel grain, linear in between, 160 x 120; moved by `(dx, dy)` and magnified by `zoom` around (80, 60).
-pub fn texture(dx: f64, dy: f64, zoom: f64, grey: bool) -> Frame {
+pub fn texture(dx: f64, dy: f64, zoom: f64, gray: bool) -> Frame {
     let grain = |i: f64, j: f64, c: usize| {
         let seed = ((i + 500.0) as u64 * 7919 + (j + 500.0) as u64 * 104_729 + c as u64 * 1_299_709)
             .wrapping_mul(6_364_136_223_846_793_005);
@@ -41,7 +41,7 @@ pub fn texture(dx: f64, dy: f64, zoom: f64, grey: bool) -> Frame {
         let (u, v) = ((x as f64 + 0.5 - 80.0 - dx) / zoom / 5.0, (y as f64 + 0.5 - 60.0 - dy) / zoom / 5.0);
         let ((i, j), (a, b)) = ((u.floor(), v.floor()), (u - u.floor(), v - v.floor()));
         std::array::from_fn(|c| {
-            let at = |di: f64, dj: f64| f64::from(grain(i + di, j + dj, if grey { 0 } else { c }));
+            let at = |di: f64, dj: f64| f64::from(grain(i + di, j + dj, if gray { 0 } else { c }));
             let (above, below) =
                 ((1.0 - a) * at(0.0, 0.0) + a * at(1.0, 0.0), (1.0 - a) * at(0.0, 1.0) + a * at(1.0, 1.0));
             ((1.0 - b) * above + b * below) as u8

@@ -35,7 +35,7 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 /// Longest message that is read, in bytes.
-pub const LONGEST_MESSAGE: usize = 64 << 10;
+pub const MAX_MESSAGE_BYTES: usize = 64 << 10;
 /// The latest version that is spoken here.
 pub const LATEST_VERSION: u32 = 4;
 
@@ -109,7 +109,7 @@ pub enum TraxError {
     #[error("the stream of messages broke: {0}")]
     Io(#[from] std::io::Error),
     /// A message without end.
-    #[error("a message of more than {LONGEST_MESSAGE} bytes; none is that long")]
+    #[error("a message of more than {MAX_MESSAGE_BYTES} bytes; none is that long")]
     TooLong,
     /// Not what the protocol allows.
     #[error("received `{received}`; expected {expected}")]
@@ -178,7 +178,7 @@ impl<R: BufRead> Reader<R> {
             any = true;
             let end = bytes.iter().position(|&b| b == b'\n');
             let part = &bytes[..end.unwrap_or(bytes.len())];
-            let room = LONGEST_MESSAGE.saturating_sub(line.len());
+            let room = MAX_MESSAGE_BYTES.saturating_sub(line.len());
             line.extend_from_slice(&part[..part.len().min(room)]);
             let too_long = part.len() > room && line.starts_with(PREFIX.as_bytes());
             let used = part.len() + usize::from(end.is_some());
@@ -199,7 +199,7 @@ impl<R: BufRead> Reader<R> {
 /// See [`TraxError`].
 pub fn parse(line: &[u8]) -> Result<Option<Message>, TraxError> {
     let Some(rest) = line.strip_prefix(PREFIX.as_bytes()) else { return Ok(None) };
-    if rest.len() > LONGEST_MESSAGE {
+    if rest.len() > MAX_MESSAGE_BYTES {
         return Err(TraxError::TooLong);
     }
     let rest = std::str::from_utf8(rest)
@@ -320,7 +320,7 @@ fn answer(text: &str) -> Result<Answer, TraxError> {
 ///
 /// # Errors
 /// [`TraxError::Unwritable`]: a path that is empty, not UTF-8 or holds a NUL, a key that is none, a version
-/// that is not spoken, a message above [`LONGEST_MESSAGE`].
+/// that is not spoken, a message above [`MAX_MESSAGE_BYTES`].
 pub fn write(message: &Message) -> Result<String, TraxError> {
     let mut line = String::from(PREFIX);
     let properties = match message {
@@ -366,8 +366,8 @@ pub fn write(message: &Message) -> Result<String, TraxError> {
     for (key, value) in properties {
         push_property(&mut line, key, value)?;
     }
-    if line.len() > LONGEST_MESSAGE {
-        return Err(TraxError::Unwritable(format!("a message of more than {LONGEST_MESSAGE} bytes")));
+    if line.len() > MAX_MESSAGE_BYTES {
+        return Err(TraxError::Unwritable(format!("a message of more than {MAX_MESSAGE_BYTES} bytes")));
     }
     line.push('\n');
     Ok(line)

@@ -120,7 +120,7 @@ pub fn keep(
 /// When it is absent or no picture.
 pub fn load(results: &Results, figure: &str, frame: usize) -> Result<Frame, store::StoreError> {
     let path = path(results, figure, frame);
-    image::decode(&read_file(&path, image::LARGEST_FILE)?).map_err(|e| store::StoreError::new(&path, e))
+    image::decode(&read_file(&path, image::MAX_FILE_BYTES)?).map_err(|e| store::StoreError::new(&path, e))
 }
 
 #[cfg(test)]

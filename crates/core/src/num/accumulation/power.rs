@@ -11,14 +11,14 @@ const NODES: [f64; 4] =
 const WEIGHTS: [f64; 4] =
     [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
 
-/// The first cells, near a pole at 0, are always done by the distribution function.
+/// The first cells, near a pole at 0, always get their masses from the distribution function.
 const NEAR: usize = 64;
 
 /// The rule is used for components whose standard deviation is this many cells or more: its relative error
 /// is then below 1e-14.
 const WIDE: f64 = 8.0;
 
-/// A component is done for good where what is above is less than this.
+/// A component is cut off where its survival function falls below this.
 const NOTHING: f64 = 1e-18;
 
 /// The masses of the first `cells` cells. Beyond the first, densities are integrated by a rule of four
@@ -34,7 +34,7 @@ pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<
     for c in &wide {
         differences(c, step, &mut masses[..near]);
     }
-    // What the density is made of, and up to which cell.
+    // Constant, power and rate of each density, and the cell at which it is cut off.
     let wide: Vec<([f64; 3], usize)> = wide
         .iter()
         .map(|c| {
@@ -74,7 +74,7 @@ fn differences(c: &Component, step: f64, masses: &mut [f64]) {
     }
 }
 
-/// A cell above which a component has nothing.
+/// A cell above which the mass of a component is negligible.
 fn reach(c: &Component, step: f64, cells: usize) -> usize {
     let mut end = 1;
     while end < cells && gamma_survival(end as f64 * step, c.shape, c.scale) > NOTHING {

@@ -5,19 +5,19 @@
 //! the recursions, so the sum of squares is a parabola in `c` and its minimum is exact.
 //! Times are 0-based here: the window is `y[0]..y[n-1]`, the presample `y[-1], y[-2], ...`.
 
-use super::{MAX_ORDER, Start};
+use super::{MAX_ORDER, Presample};
 
 /// `base + slope * c`.
 pub(super) type Affine = [f64; 2];
 
-/// Hands the innovations to `visit`, oldest first. Needs `ar.len() <= y.len()`, both orders at most
+/// Calls `visit` with each innovation, oldest first. Needs `ar.len() <= y.len()` and orders of at most
 /// [`MAX_ORDER`].
 #[inline(always)]
-fn walk(y: &[f64], ar: &[f64], ma: &[f64], start: Start, mut visit: impl FnMut(Affine)) {
+fn walk(y: &[f64], ar: &[f64], ma: &[f64], start: Presample, mut visit: impl FnMut(Affine)) {
     let mut presample = [[0.0; 2]; MAX_ORDER];
     let first = match start {
-        Start::DropFirst => ar.len(),
-        Start::Backcast => {
+        Presample::DropFirst => ar.len(),
+        Presample::Backcast => {
             back_forecast(y, ar, ma, &mut presample);
             0
         }
@@ -85,8 +85,8 @@ fn push(recent: &mut [Affine; MAX_ORDER], q: usize, newest: Affine) {
 }
 
 /// The constant with the smallest sum of squared innovations, and that sum.
-pub(super) fn best_constant(y: &[f64], ar: &[f64], ma: &[f64], start: Start) -> (f64, f64) {
-    // The orders everyone uses get a copy of the loop with known lengths, several times faster.
+pub(super) fn best_constant(y: &[f64], ar: &[f64], ma: &[f64], start: Presample) -> (f64, f64) {
+    // The usual orders have loops of known lengths, which are several times faster.
     let (mut bb, mut bs, mut ss) = (0.0, 0.0, 0.0);
     let add = |[base, slope]: Affine| {
         bb += base * base;
@@ -108,7 +108,7 @@ pub(super) fn best_constant(y: &[f64], ar: &[f64], ma: &[f64], start: Start) -> 
 }
 
 /// The innovations with a given constant, oldest first.
-pub(super) fn innovations(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Start) -> Vec<f64> {
+pub(super) fn innovations(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Vec<f64> {
     let mut all = Vec::with_capacity(y.len());
     walk(y, ar, ma, start, |[base, slope]| all.push(base + constant * slope));
     all

@@ -13,18 +13,18 @@
 //! points an axis, in 79 %.
 
 use super::recursion::best_constant;
-use super::{LIMIT, MAX_ORDER, Start};
+use super::{LIMIT, MAX_ORDER, Presample};
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 
-/// Nelder-Mead stops when the costs (1 or less for a standardised window) at its vertices differ less.
+/// Nelder-Mead stops when the costs (1 or less for a standardized window) at its vertices differ less.
 const TOLERANCE: f64 = 1e-12;
 
 /// The sum of squares per frame as a function of the partial autocorrelations, AR ones first.
 struct Objective<'a> {
     y: &'a [f64],
     p: usize,
-    start: Start,
+    start: Presample,
 }
 
 impl Objective<'_> {
@@ -64,7 +64,7 @@ fn from_partials(partials: impl Iterator<Item = f64>) -> [f64; MAX_ORDER] {
     phi
 }
 
-/// A point of the lattice, its cost, and half the way to its neighbour on each axis.
+/// A point of the lattice, its cost, and half the way to its neighbor on each axis.
 struct Seed {
     cost: f64,
     point: Vec<f64>,
@@ -73,8 +73,8 @@ struct Seed {
 
 /// The partial autocorrelations, AR ones first, with the smallest sum of squares that is found.
 ///
-/// `y` is standardised; `p + q` is at least 1.
-pub(super) fn minimise(y: &[f64], p: usize, q: usize, start: Start) -> Vec<f64> {
+/// `y` is standardized; `p + q` is at least 1.
+pub(super) fn minimize(y: &[f64], p: usize, q: usize, start: Presample) -> Vec<f64> {
     let objective = Objective { y, p, start };
     let (ar_points, ma_points, descents) = match p + q {
         1 => (33, 33, 3),
@@ -125,7 +125,7 @@ fn axis(count: usize) -> Vec<f64> {
     (0..count).map(spread).collect()
 }
 
-/// The points of the lattice that are no worse than their neighbours on each axis, best first.
+/// The points of the lattice that are no worse than their neighbors on each axis, best first.
 fn seeds(objective: &Objective<'_>, axes: &[Vec<f64>]) -> Vec<Seed> {
     let count = axes.iter().map(Vec::len).product();
     let mut costs = Vec::with_capacity(count);
@@ -149,9 +149,9 @@ fn seeds(objective: &Objective<'_>, axes: &[Vec<f64>]) -> Vec<Seed> {
             if (at > 0 && costs[index - stride] < cost) || (has_next && costs[index + stride] < cost) {
                 continue 'points;
             }
-            let neighbour = if has_next { at + 1 } else { at - 1 };
+            let neighbor = if has_next { at + 1 } else { at - 1 };
             seed.point.push(axis[at]);
-            seed.step.push((axis[neighbour] - axis[at]) / 2.0);
+            seed.step.push((axis[neighbor] - axis[at]) / 2.0);
             rest /= axis.len();
             stride *= axis.len();
         }

@@ -28,7 +28,7 @@ fn finds_the_global_minimum_of_scipy() {
         let y = numbers(&case["y"]);
         let order =
             [case["order"][0].as_u64().unwrap() as usize, case["order"][1].as_u64().unwrap() as usize];
-        let start: Start = serde_json::from_value(case["start"].clone()).unwrap();
+        let start: Presample = serde_json::from_value(case["start"].clone()).unwrap();
         let got = fit(&y, order, start).unwrap();
         let label = format!("{} {order:?} {start:?}", case["name"]);
         let sse = case["sse"].as_f64().unwrap();
@@ -51,7 +51,7 @@ fn agrees_with_the_method_notes() {
         0.52, 0.47, 0.55, 0.61, 0.58, 0.66, 0.60, 0.49, 0.44, 0.40, 0.43, 0.38, 0.45, 0.51, 0.47, 0.54, 0.57,
         0.50, 0.46, 0.49,
     ];
-    let back = fit(&y, [1, 1], Start::Backcast).unwrap();
+    let back = fit(&y, [1, 1], Presample::Backcast).unwrap();
     assert!(close(back.constant, 0.403618, 2e-5), "{}", back.constant);
     assert!(close(back.ar[0], 0.228428, 2e-5), "{}", back.ar[0]);
     assert!(close(back.ma[0], 0.942768, 2e-5), "{}", back.ma[0]);
@@ -59,7 +59,7 @@ fn agrees_with_the_method_notes() {
     for (got, want) in back.forecast(5).iter().zip([0.512378, 0.520660, 0.522551, 0.522983, 0.523082]) {
         assert!(close(*got, want, 2e-6), "{got} is not {want}");
     }
-    let dropped = fit(&y, [1, 1], Start::DropFirst).unwrap();
+    let dropped = fit(&y, [1, 1], Presample::DropFirst).unwrap();
     assert!(dropped.ma[0] > 0.99999);
     assert!(close(dropped.sse, 0.0420339, 1e-7), "{}", dropped.sse);
     for (got, want) in dropped.forecast(5).iter().zip([0.497237, 0.491613, 0.490836, 0.490728, 0.490713]) {
@@ -73,7 +73,7 @@ fn a_pure_autoregression_is_least_squares() {
     for case in oracle("autoreg") {
         let y = numbers(&case["y"]);
         let ar = numbers(&case["ar"]);
-        let got = fit(&y, [ar.len(), 0], Start::DropFirst).unwrap();
+        let got = fit(&y, [ar.len(), 0], Presample::DropFirst).unwrap();
         let sse = case["sse"].as_f64().unwrap();
         assert!(close(got.sse, sse, 1e-9 * sse), "{} is not {sse}", got.sse);
         for (got, want) in got.ar.iter().zip(&ar) {
@@ -91,7 +91,7 @@ fn forecasts_are_those_of_the_kalman_filter() {
     for case in oracle("predictions") {
         let y = numbers(&case["y"]);
         let (ar, ma) = (numbers(&case["ar"]), numbers(&case["ma"]));
-        for start in [Start::Backcast, Start::DropFirst] {
+        for start in [Presample::Backcast, Presample::DropFirst] {
             let model = given(&y, case["constant"].as_f64().unwrap(), &ar, &ma, start).unwrap();
             for (got, want) in model.forecast(6).iter().zip(numbers(&case["forecast"])) {
                 assert!(close(*got, want, 1e-9), "{got} is not {want}");
@@ -106,7 +106,7 @@ fn innovations_are_those_of_a_linear_filter() {
     for case in oracle("filters") {
         let y = numbers(&case["y"]);
         let (ar, ma) = (numbers(&case["ar"]), numbers(&case["ma"]));
-        let model = given(&y, case["constant"].as_f64().unwrap(), &ar, &ma, Start::DropFirst).unwrap();
+        let model = given(&y, case["constant"].as_f64().unwrap(), &ar, &ma, Presample::DropFirst).unwrap();
         let want = numbers(&case["innovations"]);
         assert_eq!(model.innovations.len(), want.len());
         for (got, want) in model.innovations.iter().zip(want) {
@@ -124,21 +124,21 @@ fn backcast_by_hand() {
     // a2 = 2 - 1 - 2 - 1.625 = -2.625; a1 = 1 - 1 - 1 + 1.3125 = 0.3125;
     // y0 = 1 + 0.5 + 0.15625 = 1.65625; e1 = 1 - 1 - 0.828125 = -0.828125;
     // e2 = 2 - 1 - 0.5 + 0.4140625 = 0.9140625.
-    let model = given(&y, 1.0, &[0.5], &[0.5], Start::Backcast).unwrap();
+    let model = given(&y, 1.0, &[0.5], &[0.5], Presample::Backcast).unwrap();
     assert_eq!(model.innovations[..2], [-0.828125, 0.9140625]);
 }
 
 // The mean is the best constant; its residuals are deviations.
 #[test]
 fn order_zero_is_the_mean() {
-    let model = fit(&[1.0, 2.0, 3.0, 6.0], [0, 0], Start::Backcast).unwrap();
+    let model = fit(&[1.0, 2.0, 3.0, 6.0], [0, 0], Presample::Backcast).unwrap();
     assert!(close(model.constant, 3.0, 1e-15) && close(model.sse, 14.0, 1e-13));
     assert_eq!(model.forecast(2), [model.constant; 2]);
 }
 
 #[test]
 fn a_constant_window_repeats_its_value() {
-    for start in [Start::Backcast, Start::DropFirst] {
+    for start in [Presample::Backcast, Presample::DropFirst] {
         for value in [0.0, 0.1, -3e300, 1e-310] {
             let model = fit(&[value; 20], [1, 1], start).unwrap();
             assert_eq!(model.forecast(5), [value; 5]);
@@ -149,26 +149,26 @@ fn a_constant_window_repeats_its_value() {
 
 #[test]
 fn wrong_input_is_refused() {
-    assert_eq!(fit(&[0.0; 20], [6, 0], Start::Backcast), Err(ArmaError::Order { p: 6, q: 0 }));
-    assert_eq!(fit(&[0.0; 5], [1, 1], Start::Backcast), Err(ArmaError::TooShort { needed: 6, got: 5 }));
+    assert_eq!(fit(&[0.0; 20], [6, 0], Presample::Backcast), Err(ArmaError::Order { p: 6, q: 0 }));
+    assert_eq!(fit(&[0.0; 5], [1, 1], Presample::Backcast), Err(ArmaError::TooShort { needed: 6, got: 5 }));
     for bad in [f64::NAN, f64::INFINITY] {
         let mut y = [0.5; 20];
         y[7] = bad;
-        assert_eq!(fit(&y, [1, 1], Start::Backcast), Err(ArmaError::NotFinite));
+        assert_eq!(fit(&y, [1, 1], Presample::Backcast), Err(ArmaError::NotFinite));
     }
     let huge: Vec<f64> = (0..20).map(|t| if t % 3 == 0 { 1.7e308 } else { -1.7e308 }).collect();
-    assert_eq!(fit(&huge, [1, 1], Start::Backcast), Err(ArmaError::NotFinite));
+    assert_eq!(fit(&huge, [1, 1], Presample::Backcast), Err(ArmaError::NotFinite));
 }
 
 #[test]
 fn high_orders_are_no_worse_than_low_ones() {
     let y: Vec<f64> = (0..24).map(|t| f64::from((t * t * 7 + 3 * t) % 11) + 0.2 * f64::from(t)).collect();
-    for start in [Start::Backcast, Start::DropFirst] {
+    for start in [Presample::Backcast, Presample::DropFirst] {
         let low = fit(&y, [0, 1], start).unwrap().sse;
         let high = fit(&y, [0, 5], start).unwrap().sse;
         assert!(high <= low * (1.0 + 1e-9), "{high} above {low}");
     }
-    let model = fit(&y, [5, 5], Start::Backcast).unwrap();
+    let model = fit(&y, [5, 5], Presample::Backcast).unwrap();
     assert!(model.sse.is_finite() && model.forecast(50).iter().all(|v| v.is_finite()));
 }
 
@@ -177,8 +177,8 @@ fn window() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec((-1024_i32..1024).prop_map(|v| f64::from(v) / 1024.0), 16)
 }
 
-fn start() -> impl Strategy<Value = Start> {
-    prop_oneof![Just(Start::Backcast), Just(Start::DropFirst)]
+fn start() -> impl Strategy<Value = Presample> {
+    prop_oneof![Just(Presample::Backcast), Just(Presample::DropFirst)]
 }
 
 proptest! {
@@ -214,7 +214,7 @@ proptest! {
 
     // The fit is a minimum: no model near it has a smaller sum of squares.
     #[test]
-    fn no_neighbour_is_better(y in window(), d in prop::array::uniform3(-1e-3_f64..1e-3), start in start()) {
+    fn no_neighbor_is_better(y in window(), d in prop::array::uniform3(-1e-3_f64..1e-3), start in start()) {
         let model = fit(&y, [1, 1], start).unwrap();
         let ar = (model.ar[0] + d[0]).clamp(-LIMIT, LIMIT);
         let ma = (model.ma[0] + d[1]).clamp(-LIMIT, LIMIT);

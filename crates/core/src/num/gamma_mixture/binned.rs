@@ -17,7 +17,7 @@ use std::sync::LazyLock;
 /// Samples below this, zeros above all, count as this: `ln 0` has no value.
 pub const FLOOR: f64 = 1e-6;
 
-/// Samples from here on share the last cell.
+/// Samples of this value and above share the last cell.
 const CEILING: f64 = 1e6;
 
 /// Number of cells.
@@ -55,7 +55,7 @@ pub struct Binned {
     above: u64,
 }
 
-/// What an estimate reads: the cells that are not empty, in ascending order.
+/// The cells that are not empty, in ascending order, for the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cells {
     /// Number of samples.
@@ -68,7 +68,7 @@ pub(super) struct Cells {
     pub total: f64,
 }
 
-/// What [`Binned`] had to change, for the report of a fit.
+/// Numbers of samples outside the range of the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clipped {
     /// Samples below [`FLOOR`], which count as [`FLOOR`].
@@ -117,7 +117,7 @@ impl Binned {
         Ok(())
     }
 
-    /// Adds the samples of another.
+    /// Adds the samples of `other`.
     pub fn merge(&mut self, other: &Self) {
         for (cell, more) in self.cells.iter_mut().zip(&other.cells) {
             cell.count += more.count;
@@ -134,12 +134,12 @@ impl Binned {
         self.count
     }
 
-    /// What did not fit the cells.
+    /// Numbers of samples outside the range of the cells.
     pub fn clipped(&self) -> Clipped {
         Clipped { floored: self.floored, above: self.above }
     }
 
-    /// The cells that are not empty, each `group` neighbours as one. The sums stay exact until the division.
+    /// The cells that are not empty, each `group` neighbors as one. The sums stay exact until the division.
     pub(super) fn cells(&self, group: usize) -> Cells {
         let mut out = Cells { count: Vec::new(), x: Vec::new(), ln: Vec::new(), total: self.count as f64 };
         for (g, cells) in self.cells.chunks(group.max(1)).enumerate() {

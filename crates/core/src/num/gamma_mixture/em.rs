@@ -1,4 +1,4 @@
-//! Expectation and maximisation on cells.
+//! Expectation and maximization on cells.
 //!
 //! ```text
 //! ln L(xi)  = sum_c n_c ln gm(c),      gm(c) = sum_k gamma_k f_k(c),
@@ -50,7 +50,7 @@ pub(super) fn run(
     tolerance: f64,
     mut watch: impl FnMut(f64),
 ) -> Run {
-    let mut at = State::new(cells, start);
+    let mut at = EmState::new(cells, start);
     let (mut iterations, mut converged, mut reach) = (0, false, 4.0);
     while iterations < max_iterations && !converged {
         let before = at.log_likelihood;
@@ -61,7 +61,7 @@ pub(super) fn run(
         watch(second.log_likelihood);
         let leapt = leap(&at, &first, &second, reach).map(|(components, step)| {
             iterations += 2;
-            (State::new(cells, components).next(cells), step)
+            (EmState::new(cells, components).next(cells), step)
         });
         let (mut short, mut next) = (true, second);
         match leapt {
@@ -72,7 +72,7 @@ pub(super) fn run(
                 watch(far.log_likelihood);
                 next = far;
             }
-            // The leap is not taken. A small gain says nothing before smaller leaps have failed as well.
+            // The leap is rejected. A small gain does not mean convergence until smaller leaps have failed as well.
             Some(_) => {
                 short = reach <= 1.0;
                 reach = (reach / 4.0).max(1.0);
@@ -88,29 +88,29 @@ pub(super) fn run(
     Run { components: at.components, log_likelihood: at.log_likelihood, iterations, converged }
 }
 
-/// A model with what a pass over the cells says of it.
-struct State {
+/// A model with its likelihood and the sums that the next iteration needs.
+struct EmState {
     components: Vec<Component>,
     log_likelihood: f64,
     sums: Vec<Sums>,
 }
 
-impl State {
+impl EmState {
     fn new(cells: &Cells, components: Vec<Component>) -> Self {
         let (log_likelihood, sums) = expectation(cells, &components);
         Self { components, log_likelihood, sums }
     }
 
     fn next(&self, cells: &Cells) -> Self {
-        Self::new(cells, maximisation(&self.components, &self.sums, cells.total))
+        Self::new(cells, maximization(&self.components, &self.sums, cells.total))
     }
 }
 
 /// The leap of scheme S3 of Varadhan and Roland (2008, Scand. J. Statist. 35) on the logarithms of the
 /// parameters, and its length: `xi0 + 2 a r + a^2 v` with `r = xi1 - xi0`, `v = xi2 - 2 xi1 + xi0` and
 /// `a = |r| / |v|`, between 1 (which is `xi2`) and `reach`. None if it is not longer than 1.
-fn leap(zero: &State, one: &State, two: &State, reach: f64) -> Option<(Vec<Component>, f64)> {
-    let logs = |s: &State| -> Vec<f64> {
+fn leap(zero: &EmState, one: &EmState, two: &EmState, reach: f64) -> Option<(Vec<Component>, f64)> {
+    let logs = |s: &EmState| -> Vec<f64> {
         s.components.iter().flat_map(|c| [c.weight.ln(), c.shape.ln(), c.scale.ln()]).collect()
     };
     let (zero, one, two) = (logs(zero), logs(one), logs(two));
@@ -200,7 +200,7 @@ fn block(cells: &Cells, components: &[Component], b: usize) -> (f64, Vec<Sums>) 
     (log_likelihood, sums)
 }
 
-fn maximisation(old: &[Component], sums: &[Sums], total: f64) -> Vec<Component> {
+fn maximization(old: &[Component], sums: &[Sums], total: f64) -> Vec<Component> {
     let weights = weights(sums.iter().map(|s| s[0] / total).collect());
     let component = |((old, &[n, x, ln]), weight): ((&Component, &Sums), f64)| {
         let (mean, mean_ln) = (x / n, ln / n);

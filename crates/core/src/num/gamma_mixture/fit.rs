@@ -14,16 +14,16 @@ use crate::num::seed;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Neighbours that are one cell while the starts are tried.
+/// Number of neighboring cells that are merged while the starts are tried.
 const COARSE: usize = 16;
 
-/// If that leaves fewer cells than this, the cells stay finer.
-const LEAST_COARSE: usize = 300;
+/// Fewer cells are merged if fewer than this would be left.
+const MIN_COARSE_CELLS: usize = 300;
 
 /// Iterations of a short run.
 const SHORT: usize = 100;
 
-/// How to iterate.
+/// Options of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FitOptions {
@@ -45,10 +45,10 @@ impl Default for FitOptions {
     }
 }
 
-/// Which start led to a fit.
+/// The start that led to a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Origin {
+pub enum FitOrigin {
     /// Groups of equal counts.
     Quantiles,
     /// The normal mixture on `x^(1/3)`.
@@ -72,8 +72,8 @@ pub struct Fit {
     pub converged: bool,
     /// Number of starts that were tried for this order.
     pub starts: usize,
-    /// The best of them.
-    pub origin: Origin,
+    /// The best start.
+    pub origin: FitOrigin,
     /// Number of samples.
     pub samples: u64,
     /// Samples that did not fit the cells.
@@ -89,7 +89,7 @@ pub enum FitError {
     /// Fewer samples than the model has parameters, or fewer different ones than components (at least 2).
     #[error("{k} components need {needed} samples or more in {cells} cells, not {samples} in {filled}")]
     TooFew {
-        /// Order asked for.
+        /// Number of components.
         k: usize,
         /// Number of samples it needs.
         needed: u64,
@@ -124,7 +124,7 @@ pub fn fit(samples: &Binned, k: usize, options: &FitOptions) -> Result<Fit, FitE
 /// Fits `1..=k_max` components. The log-likelihoods do not fall from one order to the next.
 ///
 /// # Errors
-/// See [`FitError`]; they are those of `k_max`.
+/// See [`FitError`]; the conditions are those of `k_max`.
 pub fn fit_all(samples: &Binned, k_max: usize, options: &FitOptions) -> Result<Vec<Fit>, FitError> {
     let cells = check(samples, k_max, options)?;
     let mut runs: Vec<Started> = coarse(samples, k_max, options)
@@ -142,7 +142,7 @@ pub fn fit_all(samples: &Binned, k_max: usize, options: &FitOptions) -> Result<V
 
 struct Started {
     run: Run,
-    origin: Origin,
+    origin: FitOrigin,
     starts: usize,
 }
 
@@ -166,7 +166,7 @@ fn check(samples: &Binned, k: usize, options: &FitOptions) -> Result<Cells, FitE
 fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> {
     let mut group = COARSE;
     let mut cells = samples.cells(group);
-    while group > 1 && cells.count.len() < LEAST_COARSE.max(k_max) {
+    while group > 1 && cells.count.len() < MIN_COARSE_CELLS.max(k_max) {
         group /= 2;
         cells = samples.cells(group);
     }
@@ -175,25 +175,25 @@ fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> 
 
     let jobs: Vec<(usize, usize)> =
         (1..=k_max).flat_map(|k| (0..options.restarts + 2).map(move |start| (k, start))).collect();
-    let independent: Vec<(Run, Origin)> = jobs
+    let independent: Vec<(Run, FitOrigin)> = jobs
         .into_par_iter()
         .map(|(k, number)| match number {
-            0 => short(start::quantiles(cells, k), Origin::Quantiles),
-            1 => short(start::cube_root(cells, k), Origin::CubeRoot),
+            0 => short(start::quantiles(cells, k), FitOrigin::Quantiles),
+            1 => short(start::cube_root(cells, k), FitOrigin::CubeRoot),
             _ => {
                 let number = number - 2;
                 let names = ["gamma-mixture", &k.to_string(), &number.to_string()];
                 let mut rng = seed::rng(seed::seed(options.seed, &names));
-                short(start::random(cells, k, &mut rng), Origin::Random(number))
+                short(start::random(cells, k, &mut rng), FitOrigin::Random(number))
             }
         })
         .collect();
 
     let mut best: Vec<Started> = Vec::with_capacity(k_max);
     for tried in independent.chunks(options.restarts + 2) {
-        let splits: Vec<(Run, Origin)> = best.last().map_or_else(Vec::new, |before| {
+        let splits: Vec<(Run, FitOrigin)> = best.last().map_or_else(Vec::new, |before| {
             let model = &before.run.components;
-            let split = |at| short(start::split(model, at, 1.0), Origin::Split(at));
+            let split = |at| short(start::split(model, at, 1.0), FitOrigin::Split(at));
             (0..model.len()).into_par_iter().map(split).collect()
         });
         let all = tried.iter().chain(&splits);
@@ -212,8 +212,8 @@ fn polish(cells: &Cells, started: Started, options: &FitOptions) -> Started {
     Started { run, ..started }
 }
 
-/// From the model of one order less: its heaviest component split in two that differ, or if that ends lower,
-/// in two that are the same.
+/// Starts from the model of one order less, with its heaviest component split into two that differ or, if that ends
+/// lower, into two that are equal.
 fn resume(cells: &Cells, before: &Started, starts: usize, options: &FitOptions) -> Started {
     let model = &before.run.components;
     let weight = |at: usize| model[at].weight;
@@ -226,7 +226,7 @@ fn resume(cells: &Cells, before: &Started, starts: usize, options: &FitOptions) 
         run = from(0.0);
         run.log_likelihood = run.log_likelihood.max(before.run.log_likelihood);
     }
-    Started { run, origin: Origin::Split(at), starts: starts + 1 }
+    Started { run, origin: FitOrigin::Split(at), starts: starts + 1 }
 }
 
 fn finish(samples: &Binned, Started { run, origin, starts }: Started) -> Result<Fit, FitError> {

@@ -36,7 +36,7 @@ pub struct Terms {
     pub bic_penalty: f64,
 }
 
-/// Which penalty.
+/// The penalty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
@@ -46,12 +46,12 @@ pub enum Criterion {
     Bic,
 }
 
-/// What a criterion chose.
+/// The choice of a criterion.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Choice {
     /// The winning `K` for `d = 1, 2, ...`: entry `d - 1`.
     pub winners: Vec<usize>,
-    /// The most frequent of them without 1; none if nothing else ever wins.
+    /// The most frequent of them other than 1; `None` if only 1 ever wins.
     pub order: Option<usize>,
 }
 
@@ -72,7 +72,7 @@ fn of_likelihood(k: usize, log_likelihood: f64, n: u64) -> Terms {
     }
 }
 
-/// The vote over `d = 1..=max_weight`; without terms it has no winners.
+/// Chooses the order by the vote over `d = 1..=max_weight`; without terms it has no winners.
 pub fn choose(terms: &[Terms], criterion: Criterion, max_weight: usize) -> Choice {
     let value = |t: &Terms, d: usize| {
         let penalty = match criterion {

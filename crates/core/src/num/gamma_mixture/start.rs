@@ -1,16 +1,16 @@
-//! Where the iterations start: moments of groups of samples.
+//! Starting points of the iterations: moments of groups of samples.
 //!
 //! A group of samples with mean `m` and variance `v` gives `shape = m^2 / v` and `scale = v / m`. The
 //! groups are: equal counts in ascending order; the posteriors of a normal mixture on `x^(1/3)`, in which
 //! a Gamma variable is nearly normal (Wilson and Hilferty 1931; the default of mixtools' `gammamixEM`);
-//! the cells nearest, on the scale of `ln x`, to centres drawn at random; and a model with one component
+//! the cells nearest, on the scale of `ln x`, to centers drawn at random; and a model with one component
 //! less, of which one component is split in two.
 
 use super::binned::Cells;
 use super::{Component, MIN_WEIGHT};
 use rand::{Rng, RngExt};
 
-/// Shapes at a start. Beyond these limits a component starts too narrow or too wide to get hold of samples.
+/// Smallest and largest shape at a start. Outside these limits a component is too narrow or too wide to gain samples.
 const SHAPES: [f64; 2] = [0.05, 1e3];
 
 /// Iterations of the normal mixture.
@@ -115,9 +115,9 @@ pub(super) fn cube_root(cells: &Cells, k: usize) -> Vec<Component> {
 
 /// The cells nearest to `k` different samples drawn at random.
 pub(super) fn random<R: Rng + ?Sized>(cells: &Cells, k: usize, rng: &mut R) -> Vec<Component> {
-    let mut centres: Vec<usize> = Vec::with_capacity(k);
+    let mut centers: Vec<usize> = Vec::with_capacity(k);
     // Some draws pick a cell, the others a sample: samples alone hardly ever start in a thin tail.
-    while centres.len() < k.min(cells.x.len()) {
+    while centers.len() < k.min(cells.x.len()) {
         let mut at = rng.random_range(0..cells.x.len());
         if rng.random::<f64>() < 0.7 {
             let mut left = rng.random::<f64>() * cells.total;
@@ -130,15 +130,15 @@ pub(super) fn random<R: Rng + ?Sized>(cells: &Cells, k: usize, rng: &mut R) -> V
                 })
                 .unwrap_or(at);
         }
-        if !centres.contains(&at) {
-            centres.push(at);
+        if !centers.contains(&at) {
+            centers.push(at);
         }
     }
     let mut groups = vec![Group::default(); k];
     for ((&n, &x), &ln) in cells.count.iter().zip(&cells.x).zip(&cells.ln) {
         let distance = |&c: &usize| (cells.ln[c] - ln).abs();
         let nearest =
-            (0..centres.len()).min_by(|&a, &b| distance(&centres[a]).total_cmp(&distance(&centres[b])));
+            (0..centers.len()).min_by(|&a, &b| distance(&centers[a]).total_cmp(&distance(&centers[b])));
         groups[nearest.unwrap_or(0)].add(n, x);
     }
     components(&groups, cells.total)

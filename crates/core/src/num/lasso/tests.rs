@@ -85,7 +85,7 @@ fn orthogonal_atoms_take_a_round_each() {
     assert_eq!((b, outcome), ([0.5, -1.0, 0.0, 0.0], Outcome { rounds: 2, residual: 0.0 }));
     solved(&lasso(1.0, Sign::NonNegative), &dictionary, &[1.5, -2.5, 0.25], &mut b);
     assert_eq!(b, [0.5, 0.0, 0.0, 0.0]);
-    // A round too few: what is left is said.
+    // One round too few: the outcome has the residual.
     let none = Lasso { rounds: 0, ..free };
     b.fill(0.0);
     assert_eq!(solved(&none, &dictionary, &[1.5, -2.5, 0.25], &mut b), Outcome { rounds: 0, residual: 4.0 });

@@ -131,7 +131,7 @@ fn targets_move_and_grow_slowly() {
                 let [Some(a), Some(b)] = pair else { panic!("{} {t}", q.name) };
                 assert!(matches!(a, Region::Rect(_)));
                 let (a, b) = (a.rect(), b.rect());
-                let ((ax, ay), (bx, by)) = (a.centre(), b.centre());
+                let ((ax, ay), (bx, by)) = (a.center(), b.center());
                 assert!((bx - ax).abs() < 6.0 && (by - ay).abs() < 6.0, "{} {t}", q.name);
                 assert!((b.w - a.w).abs() < 1.5 && (b.h - a.h).abs() < 1.5, "{} {t}", q.name);
                 assert!((18.0..=64.0).contains(&a.w), "{} {t}: {}", q.name, a.w);

@@ -33,7 +33,7 @@ fn trajectory<'a>(
 // is longer than 4 frames.
 #[test]
 fn a_track_worked_by_hand() {
-    use Status::{Failed, Initialised as RunContext, Skipped, Tracked};
+    use Status::{Failed, Initialized as RunContext, Skipped, Tracked};
     let status =
         [RunContext, Tracked, Tracked, Tracked, Failed, Skipped, RunContext, Tracked, Tracked, Tracked];
     let shift = [0.0, 0.0, 2.5, 5.0, 5.0, 5.0, 0.0, 0.0, 0.0, 0.0];
@@ -55,7 +55,7 @@ fn a_track_worked_by_hand() {
 
 #[test]
 fn a_failed_run_goes_on_with_nothing_and_a_finished_one_leaves() {
-    use Status::{Failed, Initialised as RunContext, Tracked};
+    use Status::{Failed, Initialized as RunContext, Tracked};
     let truth = vec![Some(square(0.0)); 5];
     let regions = vec![square(0.0); 5];
     let failed = trajectory(&regions[..3], &[RunContext, Tracked, Failed], &truth[..3]);
@@ -71,7 +71,7 @@ fn a_failed_run_goes_on_with_nothing_and_a_finished_one_leaves() {
 
 #[test]
 fn frames_without_truth_or_a_start_do_not_count() {
-    use Status::{Initialised as RunContext, Tracked, Waiting};
+    use Status::{Initialized as RunContext, Tracked, Waiting};
     let truth = [None, Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None];
     let regions = vec![square(0.0); 5];
     let measured =

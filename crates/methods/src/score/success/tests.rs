@@ -79,7 +79,7 @@ fn a_later_start_is_scored_from_there() {
     let regions = vec![Region::Rect(square(10.0)); 4];
     let truth =
         vec![Some(Region::Rect(square(200.0))), Some(regions[0].clone()), None, Some(regions[0].clone())];
-    let status = [Status::Waiting, Status::Initialised, Status::Tracked, Status::Skipped];
+    let status = [Status::Waiting, Status::Initialized, Status::Tracked, Status::Skipped];
     let trajectory = Trajectory {
         sequence: "a",
         run: 0,

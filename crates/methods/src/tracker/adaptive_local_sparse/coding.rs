@@ -15,7 +15,7 @@ pub const PATCHES: usize = ACROSS * ACROSS;
 const AREA: usize = PATCH * PATCH;
 
 /// Divides a vector by its length, if it has one.
-pub fn normalise(v: &mut [f32]) {
+pub fn normalize(v: &mut [f32]) {
     let square: f64 = v.iter().map(|v| f64::from(*v).powi(2)).sum();
     if square > 0.0 {
         let by = square.sqrt().recip() as f32;
@@ -31,7 +31,7 @@ fn cut(window: &[f32], patches: &mut Vec<f32>) {
         for row in top..top + PATCH {
             patches.extend_from_slice(&window[row * SIDE + left..row * SIDE + left + PATCH]);
         }
-        normalise(&mut patches[start..]);
+        normalize(&mut patches[start..]);
     }
 }
 
@@ -101,7 +101,7 @@ mod tests {
             1.2 + (0.21 * i + 0.05 * t).sin() * (0.17 * j).cos() + 0.3 * (0.9 * i + 0.7 * j + t).sin()
         };
         let mut window: Vec<f32> = (0..PIXELS).map(|n| value(n / SIDE, n % SIDE) as f32).collect();
-        normalise(&mut window);
+        normalize(&mut window);
         window
     }
 

@@ -11,12 +11,12 @@ fn scene(x: i64, y: i64) -> Frame {
     Frame::from_fn(160, 120, |j, i| {
         let (u, v) = (j as i64 - x, i as i64 - y);
         let (a, b) = (u as f64, v as f64);
-        let grey = if (0..40).contains(&u) && (0..40).contains(&v) {
+        let gray = if (0..40).contains(&u) && (0..40).contains(&v) {
             120.0 + 60.0 * (0.3 * a).sin() * (0.4 * b).cos() + a + 20.0 * (0.02 * a * b).sin()
         } else {
             70.0 + 20.0 * (0.05 * j as f64).sin() + 0.2 * i as f64
         };
-        [grey as u8; 3]
+        [gray as u8; 3]
     })
 }
 
@@ -25,9 +25,9 @@ fn block(x: f64, y: f64) -> Region {
 }
 
 fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
-    let setup = ENTRY.build_from_text(text).unwrap();
+    let config = ENTRY.build_from_text(text).unwrap();
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    testing::track(&*setup, &sequence, seed, &block(30.0, 20.0), frames)
+    testing::track(&*config, &sequence, seed, &block(30.0, 20.0), frames)
 }
 
 // Past the collection of templates and two updates.
@@ -37,7 +37,7 @@ fn a_target_that_moves_by_whole_pixels_is_followed() {
     for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"free\" }"] {
         let states = track(text, &frames, 5);
         for (t, state) in (0..).map(f64::from).zip(&states) {
-            let (x, y) = state.region.rect().centre();
+            let (x, y) = state.region.rect().center();
             let error = (x - 50.0 - 2.0 * t, y - 40.0 - t);
             assert!(error.0.abs() < 2.0 && error.1.abs() < 2.0, "{text} frame {t}: {error:?}");
         }
@@ -69,22 +69,22 @@ fn every_fifth_window_replaces_a_template() {
         (0..PIXELS).map(|n| 0.5 + 0.3 * (0.01 * (n * (t % 13 + 1)) as f32).sin()).collect()
     };
     let mut target = Target::new([0.0; 6], window(0));
-    let setup = Params::default();
+    let config = Params::default();
     let coder = Lasso { lambda: 1e-4, sign: Sign::NonNegative, tolerance: 1e-6, rounds: 10_000 };
     for t in 1..10 {
-        target.learn(window(t), &setup, &coder, || panic!("no template is replaced yet"));
+        target.learn(window(t), &config, &coder, || panic!("no template is replaced yet"));
     }
     let before = target.templates.clone();
     for t in 10..14 {
-        target.learn(window(t), &setup, &coder, || panic!("no template is replaced yet"));
+        target.learn(window(t), &config, &coder, || panic!("no template is replaced yet"));
     }
     assert_eq!(target.templates, before);
-    target.learn(window(5), &setup, &coder, || 0.0);
+    target.learn(window(5), &config, &coder, || 0.0);
     assert_eq!(target.templates[0], before[0]);
     assert_eq!(target.templates[1..9], before[2..]);
     // Nearly all of the window lies in the space of the components.
     let mut seen = window(5);
-    normalise(&mut seen);
+    normalize(&mut seen);
     let off = distance(&target.templates[9], &seen).sqrt();
     assert!(off > 0.0 && off < 0.1, "{off}");
 }
@@ -119,13 +119,13 @@ fn parameters_are_checked() {
 proptest! {
     #[test]
     fn confidences_are_within_bounds_and_ignore_brightness(
-        grey in prop::collection::vec(0.0..1.0_f32, 64),
+        gray in prop::collection::vec(0.0..1.0_f32, 64),
         gain in 0.1..4.0_f32,
     ) {
         // Blocks of 4 x 4 pixels.
         let window = |gain: f32| {
-            let mut w: Vec<f32> = (0..PIXELS).map(|n| gain * grey[n / 128 * 8 + n % 32 / 4]).collect();
-            normalise(&mut w);
+            let mut w: Vec<f32> = (0..PIXELS).map(|n| gain * gray[n / 128 * 8 + n % 32 / 4]).collect();
+            normalize(&mut w);
             w
         };
         let mut shifted = window(1.0);

@@ -8,20 +8,20 @@
 use crate::image::Frame;
 use rand::{Rng, RngExt};
 
-/// State of a particle: centre x and y, half axes Hx and Hy in pixels, orientation in radians from the x
+/// State of a particle: center x and y, half axes Hx and Hy in pixels, orientation in radians from the x
 /// axis towards the y axis (clockwise as seen, for y points down).
 pub type Ellipse = [f64; 5];
 
 /// Most bins a channel may have; three channels of it fit [`Histogram`].
-pub const MOST_A_CHANNEL: u8 = 16;
-const MOST: usize = 4096;
+pub const MAX_BINS: u8 = 16;
+const MAX_HISTOGRAM_BINS: usize = 4096;
 
 /// Weight 1 of a pixel, in units of the sums. 2^26 pixels, the largest frame, stay below 2^63.
 const ONE: f64 = (1_u64 << 36) as f64;
 
 /// Which colors share a bin: uniform bins on each channel, the top edge closed.
 ///
-/// RGB channels are in `[0, 255]`. HSV is hue, saturation and value in `[0, 1]`, hue 0 for greys, computed
+/// RGB channels are in `[0, 255]`. HSV is hue, saturation and value in `[0, 1]`, hue 0 for grays, computed
 /// in whole numbers and hence exact at the edges. Bin `(i, j, k)` has number `(i n1 + j) n2 + k`.
 #[derive(Debug, Clone)]
 pub struct Binning {
@@ -32,9 +32,9 @@ pub struct Binning {
 }
 
 impl Binning {
-    /// `counts` bins a channel, each from 1 to [`MOST_A_CHANNEL`].
+    /// `counts` bins a channel, each from 1 to [`MAX_BINS`].
     pub fn new(hsv: bool, counts: [u8; 3]) -> Self {
-        let counts = counts.map(|c| u32::from(c.clamp(1, MOST_A_CHANNEL)));
+        let counts = counts.map(|c| u32::from(c.clamp(1, MAX_BINS)));
         let strides = [counts[1] * counts[2], counts[2], 1];
         let table = |c: usize| {
             std::array::from_fn(|v| ((v as u32 * counts[c] / 255).min(counts[c] - 1) * strides[c]) as u16)
@@ -119,11 +119,11 @@ impl Grid {
     }
 }
 
-/// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbours are often alike,
+/// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbors are often alike,
 /// and an addition must not wait for the one before.
 #[derive(Debug, Clone)]
 pub struct Histogram {
-    sums: Box<[[i64; 2]; MOST]>,
+    sums: Box<[[i64; 2]; MAX_HISTOGRAM_BINS]>,
     len: usize,
 }
 
@@ -141,10 +141,10 @@ impl Model {
 impl Histogram {
     /// An empty histogram of `len` bins.
     pub fn new(len: usize) -> Self {
-        Self { sums: Box::new([[0; 2]; MOST]), len: len.min(MOST) }
+        Self { sums: Box::new([[0; 2]; MAX_HISTOGRAM_BINS]), len: len.min(MAX_HISTOGRAM_BINS) }
     }
 
-    /// Sums the kernel over the pixels whose centre is inside the ellipse (`r < 1`): `1 - r^2`, or 1 when
+    /// Sums the kernel over the pixels whose center is inside the ellipse (`r < 1`): `1 - r^2`, or 1 when
     /// `flat`. The grid must have been made for this ellipse.
     pub fn sum_inside(&mut self, grid: &Grid, &[cx, cy, hx, hy, theta]: &Ellipse, flat: bool) {
         self.sums[..self.len].fill([0; 2]);
@@ -190,7 +190,7 @@ impl Histogram {
     }
 
     /// Counts `points` random places in the ellipse, at radius U(0, 1) and angle U(0, 2 pi) of it; places
-    /// outside the frame are dropped. Colors are interpolated bilinearly between pixel centres.
+    /// outside the frame are dropped. Colors are interpolated bilinearly between pixel centers.
     pub fn sum_points(
         &mut self,
         frame: &Frame,
@@ -226,13 +226,13 @@ impl Histogram {
         if total <= 0 {
             return 0.0;
         }
-        let root = |bin: u16| value(&self.sums[usize::from(bin) % MOST]).sqrt();
+        let root = |bin: u16| value(&self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS]).sqrt();
         let sum: f64 = model.0.iter().map(|&(bin, q)| root(bin) * q).sum();
         (sum / (total as f64).sqrt()).min(1.0)
     }
 
     fn add(&mut self, bin: u16, place: usize, weight: i64) {
-        let sum = &mut self.sums[usize::from(bin) % MOST][place];
+        let sum = &mut self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS][place];
         *sum = sum.wrapping_add(weight);
     }
 
@@ -252,7 +252,7 @@ fn above(v: f64) -> usize {
     down.saturating_add(usize::from((down as f64) < v))
 }
 
-/// The color at `(x, y)` from the centre of the first pixel, rounded to bytes; border pixels are repeated.
+/// The color at `(x, y)` from the center of the first pixel, rounded to bytes; border pixels are repeated.
 fn interpolated(frame: &Frame, x: f64, y: f64) -> [u8; 3] {
     let (i, j) = (x.floor(), y.floor());
     let (fx, fy) = (x - i, y - j);

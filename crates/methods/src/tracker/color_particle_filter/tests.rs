@@ -92,13 +92,13 @@ fn two_steps_agree_with_numpy() {
     let (first, offset): (Ellipse, f64) = (read(&filter["first"]), read(&filter["offset"]));
     let binning = Binning::new(false, [8; 3]);
     let model = Model::new(&histogram(&oracle_frame(0), &binning, &first, false).shares());
-    let setup = ColorParticleFilter::new(Params::default()).unwrap();
-    let limits = Limits { shortest: 3.0, longest: 72.0, wrap: false };
+    let config = ColorParticleFilter::new(Params::default()).unwrap();
+    let limits = EllipseLimits { shortest: 3.0, longest: 72.0, wrap: false };
     let mut cloud = Cloud::new(first, 60);
     for (t, step) in (1..).zip(filter["steps"].as_array().unwrap()) {
         let noise: Vec<Ellipse> = read(&step["noise"]);
         let mut draws = noise.as_flattened().iter();
-        cloud.diffuse(&setup.deviations(), |e| limits.keep(e), || *draws.next().unwrap());
+        cloud.diffuse(&config.deviations(), |e| limits.keep(e), || *draws.next().unwrap());
         let frame = oracle_frame(t);
         let likeness = |s: &Ellipse| histogram(&frame, &binning, s, false).likeness(&model);
         let rho: Vec<f64> = cloud.states.iter().map(likeness).collect();
@@ -136,7 +136,7 @@ fn likelihoods_relative_to_the_best_do_not_underflow() {
 fn orientations_wrap_at_the_upper_end() {
     use std::f64::consts::{FRAC_PI_2, PI};
     let wrapped =
-        |theta| Limits { shortest: 1.0, longest: 9.0, wrap: true }.keep([0.0, 0.0, 0.5, 10.0, theta]);
+        |theta| EllipseLimits { shortest: 1.0, longest: 9.0, wrap: true }.keep([0.0, 0.0, 0.5, 10.0, theta]);
     assert_eq!(wrapped(0.25), [0.0, 0.0, 1.0, 9.0, 0.25]);
     assert_eq!(wrapped(FRAC_PI_2)[4], FRAC_PI_2);
     assert_eq!(wrapped(-FRAC_PI_2)[4], FRAC_PI_2);
@@ -192,8 +192,8 @@ fn scene(dx: i64, dy: i64) -> Frame {
 }
 
 fn track(text: &str, sequence: &Sequence, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
-    let setup = ENTRY.build_from_text(text).unwrap();
-    testing::track(&*setup, sequence, 11, region, frames)
+    let config = ENTRY.build_from_text(text).unwrap();
+    testing::track(&*config, sequence, 11, region, frames)
 }
 
 fn block(dx: f64, dy: f64) -> Region {
@@ -295,9 +295,9 @@ fn odd_starts_are_survived() {
         }
     }
     let nan = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
-    let setup = ENTRY.build_from_text("{}").unwrap();
+    let config = ENTRY.build_from_text("{}").unwrap();
     let s = sequence(false);
-    assert!(setup.start(&testing::context(&s, 1), &frames[0], &nan).is_err());
+    assert!(config.start(&testing::context(&s, 1), &frames[0], &nan).is_err());
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn grows_and_shrinks_with_its_target() {
             (got.w / want - 1.0).abs() < 0.1 && (got.w - got.h).abs() < 1e-9,
             "{got:?} instead of {want}"
         );
-        assert!((got.centre().0 - 80.0).abs() < 1.5 && (got.centre().1 - 60.0).abs() < 1.5, "{got:?}");
+        assert!((got.center().0 - 80.0).abs() < 1.5 && (got.center().1 - 60.0).abs() < 1.5, "{got:?}");
         assert_eq!(follow("{ scales = 1 }", &Region::Rect(first), &frames).w, 40.0);
     }
 }
@@ -68,7 +68,7 @@ fn large_targets_start_at_a_larger_scale() {
         Frame::from_fn(640, 480, |x, y| small.pixel(x / 4, y / 4))
     };
     let target = Target::new(&Params::default(), &frame(0.0), &Region::Rect(first));
-    assert!(target.scale > 1.7 && (target.size.0 * target.size.1) as f64 <= 1.01 * LARGEST);
+    assert!(target.scale > 1.7 && (target.size.0 * target.size.1) as f64 <= 1.01 * MAX_WINDOW_AREA);
     assert_eq!(target.rect(), first);
     let got = follow("{ scales = 1 }", &Region::Rect(first), &[frame(0.0), frame(12.0)]);
     assert!((got.x - 52.0).abs() <= 2.0 && (got.y - 30.0).abs() <= 2.0 && got.w == 500.0, "{got:?}");
@@ -81,7 +81,7 @@ fn turned_boxes_start_upright_with_their_area() {
     let got = upright(&diamond);
     let half = 0.5_f64.sqrt();
     assert!((got.w - 60.0 * half).abs() < 1e-9 && (got.h - 40.0 * half).abs() < 1e-9);
-    assert!((got.centre().0 - 50.0).abs() < 1e-9 && (got.centre().1 - 40.0).abs() < 1e-9);
+    assert!((got.center().0 - 50.0).abs() < 1e-9 && (got.center().1 - 40.0).abs() < 1e-9);
 }
 
 #[test]

@@ -4,17 +4,17 @@ use super::layout::Fragment;
 use crate::image::integral::{Counts, IntegralHistogram};
 use crate::image::{Frame, luma};
 
-/// State of a particle: centre x and y in pixels, logarithm of the scale against the first frame.
+/// State of a particle: center x and y in pixels, logarithm of the scale against the first frame.
 pub type Place = [f64; 3];
 
-/// Bins of the grey histogram.
-const GREY_BINS: usize = 16;
+/// Bins of the gray histogram.
+const GRAY_BINS: usize = 16;
 /// Bins of the color histogram, 8 a channel.
 const RGB_BINS: usize = 512;
 /// The code of a pixel whose bin no fragment of the model has.
 const NOWHERE: u16 = u16::MAX;
 /// Most counts of an integral histogram: 128 MiB.
-const MOST_COUNTS: usize = 1 << 25;
+const MAX_COUNTS: usize = 1 << 25;
 
 /// A fragment's histogram in the first frame: bins that are not empty and the roots of their shares.
 type Model = Vec<(usize, f64)>;
@@ -48,7 +48,7 @@ struct View {
 impl Evidence {
     /// Learns the fragments of a target at `place` in its first frame.
     pub fn new(rgb: bool, fragments: Vec<Fragment>, frame: &Frame, place: &Place) -> Self {
-        let all = if rgb { RGB_BINS } else { GREY_BINS };
+        let all = if rgb { RGB_BINS } else { GRAY_BINS };
         let known = (0..all as u16).collect();
         let mut one = Self { rgb, fragments, models: Vec::new(), known, bins: all, view: View::default() };
         one.look(frame, std::slice::from_ref(place));
@@ -114,7 +114,7 @@ impl Evidence {
         let area = |f: &Fragment| (f[2] - f[0] + 1.0) * (f[3] - f[1] + 1.0);
         let fragments: f64 = self.fragments.iter().map(area).sum();
         let counting = fragments * places.iter().map(|p| (2.0 * p[2]).exp()).sum::<f64>();
-        view.summed = summing <= MOST_COUNTS && summing as f64 <= 2.0 * counting;
+        view.summed = summing <= MAX_COUNTS && summing as f64 <= 2.0 * counting;
         if view.summed {
             view.integral.build(&view.codes, view.width, self.bins);
         }
@@ -154,8 +154,8 @@ impl View {
     /// rounded (halves up, so that whole shifts keep them), at least one pixel apart and cut to the frame.
     fn window(&self, fragment: &Fragment, &[x, y, s]: &Place) -> ([usize; 4], u32) {
         let scale = s.exp();
-        let span = |centre: f64, from: f64, to: f64, start: i64, room: usize| {
-            let edge = |e: f64| (centre + scale * e + 0.5).floor().clamp(-1e9, 1e9) as i64;
+        let span = |center: f64, from: f64, to: f64, start: i64, room: usize| {
+            let edge = |e: f64| (center + scale * e + 0.5).floor().clamp(-1e9, 1e9) as i64;
             let first = edge(from);
             let end = edge(to).max(first + 1);
             let cut = |v: i64| (v - start).clamp(0, room as i64) as usize;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// How a target is cut into fragments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Layout {
+pub enum FragmentLayout {
     /// The two families of FragTrack: flat strips of about a tenth of the height and half the width, and
     /// upright ones.
     Strips,
@@ -13,10 +13,10 @@ pub enum Layout {
     Grid,
 }
 
-/// A fragment: left, top, right and bottom edge in pixels from the centre of the unscaled target.
+/// A fragment: left, top, right and bottom edge in pixels from the center of the unscaled target.
 pub type Fragment = [f64; 4];
 
-impl Layout {
+impl FragmentLayout {
     /// The fragments of a target of `w` by `h` pixels, at least one, all inside it.
     pub fn fragments(self, w: f64, h: f64, cells: u8) -> Vec<Fragment> {
         match self {
@@ -35,10 +35,10 @@ impl Layout {
 }
 
 /// FragTrack's flat strips: half height `max(1, floor(0.05 h + 0.5))`, half width `max(1, floor(0.25 w))`,
-/// centres a strip's height apart from the top, two beside each other at `floor(w / 4)` from the middle.
+/// centers a strip's height apart from the top, two beside each other at `floor(w / 4)` from the middle.
 fn strips(w: f64, h: f64) -> Vec<Fragment> {
     let (half_w, half_h) = ((0.25 * w).floor().max(1.0), (0.05 * h + 0.5).floor().max(1.0));
-    // Centres that keep the strip inside; of a target smaller than the strip, its middle.
+    // Centers that keep the strip inside; of a target smaller than the strip, its middle.
     let (reach_x, reach_y) = ((w / 2.0 - half_w).max(0.0), (h / 2.0 - half_h).max(0.0));
     let dx = (w / 4.0).floor().min(reach_x);
     // At most 20 by the half height above, but for rounding.

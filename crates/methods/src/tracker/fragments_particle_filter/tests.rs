@@ -26,8 +26,8 @@ fn scene((gx, gy): (i64, i64), (dx, dy): (i64, i64)) -> Frame {
 
 fn track(text: &str, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let setup = ENTRY.build_from_text(text).unwrap();
-    testing::track(&*setup, &sequence, 11, region, frames)
+    let config = ENTRY.build_from_text(text).unwrap();
+    testing::track(&*config, &sequence, 11, region, frames)
 }
 
 fn block(dx: i64, dy: i64) -> Region {
@@ -43,11 +43,11 @@ const VARIANTS: [&str; 5] = [
     "{ histogram = \"grey\", sigma_likelihood = 0.01, sigma_scale = 1, fusion = \"product\" }",
 ];
 
-// The half sizes of the source, worked by hand for 40 x 60: flat strips are 20 x 6 with centres 6 apart, upright
-// ones 4 x 30 with centres 4 apart.
+// The half sizes of the source, worked by hand for 40 x 60: flat strips are 20 x 6 with centers 6 apart, upright
+// ones 4 x 30 with centers 4 apart.
 #[test]
 fn strips_are_those_of_the_source() {
-    let all = Layout::Strips.fragments(40.0, 60.0, 1);
+    let all = FragmentLayout::Strips.fragments(40.0, 60.0, 1);
     assert_eq!(all.len(), 2 * 10 + 2 * 10);
     assert_eq!(all[0], [-20.0, -30.0, 0.0, -24.0]);
     assert_eq!(all[1], [0.0, -30.0, 20.0, -24.0]);
@@ -58,7 +58,7 @@ fn strips_are_those_of_the_source() {
 
 #[test]
 fn the_grid_tiles_the_target() {
-    let all = Layout::Grid.fragments(40.0, 60.0, 3);
+    let all = FragmentLayout::Grid.fragments(40.0, 60.0, 3);
     assert_eq!(all.len(), 9);
     close(all.iter().map(|f| (f[2] - f[0]) * (f[3] - f[1])).sum(), 2400.0, 1e-12);
     assert_eq!((all[0][0], all[0][1], all[8][2], all[8][3]), (-20.0, -30.0, 20.0, 30.0));
@@ -94,7 +94,7 @@ proptest! {
         rgb: bool, grid: bool, many: bool, x in -10.0..130.0, y in -10.0..100.0, s in -0.7..0.7,
     ) {
         let (first, now) = (scene((0, 0), (0, 0)), scene((3, 1), (4, -2)));
-        let layout = if grid { Layout::Grid } else { Layout::Strips };
+        let layout = if grid { FragmentLayout::Grid } else { FragmentLayout::Strips };
         let fragments = layout.fragments(24.0, 30.0, 4);
         let (here, there) = ([52.0, 45.0, 0.0], [x, y, s]);
         let mut evidence = Evidence::new(rgb, fragments.clone(), &first, &here);
@@ -165,7 +165,7 @@ fn a_moving_block_is_followed() {
     for text in ["{}", "{ histogram = \"grey\" }", "{ fusion = \"product\" }", "{ layout = \"grid\" }"] {
         for (t, s) in track(text, &block(0, 0), &frames).iter().enumerate() {
             let ((x, y), (cx, cy)) =
-                (s.region.rect().centre(), block(2 * t as i64, t as i64).rect().centre());
+                (s.region.rect().center(), block(2 * t as i64, t as i64).rect().center());
             assert!((x - cx).hypot(y - cy) < 3.0, "{text} frame {t}");
         }
     }
@@ -184,7 +184,7 @@ fn a_half_hidden_block_is_followed_and_its_hidden_fragments_lose_their_votes() {
             })
             .collect();
     let states = track("{ reliability_rate = 0.1 }", &block(0, 0), &frames);
-    let ((x, y), (cx, cy)) = (states[59].region.rect().centre(), block(29, 0).rect().centre());
+    let ((x, y), (cx, cy)) = (states[59].region.rect().center(), block(29, 0).rect().center());
     assert!((x - cx).hypot(y - cy) < 4.0, "{x} {y}");
     let fixed = track("{ reliability_rate = 0, drop_below = 0 }", &block(0, 0), &frames);
     let likelihood = |s: &TrackerState| s.posterior.as_ref().unwrap().likelihood;

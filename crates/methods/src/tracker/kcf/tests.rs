@@ -12,10 +12,10 @@ proptest! {
     // Odd and broken sizes and places included: nothing is rounded on the way.
     #[test]
     fn whole_cells_are_followed_exactly(
-        dx in -3_i32..4, dy in -3_i32..4, grey in any::<bool>(),
+        dx in -3_i32..4, dy in -3_i32..4, gray in any::<bool>(),
         x in 60.0..64.0, y in 40.0..44.0, w in 24.0..33.0, h in 24.0..33.0,
     ) {
-        let (params, cell) = if grey { ("{ features = \"grey\" }", 1.0) } else { ("{}", 4.0) };
+        let (params, cell) = if gray { ("{ features = \"grey\" }", 1.0) } else { ("{}", 4.0) };
         let (dx, dy) = (cell * f64::from(dx), cell * f64::from(dy));
         let region = Region::Rect(Rect::new(x, y, w, h));
         let got = follow(params, &region, &[texture(0.0, 0.0, 1.0, false), texture(dx, dy, 1.0, false)]);
@@ -41,7 +41,7 @@ fn the_vot_preset_grows_with_its_target() {
     let Region::Rect(r) = follow("{ preset = \"vot\" }", &region, &frames) else { panic!() };
     // It lags behind, as its two other scales count for less: 55 would be right.
     assert!((44.0..58.0).contains(&r.w) && (r.w - r.h).abs() < 1e-9, "{r:?}");
-    assert!((r.centre().0 - 80.0).abs() < 1.5 && (r.centre().1 - 60.0).abs() < 1.5, "{r:?}");
+    assert!((r.center().0 - 80.0).abs() < 1.5 && (r.center().1 - 60.0).abs() < 1.5, "{r:?}");
 }
 
 #[test]
@@ -69,8 +69,8 @@ fn presets_fill_in_what_is_not_given() {
         (&tpami["rate"], &tpami["kernel_width"], &tpami["template"]),
         (&0.02.into(), &0.5.into(), &0.into())
     );
-    let grey = shown("{ features = \"grey\" }");
-    assert_eq!((&grey["rate"], &grey["kernel_width"]), (&0.075.into(), &0.2.into()));
+    let gray = shown("{ features = \"grey\" }");
+    assert_eq!((&gray["rate"], &gray["kernel_width"]), (&0.075.into(), &0.2.into()));
     let vot = shown("{ preset = \"vot\", rate = 0.5 }");
     assert_eq!(
         (&vot["rate"], &vot["kernel_width"], &vot["scale_step"]),

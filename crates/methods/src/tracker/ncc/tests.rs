@@ -130,7 +130,7 @@ fn the_template_follows_at_its_rate() {
         let mut t = Tracking { target: Target::new(&params, &old, &region), params };
         assert_eq!(t.update(&mixed).unwrap().region, region);
         let got = t.target.template;
-        for ((&a, &b), t) in grey(&old, &window).iter().zip(&grey(&mixed, &window)).zip(got) {
+        for ((&a, &b), t) in gray(&old, &window).iter().zip(&gray(&mixed, &window)).zip(got) {
             let want = f64::from(a) + rate * (f64::from(b) - f64::from(a));
             assert!((t - want).abs() < 1e-12);
         }

@@ -1,10 +1,10 @@
-//! Quantised pixels of the searched part of a frame.
+//! Quantized pixels of the searched part of a frame.
 
 use crate::image::{Frame, luma};
 
 /// Values of the color code: 8 x 8 x 8.
 pub const COLORS: usize = 512;
-/// Values of the tone code: 16 grey levels times 16, of which 9 are used: 8 directions and flat.
+/// Values of the tone code: 16 gray levels times 16, of which 9 are used: 8 directions and flat.
 pub const TONES: usize = 256;
 /// The direction code of pixels without a gradient.
 const FLAT: u8 = 8;
@@ -22,12 +22,12 @@ pub struct Codes {
     pub colors: Vec<u16>,
     /// Upper four bits of the luma, then the direction of its gradient.
     pub tones: Vec<u8>,
-    grey: Vec<u8>,
+    gray: Vec<u8>,
 }
 
 impl Codes {
     /// Codes the block of `width` by `height` pixels from `(left, top)` on. A pixel is flat when its
-    /// central differences, in grey levels over two pixels, have a length below `flat_below`.
+    /// central differences, in gray levels over two pixels, have a length below `flat_below`.
     pub fn look(
         &mut self,
         frame: &Frame,
@@ -38,14 +38,14 @@ impl Codes {
         (self.left, self.top, self.width) = (left, top, width);
         self.colors.clear();
         self.tones.clear();
-        self.grey.clear();
+        self.gray.clear();
         let inside = |v: i64, room: usize| v.clamp(0, room as i64 - 1) as usize;
         // A pixel more on every side for the differences.
         let columns: Vec<usize> =
             (-1..=width as i64).map(|i| 3 * inside(left.saturating_add(i), frame.width())).collect();
         for j in -1..=height as i64 {
             let row = frame.row(inside(top.saturating_add(j), frame.height()));
-            self.grey.extend(columns.iter().map(|&i| luma([row[i], row[i + 1], row[i + 2]])));
+            self.gray.extend(columns.iter().map(|&i| luma([row[i], row[i + 1], row[i + 2]])));
             if (0..height as i64).contains(&j) {
                 self.colors.extend(columns[1..=width].iter().map(|&i| {
                     let [r, g, b] = [row[i], row[i + 1], row[i + 2]].map(|v| u16::from(v >> 5));
@@ -57,7 +57,7 @@ impl Codes {
         let limit = ((flat_below * flat_below).ceil() as i32).max(1);
         let stride = width + 2;
         for j in 1..=height {
-            let row = |j: usize| &self.grey[j * stride..][..stride];
+            let row = |j: usize| &self.gray[j * stride..][..stride];
             let (above, here, below) = (row(j - 1), row(j), row(j + 1));
             self.tones.extend((1..=width).map(|i| {
                 let gx = i32::from(here[i + 1]) - i32::from(here[i - 1]);

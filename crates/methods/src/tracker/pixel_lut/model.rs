@@ -27,9 +27,9 @@ pub struct Example {
 pub struct Model {
     /// Color weights, [`COLORS`] a cell.
     pub colors: Vec<f32>,
-    /// Weights of grey levels (even rows) and directions (odd rows), 16 each, 32 a cell.
+    /// Weights of gray levels (even rows) and directions (odd rows), 16 each, 32 a cell.
     pub tones: Vec<f32>,
-    /// What is looked up: the weights that were not shrunk away, grey level and direction added up.
+    /// What is looked up: the weights that were not shrunk away, gray level and direction added up.
     lut_colors: Vec<f32>,
     lut_tones: Vec<f32>,
     sizes: Vec<u32>,
@@ -58,8 +58,8 @@ impl Model {
         let weights = self.colors.chunks_exact(COLORS).zip(self.tones.chunks_exact(32));
         let mut sum = 0.0;
         for ((&color, &tone), (colors, tones)) in cells.zip(weights) {
-            let (grey, direction) = (usize::from(tone >> 4), usize::from(tone & 15));
-            sum += colors[usize::from(color) % COLORS] + tones[grey] + tones[16 + direction];
+            let (gray, direction) = (usize::from(tone >> 4), usize::from(tone & 15));
+            sum += colors[usize::from(color) % COLORS] + tones[gray] + tones[16 + direction];
         }
         sum
     }
@@ -130,9 +130,9 @@ impl Model {
         }
         for (lut, w) in self.lut_tones.chunks_exact_mut(TONES).zip(self.tones.chunks_exact(32)) {
             let directions: [f32; 16] = std::array::from_fn(|d| kept(w[16 + d]));
-            for (row, grey) in lut.chunks_exact_mut(16).zip(w) {
-                let grey = kept(*grey);
-                row.iter_mut().zip(directions).for_each(|(l, d)| *l = grey + d);
+            for (row, gray) in lut.chunks_exact_mut(16).zip(w) {
+                let gray = kept(*gray);
+                row.iter_mut().zip(directions).for_each(|(l, d)| *l = gray + d);
             }
         }
     }

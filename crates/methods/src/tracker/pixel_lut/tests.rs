@@ -29,8 +29,8 @@ fn scene((gx, gy): (i64, i64), (dx, dy): (i64, i64), side: f64) -> Frame {
 
 fn track(text: &str, region: &Region, frames: &[Frame]) -> Vec<TrackerState> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let setup = ENTRY.build_from_text(text).unwrap();
-    testing::track(&*setup, &sequence, 0, region, frames)
+    let config = ENTRY.build_from_text(text).unwrap();
+    testing::track(&*config, &sequence, 0, region, frames)
 }
 
 fn block(dx: f64, dy: f64) -> Region {
@@ -57,7 +57,7 @@ fn codes_are_those_of_their_definition() {
     // Beyond the border on all sides.
     let (left, top, width, height) = (-3, -2, 127, 101);
     codes.look(&frame, (left, top), (width, height), 16.0);
-    let grey = |x: i64, y: i64| f64::from(luma(frame.pixel_clamped(x, y)));
+    let gray = |x: i64, y: i64| f64::from(luma(frame.pixel_clamped(x, y)));
     let mut sharp = 0;
     for j in 0..height {
         for i in 0..width {
@@ -65,8 +65,8 @@ fn codes_are_those_of_their_definition() {
             let (color, tone) = (codes.colors[j * width + i], codes.tones[j * width + i]);
             let [r, g, b] = frame.pixel_clamped(x, y).map(|v| u16::from(v) / 32);
             assert_eq!(color, 64 * r + 8 * g + b);
-            assert_eq!(f64::from(tone / 16), (grey(x, y) / 16.0).floor());
-            let (gx, gy) = (grey(x + 1, y) - grey(x - 1, y), grey(x, y + 1) - grey(x, y - 1));
+            assert_eq!(f64::from(tone / 16), (gray(x, y) / 16.0).floor());
+            let (gx, gy) = (gray(x + 1, y) - gray(x - 1, y), gray(x, y + 1) - gray(x, y - 1));
             if gx.hypot(gy) < 16.0 {
                 assert_eq!(tone % 16, 8);
             } else if gx * gy != 0.0 && gx.abs() != gy.abs() {
@@ -103,7 +103,7 @@ fn windows_are_scored_by_their_weights() {
         let mut expected = 0.0;
         for v in 0..7 {
             for u in 0..5 {
-                // The cell's centre, in pixels of the block of codes.
+                // The cell's center, in pixels of the block of codes.
                 let x = rect.x + (f64::from(u) + 0.5) * 17.0 / 5.0 + dx as f64 - 6.0;
                 let y = rect.y + (f64::from(v) + 0.5) * 23.5 / 7.0 + dy as f64 - 6.0;
                 let at = (y.floor() as i64 - codes.top) as usize * codes.width

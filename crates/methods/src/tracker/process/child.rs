@@ -15,11 +15,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// So many bytes of stderr are remembered, and so many lines and characters a line are told.
-const REMEMBERED: usize = 4 << 10;
-const LINES_TOLD: usize = 5;
-const LONGEST_TOLD: usize = 200;
+const MAX_STDERR_BYTES: usize = 4 << 10;
+const MAX_LINES: usize = 5;
+const MAX_LINE_CHARS: usize = 200;
 /// Messages on their way to it or from it; there is one at a time, unless it does what it should not.
-const UNDERWAY: usize = 4;
+const MAX_QUEUED: usize = 4;
 /// How long a process may take to end after it was asked to, or after its stdout has.
 const GRACE: Duration = Duration::from_secs(2);
 /// How long the end of stderr is waited for, which a process that has left the group may hold open.
@@ -49,8 +49,8 @@ impl<T: Send + 'static> Child<T> {
         let name = command.get_program().to_string_lossy().into_owned();
         let mut process = command.spawn().map_err(|e| format!("cannot start `{name}`: {e}"))?;
         let guard = Guard::new(process.id(), folder);
-        let (ask, asked) = sync_channel::<String>(UNDERWAY);
-        let (answer, answers) = sync_channel(UNDERWAY);
+        let (ask, asked) = sync_channel::<String>(MAX_QUEUED);
+        let (answer, answers) = sync_channel(MAX_QUEUED);
         let (end, stderr_ended) = sync_channel(1);
         let stderr = Arc::new(Mutex::new(VecDeque::new()));
         if let Some(mut stdin) = process.stdin.take() {
@@ -124,11 +124,11 @@ impl<T: Send + 'static> Child<T> {
             self.stderr.lock().unwrap_or_else(PoisonError::into_inner).iter().copied().collect();
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
-        let last = &lines[lines.len().saturating_sub(LINES_TOLD)..];
+        let last = &lines[lines.len().saturating_sub(MAX_LINES)..];
         if last.is_empty() {
             return said;
         }
-        let last: Vec<_> = last.iter().map(|l| shorten_to(&visible(l.trim_end()), LONGEST_TOLD)).collect();
+        let last: Vec<_> = last.iter().map(|l| shorten_to(&visible(l.trim_end()), MAX_LINE_CHARS)).collect();
         format!("{said}; its stderr ends with: {}", last.join(" | "))
     }
 
@@ -184,7 +184,7 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
             Ok(n) => {
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                 kept.extend(&buffer[..n]);
-                let surplus = kept.len().saturating_sub(REMEMBERED);
+                let surplus = kept.len().saturating_sub(MAX_STDERR_BYTES);
                 kept.drain(..surplus);
             }
         }

@@ -52,16 +52,16 @@ fn as_told(region: &Region, regions: Regions) -> Region {
 }
 
 /// Longest answer in lines, in bytes.
-const LONGEST_LINE: u64 = 16 << 10;
+const MAX_LINE_BYTES: u64 = 16 << 10;
 
 /// The next line without its end.
 fn read_line(stream: &mut impl BufRead) -> Option<Result<String, String>> {
     let mut bytes = Vec::new();
-    match stream.take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
+    match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
         Err(e) => return Some(Err(format!("its stdout broke: {e}"))),
         Ok(0) => return None,
-        Ok(n) if n as u64 == LONGEST_LINE => {
-            return Some(Err(format!("received a line of {LONGEST_LINE} bytes and more")));
+        Ok(n) if n as u64 == MAX_LINE_BYTES => {
+            return Some(Err(format!("received a line of {MAX_LINE_BYTES} bytes and more")));
         }
         Ok(_) => {}
     }

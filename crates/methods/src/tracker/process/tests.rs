@@ -124,7 +124,7 @@ fn moved(x: f64) -> TrackerState {
 fn a_program_is_told_frames_and_its_answers_are_the_track() {
     let script = Script::new(Protocol::Lines, GOOD);
     let states = script.track(4).unwrap();
-    assert_eq!(states, [TrackerState::initialised(rect()), moved(2.0), moved(3.0), moved(4.0)]);
+    assert_eq!(states, [TrackerState::initialized(rect()), moved(2.0), moved(3.0), moved(4.0)]);
     assert_eq!(script.read("environment"), "99 4 more \n");
     let log = script.read("log");
     let lines: Vec<Vec<&str>> = log.lines().map(|l| l.split('\t').collect()).collect();
@@ -184,7 +184,7 @@ fn polygons_are_told_to_those_who_read_them() {
         script.program.regions = regions;
         let sequence = rendered();
         let (mut tracker, first) = script.start(&sequence, 0, &turned).unwrap();
-        assert_eq!(first, TrackerState::initialised(turned.clone()));
+        assert_eq!(first, TrackerState::initialized(turned.clone()));
         let triangle = Region::Polygon(vec![(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]);
         assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), TrackerState::tracked(triangle));
         assert_eq!(script.read("log").trim_end().split('\t').nth(2), Some(expected.as_str()));
@@ -359,7 +359,7 @@ fn trax_trackers_of_versions_1_to_3_are_followed() {
     for version in ["", "trax.version=1", "trax.version=2", "\"trax.version=3\" trax.channels=color;"] {
         let script = trax(&format!("{version} trax.name=x"), "\"'$n',2.5,3,4\" \"confidence=0.5\"");
         let states = script.track(3).unwrap();
-        assert_eq!(states, [TrackerState::initialised(rect()), moved(2.0), moved(3.0)], "{version}");
+        assert_eq!(states, [TrackerState::initialized(rect()), moved(2.0), moved(3.0)], "{version}");
         assert_eq!(script.read("environment"), "1 99 4\n");
         let log = script.read("log");
         let lines: Vec<&str> = log.lines().collect();
@@ -404,7 +404,7 @@ fn an_answer_without_a_place_repeats_the_last() {
     let states = trax("", "0").track(3).unwrap();
     assert_eq!(
         states,
-        [TrackerState::initialised(rect()), TrackerState::tracked(rect()), TrackerState::tracked(rect())]
+        [TrackerState::initialized(rect()), TrackerState::tracked(rect()), TrackerState::tracked(rect())]
     );
 }
 

@@ -46,7 +46,7 @@ impl TrackerConfig for Drifting {
         region: &Region,
     ) -> Result<StartedTracker, TrackerError> {
         let tracker = (region.clone(), context.start_frame);
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -141,10 +141,10 @@ fn what_a_track_depends_on_is_said() {
     let with = |p: RunProtocol| p.over(Arc::new(Drifting));
     for p in RunProtocol::ALL {
         assert_eq!(RunProtocol::from_name(p.name()), Some(p));
-        let setup = with(p);
-        assert_eq!(setup.uses_run(), p.runs().is_some());
-        assert_eq!(setup.uses_seed(), p == RunProtocol::VotRegionNoise);
-        let shown = setup.params().to_string();
+        let config = with(p);
+        assert_eq!(config.uses_run(), p.runs().is_some());
+        assert_eq!(config.uses_seed(), p == RunProtocol::VotRegionNoise);
+        let shown = config.params().to_string();
         assert_eq!(shown.contains(p.name()), p != RunProtocol::OnePass, "{shown}");
     }
 }
@@ -161,10 +161,10 @@ proptest! {
     fn disturbed_boxes_stay_near(seed in any::<u64>(), w in 4.0..90.0, h in 4.0..90.0) {
         let rect = Rect::new(7.0, 9.0, w, h);
         let region = disturbed(rect, &mut seed::rng(seed));
-        let (near, (x, y)) = (region.rect(), rect.centre());
+        let (near, (x, y)) = (region.rect(), rect.center());
         prop_assert!((near.w / w - 1.0).abs() <= 0.1 && (near.h / h - 1.0).abs() <= 0.1);
-        prop_assert!((near.centre().0 - x).abs() <= 0.1 * w + 1e-9);
-        prop_assert!((near.centre().1 - y).abs() <= 0.1 * h + 1e-9);
+        prop_assert!((near.center().0 - x).abs() <= 0.1 * w + 1e-9);
+        prop_assert!((near.center().1 - y).abs() <= 0.1 * h + 1e-9);
         prop_assert!(Areas::Exact.overlap(&region, &Region::Rect(rect), None) > 0.0);
     }
 }

@@ -90,8 +90,8 @@ fn the_first_pixel_may_be_given() {
     for bad in ["2", "-1", "\"0\"", "0.5", "true"] {
         assert!(ENTRY.build_from_text(&format!("{{ results = \"a\", base = {bad} }}")).is_err(), "{bad}");
     }
-    let setup = ENTRY.build_from_text("{ results = \"a\", base = 0 }").unwrap();
-    assert_eq!(setup.params()["base"], 0);
+    let config = ENTRY.build_from_text("{ results = \"a\", base = 0 }").unwrap();
+    assert_eq!(config.params()["base"], 0);
     // Not given is no key of an address, so that those of before stay.
     assert!(ENTRY.build_from_text(ENTRY.example).unwrap().params().get("base").is_none());
 }
@@ -181,9 +181,9 @@ fn paths_stay_under_the_data_root() {
     }
     assert!(ENTRY.build_from_text("{ results = \"a\", more = 1 }").is_err());
     assert!(ENTRY.build_from_text("{ results = \"a\", label = \" \" }").is_err());
-    let setup = ENTRY.build_from_text(ENTRY.example).unwrap();
-    assert_eq!(setup.params()["results"], "otb/OPE/STRUCK");
-    assert_eq!(setup.params()["without_area"], "error");
+    let config = ENTRY.build_from_text(ENTRY.example).unwrap();
+    assert_eq!(config.params()["results"], "otb/OPE/STRUCK");
+    assert_eq!(config.params()["without_area"], "error");
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn plays_in_order_and_again() {
     let region = s.truth[0].clone().unwrap();
     for _ in 0..2 {
         let (mut tracker, first) = replay("a").start(&context, &frame, &region).unwrap();
-        // The file starts one frame before the range used, so this is no initialisation.
+        // The file starts one frame before the range used, so this is no initialization.
         assert_eq!((first.region.rect().x, first.status), (1.0, Status::Tracked));
         assert_eq!(tracker.update(&frame).unwrap().region.rect().x, 2.0);
         assert!(tracker.update(&frame).is_err());
@@ -208,11 +208,11 @@ fn real_results_cover_the_real_sequences() {
     let root = trackfail_testing::real_data();
     let otb = Catalog::default().suite("otb-dtef20").unwrap().load(Some(&root)).sequences;
     for tracker in ["OPE/STRUCK", "OPE/MEEM", "OPE/MUSTer", "TRE/IVT"] {
-        let setup = replay(&format!("otb/{tracker}"));
+        let config = replay(&format!("otb/{tracker}"));
         for s in &otb {
-            let states = setup.read(s, 0, Some(&root)).unwrap();
+            let states = config.read(s, 0, Some(&root)).unwrap();
             assert_eq!(states.len(), s.len());
-            assert_eq!(states[0].status, Status::Initialised);
+            assert_eq!(states[0].status, Status::Initialized);
             // OTB starts every tracker with the ground truth; Struck rounds, IVT draws its own.
             let truth = s.truth[0].as_ref().unwrap();
             let share = states[0].region.intersection(truth) / truth.area();
@@ -226,13 +226,13 @@ fn real_results_cover_the_real_sequences() {
         ("CFTTracker/baseline_lite", 1),
         ("kalman/baseline_lite_25", 1),
     ] {
-        let setup = replay(&format!("vot2014/{tracker}"));
+        let config = replay(&format!("vot2014/{tracker}"));
         for s in &vot {
             for run in 0..runs {
-                let states = setup.read(s, run, Some(&root)).unwrap();
+                let states = config.read(s, run, Some(&root)).unwrap();
                 assert_eq!(states.len(), s.len());
             }
-            assert!(matches!(setup.read(s, runs, Some(&root)), Err(TrackerError::Missing(_))));
+            assert!(matches!(config.read(s, runs, Some(&root)), Err(TrackerError::Missing(_))));
         }
     }
 }

@@ -38,7 +38,7 @@ pub fn kind(path: &Path, bytes: &[u8]) -> Result<Kind, DatasetError> {
         _ => Err(DatasetError::line(
             path,
             1,
-            "neither VOT's mark `1`, with which a run begins (an initialisation), nor the four numbers \
+            "neither VOT's mark `1`, with which a run begins (an initialization), nor the four numbers \
              x,y,w,h of a GOT-10k result",
         )),
     }

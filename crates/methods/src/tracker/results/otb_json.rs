@@ -12,7 +12,7 @@
 //! corner(u, v) = (p1 + p3 u + p4 v, p2 + p5 u + p6 v)      u = -w/2, w/2     v = -h/2, h/2
 //! ```
 //!
-//! Trackers start with the centre at `x + w/2` of the 1-based box, so the corners are 1-based like the box
+//! Trackers start with the center at `x + w/2` of the 1-based box, so the corners are 1-based like the box
 //! and are shifted by one like it. Other kinds of rows are refused.
 
 use super::{Base, Boxes, align};

@@ -1,6 +1,6 @@
 //! Result files of the VOT reset protocol (VOT2014 and its toolkit): a frame a line.
 //!
-//! A line with one number is a mark: `1`, initialised with the ground truth; `2`, failure in this frame; `0`,
+//! A line with one number is a mark: `1`, initialized with the ground truth; `2`, failure in this frame; `0`,
 //! skipped or unknown. Other lines are regions: 4 values `x,y,w,h` or the corners of a polygon, in the
 //! ground truth's coordinates, which count from 0 unless the caller says otherwise. The box that failed is not in the file, so frames marked `2` and `0` repeat
 //! the last region, with a status that says so.
@@ -15,7 +15,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Another number of lines than frames, other marks, regions that are none, a mark before the first
-/// initialisation, and an initialisation where there is no ground truth.
+/// initialization, and an initialization where there is no ground truth.
 pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<TrackerState>, DatasetError> {
     parse(path, &text::read_capped(path)?, truth)
 }
@@ -53,19 +53,19 @@ pub fn parse_from(
         let last = states.last().map(|s| s.region.clone());
         let repeat = |status| match last {
             Some(region) => Ok(TrackerState { region, status, posterior: None }),
-            None => Err(fault("the run does not begin with an initialisation (a line `1`)")),
+            None => Err(fault("the run does not begin with an initialization (a line `1`)")),
         };
         let values = text::numbers(row).map_err(|m| fault(&m))?;
         states.push(match values[..] {
             [1.0] => match truth {
-                Some(region) => TrackerState::initialised(region.clone()),
-                None => return Err(fault("an initialisation in a frame without ground truth")),
+                Some(region) => TrackerState::initialized(region.clone()),
+                None => return Err(fault("an initialization in a frame without ground truth")),
             },
             [2.0] => repeat(Status::Failed)?,
             [0.0] => repeat(Status::Skipped)?,
-            [_] => return Err(fault("a mark is 0 (skipped), 1 (initialised) or 2 (failure)")),
+            [_] => return Err(fault("a mark is 0 (skipped), 1 (initialized) or 2 (failure)")),
             _ if states.is_empty() => {
-                return Err(fault("the run does not begin with an initialisation (a line `1`)"));
+                return Err(fault("the run does not begin with an initialization (a line `1`)"));
             }
             _ => {
                 let region = Region::from_numbers(&values).map_err(|e| fault(&e.to_string()))?;
@@ -101,15 +101,15 @@ mod tests {
         let states = read_text(b"1\r\n9,0,1,1\r\n2\r\n0\r\n1\r\n0,0,0,5,6,5,6,0", 6).unwrap();
         let what: Vec<_> = states.iter().map(|s| (s.status, s.region.clone())).collect();
         let polygon = Region::Polygon(vec![(0.0, 0.0), (0.0, 5.0), (6.0, 5.0), (6.0, 0.0)]);
-        use Status::{Failed, Initialised, Skipped, Tracked};
+        use Status::{Failed, Initialized, Skipped, Tracked};
         assert_eq!(
             what,
             [
-                (Initialised, rect(0.0)),
+                (Initialized, rect(0.0)),
                 (Tracked, rect(9.0)),
                 (Failed, rect(9.0)),
                 (Skipped, rect(9.0)),
-                (Initialised, rect(4.0)),
+                (Initialized, rect(4.0)),
                 (Tracked, polygon)
             ]
         );

@@ -20,7 +20,7 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
     let mut text = String::new();
     for (region, status) in regions.iter().zip(status) {
         let _ = match status {
-            Status::Initialised => writeln!(text, "1"),
+            Status::Initialized => writeln!(text, "1"),
             Status::Failed => writeln!(text, "2"),
             Status::Skipped | Status::Waiting => writeln!(text, "0"),
             Status::Tracked => writeln!(text, "{}", numbers(region)),
@@ -51,9 +51,9 @@ mod tests {
     fn marks_and_regions() {
         let square = Region::Rect(Rect::new(0.1, -2.0, 3.0, 4.5));
         let turned = Region::Polygon(vec![(0.0, 0.0), (4.0, 1.0), (3.0, 5.0)]);
-        use Status::{Failed, Initialised, Skipped, Tracked};
+        use Status::{Failed, Initialized, Skipped, Tracked};
         let regions = [square.clone(), turned, square.clone(), square.clone(), square.clone()];
-        let text = vot(&regions, &[Initialised, Tracked, Failed, Skipped, Tracked]);
+        let text = vot(&regions, &[Initialized, Tracked, Failed, Skipped, Tracked]);
         assert_eq!(text, "1\n0,0,4,1,3,5\n2\n0\n0.1,-2,3,4.5\n");
         assert_eq!(otb(std::slice::from_ref(&square)), "1.1,-1,3,4.5\n");
         assert_eq!(boxes(std::slice::from_ref(&square), Base::One), "1.1,-1,3,4.5\n");
@@ -68,7 +68,7 @@ mod tests {
             let regions: Vec<Region> =
                 boxes.iter().map(|b| Region::Rect(Rect::new(b.0, b.1, b.2, b.3))).collect();
             let mut status = vec![Status::Tracked; regions.len()];
-            status[0] = Status::Initialised;
+            status[0] = Status::Initialized;
             let truth: Vec<_> = regions.iter().cloned().map(Some).collect();
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("a_001.txt");

@@ -11,12 +11,12 @@ proptest! {
 
     #[test]
     fn whole_cells_are_followed_without_bias(
-        dx in -3_i32..4, dy in -3_i32..4, grey in any::<bool>(), x in 60.0..64.0, y in 40.0..44.0,
+        dx in -3_i32..4, dy in -3_i32..4, gray in any::<bool>(), x in 60.0..64.0, y in 40.0..44.0,
     ) {
         // The window is exactly as large as the sample, so that shifts of the frame are shifts of the cells.
         let first = Rect::new(x, y, 32.0, 24.0);
         let (dx, dy) = (4.0 * f64::from(dx), 4.0 * f64::from(dy));
-        let frames = [texture(0.0, 0.0, 1.0, grey), texture(dx, dy, 1.0, grey)];
+        let frames = [texture(0.0, 0.0, 1.0, gray), texture(dx, dy, 1.0, gray)];
         let got = follow("{}", &Region::Rect(first), &frames);
         let want = first.shifted(dx, dy);
         prop_assert!((got.x - want.x).abs() < 1e-6 && (got.y - want.y).abs() < 1e-6, "{:?} {:?}", got, want);
@@ -42,17 +42,17 @@ fn grows_and_shrinks_with_its_target() {
 #[test]
 fn channels_are_those_of_the_table() {
     let region = Region::Rect(Rect::new(60.0, 40.0, 32.0, 24.0));
-    for (grey, names, channels) in
+    for (gray, names, channels) in
         [(false, true, 42), (false, false, 32), (true, true, 33), (true, false, 33)]
     {
         let p = Params { color_names: names, ..Params::default() };
-        let frame = texture(0.0, 0.0, 1.0, grey);
+        let frame = texture(0.0, 0.0, 1.0, gray);
         let mut target = Target::new(&p, &frame, &region);
         target.look(&p, &frame, 1.0);
         let cells = 20 * 15;
         assert_eq!(target.features.len(), channels * cells);
         let extra = &target.features[31 * cells..];
-        // Centre (76.5, 52.5), window 80 x 60: the first sample is at (38, 23.5), between columns 37 and 38 of row 23.
+        // Center (76.5, 52.5), window 80 x 60: the first sample is at (38, 23.5), between columns 37 and 38 of row 23.
         let place = |x: usize, y: usize| {
             let mut sum = [0.0; 3];
             for j in 0..4 {
@@ -69,7 +69,7 @@ fn channels_are_those_of_the_table() {
         let want = place(37 + 4 * 3, 23 + 4 * 5) / 255.0 - 0.5;
         let got = f64::from(extra[5 * 20 + 3]);
         assert!((got - want).abs() < 2e-3, "{got} {want}");
-        if grey {
+        if gray {
             assert_eq!(extra[..cells], extra[cells..]);
         }
     }

@@ -90,7 +90,7 @@ impl Subspace {
             }
             leave(&self.basis, &work.difference, &work.coefficients, &mut work.next);
             if iteration > 0 {
-                let now = penalised(&work.next, lambda);
+                let now = penalized(&work.next, lambda);
                 if (objective - now).abs() < tolerance {
                     break;
                 }
@@ -182,7 +182,7 @@ fn leave(basis: &[f32], difference: &[f32], z: &[f32], out: &mut [f32]) {
 
 /// `sum (r - e)^2 + lambda |e|_1`.
 #[multiversion(targets("x86_64+avx2"))]
-fn penalised(residuals: &[f32], lambda: f32) -> f32 {
+fn penalized(residuals: &[f32], lambda: f32) -> f32 {
     sum_of(residuals, |r| {
         let kept = r.abs().min(lambda);
         kept * kept + lambda * (r.abs() - kept)

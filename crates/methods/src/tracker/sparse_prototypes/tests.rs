@@ -101,12 +101,12 @@ fn scene(x: i64, y: i64, hidden: i64) -> Frame {
     Frame::from_fn(160, 120, |j, i| {
         let (u, v) = (j as i64 - x, i as i64 - y);
         let (a, b) = (u as f64, v as f64);
-        let grey = if (0..40).contains(&u) && (0..40).contains(&v) {
+        let gray = if (0..40).contains(&u) && (0..40).contains(&v) {
             if v >= 40 - hidden { 250.0 } else { 120.0 + 60.0 * (0.3 * a).sin() * (0.4 * b).cos() + a }
         } else {
             70.0 + 20.0 * (0.05 * j as f64).sin() + 0.2 * i as f64
         };
-        [grey as u8; 3]
+        [gray as u8; 3]
     })
 }
 
@@ -115,13 +115,13 @@ fn block(x: f64, y: f64) -> Region {
 }
 
 fn track(entry: &Entry<dyn TrackerConfig>, text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
-    let setup = entry.build_from_text(text).unwrap();
+    let config = entry.build_from_text(text).unwrap();
     let sequence = sequence();
-    testing::track(&*setup, &sequence, seed, &block(30.0, 20.0), frames)
+    testing::track(&*config, &sequence, seed, &block(30.0, 20.0), frames)
 }
 
-fn centres(states: &[TrackerState]) -> Vec<(f64, f64)> {
-    states.iter().map(|s| s.region.rect().centre()).collect()
+fn centers(states: &[TrackerState]) -> Vec<(f64, f64)> {
+    states.iter().map(|s| s.region.rect().center()).collect()
 }
 
 // Without bias: the mean error is well below the spread of the candidates around the best place.
@@ -131,7 +131,7 @@ fn a_target_that_moves_by_whole_pixels_is_followed() {
     for entry in [&ENTRY, &ivt::ENTRY] {
         let states = track(entry, "{ noise = [3, 3, 0, 0, 0, 0] }", &frames, 5);
         let mut bias = (0.0, 0.0);
-        for (t, (x, y)) in (0..).map(f64::from).zip(centres(&states)) {
+        for (t, (x, y)) in (0..).map(f64::from).zip(centers(&states)) {
             let error = (x - 50.0 - 2.0 * t, y - 40.0 - t);
             assert!(error.0.abs() < 1.0 && error.1.abs() < 1.0, "{} frame {t}: {error:?}", entry.kind);
             bias = (bias.0 + error.0 / 40.0, bias.1 + error.1 / 40.0);
@@ -148,7 +148,7 @@ fn occlusion_moves_sp_less_than_ivt() {
     let errors = [&ENTRY, &ivt::ENTRY].map(|entry| {
         let states = track(entry, "{ max_basis = 4, noise = [3, 3, 0.01, 0, 0, 0] }", &frames, 5);
         let error = |(t, (x, y)): (usize, (f64, f64))| (x - 50.0 - (t / 2) as f64).hypot(y - 40.0);
-        centres(&states).into_iter().enumerate().skip(30).map(error).sum::<f64>() / 30.0
+        centers(&states).into_iter().enumerate().skip(30).map(error).sum::<f64>() / 30.0
     });
     assert!(3.0 * errors[0] < errors[1] && errors[0] < 4.0, "{errors:?}");
 }

@@ -146,7 +146,7 @@ fn keys_have_an_alphabet_and_a_length() {
 
 #[test]
 fn messages_stand_among_other_output() {
-    let noise = "x".repeat(3 * LONGEST_MESSAGE);
+    let noise = "x".repeat(3 * MAX_MESSAGE_BYTES);
     let text =
         format!("loading\n{noise}\n\n@@TRAX:hello\r\n@@trax\nfps: 12 @@TRAX:quit\n@@TRAX:state 1,2,3,4");
     // A small buffer, so that lines come in pieces.
@@ -169,7 +169,7 @@ fn a_message_without_end_is_refused_and_not_stored() {
     let endless = std::io::Read::chain(&b"log\n@@TRAX:state "[..], Endless);
     let mut reader = Reader::new(std::io::BufReader::new(endless));
     assert!(matches!(reader.read(), Err(TraxError::TooLong)));
-    let line = format!("@@TRAX:quit a={}", "b".repeat(LONGEST_MESSAGE));
+    let line = format!("@@TRAX:quit a={}", "b".repeat(MAX_MESSAGE_BYTES));
     assert!(matches!(parse(line.as_bytes()), Err(TraxError::TooLong)));
 }
 
@@ -187,7 +187,7 @@ fn messages_are_written_as_the_library_writes_them() {
     assert_eq!(quit("trax.reason", "").unwrap(), "@@TRAX:quit \"trax.reason=\"\n");
     assert!(quit("a b", "").unwrap_err().to_string().contains("the key `a b`"));
     assert!(quit("", "").is_err() && quit("a", "\0").is_err());
-    assert!(quit("a", &"b".repeat(LONGEST_MESSAGE)).is_err());
+    assert!(quit("a", &"b".repeat(MAX_MESSAGE_BYTES)).is_err());
     let nowhere = Message::Frame { image: PathBuf::new(), properties: Properties::new() };
     assert!(write(&nowhere).is_err());
     let hello = Hello { version: 5, images: vec![], regions: vec![], properties: Properties::new() };

@@ -18,7 +18,7 @@
 //! resampled in every frame, afterwards w = 1/N
 //! ```
 //!
-//! `x`, `y` is the centre in pixels, 0-based as in [`crate::region`], `s` the logarithm of the scale
+//! `x`, `y` is the center in pixels, 0-based as in [`crate::region`], `s` the logarithm of the scale
 //! against the first region, kept only with `sigma_scale` above 0. Fragments keep their places in the
 //! region and are rounded to whole pixels; pixels beyond the frame are not counted, and a fragment without
 //! a pixel has `d_k = 1`. Fragments with `r_k < drop_below / K` have no vote in `L` until they recover; the
@@ -49,7 +49,7 @@ use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use evidence::{Evidence, Place};
-pub use layout::Layout;
+pub use layout::FragmentLayout;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -60,7 +60,8 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum Histogram {
     /// Luma, 16 bins.
-    Grey,
+    #[serde(rename = "grey")]
+    Gray,
     /// Red, green and blue, 8 x 8 x 8 bins.
     Rgb,
 }
@@ -84,7 +85,7 @@ pub struct Params {
     /// Histograms of the fragments.
     pub histogram: Histogram,
     /// How the target is cut into fragments.
-    pub layout: Layout,
+    pub layout: FragmentLayout,
     /// Cells a side of the layout `grid`, from 1 to 16.
     pub cells: u8,
     /// How fragments make one likelihood.
@@ -95,7 +96,7 @@ pub struct Params {
     pub drop_below: f64,
     /// Deviation `sigma` of a fragment's likelihood, from 0.01 to 10.
     pub sigma_likelihood: f64,
-    /// Deviation of the centre's noise in x and in y, in pixels a frame, from 0 to 1000.
+    /// Deviation of the center's noise in x and in y, in pixels a frame, from 0 to 1000.
     pub sigma_position: f64,
     /// Deviation of the noise of the logarithm of the scale a frame, from 0 (size fixed) to 1.
     pub sigma_scale: f64,
@@ -108,7 +109,7 @@ impl Default for Params {
         Self {
             particles: 400,
             histogram: Histogram::Rgb,
-            layout: Layout::Strips,
+            layout: FragmentLayout::Strips,
             cells: 4,
             fusion: Fusion::Votes,
             reliability_rate: 0.02,
@@ -175,7 +176,7 @@ impl TrackerConfig for FragmentsParticleFilter {
             return Err(TrackerError::Broken(what.into()));
         }
         let p = &self.0;
-        let (x, y) = rect.centre();
+        let (x, y) = rect.center();
         let place = [x, y, 0.0];
         let fragments = p.layout.fragments(rect.w, rect.h, p.cells);
         let mut evidence = Evidence::new(p.histogram == Histogram::Rgb, fragments, frame, &place);
@@ -187,7 +188,7 @@ impl TrackerConfig for FragmentsParticleFilter {
         let likelihood = fuse(p, &rho, &votes(&reliabilities, p.drop_below), 1.0);
         let posterior = moments(p, &cloud, likelihood);
         let state =
-            TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(posterior) };
+            TrackerState { region: region.clone(), status: Status::Initialized, posterior: Some(posterior) };
         let tracker = Tracking {
             params: p.clone(),
             rng: seed::rng(context.seed),

@@ -162,7 +162,7 @@ impl TrackerConfig for Process {
         };
         let (peer, images) = start().map_err(|fault| place.error(index, fault))?;
         let tracker = Tracking { place, files, next: index + 1, peer, images };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 

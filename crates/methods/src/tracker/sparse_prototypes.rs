@@ -3,7 +3,7 @@
 //! for what hides it. The tracker SP of Khalid, Cavallaro and Rinner (BMVC 2016).
 //!
 //! ```text
-//! y_i: the 32 x 32 window of candidate i, grey / 256;   d = mu - y_i;   U: basis of k vectors, 1024 x k
+//! y_i: the 32 x 32 window of candidate i, gray / 256;   d = mu - y_i;   U: basis of k vectors, 1024 x k
 //! k = 0        E = |d|^2
 //! k < K        E = |d - U U'd|^2
 //! k = K        min over z, e of |d - U z - e|^2 + lambda |e|_1, by turns, from e = 0:
@@ -17,7 +17,7 @@
 //! Candidates, weights and the posterior's moments are as in `affine_candidates`; the posterior's likelihood is
 //! that of the estimate. After every `batch` kept windows `mu` and `U` take them in
 //! ([`crate::num::incremental_pca`]), up to `K = max_basis` vectors. The state is `(x, y, s, theta, r, phi)`:
-//! centre in pixels, width as a multiple of 32 pixels, rotation, height over width and skew, the angles in
+//! center in pixels, width as a multiple of 32 pixels, rotation, height over width and skew, the angles in
 //! radians ([`crate::image::warp`]). The region is a rectangle while both angles are 0, else four corners.
 //!
 //! The alternation is that of the authors' program (2012), not of the paper where the two differ: the
@@ -40,17 +40,17 @@
 //!   width and height together with a quarter turn of the skew.
 //! - The first batch gives at most `batch - 1` vectors; see [`crate::num::incremental_pca`].
 //! - A share equal to one of the two bounds belongs to the middle. The program then repeats the last window.
-//! - The grid of the template is centred; see [`crate::image::warp`]. Sides stay between 1 pixel and four
+//! - The grid of the template is centered; see [`crate::image::warp`]. Sides stay between 1 pixel and four
 //!   times the frame's longer side.
 
 mod likelihood;
 #[cfg(test)]
 mod tests;
 
-use super::affine_candidates::{Candidates, Limits, PIXELS, TEMPLATE, check, weigh};
+use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
 use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
-use crate::image::{Frame, Grey};
+use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
@@ -59,7 +59,7 @@ use likelihood::{Alternation, Comparison, Subspace, error};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// A grey level.
+/// A gray level.
 const LEVEL: f32 = 1.0 / 256.0;
 
 /// Parameters.
@@ -78,7 +78,7 @@ pub struct Params {
     pub batch: usize,
     /// Weight of what is known when new windows come, above 0 and at most 1.
     pub forgetting: f64,
-    /// Threshold and price `lambda` of an occluded pixel, in grey levels of 1, above 0 and at most 1.
+    /// Threshold and price `lambda` of an occluded pixel, in gray levels of 1, above 0 and at most 1.
     pub lambda: f64,
     /// Most iterations of the alternation, from 1 to 1000.
     pub iterations: usize,
@@ -246,7 +246,7 @@ impl Tracking {
     ) -> Result<StartedTracker, TrackerError> {
         let tracker = Self::new(model, seed, frame, region)?;
         let posterior = Some(tracker.candidates.certain(&tracker.estimate, 1.0));
-        let state = TrackerState { region: region.clone(), status: Status::Initialised, posterior };
+        let state = TrackerState { region: region.clone(), status: Status::Initialized, posterior };
         Ok((Box::new(tracker), state))
     }
 
@@ -255,9 +255,9 @@ impl Tracking {
         let Some(geometry) = TEMPLATE.geometry(region) else {
             return Err(TrackerError::Broken(format!("{}: the first region is no region", model.name)));
         };
-        let estimate = Limits::of(frame).keep(geometry);
+        let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
+        TEMPLATE.sample(&Gray::of(frame), &estimate, LEVEL, &mut window);
         let mut tracker = Self {
             rng: seed::rng(seed),
             candidates: Candidates::new(model.samples, model.noise),
@@ -315,18 +315,18 @@ impl Tracking {
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let grey = Grey::of(frame);
-        self.candidates.draw(&self.estimate, &Limits::of(frame), &mut self.rng);
+        let gray = Gray::of(frame);
+        self.candidates.draw(&self.estimate, &SideLimits::of(frame), &mut self.rng);
         let mut window = vec![0.0; PIXELS];
         let mut logarithms = Vec::with_capacity(self.candidates.states.len());
         for k in 0..self.candidates.states.len() {
-            TEMPLATE.sample(&grey, &self.candidates.states[k], LEVEL, &mut window);
+            TEMPLATE.sample(&gray, &self.candidates.states[k], LEVEL, &mut window);
             logarithms.push(-f64::from(self.cost(&window)) / self.model.scale);
         }
         let (weights, best) = weigh(&logarithms);
         let posterior = self.candidates.moments(&weights, logarithms[best].exp());
         self.estimate = self.candidates.states[best];
-        TEMPLATE.sample(&grey, &self.estimate, LEVEL, &mut window);
+        TEMPLATE.sample(&gray, &self.estimate, LEVEL, &mut window);
         if self.clean(&mut window) {
             self.learn(&window);
         }

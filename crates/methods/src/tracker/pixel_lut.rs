@@ -2,7 +2,7 @@
 //! and Rinner (BMVC 2016, Table 2) judge: a window classifier of look-up tables, learned online.
 //!
 //! PLT_14 (Heng, Lim, Niu and Li) is known from half a page in the VOT2013 and VOT2014 reports; there is no
-//! paper and no code. From there: a linear classifier on quantised colors, grey levels and gradients,
+//! paper and no code. From there: a linear classifier on quantized colors, gray levels and gradients,
 //! evaluated by looking up every pixel's code; a structural SVM learned online; a soft mask of the target
 //! from color histograms; shrinking of weak features; size from scores projected back to the pixels; one
 //! scale, no motion model, nothing random. All numbers and everything below those words are choices made
@@ -15,8 +15,8 @@
 //! w <- w + min(C, l / (d' M d)) M d,  d = phi(y*) - phi(y),  where l > 0
 //! ```
 //!
-//! `phi` is one-hot: three codes a cell (color 8 x 8 x 8, grey level 16, direction of the gradient 8 or
-//! flat) at the pixel that holds the cell's centre, each of length `1 / sqrt(3 cells)`. `M` is diagonal: `f
+//! `phi` is one-hot: three codes a cell (color 8 x 8 x 8, gray level 16, direction of the gradient 8 or
+//! flat) at the pixel that holds the cell's center, each of length `1 / sqrt(3 cells)`. `M` is diagonal: `f
 //! + (1 - f) P`, with `P` the probability that the color under the cell in `y*` is the target's rather than
 //! its surroundings' (histograms of 16 x 16 x 16, equal priors) and `f` the `mask_floor`. The update is the
 //! passive-aggressive one (Crammer et al., JMLR 7, 2006, PA-I) for the structured loss of Struck (Hare,
@@ -28,14 +28,14 @@
 //! step `rounds` times on the worst of them; then one step on the worst window of every remembered frame.
 //! The first frame is remembered for good and learned in four such passes, the others are a queue. A frame
 //! whose best score is below `learn_above` times its running mean over the frames that taught (rate 0.05)
-//! teaches nothing: the target is hidden or lost. Windows whose centre leaves the frame are not considered;
+//! teaches nothing: the target is hidden or lost. Windows whose center leaves the frame are not considered;
 //! pixels beyond the border repeat it.
 //!
 //! With `size_rate` above 0 the box follows the target's extent `e` (standard deviations of the pixels that
 //! the back-projected weights tell from their surroundings, see `extent.rs`) against the first frame's,
 //! `e_0`: both sides times `1 + size_rate (sqrt(e_x e_y / (e_x0 e_y0)) - 1)`, between 0.95 and 1.05.
 //!
-//! The box is the region's rectangle, cut to the frame's size around its centre; the answer has the
+//! The box is the region's rectangle, cut to the frame's size around its center; the answer has the
 //! region's own sides in proportion.
 //!
 //! Defaults: radius and loss are Struck's; 16 cells a side and `learn_above` are those with the fewest lost
@@ -70,7 +70,7 @@ pub struct Params {
     pub cells: usize,
     /// How far is searched in every direction, in pixels, from 1 to 100.
     pub search_radius: usize,
-    /// Pixels whose gradient is shorter are flat, in grey levels over two pixels, from 0 to 400.
+    /// Pixels whose gradient is shorter are flat, in gray levels over two pixels, from 0 to 400.
     pub flat_below: f64,
     /// Longest step C of the passive-aggressive update, from 0.001 to 1000.
     pub aggressiveness: f64,
@@ -175,7 +175,7 @@ impl TrackerConfig for PixelLut {
             return Err(TrackerError::Broken("pixel-lut: the first region is no region".into()));
         }
         let p = &self.0;
-        let (cx, cy) = given.centre();
+        let (cx, cy) = given.center();
         let (w, h) = (given.w.clamp(1.0, frame.width() as f64), given.h.clamp(1.0, frame.height() as f64));
         let rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);
         let cells = |side: f64| (side.round() as usize).clamp(1, p.cells);
@@ -215,7 +215,7 @@ impl TrackerConfig for PixelLut {
         }
         target.usual = target.model.score(&target.memory[0].target);
         let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialised(region.clone())))
+        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }
 
@@ -315,7 +315,7 @@ impl Tracker for Tracking {
                 t.resize(p, frame);
             }
         }
-        let (cx, cy) = t.rect.centre();
+        let (cx, cy) = t.rect.center();
         let (w, h) = (t.rect.w * t.stretch.0, t.rect.h * t.stretch.1);
         Ok(TrackerState::tracked(Region::Rect(Rect::new(cx - w / 2.0, cy - h / 2.0, w, h))))
     }
@@ -349,7 +349,7 @@ impl Target {
         let (Some((x0, y0)), Some((x, y))) = (self.extent, self.measure(p)) else { return };
         let ratio = ((x / x0) * (y / y0)).sqrt();
         let factor = (1.0 + p.size_rate * (ratio - 1.0)).clamp(0.95, 1.05);
-        let (cx, cy) = self.rect.centre();
+        let (cx, cy) = self.rect.center();
         let (w, h) = (self.rect.w * factor, self.rect.h * factor);
         if w.min(h) >= 4.0 && w <= frame.width() as f64 && h <= frame.height() as f64 {
             self.rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);
@@ -363,11 +363,11 @@ impl Target {
         self.model.scan(&self.codes, &grid.columns, &grid.rows, side, &mut self.scores);
     }
 
-    /// Highest score of a window whose centre is in the frame, and its shift; among equals the nearest,
+    /// Highest score of a window whose center is in the frame, and its shift; among equals the nearest,
     /// then the topmost, then the leftmost.
     fn best(&self, p: &Params, frame: &Frame) -> (f32, (usize, usize)) {
         let r = p.search_radius as i64;
-        let (cx, cy) = self.rect.centre();
+        let (cx, cy) = self.rect.center();
         let inside = |c: f64, d: i64, room: usize| (0.0..=room as f64).contains(&(c + d as f64));
         let mut best = (f32::NEG_INFINITY, i64::MAX, (p.search_radius, p.search_radius));
         for (row, dy) in self.scores.chunks_exact(2 * p.search_radius + 1).zip(-r..) {

@@ -1,4 +1,4 @@
-//! Grey values.
+//! Gray values.
 
 use super::Frame;
 
@@ -8,9 +8,9 @@ pub fn luma([r, g, b]: [u8; 3]) -> u8 {
     ((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000) as u8
 }
 
-/// A grey image, rows from the top, pixels from the left, a byte each.
+/// A gray image, rows from the top, pixels from the left, a byte each.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Grey {
+pub struct Gray {
     /// Width in pixels.
     pub width: usize,
     /// Height in pixels.
@@ -19,7 +19,7 @@ pub struct Grey {
     pub values: Vec<u8>,
 }
 
-impl Grey {
+impl Gray {
     /// The luma of every pixel of a frame.
     pub fn of(frame: &Frame) -> Self {
         let values = frame.bytes().chunks_exact(3).map(|p| luma([p[0], p[1], p[2]])).collect();
@@ -38,8 +38,8 @@ mod tests {
         let pixels: [[u8; 3]; 6] =
             [[0, 0, 0], [255, 255, 255], [255, 0, 0], [0, 255, 0], [0, 0, 255], [12, 200, 99]];
         let frame = Frame::from_fn(3, 2, |x, y| pixels[3 * y + x]);
-        let grey = Grey::of(&frame);
-        assert_eq!((grey.width, grey.height), (3, 2));
-        assert_eq!(grey.values, [0, 255, 76, 150, 29, 132]);
+        let gray = Gray::of(&frame);
+        assert_eq!((gray.width, gray.height), (3, 2));
+        assert_eq!(gray.values, [0, 255, 76, 150, 29, 132]);
     }
 }

@@ -38,8 +38,9 @@ use serde::{Deserialize, Serialize};
 /// What happened in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// The tracker was (re)initialised with the ground truth.
-    Initialised,
+    /// The tracker was (re)initialized with the ground truth.
+    #[serde(rename = "Initialised")]
+    Initialized,
     /// An ordinary frame.
     Tracked,
     /// A reset protocol declared failure in this frame; the region is the one that failed, or repeats the last
@@ -84,9 +85,9 @@ impl TrackerState {
         Self { region, status: Status::Tracked, posterior: None }
     }
 
-    /// The answer to an initialisation.
-    pub fn initialised(region: Region) -> Self {
-        Self { region, status: Status::Initialised, posterior: None }
+    /// The answer to an initialization.
+    pub fn initialized(region: Region) -> Self {
+        Self { region, status: Status::Initialized, posterior: None }
     }
 }
 

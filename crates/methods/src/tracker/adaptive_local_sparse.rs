@@ -4,7 +4,7 @@
 //! multi-hypothesis estimation on sparse appearance models.
 //!
 //! ```text
-//! y: the 32 x 32 window of a candidate, grey / 255, of length 1; y_j its patch j = 1..9: 16 x 16, step 8, length 1
+//! y: the 32 x 32 window of a candidate, gray / 255, of length 1; y_j its patch j = 1..9: 16 x 16, step 8, length 1
 //! D: the patches of 10 templates, 256 x 90
 //! b_j = argmin 1/2 |y_j - D b|^2 + lambda |b|_1,  b >= 0          local sparse codes
 //! v_j(p) = sum over templates of b_j(p),  v_j <- v_j / sum v_j    how much place p explains patch j
@@ -16,7 +16,7 @@
 //! is also the posterior's likelihood. The state is that of [`super::sparse_prototypes`]; so is the region.
 //!
 //! In frames 1 to 10 the templates are collected: the annotation, then in each frame the candidate whose
-//! pixels are nearest (L2, not normalised) to the window before. From then on every 5 frames: the 5 windows
+//! pixels are nearest (L2, not normalized) to the window before. From then on every 5 frames: the 5 windows
 //! are taken into the principal components ([`crate::num::incremental_pca`]; first made of the templates, at
 //! most 10 vectors `U` and mean `m`); the last window is coded by `[U, I]` with the same `lambda`; one template
 //! i = 2..10 is taken away with probability `2^(i-1) / 1022`, and `U c + m` of length 1 added as the last. The first
@@ -36,28 +36,28 @@
 //!   nothing here. Codes of candidates are non-negative either way.
 //! - Codes are found to `tolerance` by an active set ([`crate::num::lasso`]), theirs by LARS.
 //! - The answer to the first frame is the annotation, with confidence 9.
-//! - The grid of the template is centred; see [`crate::image::warp`]. Sides stay between 1 pixel and four
+//! - The grid of the template is centered; see [`crate::image::warp`]. Sides stay between 1 pixel and four
 //!   times the frame's longer side. A window without light has confidence 0.
 
 mod coding;
 #[cfg(test)]
 mod tests;
 
-use super::affine_candidates::{Candidates, Limits, PIXELS, TEMPLATE, check, weigh};
+use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
 use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
-use crate::image::{Frame, Grey};
+use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
-use coding::{Coding, Dictionary, PATCHES, normalise};
+use coding::{Coding, Dictionary, PATCHES, normalize};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// A grey level.
+/// A gray level.
 const LEVEL: f32 = 1.0 / 255.0;
 /// Number of templates.
 const TEMPLATES: usize = 10;
@@ -154,9 +154,9 @@ impl TrackerConfig for AdaptiveLocalSparse {
             return Err(TrackerError::Broken("adaptive-local-sparse: the first region is no region".into()));
         };
         let p = &self.0;
-        let estimate = Limits::of(frame).keep(geometry);
+        let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Grey::of(frame), &estimate, LEVEL, &mut window);
+        TEMPLATE.sample(&Gray::of(frame), &estimate, LEVEL, &mut window);
         let tracker = Tracking {
             params: p.clone(),
             candidates: Candidates::new(p.samples, p.noise),
@@ -171,7 +171,7 @@ impl TrackerConfig for AdaptiveLocalSparse {
             target: Target::new(estimate, window),
         };
         let posterior = Some(tracker.candidates.certain(&estimate, PATCHES as f64));
-        let state = TrackerState { region: region.clone(), status: Status::Initialised, posterior };
+        let state = TrackerState { region: region.clone(), status: Status::Initialized, posterior };
         Ok((Box::new(tracker), state))
     }
 }
@@ -190,7 +190,7 @@ struct Tracking {
 #[derive(Clone)]
 struct Target {
     estimate: Geometry,
-    /// The window of the frame before, not normalised.
+    /// The window of the frame before, not normalized.
     last: Vec<f32>,
     /// 1 to 10 windows of length 1, the oldest first.
     templates: Vec<Vec<f32>>,
@@ -204,7 +204,7 @@ impl Target {
     /// The first template.
     fn new(estimate: Geometry, window: Vec<f32>) -> Self {
         let mut template = window.clone();
-        normalise(&mut template);
+        normalize(&mut template);
         let templates = vec![template];
         Self {
             estimate,
@@ -224,7 +224,7 @@ impl Target {
     fn learn(&mut self, window: Vec<f32>, params: &Params, coder: &Lasso, draw: impl FnOnce() -> f64) {
         let mut template = window.clone();
         self.last = window;
-        normalise(&mut template);
+        normalize(&mut template);
         let double = |v: &[f32]| v.iter().map(|v| f64::from(*v)).collect::<Vec<f64>>();
         if self.collecting() {
             self.templates.push(template);
@@ -249,7 +249,7 @@ impl Target {
         for (c, u) in c.iter().zip(&atoms) {
             recovered.iter_mut().zip(u).for_each(|(r, u)| *r += c * u);
         }
-        normalise(&mut recovered);
+        normalize(&mut recovered);
         self.templates.remove(replaced(draw()));
         self.templates.push(recovered);
         self.dictionary = Dictionary::of(&self.templates);
@@ -277,20 +277,20 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         let Self { params, candidates, coder, work, rng, target } = self;
-        let grey = Grey::of(frame);
-        candidates.draw(&target.estimate, &Limits::of(frame), rng);
+        let gray = Gray::of(frame);
+        candidates.draw(&target.estimate, &SideLimits::of(frame), rng);
         let collecting = target.collecting();
         let mut window = vec![0.0; PIXELS];
         let (mut confidences, mut nearest) = (Vec::new(), (f64::INFINITY, 0));
         for (k, candidate) in candidates.states.iter().enumerate() {
-            TEMPLATE.sample(&grey, candidate, LEVEL, &mut window);
+            TEMPLATE.sample(&gray, candidate, LEVEL, &mut window);
             if collecting {
                 let to_last = distance(&window, &target.last);
                 if to_last < nearest.0 {
                     nearest = (to_last, k);
                 }
             }
-            normalise(&mut window);
+            normalize(&mut window);
             confidences.push(target.dictionary.confidence(&window, coder, work));
         }
         // A confidence of 0 has a logarithm far below all others.
@@ -299,7 +299,7 @@ impl Tracker for Tracking {
         let chosen = if collecting { nearest.1 } else { best };
         let posterior = candidates.moments(&weights, confidences[chosen]);
         target.estimate = candidates.states[chosen];
-        TEMPLATE.sample(&grey, &target.estimate, LEVEL, &mut window);
+        TEMPLATE.sample(&gray, &target.estimate, LEVEL, &mut window);
         target.learn(window, params, coder, || rng.random());
         let region = TEMPLATE.region(&target.estimate);
         Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })

@@ -8,13 +8,13 @@
 //! k(r) = 1 - r^2                                       r: distance in half axes, r < 1; sum_u p_u = 1
 //! rho(x) = sum_u sqrt(p_u(x) q_u)                      q: the histogram of the first ellipse
 //! L(x) = exp((rho(x) - 1) / (2 sigma_c^2))             in (0, 1], high is good
-//! w[t] = w[t-1] L(x[t]),  normalised to sum 1
+//! w[t] = w[t-1] L(x[t]),  normalized to sum 1
 //! m = sum w x,  C = sum w (x - m)(x - m)'              the estimate and its covariance
 //! resampled when 1 / sum w^2 < 0.6 N, afterwards w = 1/N
 //! ```
 //!
-//! `x`, `y` is the centre, `Hx`, `Hy` are half axes, all in pixels, 0-based as in [`crate::region`]; a pixel is
-//! inside when its centre is. `theta` is in radians from the x axis towards the y axis, which points down.
+//! `x`, `y` is the center, `Hx`, `Hy` are half axes, all in pixels, 0-based as in [`crate::region`]; a pixel is
+//! inside when its center is. `theta` is in radians from the x axis towards the y axis, which points down.
 //! Frames go in the order propagate, weigh, estimate, resample: mean, covariance, effective number of
 //! samples and, with `keep_particles`, the particles are those *before* resampling, with the weights
 //! carried over from frames without. The region is the rectangle around the mean's ellipse along its axes. The
@@ -51,7 +51,7 @@ use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
-use histogram::{Binning, Ellipse, Grid, Histogram, MOST_A_CHANNEL, Model};
+use histogram::{Binning, Ellipse, Grid, Histogram, MAX_BINS, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -68,7 +68,7 @@ pub enum ColorSpace {
     Auto,
     /// Red, green, blue.
     Rgb,
-    /// Hue, saturation and value, each in `[0, 1]`; hue of greys 0.
+    /// Hue, saturation and value, each in `[0, 1]`; hue of grays 0.
     Hsv,
 }
 
@@ -81,7 +81,7 @@ pub enum Kernel {
     /// 1.
     Uniform,
     /// No pixels but random points, new ones for each particle, at uniform radius and angle (hence
-    /// denser towards the centre).
+    /// denser towards the center).
     Points,
 }
 
@@ -109,7 +109,7 @@ pub struct Params {
     pub kernel: Kernel,
     /// Points of the kernel `points`, from 1 to 10000.
     pub points: u32,
-    /// Deviation of the centre's noise in x and in y, in pixels a frame, from 0 to 1000.
+    /// Deviation of the center's noise in x and in y, in pixels a frame, from 0 to 1000.
     pub sigma_position: f64,
     /// Deviation of the noise of each half axis, in pixels a frame, from 0 to 1000.
     pub sigma_axes: f64,
@@ -193,8 +193,8 @@ impl ColorParticleFilter {
         if !(1..=10_000).contains(&p.points) {
             return Err(ParamError::out_of_range("points", "from 1 to 10000", p.points));
         }
-        if let Some(bins) = p.bins.iter().find(|b| !(1..=MOST_A_CHANNEL).contains(b)) {
-            let rule = format!("three numbers from 1 to {MOST_A_CHANNEL}");
+        if let Some(bins) = p.bins.iter().find(|b| !(1..=MAX_BINS).contains(b)) {
+            let rule = format!("three numbers from 1 to {MAX_BINS}");
             return Err(ParamError::out_of_range("bins", &rule, bins));
         }
         Ok(Self(p))
@@ -241,7 +241,7 @@ impl TrackerConfig for ColorParticleFilter {
             ColorSpace::Hsv => true,
         };
         let (deviations, mut rng) = (self.deviations(), seed::rng(context.seed));
-        let limits = Limits::new(p, frame);
+        let limits = EllipseLimits::new(p, frame);
         let first = limits.keep(annotated);
         let mut cloud = Cloud::new(first, p.particles);
         if p.initial_spread > 0.0 {
@@ -255,7 +255,7 @@ impl TrackerConfig for ColorParticleFilter {
         let model = Model::new(&shares);
         let moments = moments(p, &cloud, &cloud.posterior(), histogram.likeness(&model));
         let state =
-            TrackerState { region: region.clone(), status: Status::Initialised, posterior: Some(moments) };
+            TrackerState { region: region.clone(), status: Status::Initialized, posterior: Some(moments) };
         let params = p.clone();
         let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model, rho: Vec::new() };
         Ok((Box::new(tracker), state))
@@ -279,7 +279,7 @@ struct Tracking {
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         let Self { params, deviations, rng, colors, cloud, shares, model, rho } = self;
-        let limits = Limits::new(params, frame);
+        let limits = EllipseLimits::new(params, frame);
         cloud.diffuse(deviations, |e| limits.keep(e), || rng.sample(StandardNormal));
         colors.look(frame, &cloud.states);
         rho.clear();
@@ -377,7 +377,7 @@ fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness
 
 /// What keeps ellipses within bounds.
 #[derive(Debug, Clone, Copy)]
-struct Limits {
+struct EllipseLimits {
     /// Shortest half axis in pixels.
     shortest: f64,
     /// Longest half axis in pixels, not below `shortest`.
@@ -386,7 +386,7 @@ struct Limits {
     wrap: bool,
 }
 
-impl Limits {
+impl EllipseLimits {
     fn new(params: &Params, frame: &Frame) -> Self {
         let shortest = params.minimum_axis;
         let longest = (frame.width().max(frame.height()) as f64).max(shortest);
@@ -417,7 +417,7 @@ fn relative_likelihoods(rho: &[f64], sigma: f64) -> impl Iterator<Item = f64> {
 /// their upright bounds. The axis nearer to the x axis is `Hx`.
 fn ellipse(region: &Region) -> Ellipse {
     let rect = region.rect();
-    let (x, y) = rect.centre();
+    let (x, y) = rect.center();
     let theta = match region {
         Region::Polygon(p) if p.len() == 4 => {
             // The rule of `Region::rect`: the side nearer to the x axis is the width.

@@ -1,5 +1,5 @@
-//! Numerics without files: seeds, filters, time series models, distributions and their fits,
-//! particles, comparisons of methods.
+//! Numerics: seeds, transforms, time series models, distributions and their fits, particles, sparse codes,
+//! comparisons of methods.
 
 pub mod accumulation;
 pub mod arma;
@@ -16,7 +16,7 @@ pub mod ranks;
 pub mod seed;
 pub mod special;
 
-/// Bytes as lower-case hexadecimal digits, two a byte.
+/// Bytes as lowercase hexadecimal digits, two per byte.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

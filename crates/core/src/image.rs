@@ -1,11 +1,11 @@
-//! Pixels without files: frames, integer windows on them, filters.
+//! Frames in memory, windows on them, and their features.
 
 pub mod color_names;
 mod decode;
 pub mod distribution;
 mod encode;
 mod frame;
-mod grey;
+mod gray;
 pub mod hog;
 pub mod integral;
 pub mod patch;
@@ -14,14 +14,14 @@ mod window;
 
 /// Version of everything between an image file and a [`Frame`]; part of every track's address.
 ///
-/// Raised whenever a decoded pixel changes, which a golden digest in the tests tells.
+/// Raised whenever a decoded pixel changes; a golden digest in the tests notices that.
 /// - 1: first version.
 pub const DECODER: u32 = 1;
 
-pub use decode::{LARGEST_FILE, LONGEST_SIDE, MOST_PIXELS, decode, size};
+pub use decode::{MAX_FILE_BYTES, MAX_PIXELS, MAX_SIDE, decode, size};
 pub use encode::encode_png;
 pub use frame::{Frame, ImageError};
-pub use grey::{Grey, luma};
+pub use gray::{Gray, luma};
 pub use window::Window;
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 //! [`Component::scale`] in the unit of the samples. Components are sorted by their mean `eta theta`.
 //!
 //! * [`Binned`] keeps millions of samples as exact sums on about 20000 cells;
-//! * [`fit`] and [`fit_all`] maximise the likelihood for one `K` and for `K = 1..=k_max`;
+//! * [`fit`] and [`fit_all`] maximize the likelihood for one `K` and for `K = 1..=k_max`;
 //! * [`select`] chooses `K` by dAIC and dBIC (Eq. 14 and 15).
 
 mod binned;
@@ -20,15 +20,15 @@ pub mod select;
 mod start;
 
 pub use binned::{Binned, Clipped, FLOOR, SampleError};
-pub use fit::{Fit, FitError, FitOptions, Origin, fit, fit_all};
+pub use fit::{Fit, FitError, FitOptions, FitOrigin, fit, fit_all};
 
 use super::special::{gamma_cdf, gamma_survival, ln_gamma};
 use rand::{Rng, RngExt};
 use rand_distr::Distribution;
 use serde::{Deserialize, Serialize};
 
-/// Largest shape of a component. At this shape the standard deviation is 1 % of the mean; what is narrower
-/// is a value that repeats, and its likelihood has no bound.
+/// Largest shape of a component. At this shape the standard deviation is 1 % of the mean; anything narrower
+/// is a value that repeats, whose likelihood has no bound.
 pub const MAX_SHAPE: f64 = 1e4;
 
 /// Smallest weight of a component of a fit.
@@ -83,10 +83,10 @@ impl TryFrom<Unchecked> for Mixture {
     }
 }
 
-/// Why components are no mixture.
+/// Why components do not make a mixture.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MixtureError {
-    /// None, or more than [`MAX_COMPONENTS`].
+    /// No component, or more than [`MAX_COMPONENTS`].
     #[error("a mixture has 1 to {MAX_COMPONENTS} components, not {0}")]
     Count(usize),
     /// A parameter out of its range.
@@ -103,8 +103,8 @@ impl Mixture {
     /// Checks the components and sorts them by mean.
     ///
     /// # Errors
-    /// No or too many components, parameters out of range, weights whose sum is off 1 by more than 1e-6. What
-    /// they are off by less is left as it is, so that a mixture survives being written and read.
+    /// No or too many components, parameters out of range, weights whose sum differs from 1 by more than 1e-6. A
+    /// smaller difference is kept as it is, so that a mixture that is written and read again stays the same.
     pub fn new(mut components: Vec<Component>) -> Result<Self, MixtureError> {
         if components.is_empty() || components.len() > MAX_COMPONENTS {
             return Err(MixtureError::Count(components.len()));
