@@ -1,26 +1,26 @@
-//! What every list of plugins shares: an entry per kind, parameters that are checked once, and errors
-//! that know which part of the experiment file they are about.
+//! Lists of plugins: an entry per kind, parameters that are checked once, and errors that know which part of
+//! the experiment file they are about.
 
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 
-/// Raw parameters on their way in: a TOML value that still knows its place in the file.
+/// Unchecked parameters: a TOML value that still knows its place in the file.
 pub type RawParams<'i> = toml::de::ValueDeserializer<'i>;
 
-/// Parameters that are refused.
+/// Why parameters are refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct ParamError {
-    /// What is wrong and what would be right, for people.
+    /// The fault and the remedy, for people.
     pub message: String,
-    /// The parameter it is about, where one is to blame.
+    /// The parameter at fault, unless several are.
     pub key: Option<&'static str>,
     /// Byte range in the text that was read, where the reader knows it.
     pub span: Option<Range<usize>>,
 }
 
 impl ParamError {
-    /// A value out of its range; `rule` says what holds for good ones.
+    /// The error for a value out of its range; `rule` completes "must be ...".
     pub fn out_of_range(key: &'static str, rule: &str, got: impl std::fmt::Display) -> Self {
         Self { message: format!("`{key}` must be {rule}, not {got}"), key: Some(key), span: None }
     }
@@ -29,7 +29,7 @@ impl ParamError {
 /// Reads a plugin's parameters; unknown keys and wrong types are errors with their place.
 ///
 /// # Errors
-/// What serde says, with the byte range in the text.
+/// The message of the parser, with the byte range in the text.
 pub fn read_params<P: DeserializeOwned>(raw: RawParams<'_>) -> Result<P, ParamError> {
     P::deserialize(raw).map_err(|e| ParamError {
         message: e.message().to_string(),
@@ -38,7 +38,7 @@ pub fn read_params<P: DeserializeOwned>(raw: RawParams<'_>) -> Result<P, ParamEr
     })
 }
 
-/// Checks parameters against closed ranges: each has its key, its value, and the least and the largest good value.
+/// Checks parameters against closed ranges, each given as key, value, minimum and maximum.
 ///
 /// # Errors
 /// For the first one outside its range; NaN is outside every range.
@@ -53,7 +53,7 @@ pub fn check_ranges<T: PartialOrd + std::fmt::Display>(
     })
 }
 
-/// Checked parameters, with defaults filled in, as they enter keys and manifests.
+/// Parameters as JSON, with defaults filled in, as they enter addresses and manifests.
 pub fn show_params<P: serde::Serialize>(params: &P) -> serde_json::Value {
     serde_json::to_value(params).unwrap_or(serde_json::Value::Null)
 }
@@ -68,7 +68,7 @@ pub struct Entry<T: ?Sized + 'static> {
     pub summary: &'static str,
     /// Smallest complete parameters as an inline TOML table, for tests and help.
     pub example: &'static str,
-    /// Checks parameters and makes the plugin; afterwards it cannot fail for its parameters.
+    /// Checks the parameters and builds the plugin.
     pub build: fn(RawParams<'_>) -> Result<Box<T>, ParamError>,
     /// JSON Schema of the parameters.
     pub schema: fn() -> schemars::Schema,
@@ -78,7 +78,7 @@ impl<T: ?Sized> Entry<T> {
     /// Builds from an inline TOML table such as `{ below = 0.039 }`.
     ///
     /// # Errors
-    /// As `build`, and for text that is no TOML value.
+    /// As `build`, and for text that is not a TOML value.
     pub fn build_from_text(&self, text: &str) -> Result<Box<T>, ParamError> {
         let raw = RawParams::parse(text).map_err(|e| ParamError {
             message: e.message().to_string(),
@@ -94,7 +94,7 @@ pub fn find<T: ?Sized>(list: &'static [Entry<T>], kind: &str) -> Option<&'static
     list.iter().find(|e| e.kind == kind)
 }
 
-/// The word of `known` that is nearest to `word`, when it is near enough to be meant.
+/// The word of `known` that is nearest to `word`, if it is near enough for a misspelling.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -104,11 +104,12 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
-/// `unknown signal `x`, did you mean `y`?`, or the list of what there is.
+/// The message about an unknown word: it suggests the nearest known word, or lists all known ones.
 pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match nearest(word, known.iter().copied()) {
         Some(near) => format!("unknown {what} `{word}`; did you mean `{near}`?"),
+        None if known.is_empty() => format!("unknown {what} `{word}`: there is none yet"),
         None => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
     }
 }
@@ -116,6 +117,17 @@ pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k s
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_unknown_word_leads_to_the_known_ones() {
+        let message = |known: &[&str]| unknown("signal", "histgram", known.iter().copied());
+        assert_eq!(
+            message(&["posterior", "histogram"]),
+            "unknown signal `histgram`; did you mean `histogram`?"
+        );
+        assert_eq!(message(&["a", "b"]), "unknown signal `histgram`; there is: a, b");
+        assert_eq!(message(&[]), "unknown signal `histgram`: there is none yet");
+    }
 
     #[test]
     fn the_first_value_outside_its_range_is_refused() {

@@ -167,7 +167,7 @@ impl Kcf {
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "kcf",
     version: 1,
-    summary: "kernelised correlation filter on oriented gradients or grey values",
+    summary: "kernelized correlation filter on oriented gradients or gray values",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),

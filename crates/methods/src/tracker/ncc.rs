@@ -73,7 +73,7 @@ impl Ncc {
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "ncc",
     version: 1,
-    summary: "normalised cross-correlation with a fixed grey template",
+    summary: "normalized cross-correlation with a fixed gray template",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Ncc::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),

@@ -109,7 +109,7 @@ impl Samf {
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "samf",
     version: 1,
-    summary: "kernelised correlation filter on gradients and colors, at seven scales",
+    summary: "kernelized correlation filter on gradients and colors, at seven scales",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Samf::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
