@@ -9,6 +9,7 @@ pub mod analysis;
 pub mod builtin;
 pub mod claim;
 pub mod error;
+pub mod figure;
 pub mod limits;
 pub mod method;
 pub mod programs;
@@ -27,10 +28,11 @@ use crate::score::chance::Chance;
 use crate::tracker::TrackerConfig;
 use crate::tracker::protocol::RunProtocol;
 use claim::Claim;
+use figure::Figure;
 use method::Method;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use table::{Figure, Published, Table};
+use table::{Published, Table};
 
 /// Role of the suite that results are about.
 pub const TEST: &str = "test";

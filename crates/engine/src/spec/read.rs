@@ -2,6 +2,7 @@
 //! the reading, with its line.
 
 use super::error::{Source, SpecError};
+use super::figure::{Figure, read_figure};
 use super::limits::{self, LONGEST, MOST_DETECTORS};
 use super::table::{self, Words};
 use super::{Experiment, TEST, Tracker, analysis, claim, method, wire};
@@ -129,8 +130,8 @@ pub fn parse_with(
     }
     let mut figures = Vec::new();
     for f in &wire.figure {
-        check_twice(source, "figure", &f.name, figures.iter().map(|f: &table::Figure| f.name.as_str()))?;
-        figures.push(table::read_figure(source, f, &words)?);
+        check_twice(source, "figure", &f.name, figures.iter().map(|f: &Figure| f.name.as_str()))?;
+        figures.push(read_figure(source, f, &words)?);
     }
     let mut published: Vec<table::Published> = Vec::new();
     for p in &wire.published {

@@ -1,6 +1,5 @@
-//! Tables, figures and published numbers as an experiment asks for them.
+//! Tables and published numbers as an experiment asks for them.
 
-mod panel;
 mod published;
 
 use super::error::{Source, SpecError};
@@ -8,7 +7,6 @@ use super::wire;
 use crate::analysis::Names;
 use crate::direction::Direction;
 use crate::score::measures::Metric;
-use panel::read_panel;
 pub use published::read_published;
 use toml::Spanned;
 
@@ -61,77 +59,6 @@ pub struct Published {
     pub row: String,
     /// Column and text, at the precision printed.
     pub values: Vec<(String, String)>,
-}
-
-/// What one panel of a strip figure shows.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Panel {
-    /// O_t.
-    Error,
-    /// A method's signal.
-    Signal(String),
-    /// A method's signal with its forecast.
-    Forecast(String),
-    /// One or more methods' scores with their thresholds.
-    Score(Vec<String>),
-    /// One or more methods' labels, a lane each.
-    Labels(Vec<String>),
-    /// The tracker's condition as one or more methods follow it.
-    Condition(Vec<String>),
-}
-
-/// A figure.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Figure {
-    /// File name.
-    pub name: String,
-    /// Text below the figure.
-    pub caption: Option<String>,
-    /// What it shows.
-    pub kind: FigureKind,
-}
-
-/// Kinds of figures.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FigureKind {
-    /// Series over frames, optionally below video frames.
-    Strips {
-        /// Label of the tracker; the first one when `None`.
-        tracker: Option<String>,
-        /// Sequences side by side; the one with most events when empty.
-        sequences: Vec<String>,
-        /// Rows of panels.
-        panels: Vec<Vec<Panel>>,
-        /// Number of video frames.
-        stills: usize,
-    },
-    /// The states of detectors that follow the condition of a tracker.
-    Machine,
-    /// Of an analysis.
-    Chart(Made),
-    /// The share of events found by so many frames after them, a curve for each method without a grid.
-    Delay {
-        /// The methods shown, in the experiment's order.
-        methods: Vec<String>,
-    },
-    /// One metric over another, a curve for each method with a grid, a point for each without.
-    Curve {
-        /// What the y axis shows.
-        y: Metric,
-        /// What the x axis shows.
-        x: Metric,
-        /// The methods shown, in the experiment's order.
-        methods: Vec<String>,
-    },
-    /// A metric over a grid axis, a line for each combination of the others.
-    Sweep {
-        /// What the y axis shows.
-        metric: Metric,
-        /// The axis along x.
-        x: String,
-        /// The methods shown, in the experiment's order.
-        methods: Vec<String>,
-    },
 }
 
 /// Words an experiment defines, for checking references.
@@ -189,18 +116,18 @@ impl Words {
 /// The side of a table that is the attributes of sequences.
 const ATTRIBUTE: &str = "attribute";
 
-/// Kinds of figures, as experiment files name them.
-const FIGURE_KINDS: [&str; 6] = ["strips", "sweep", "curve", "delay", "chart", "machine"];
-
-/// Most video frames above a strip figure.
-const MOST_STILLS: usize = 12;
-
-fn metric(source: Source<'_>, word: &Spanned<String>) -> Result<Metric, SpecError> {
+/// The metric that a word of the file names.
+pub(super) fn metric(source: Source<'_>, word: &Spanned<String>) -> Result<Metric, SpecError> {
     Metric::from_name(word.get_ref())
         .ok_or_else(|| source.unknown(word.span(), "metric", word.get_ref(), Metric::names()))
 }
 
-fn axis(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Result<String, SpecError> {
+/// The grid axis that a word of the file names.
+pub(super) fn grid_axis(
+    source: Source<'_>,
+    word: &Spanned<String>,
+    words: &Words,
+) -> Result<String, SpecError> {
     if words.axes.contains(word.get_ref()) {
         return Ok(word.get_ref().clone());
     }
@@ -208,7 +135,7 @@ fn axis(source: Source<'_>, word: &Spanned<String>, words: &Words) -> Result<Str
 }
 
 /// The methods of the experiment that are in `list`, or all without a list.
-fn read_methods(
+pub(super) fn read_methods(
     source: Source<'_>,
     list: Option<&[Spanned<String>]>,
     words: &Words,
@@ -350,104 +277,6 @@ fn read_leaderboard(
         shows: None,
         column: None,
     })
-}
-
-/// Checks a `[[figure]]`.
-pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Result<Figure, SpecError> {
-    check_file_name(source, &wire.name)?;
-    let word = wire.kind.get_ref().as_str();
-    if !FIGURE_KINDS.contains(&word) {
-        return Err(source.unknown(wire.kind.span(), "figure kind", word, FIGURE_KINDS));
-    }
-    // A key that the kind does not look at would be a wish that nobody hears.
-    let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
-    let keys = [
-        ("metric", "sweep curve", wire.metric.as_ref().map(Spanned::span)),
-        ("x", "sweep curve", wire.x.as_ref().map(Spanned::span)),
-        (
-            "methods",
-            "sweep curve delay",
-            wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span())),
-        ),
-        ("tracker", "strips", wire.tracker.as_ref().map(Spanned::span)),
-        ("sequences", "strips", first(&wire.sequences)),
-        ("panels", "strips", wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span()))),
-        ("stills", "strips", wire.stills.as_ref().map(Spanned::span)),
-        ("shows", "chart", wire.shows.as_ref().map(Spanned::span)),
-    ];
-    for (key, of, span) in keys {
-        if let Some(span) = span.filter(|_| !of.split(' ').any(|of| of == word)) {
-            return Err(source.error(span, format!("a `{word}` figure has no `{key}`")));
-        }
-    }
-    let kind = match word {
-        "strips" => {
-            if let Some(t) = &wire.tracker
-                && !words.trackers.contains(t.get_ref())
-            {
-                let known = words.trackers.iter().map(String::as_str);
-                return Err(source.unknown(t.span(), "tracker", t.get_ref(), known));
-            }
-            for s in &wire.sequences {
-                if !words.sequences.contains(s.get_ref()) {
-                    let known = words.sequences.iter().map(String::as_str);
-                    return Err(source.unknown(s.span(), "sequence", s.get_ref(), known));
-                }
-            }
-            let stills = wire.stills.as_ref().map_or(0, |s| *s.get_ref());
-            if stills > MOST_STILLS {
-                let span = wire.stills.as_ref().map_or(wire.name.span(), Spanned::span);
-                return Err(source.error(span, format!("`stills` must be 0 to {MOST_STILLS}, not {stills}")));
-            }
-            if wire.panels.is_empty() || wire.panels.iter().any(Vec::is_empty) {
-                return Err(source.error(
-                    wire.name.span(),
-                    "a `strips` figure needs `panels`, and none of its rows is empty",
-                ));
-            }
-            let mut panels = Vec::new();
-            for row in &wire.panels {
-                panels.push(row.iter().map(|p| read_panel(source, p, words)).collect::<Result<Vec<_>, _>>()?);
-            }
-            FigureKind::Strips {
-                tracker: wire.tracker.as_ref().map(|t| t.get_ref().clone()),
-                sequences: wire.sequences.iter().map(|s| s.get_ref().clone()).collect(),
-                panels,
-                stills,
-            }
-        }
-        "sweep" | "curve" => {
-            let (Some(m), Some(x)) = (&wire.metric, &wire.x) else {
-                let message = format!("a `{word}` figure needs `metric` and `x`");
-                return Err(source.error(wire.name.span(), message));
-            };
-            let methods = read_methods(source, wire.methods.as_deref(), words)?;
-            let y = metric(source, m)?;
-            match word {
-                "sweep" => FigureKind::Sweep { metric: y, x: axis(source, x, words)?, methods },
-                _ => FigureKind::Curve { y, x: metric(source, x)?, methods },
-            }
-        }
-        "delay" => {
-            let methods = read_methods(source, wire.methods.as_deref(), words)?;
-            let has_grid = |m: &&Spanned<String>| !words.drawn.contains(m.get_ref());
-            if let Some(wrong) = wire.methods.iter().flatten().find(has_grid) {
-                let message =
-                    format!("`{}` has a grid; delays are drawn of methods without one", wrong.get_ref());
-                return Err(source.error(wrong.span(), message));
-            }
-            FigureKind::Delay { methods: methods.into_iter().filter(|m| words.drawn.contains(m)).collect() }
-        }
-        "machine" => FigureKind::Machine,
-        _ => {
-            let Some(shows) = &wire.shows else {
-                return Err(source.error(wire.name.span(), "a `chart` figure needs `shows`"));
-            };
-            let made = words.made(shows.get_ref(), |n| &n.charts);
-            FigureKind::Chart(made.map_err(|e| source.error(shows.span(), e))?)
-        }
-    };
-    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind })
 }
 
 /// Refuses a name that is not safe as a file name everywhere.

@@ -1,20 +1,10 @@
 //! Axes: ranges, ticks, and the frame around a plot.
 
-use super::FigureError;
+use super::error::FigureError;
 use super::font;
 use super::scene::{Anchor, Area, Point, Scene, Stroke};
-use super::style::Dash;
+use super::style::{Dash, INK, SMALL, SOFT};
 
-/// Size of tick labels, captions and legends, in points.
-pub const SMALL: f64 = 11.0;
-/// Size of axis names and headings, in points.
-pub const MEDIUM: f64 = 12.0;
-/// Size of a figure's title, in points.
-pub const LARGE: f64 = 14.0;
-/// Black for text.
-pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
-/// Grey for axes and notes.
-pub const SOFT: [u8; 3] = [0x59, 0x59, 0x59];
 /// Length of a tick mark, in points.
 const TICK: f64 = 3.5;
 /// Values beyond are no data; they would overflow the arithmetic of ranges.

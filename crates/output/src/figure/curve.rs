@@ -1,12 +1,13 @@
 //! Curves over a parameter: sweeps of a threshold, precision over recall, receiver operating curves.
 
-use super::axes::{self, Axis, INK, MEDIUM, Range};
+use super::axes::{self, Axis, Range};
+use super::draw::Plot;
+use super::error::FigureError;
+use super::font;
+use super::heading::heading;
 use super::legend::{Entry, Marker, Rows, Symbol};
-use super::panel::stroke;
-use super::scene::{Anchor, Area, Item, Point, Scene};
-use super::strip::{MARGIN, heading};
-use super::style::{Colour, Dash, Style};
-use super::{FigureError, WIDTH, draw, font};
+use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, Style, WIDTH};
 
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,24 +50,8 @@ pub struct Curves {
 /// Curves with more points are drawn without markers.
 const MARKERS_UP_TO: usize = 30;
 
-impl Curves {
-    /// The figure as SVG.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_svg(&self) -> Result<String, FigureError> {
-        draw::svg(&self.scene()?)
-    }
-
-    /// The figure as a PNG file, two pixels a point.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        draw::png(&self.scene()?)
-    }
-
-    pub(super) fn scene(&self) -> Result<Scene, FigureError> {
+impl Plot for Curves {
+    fn scene(&self) -> Result<Scene, FigureError> {
         let placed = |v: f64, log: bool| axes::usable(v) && (!log || v > 0.0);
         let shown = |p: &&(f64, f64)| placed(p.0, self.x_log) && placed(p.1, self.y_log);
         let points = || self.series.iter().flat_map(|s| &s.points).filter(shown);
@@ -97,19 +82,19 @@ impl Curves {
 
         for (i, &(_, at)) in self.marks.iter().enumerate().filter(|(_, m)| axes::usable(m.1)) {
             let x = x_axis.place(at);
-            scene.clipped(&[(x, area.y), (x, area.bottom())], &area, stroke(&mark_style(i)));
+            scene.clipped(&[(x, area.y), (x, area.bottom())], &area, Stroke::of(&mark_style(i)));
         }
         for (i, curve) in self.series.iter().enumerate() {
             let marker = marker(i, curve);
-            let rgb = curve.style.colour.rgb();
+            let rgb = curve.style.color.rgb();
             for run in curve.points.split(|p| !shown(&p)).filter(|r| !r.is_empty()) {
                 let places: Vec<Point> = run.iter().map(|p| (x_axis.place(p.0), y_axis.place(p.1))).collect();
-                scene.clipped(&places, &area, stroke(&curve.style));
+                scene.clipped(&places, &area, Stroke::of(&curve.style));
                 for &at in places.iter().filter(|p| area.clip(**p, **p).is_some()) {
                     match marker {
                         Some(m) => m.draw(&mut scene, at, rgb),
                         None if run.len() == 1 => {
-                            scene.items.push(Item::Circle { centre: at, radius: curve.style.width, rgb });
+                            scene.items.push(Item::Circle { center: at, radius: curve.style.width, rgb });
                         }
                         None => {}
                     }
@@ -124,7 +109,9 @@ impl Curves {
         scene.height = area.bottom() + 40.0 + MARGIN / 2.0;
         Ok(scene)
     }
+}
 
+impl Curves {
     fn legend(&self) -> Vec<Entry> {
         let curves = self
             .series
@@ -135,7 +122,7 @@ impl Curves {
             .marks
             .iter()
             .enumerate()
-            .map(|(i, m)| Entry { symbol: Symbol::Upright(stroke(&mark_style(i))), name: m.0.clone() });
+            .map(|(i, m)| Entry { symbol: Symbol::Upright(Stroke::of(&mark_style(i))), name: m.0.clone() });
         curves.chain(marks).filter(|e| !e.name.trim().is_empty()).collect()
     }
 }
@@ -146,5 +133,5 @@ fn marker(i: usize, curve: &Curve) -> Option<Marker> {
 
 fn mark_style(i: usize) -> Style {
     let dash = [Dash::Dashed, Dash::Dotted, Dash::DashDot][i % 3];
-    Style { width: 1.1, ..Style::new(Colour::Grey, dash) }
+    Style { width: 1.1, ..Style::new(Color::Gray, dash) }
 }

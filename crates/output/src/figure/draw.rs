@@ -6,7 +6,7 @@
 //! Bitmap texts and lines are drawn here too: plotters' ab_glyph text drops the side bearings of the
 //! letters, and its wide lines leave holes where a noisy curve crosses itself.
 
-use super::FigureError;
+use super::error::FigureError;
 use super::font;
 use super::scene::{Anchor, Area, Item, Picture, Point, Scene, Stroke, dashes};
 use ::image::imageops::{FilterType, resize};
@@ -20,6 +20,32 @@ use plotters::prelude::{
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, TextStyle};
 use std::fmt::Write;
+
+/// A figure: something that is laid out as a scene, and drawn from it.
+pub trait Plot {
+    /// Lays the figure out.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    #[doc(hidden)]
+    fn scene(&self) -> Result<Scene, FigureError>;
+
+    /// The figure as SVG.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    fn to_svg(&self) -> Result<String, FigureError> {
+        svg(&self.scene()?)
+    }
+
+    /// The figure as a PNG file, two pixels a point.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        png(&self.scene()?)
+    }
+}
 
 /// Device pixels per point while drawing.
 const FINE: f64 = 4.0;
@@ -59,8 +85,8 @@ fn shape<DB: DrawingBackend>(page: &DrawingArea<DB, Shift>, item: &Item) -> Resu
             let corners: Vec<_> = corners.iter().map(|&p| device(p)).collect();
             page.draw(&Polygon::new(corners, fill(*rgb))).map_err(failed)
         }
-        Item::Circle { centre, radius, rgb } => page
-            .draw(&Circle::new(device(*centre), (radius * FINE).round() as i32, fill(*rgb)))
+        Item::Circle { center, radius, rgb } => page
+            .draw(&Circle::new(device(*center), (radius * FINE).round() as i32, fill(*rgb)))
             .map_err(failed),
         Item::Line { .. } | Item::Text { .. } => Ok(()),
     }
@@ -95,11 +121,11 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
                         Anchor::End => HPos::Right,
                     };
                     let turn = if *upwards { FontTransform::Rotate270 } else { FontTransform::None };
-                    let colour = RGBColor(rgb[0], rgb[1], rgb[2]);
+                    let color = RGBColor(rgb[0], rgb[1], rgb[2]);
                     // plotters writes size / 1.24 as the em.
                     let style =
                         TextStyle::from((font::FAMILY, size * FINE * 1.24).into_font().transform(turn))
-                            .color(&colour)
+                            .color(&color)
                             .pos(Pos::new(horizontal, VPos::Center));
                     page.draw(&Text::new(text.as_str(), device(*at), style)).map_err(failed)?;
                 }
@@ -164,7 +190,7 @@ pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
                 }
                 .round() as i32;
                 let (x, y) = device(*at);
-                font::rasterise(text, size * FINE, |u, v, coverage| {
+                font::rasterize(text, size * FINE, |u, v, coverage| {
                     let (u, v) = if *upwards { (v, back - u) } else { (u - back, v) };
                     canvas.dot(x + u, y + v, *rgb, f64::from(coverage));
                 });

@@ -81,7 +81,7 @@ pub fn wrap(text: &str, size: f64, room: f64, lines: usize) -> Vec<String> {
 
 /// Draws the text with the middle of its small letters on the line `y = 0` and its left end at
 /// `x = 0`; `dot` receives pixel offsets and coverages in (0, 1].
-pub fn rasterise(text: &str, size: f64, mut dot: impl FnMut(i32, i32, f32)) {
+pub fn rasterize(text: &str, size: f64, mut dot: impl FnMut(i32, i32, f32)) {
     let face = FACE.as_scaled(scale(size));
     let base = (HALF_EX * size) as f32;
     let mut x = 0.0;
@@ -119,7 +119,7 @@ mod tests {
     fn half_an_ex_is_the_fonts() {
         // An x stands on the base line, so its pixels reach as far below 0 as above.
         let (mut top, mut bottom) = (0, 0);
-        rasterise("x", 1000.0, |_, y, _| {
+        rasterize("x", 1000.0, |_, y, _| {
             top = top.min(y);
             bottom = bottom.max(y);
         });

@@ -1,9 +1,8 @@
 //! Legends: symbols with names, laid out in rows.
 
-use super::axes::{INK, SMALL};
 use super::font;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use super::style::{Dash, Style};
+use super::style::{CASING, Dash, INK, SMALL, Style};
 
 /// Height of one row, in points.
 pub const ROW: f64 = 16.0;
@@ -28,7 +27,7 @@ impl Marker {
 
     pub fn draw(self, scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
         let item = match self {
-            Self::Circle => Item::Circle { centre: (x, y), radius: 3.0, rgb },
+            Self::Circle => Item::Circle { center: (x, y), radius: 3.0, rgb },
             Self::Square => Item::Rect { area: Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }, rgb },
             Self::Triangle => {
                 Item::Polygon { corners: vec![(x, y - 3.75), (x + 3.5, y + 2.5), (x - 3.5, y + 2.5)], rgb }
@@ -116,11 +115,10 @@ impl Symbol {
         let middle = x + SYMBOL / 2.0;
         match *self {
             Self::Line(style, marker) => {
-                let stroke =
-                    Stroke { rgb: style.colour.rgb(), width: style.width.max(1.4), dash: style.dash };
+                let stroke = Stroke { rgb: style.color.rgb(), width: style.width.max(1.4), dash: style.dash };
                 scene.line(vec![(x, y), (x + SYMBOL, y)], stroke);
                 if let Some(marker) = marker {
-                    marker.draw(scene, (middle, y), style.colour.rgb());
+                    marker.draw(scene, (middle, y), style.color.rgb());
                 }
             }
             Self::Patch(rgb) => {
@@ -134,10 +132,7 @@ impl Symbol {
             Self::Outline { rgb, dash } => {
                 let (l, r, t, b) = (x + 2.0, x + SYMBOL - 2.0, y - 5.5, y + 5.5);
                 let corners = vec![(l, t), (r, t), (r, b), (l, b), (l, t)];
-                scene.line(
-                    corners.clone(),
-                    Stroke { rgb: super::strip::CASING, width: 3.2, dash: Dash::Solid },
-                );
+                scene.line(corners.clone(), Stroke { rgb: CASING, width: 3.2, dash: Dash::Solid });
                 scene.line(corners, Stroke { rgb, width: 1.7, dash });
             }
         }

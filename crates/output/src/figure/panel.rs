@@ -1,11 +1,11 @@
 //! One panel of a strip: values over the frames of a sequence.
 
-use super::FigureError;
-use super::axes::{self, Axis, INK, MEDIUM, Range, SMALL};
+use super::axes::{self, Axis, Range};
+use super::error::FigureError;
 use super::font;
 use super::legend::{self, Entry, Rows, Symbol};
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use super::style::{Colour, Dash, Style};
+use super::style::{Color, Dash, INK, MEDIUM, SMALL, SOFT, Style};
 
 /// The frames of a panel: number of the first in its dataset, and how many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,7 +100,7 @@ const BAND: f64 = 8.0;
 const ROOM: f64 = 4.0;
 
 /// A panel measured for a width, to be drawn when its row's heights are known.
-pub struct Laid<'a> {
+pub struct PanelLayout<'a> {
     panel: &'a Panel,
     y_range: (f64, f64),
     entries: Vec<Entry>,
@@ -109,7 +109,7 @@ pub struct Laid<'a> {
     beside: bool,
 }
 
-impl<'a> Laid<'a> {
+impl<'a> PanelLayout<'a> {
     pub fn new(panel: &'a Panel, width: f64) -> Result<Self, FigureError> {
         if panel.frames.count == 0 {
             return Err(FigureError::Empty("a panel has no frames"));
@@ -205,36 +205,30 @@ impl<'a> Laid<'a> {
         }
         for t in self.panel.thresholds.iter().filter(|t| axes::usable(t.value)) {
             let y = y_axis.place(t.value);
-            scene.clipped(&[(area.x, y), (area.right(), y)], area, stroke(&t.style));
+            scene.clipped(&[(area.x, y), (area.right(), y)], area, Stroke::of(&t.style));
         }
         for series in &self.panel.series {
             for run in runs(&series.values) {
                 let points: Vec<Point> = run.map(|t| (x_of(t), y_axis.place(series.values[t]))).collect();
                 match points[..] {
                     [one] if area.clip(one, one).is_some() => {
-                        let (rgb, radius) = (series.style.colour.rgb(), series.style.width);
-                        scene.items.push(Item::Circle { centre: one, radius, rgb });
+                        let (rgb, radius) = (series.style.color.rgb(), series.style.width);
+                        scene.items.push(Item::Circle { center: one, radius, rgb });
                     }
-                    _ => scene.clipped(&axes::thinned(&points), area, stroke(&series.style)),
+                    _ => scene.clipped(&axes::thinned(&points), area, Stroke::of(&series.style)),
                 }
             }
         }
         for &t in self.panel.detections.iter().filter(|t| **t < count) {
-            legend::detection(scene, (x_of(t), area.y + BAND - 1.0), Colour::Vermilion.rgb());
+            legend::detection(scene, (x_of(t), area.y + BAND - 1.0), Color::Vermilion.rgb());
         }
         let drawn = self.panel.series.iter().flat_map(|s| &s.values).any(|v| axes::usable(*v));
         if !drawn {
             let middle = (area.x + area.w / 2.0, area.y + area.h / 2.0);
-            scene.text("no values", middle, SMALL, Anchor::Middle, axes::SOFT);
+            scene.text("no values", middle, SMALL, Anchor::Middle, SOFT);
         }
         axes::frame(scene, area, &x_axis, &y_axis, label_x);
     }
-}
-
-pub fn stroke(style: &Style) -> Stroke {
-    // Widths come from callers; a line of no or absurd width would be a mistake nobody sees.
-    let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
-    Stroke { rgb: style.colour.rgb(), width, dash: style.dash }
 }
 
 /// The runs of values that can be drawn.
@@ -261,7 +255,7 @@ mod tests {
     fn a_wrong_length_is_told() {
         let mut panel = Panel::new("y", FrameAxis { first: 1, count: 3 });
         panel.series.push(Series { name: "a".into(), values: vec![0.0; 2], style: Style::nth(0) });
-        let error = Laid::new(&panel, 100.0).err();
+        let error = PanelLayout::new(&panel, 100.0).err();
         assert_eq!(error, Some(FigureError::Length { series: "a".into(), got: 2, expected: 3 }));
     }
 }

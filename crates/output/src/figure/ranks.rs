@@ -1,11 +1,12 @@
 //! Critical-difference diagrams (Demsar, Journal of Machine Learning Research 7, 2006, Fig. 1): mean ranks on a
 //! line, the best at the left, and bars that join methods whose ranks are too close to tell them apart.
 
-use super::axes::{INK, MEDIUM, SMALL, SOFT};
-use super::scene::{Anchor, Scene, Stroke};
-use super::strip::{MARGIN, heading};
-use super::style::{Colour, Dash};
-use super::{FigureError, WIDTH, draw, font};
+use super::draw::Plot;
+use super::error::FigureError;
+use super::font;
+use super::heading::heading;
+use super::scene::{Anchor, Item, Scene, Stroke};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 
 /// Methods ranked on the same blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,24 +39,8 @@ const NAMES: f64 = 190.0;
 const THIN: Stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
 const AXIS: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
 
-impl Ranks {
-    /// The figure as SVG.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_svg(&self) -> Result<String, FigureError> {
-        draw::svg(&self.scene()?)
-    }
-
-    /// The figure as a PNG file, two pixels a point.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        draw::png(&self.scene()?)
-    }
-
-    pub(super) fn scene(&self) -> Result<Scene, FigureError> {
+impl Plot for Ranks {
+    fn scene(&self) -> Result<Scene, FigureError> {
         let is_ranking = |r: &Ranking| {
             let last = r.methods.len() as f64;
             let in_order = r.methods.iter().all(|(_, rank)| (1.0..=last).contains(rank));
@@ -108,7 +93,7 @@ fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
     let bars = cliques(&ranks, ranking.critical);
     for (k, &(first, last)) in bars.iter().enumerate() {
         let y = axis + BAR * (k as f64 + 1.0);
-        let stroke = Stroke { rgb: Colour::Blue.rgb(), width: 3.2, dash: Dash::Solid };
+        let stroke = Stroke { rgb: Color::Blue.rgb(), width: 3.2, dash: Dash::Solid };
         scene.line(vec![(place(ranks[first]) - 3.0, y), (place(ranks[last]) + 3.0, y)], stroke);
     }
     // The better half at the left from above, the others at the right from below, so that no lines cross.
@@ -120,11 +105,7 @@ fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
         let (x, y) = (place(*rank), names + LINE * line as f64);
         let (side, anchor) = if is_left { (from - 10.0, Anchor::End) } else { (to + 10.0, Anchor::Start) };
         scene.line(vec![(x, axis), (x, y), (side, y)], THIN);
-        scene.items.push(super::scene::Item::Circle {
-            centre: (x, axis),
-            radius: 2.6,
-            rgb: Colour::Blue.rgb(),
-        });
+        scene.items.push(Item::Circle { center: (x, axis), radius: 2.6, rgb: Color::Blue.rgb() });
         let rank = format!("{rank:.2}");
         let beside = font::width(&rank, SMALL) + 8.0;
         let name = font::fit(name, MEDIUM, NAMES - 14.0 - beside);
@@ -150,7 +131,6 @@ fn cliques(ranks: &[f64], critical: f64) -> Vec<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene::Item;
     use super::*;
     use proptest::prelude::*;
 

@@ -1,11 +1,12 @@
 //! The display list a figure lays itself out into, in points from the top left corner.
 
-use super::style::Dash;
+use super::font;
+use super::style::{Dash, Style};
 use crate::image::Frame;
 
 pub type Point = (f64, f64);
 
-/// Where a text stands relative to its point; its small letters are centred on it vertically.
+/// Where a text stands relative to its point; its small letters are centered on it vertically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     Start,
@@ -20,12 +21,20 @@ pub struct Stroke {
     pub dash: Dash,
 }
 
+impl Stroke {
+    /// The stroke of a style, whose width comes from callers: one that nobody could see is replaced.
+    pub fn of(style: &Style) -> Self {
+        let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
+        Self { rgb: style.color.rgb(), width, dash: style.dash }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub enum Item {
     Line { points: Vec<Point>, stroke: Stroke },
     Rect { area: Area, rgb: [u8; 3] },
     Polygon { corners: Vec<Point>, rgb: [u8; 3] },
-    Circle { centre: Point, radius: f64, rgb: [u8; 3] },
+    Circle { center: Point, radius: f64, rgb: [u8; 3] },
     Text { text: String, at: Point, size: f64, anchor: Anchor, upwards: bool, rgb: [u8; 3] },
 }
 
@@ -86,7 +95,7 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(title: &str, width: f64) -> Self {
-        let title = super::font::clean(title);
+        let title = font::clean(title);
         Self { title, width, height: 0.0, pictures: Vec::new(), items: Vec::new() }
     }
 
@@ -100,7 +109,7 @@ impl Scene {
         }
     }
 
-    /// Text that reads from the bottom to the top, centred on its point.
+    /// Text that reads from the bottom to the top, centered on its point.
     pub fn text_upwards(&mut self, text: &str, at: Point, size: f64, rgb: [u8; 3]) {
         let (text, anchor) = (text.to_owned(), Anchor::Middle);
         self.items.push(Item::Text { text, at, size, anchor, upwards: true, rgb });

@@ -1,10 +1,11 @@
 //! State diagrams: boxes on a circle, arrows with labels between them.
 
-use super::axes::{INK, MEDIUM, SMALL, SOFT};
+use super::draw::Plot;
+use super::error::FigureError;
+use super::font;
+use super::heading::heading;
 use super::scene::{Anchor, Item, Point, Scene, Stroke};
-use super::strip::{MARGIN, heading};
-use super::style::{Colour, Dash};
-use super::{FigureError, WIDTH, draw, font};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 
 /// An arrow.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,24 +42,8 @@ const LINE_STYLE: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
 /// Height of a line of a label, in points.
 const LINE: f64 = 14.0;
 
-impl States {
-    /// The figure as SVG.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_svg(&self) -> Result<String, FigureError> {
-        draw::svg(&self.scene()?)
-    }
-
-    /// The figure as a PNG file, two pixels a point.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        draw::png(&self.scene()?)
-    }
-
-    pub(super) fn scene(&self) -> Result<Scene, FigureError> {
+impl Plot for States {
+    fn scene(&self) -> Result<Scene, FigureError> {
         let n = self.states.len();
         let is_known = |a: &Arrow| a.from < n && a.to < n;
         if n == 0 || !self.arrows.iter().all(is_known) {
@@ -67,10 +52,10 @@ impl States {
         let mut scene = Scene::new(&self.title, WIDTH);
         let top = heading(&mut scene, &self.title, &self.note);
         let (rx, ry) = (0.3 * WIDTH, 110.0);
-        let centre = (WIDTH / 2.0, top + HALF + 8.0 + ry);
+        let center = (WIDTH / 2.0, top + HALF + 8.0 + ry);
         let place = |i: usize| {
             let angle = std::f64::consts::TAU * i as f64 / n as f64;
-            (centre.0 + rx * angle.sin(), centre.1 - ry * angle.cos())
+            (center.0 + rx * angle.sin(), center.1 - ry * angle.cos())
         };
         let half_width = |i: usize| font::width(&self.states[i], MEDIUM) / 2.0 + ROOM;
         let mut pairs: Vec<(usize, usize)> = Vec::new();
@@ -84,7 +69,7 @@ impl States {
             let label: Vec<&str> = same.flat_map(|a| &a.label).map(String::as_str).collect();
             let (a, b) = (place(from), place(to));
             if from == to {
-                let side = if a.0 < centre.0 - 1.0 { -1.0 } else { 1.0 };
+                let side = if a.0 < center.0 - 1.0 { -1.0 } else { 1.0 };
                 let x = a.0 + side * half_width(from);
                 let corner = |dx: f64, dy: f64| (x + side * dx, a.1 + dy);
                 scene.line(vec![corner(0.0, -APART), corner(20.0, -APART), corner(20.0, APART)], LINE_STYLE);
@@ -97,7 +82,7 @@ impl States {
             // To the left of the way, or outwards where there is no way back.
             let left = (along.1, -along.0);
             let middle = ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
-            let outwards = (middle.0 - centre.0) * left.0 + (middle.1 - centre.1) * left.1 >= 0.0;
+            let outwards = (middle.0 - center.0) * left.0 + (middle.1 - center.1) * left.1 >= 0.0;
             let side = if pairs.contains(&(to, from)) || outwards { 1.0 } else { -1.0 };
             let normal = (side * left.0, side * left.1);
             let shifted = |p: Point| (p.0 + APART * normal.0, p.1 + APART * normal.1);
@@ -112,17 +97,19 @@ impl States {
             let w = half_width(i);
             let corners = [(x - w, y - HALF), (x + w, y - HALF), (x + w, y + HALF), (x - w, y + HALF)];
             let outline: Vec<Point> = corners.iter().chain(&corners[..1]).copied().collect();
-            scene.line(outline, Stroke { rgb: Colour::Blue.rgb(), width: 1.6, dash: Dash::Solid });
+            scene.line(outline, Stroke { rgb: Color::Blue.rgb(), width: 1.6, dash: Dash::Solid });
             scene.text(name, (x, y), MEDIUM, Anchor::Middle, INK);
         }
         let lowest = scene.items.iter().map(|item| match item {
             Item::Text { at, .. } => at.1 + LINE / 2.0,
-            _ => centre.1 + ry + HALF,
+            _ => center.1 + ry + HALF,
         });
         scene.height = lowest.fold(0.0, f64::max) + MARGIN;
         Ok(scene)
     }
+}
 
+impl States {
     /// The lines of a label beside `at`, on the side that `normal` points to.
     fn label(&self, scene: &mut Scene, lines: &[&str], at: Point, normal: Point) {
         let height = LINE * lines.len() as f64;

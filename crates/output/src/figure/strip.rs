@@ -3,12 +3,15 @@
 //! With stills and one row of panels it is laid out as Fig. 3 of Khalid, Cavallaro and Rinner (BMVC
 //! 2016), with a column a sequence as their Fig. 4, with two panels a row as their Fig. 5.
 
-use super::axes::{INK, LARGE, MEDIUM, SMALL, SOFT};
+use super::axes;
+use super::draw::Plot;
+use super::error::FigureError;
+use super::font;
+use super::heading::heading;
 use super::legend::{Entry, Rows, Symbol};
-use super::panel::{EVENT, Laid, Panel, SHADE};
+use super::panel::{EVENT, Panel, PanelLayout, SHADE};
 use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
-use super::style::{Colour, Dash};
-use super::{FigureError, WIDTH, draw, font};
+use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL, WIDTH};
 use crate::image::Frame;
 use crate::region::Region;
 
@@ -29,7 +32,7 @@ impl BoxStyle {
     fn look(self) -> ([u8; 3], Dash) {
         match self {
             Self::Background => ([0xFF, 0x4B, 0x1F], Dash::Solid),
-            Self::State => (Colour::Yellow.rgb(), Dash::Solid),
+            Self::State => (Color::Yellow.rgb(), Dash::Solid),
             Self::Truth => ([0x00, 0xD0, 0x8A], Dash::Dashed),
         }
     }
@@ -42,9 +45,6 @@ impl BoxStyle {
         }
     }
 }
-
-/// Dark line under the boxes, so that they show on bright pixels too.
-pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 
 /// A frame of the video.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,29 +74,11 @@ pub struct Strip {
     pub rows: Vec<Vec<Panel>>,
 }
 
-/// Around the page, in points.
-pub const MARGIN: f64 = 8.0;
-const STILLS_A_ROW: usize = 5;
+const STILLS_PER_ROW: usize = 5;
 const GAP: f64 = 16.0;
 
-impl Strip {
-    /// The figure as SVG.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_svg(&self) -> Result<String, FigureError> {
-        draw::svg(&self.scene()?)
-    }
-
-    /// The figure as a PNG file, two pixels a point.
-    ///
-    /// # Errors
-    /// See [`FigureError`].
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        draw::png(&self.scene()?)
-    }
-
-    pub(super) fn scene(&self) -> Result<Scene, FigureError> {
+impl Plot for Strip {
+    fn scene(&self) -> Result<Scene, FigureError> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         if columns == 0 && self.stills.is_empty() {
             return Err(FigureError::Empty("neither stills nor panels"));
@@ -111,7 +93,9 @@ impl Strip {
         scene.height = y + key.height() + MARGIN;
         Ok(scene)
     }
+}
 
+impl Strip {
     /// The marks that mean the same in every panel.
     fn key(&self) -> Vec<Entry> {
         let mut out = Vec::new();
@@ -130,13 +114,13 @@ impl Strip {
             add(Symbol::Upright(EVENT), "failure");
         }
         if panels().any(|p| !p.detections.is_empty()) {
-            add(Symbol::Detection(Colour::Vermilion.rgb()), "detection");
+            add(Symbol::Detection(Color::Vermilion.rgb()), "detection");
         }
         out
     }
 
     fn draw_stills(&self, scene: &mut Scene, mut y: f64) -> f64 {
-        let a_row = self.stills.len().clamp(3, STILLS_A_ROW);
+        let a_row = self.stills.len().clamp(3, STILLS_PER_ROW);
         let gap = 6.0;
         let w = (scene.width - 2.0 * MARGIN - gap * (a_row - 1) as f64) / a_row as f64;
         for row in self.stills.chunks(a_row) {
@@ -178,9 +162,9 @@ impl Strip {
             3 => 150.0,
             _ => 110.0,
         };
-        let mut grid: Vec<Vec<Laid<'_>>> = Vec::new();
+        let mut grid: Vec<Vec<PanelLayout<'_>>> = Vec::new();
         for row in &self.rows {
-            grid.push(row.iter().map(|p| Laid::new(p, column)).collect::<Result<_, _>>()?);
+            grid.push(row.iter().map(|p| PanelLayout::new(p, column)).collect::<Result<_, _>>()?);
         }
         if columns > 2 {
             for row in &mut grid {
@@ -219,16 +203,16 @@ impl Strip {
             y += 20.0;
         }
         for (r, row) in grid.iter().enumerate() {
-            let head = row.iter().map(Laid::head).fold(0.0, f64::max);
+            let head = row.iter().map(PanelLayout::head).fold(0.0, f64::max);
             y += head + 4.0;
             let mut foot: f64 = 8.0;
-            for (c, laid) in row.iter().enumerate() {
+            for (c, panel) in row.iter().enumerate() {
                 let x = lefts[c];
                 let area = Area { x: x + left[c], y, w: plot, h: height };
                 // Frame numbers stand under the last of a stack of panels over the same frames.
                 let below = self.rows.get(r + 1).and_then(|row| row.get(c));
                 let last = below.is_none_or(|p| p.frames != self.rows[r][c].frames);
-                laid.draw(scene, &area, x, head, last);
+                panel.draw(scene, &area, x, head, last);
                 if names(r, c) {
                     let label = font::fit(&self.rows[r][c].label, MEDIUM, height + 20.0);
                     scene.text_upwards(&label, (x + 7.0, y + height / 2.0), MEDIUM, INK);
@@ -245,27 +229,12 @@ impl Strip {
     }
 }
 
-/// Draws title and note, returns the first free line below.
-pub fn heading(scene: &mut Scene, title: &str, note: &str) -> f64 {
-    let room = scene.width - 2.0 * MARGIN;
-    let mut y = MARGIN;
-    for line in font::wrap(title, LARGE, room, 2) {
-        scene.text(&line, (MARGIN, y + 9.0), LARGE, Anchor::Start, INK);
-        y += 19.0;
-    }
-    for line in font::wrap(note, SMALL, room, 3) {
-        scene.text(&line, (MARGIN, y + 7.0), SMALL, Anchor::Start, SOFT);
-        y += 15.0;
-    }
-    if y > MARGIN { y + 5.0 } else { y }
-}
-
 fn draw_still(scene: &mut Scene, still: &Still, area: Area) {
     let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
     for (region, style) in &still.boxes {
         let mut corners: Vec<Point> =
             region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
-        if corners.iter().any(|c| !super::axes::usable(c.0) || !super::axes::usable(c.1)) {
+        if corners.iter().any(|c| !axes::usable(c.0) || !axes::usable(c.1)) {
             continue;
         }
         corners.extend(corners.first().copied());

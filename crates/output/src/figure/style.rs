@@ -1,8 +1,25 @@
-//! Colours, line styles and markers.
+//! Sizes, colors and line styles that all figures share.
+
+/// Width of a figure with up to four columns, in points (CSS pixels).
+pub const WIDTH: f64 = 720.0;
+/// Margin around the page, in points.
+pub const MARGIN: f64 = 8.0;
+/// Size of tick labels, captions and legends, in points.
+pub const SMALL: f64 = 11.0;
+/// Size of axis names and headings, in points.
+pub const MEDIUM: f64 = 12.0;
+/// Size of a figure's title, in points.
+pub const LARGE: f64 = 14.0;
+/// Black for text.
+pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
+/// Gray for axes and notes.
+pub const SOFT: [u8; 3] = [0x59, 0x59, 0x59];
+/// Dark line under the boxes on stills, so that they show on bright pixels too.
+pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 
 /// The palette of Okabe and Ito (2008), without its yellow for lines on white.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Colour {
+pub enum Color {
     /// `#0072B2`
     Blue,
     /// `#D55E00`, a red that is told from green by everybody.
@@ -20,10 +37,10 @@ pub enum Colour {
     /// `#000000`
     Black,
     /// `#6E6E6E`, for what stands behind.
-    Grey,
+    Gray,
 }
 
-impl Colour {
+impl Color {
     /// Red, green and blue.
     pub(super) fn rgb(self) -> [u8; 3] {
         match self {
@@ -35,7 +52,7 @@ impl Colour {
             Self::Sky => [0x56, 0xB4, 0xE9],
             Self::Yellow => [0xF0, 0xE4, 0x42],
             Self::Black => [0x00, 0x00, 0x00],
-            Self::Grey => [0x6E, 0x6E, 0x6E],
+            Self::Gray => [0x6E, 0x6E, 0x6E],
         }
     }
 }
@@ -69,8 +86,8 @@ impl Dash {
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
-    /// Colour of line and markers.
-    pub colour: Colour,
+    /// Color of line and markers.
+    pub color: Color,
     /// Line style.
     pub dash: Dash,
     /// Width in points.
@@ -79,24 +96,24 @@ pub struct Style {
 
 impl Style {
     /// A line of usual width.
-    pub fn new(colour: Colour, dash: Dash) -> Self {
-        Self { colour, dash, width: 1.4 }
+    pub fn new(color: Color, dash: Dash) -> Self {
+        Self { color, dash, width: 1.4 }
     }
 
     /// The style of the `i`-th of several equal series: 28 that differ.
     pub fn nth(i: usize) -> Self {
-        const COLOURS: [Colour; 7] = [
-            Colour::Blue,
-            Colour::Vermilion,
-            Colour::Green,
-            Colour::Purple,
-            Colour::Orange,
-            Colour::Black,
-            Colour::Sky,
+        const COLORS: [Color; 7] = [
+            Color::Blue,
+            Color::Vermilion,
+            Color::Green,
+            Color::Purple,
+            Color::Orange,
+            Color::Black,
+            Color::Sky,
         ];
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
         // 7 and 4 have no common divisor, so the pairs repeat only after 28.
-        Self::new(COLOURS[i % COLOURS.len()], DASHES[i % DASHES.len()])
+        Self::new(COLORS[i % COLORS.len()], DASHES[i % DASHES.len()])
     }
 }
 

@@ -31,9 +31,9 @@ fn panels(name: &str, first: u32, n: usize) -> [Panel; 3] {
     }
     let residual: Vec<f64> = quality.iter().zip(&forecast).map(|(y, f)| (y - f).abs()).collect();
     let line = |name: &str, values: Vec<f64>, style| Series { name: name.into(), values, style };
-    let blue = Style::new(Colour::Blue, Dash::Solid);
-    let red = Style { width: 1.2, ..Style::new(Colour::Vermilion, Dash::Dashed) };
-    let black = Style { width: 1.2, ..Style::new(Colour::Black, Dash::Dashed) };
+    let blue = Style::new(Color::Blue, Dash::Solid);
+    let red = Style { width: 1.2, ..Style::new(Color::Vermilion, Dash::Dashed) };
+    let black = Style { width: 1.2, ..Style::new(Color::Black, Dash::Dashed) };
 
     let mut o = Panel::new("Oₜ", frames);
     o.range = Range::Fixed(0.0, 1.0);

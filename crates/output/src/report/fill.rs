@@ -3,7 +3,7 @@
 use super::claims::{self, Finding, Tested};
 use super::explain;
 use super::facts;
-use super::figures::{self, DrawError};
+use super::figures::{self, DrawError, FigureOutcome};
 use super::results::{Results, ResultsError};
 use super::sequences::{self, Sequences, json};
 use super::stills::{self, Request};
@@ -11,10 +11,10 @@ use super::uncertainty::{self, Uncertainty};
 use super::{ClaimOutcome, ClaimView, FailedCell, FigureView, Page, ReportError, markdown, render};
 use crate::dataset::synthetic;
 use crate::engine::store::{self, StoreError};
-use crate::figure::Ranks;
+use crate::figure::{Plot, Ranks};
 use crate::image;
 use crate::spec::claim;
-use crate::spec::table::Figure;
+use crate::spec::figure::Figure;
 use crate::table::folder::{self, FolderError};
 use crate::table::layout::{self, Layout};
 use std::path::Path;
@@ -87,11 +87,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
         match drawn? {
-            Ok(drawn) => {
+            FigureOutcome::Drawn(drawn) => {
                 let picture = (drawn.svg, drawn.png);
                 page.figures.push(keep_figure(folder, (&figure.name, drawn.name), drawn.caption, picture)?);
             }
-            Err(reason) => page.warnings.push(not_drawn(figure, &reason)),
+            FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
     }
     for (name, ranks, caption) in ranks {

@@ -4,14 +4,13 @@
 //! that asks the network for nothing, and [`markdown`] makes `report.md`. All texts may come from
 //! outside (names of sequences, messages of errors): both outputs show them as text.
 //!
-//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`], [`delays`] and [`stills`] draw
+//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw
 //! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
 //! [`sequences`] has what is shown sequence by sequence, [`explain`](mod@explain) takes numbers apart and
 //! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report,
 //! [`site`] is the page over all reports.
 
 pub mod claims;
-pub mod delays;
 pub mod explain;
 mod facts;
 pub mod figures;

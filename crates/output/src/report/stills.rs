@@ -4,7 +4,7 @@ use super::results::{Results, ResultsError, TrackSeries, read_file};
 use crate::engine::store;
 use crate::image::{self, Frame};
 use crate::score::PROTOCOLS;
-use crate::spec::table::{Figure, FigureKind};
+use crate::spec::figure::Figure;
 use std::path::PathBuf;
 
 /// Frames of one sequence that a figure shows.
@@ -68,18 +68,20 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
 
 /// What one figure needs.
 pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<Request> {
-    let FigureKind::Strips { sequences, stills, .. } = &figure.kind else { return None };
+    let (sequences, stills) = (&figure.params.sequences, figure.params.stills);
+    if stills == 0 {
+        return None;
+    }
     let shown = chosen(results, sequences, tracks);
-    let track = shown.first().filter(|_| *stills > 0)?;
-    let frames = pick(track.error.len(), events(results, track).first().copied(), *stills);
+    let track = shown.first()?;
+    let frames = pick(track.error.len(), events(results, track).first().copied(), stills);
     Some(Request { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
 /// What all figures of an experiment need, from the tracks of [`Results::all_tracks`].
 pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
     let of_figure = |figure: &Figure| {
-        let FigureKind::Strips { tracker: wanted, stills: 1.., .. } = &figure.kind else { return None };
-        let label = tracker(results, wanted.as_deref());
+        let label = tracker(results, figure.params.tracker.as_deref());
         let mine: Vec<&TrackSeries> = tracks.iter().filter(|t| t.tracker == label).collect();
         request(results, figure, &mine)
     };

@@ -3,7 +3,7 @@ use super::fill::small_enough;
 use super::sequences::{Method, Said, Sequence, Sequences, TallyRow, Track};
 use super::*;
 use crate::direction::Direction;
-use crate::figure::{Curve, Curves, Range, Style};
+use crate::figure::{Curve, Curves, Plot, Range, Style};
 use crate::table::layout::{Cell, Group, Row};
 use base64::Engine;
 use proptest::prelude::*;

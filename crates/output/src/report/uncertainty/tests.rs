@@ -1,4 +1,5 @@
 use super::*;
+use crate::figure::Plot;
 
 const CHANCE: Chance = Chance::within(5);
 

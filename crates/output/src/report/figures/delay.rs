@@ -1,15 +1,24 @@
-//! How soon after an event it is found: the share of events that a detection matched by then.
+//! `delay`: how soon after an event it is found, as the share of events that a detection matched by then.
 
-use super::figures::plain;
-use super::results::{Results, ResultsError};
+use super::lines::{drawing, plain};
+use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{Curves, Range};
+use crate::report::results::{Results, ResultsError, TrackSeries};
 use crate::score::TrackScore;
 use crate::score::khalid2016::TOLERANCE;
+
+/// The entry of this kind.
+pub const DRAWER: Drawer = Drawer { word: "delay", draw };
+
+fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let curves = delays(scope.results, &scope.note, &scope.params().methods)?;
+    Ok(drawing(curves, "no method has an event to find".to_string()))
+}
 
 /// For every delay d in frames, from the tolerance before an event to the tolerance after it, the share of all
 /// events whose matched detection came at most d frames after them; it ends at the recall of events. None
 /// without an event.
-pub fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
+fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
     let events: usize = scores.iter().map(|s| s.events.len()).sum();
     let delays: Vec<i64> = scores.iter().flat_map(TrackScore::delays).collect();
     let tolerance = TOLERANCE as i64;
@@ -21,16 +30,16 @@ pub fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
 ///
 /// # Errors
 /// When the frames cannot be read.
-pub fn delays(results: &Results, note: &str, methods: &[String]) -> Result<Curves, ResultsError> {
+fn delays(results: &Results, note: &str, methods: &[String]) -> Result<Curves, ResultsError> {
     let mut curves = Vec::new();
     let several = results.experiment.trackers.len() > 1;
     for tracker in &results.experiment.trackers {
         let tracks = results.tracks(&tracker.label)?;
         for method in methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
-            let score = |m: &super::results::TrackSeries| {
-                let said = m.method(method)?;
-                Some((protocol.score)(&m.error, &said.alarm, &said.changes))
+            let score = |track: &TrackSeries| {
+                let series = track.method(method)?;
+                Some((protocol.score)(&track.error, &series.alarm, &series.changes))
             };
             let scores: Vec<TrackScore> = tracks.iter().filter_map(score).collect();
             let name = if several { format!("{method}, {}", tracker.label) } else { method.clone() };

@@ -1,8 +1,25 @@
 //! Panels of strip figures: `score:DTEF+RAW`.
 
-use super::{Panel, Words};
 use crate::spec::error::{Source, SpecError};
+use crate::spec::table::Words;
 use toml::Spanned;
+
+/// What one panel of a strip figure shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Panel {
+    /// O_t.
+    Error,
+    /// A method's signal.
+    Signal(String),
+    /// A method's signal with its forecast.
+    Forecast(String),
+    /// One or more methods' scores with their thresholds.
+    Score(Vec<String>),
+    /// One or more methods' labels, a lane each.
+    Labels(Vec<String>),
+    /// The tracker's condition as one or more methods follow it.
+    Condition(Vec<String>),
+}
 
 /// Checks a panel of a figure.
 pub(super) fn read_panel(
