@@ -5,7 +5,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::region::{Rect, Region};
 use trackfail::report::sequences::json::{beside, embedded};
-use trackfail::report::sequences::{Method, Said, Sequence, Sequences, Track};
+use trackfail::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
 use trackfail::report::{Page, render};
 use trackfail::score::protocol;
 
@@ -43,7 +43,7 @@ fn result() -> Sequences {
             let alarm: Vec<bool> = score.iter().map(|v| *v > 0.95).collect();
             let changes = vec![0; FRAMES];
             let judged = judge(&error, &alarm, &changes);
-            Said { score, alarm, changes, judged }
+            JudgedSeries { score, alarm, changes, judged }
         };
         let methods = (0..METHODS).map(|m| (m, said(m))).collect();
         Track { sequence: k / TRACKERS, tracker: k % TRACKERS, rects, error, methods, ..Track::default() }

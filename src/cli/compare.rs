@@ -1,9 +1,9 @@
 //! `trackfail compare A B --in EXPERIMENT`, or of two results folders: `trackfail compare DIR DIR`
 
+use super::Failure;
 use super::output::{self, Format};
-use super::{Failure, report};
 use crate::num::paired::{self, Compared};
-use crate::plugin;
+use crate::report::finished;
 use crate::report::pairs::{self, Values};
 use crate::report::results::Results;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut rows = Vec::new();
     match &args.experiment {
         Some(name) => {
-            let results = read(&folder_of(args, name)?)?;
+            let results = read(&finished::folder(&args.results, name)?)?;
             let of = |side: &str| {
                 let values = pairs::values(&results, side, args.tracker.as_deref());
                 values.map_err(|e| Failure::Usage(e.to_string()))
@@ -100,25 +100,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(args.format, &headings, &rows)
 }
 
-/// The folder of an experiment's results.
-fn folder_of(args: &Args, name: &str) -> Result<PathBuf, Failure> {
-    let finished = report::finished(&args.results);
-    if finished.iter().any(|known| known == name) {
-        return Ok(args.results.join(name));
-    }
-    let known = finished.iter().map(String::as_str);
-    let message = plugin::unknown("finished experiment", name, known);
-    Err(Failure::Usage(format!("{message} (in {})", args.results.display())))
-}
-
+/// Adds a row for each measure that both sides have.
 fn add_rows(args: &Args, rows: &mut Vec<Vec<String>>, name: &str, first: &Values, second: &Values) {
-    for (metric, of_first) in first {
-        let wanted = args.metric.as_ref().is_none_or(|m| m == metric);
-        let Some((_, of_second)) = second.iter().find(|(m, _)| m == metric && wanted) else { continue };
-        let pairs: Vec<(f64, f64)> =
-            of_first.iter().filter_map(|(sequence, a)| Some((*a, *of_second.get(sequence)?))).collect();
+    for (metric, pairs) in pairs::common(first, second) {
+        if args.metric.as_ref().is_some_and(|wanted| *wanted != metric) {
+            continue;
+        }
         if let Some(compared) = paired::compare(&pairs, args.level, args.samples as usize, args.seed) {
-            rows.push(row(name, metric, &compared, args.format));
+            rows.push(row(name, &metric, &compared, args.format));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `trackfail list {experiments,suites,trackers,signals,detectors,analyses,protocols}`
 
 use super::output::{self, Format};
-use super::{Failure, report, run};
+use super::{Failure, run};
 use crate::analysis::ANALYSES;
 use crate::dataset::suite::Suite;
 use crate::detector::DETECTORS;
@@ -10,6 +10,7 @@ use crate::engine::plan::CellState;
 use crate::engine::store::Store;
 use crate::engine::{self, ExperimentPlan};
 use crate::plugin::Entry;
+use crate::report::finished;
 use crate::score::PROTOCOLS;
 use crate::score::success::RULES;
 use crate::signal::SIGNALS;
@@ -84,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
-    let finished = report::finished(&args.results);
+    let finished = finished::names(&args.results);
     let root = super::data_root(args.data_root.as_deref())?;
     let catalog = super::catalog(root.as_deref())?;
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());

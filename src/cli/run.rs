@@ -14,7 +14,7 @@ use crate::engine::{RunLimits, Stop};
 use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::results::Results;
-use crate::report::{self, Written, stills};
+use crate::report::{self, WrittenReport, stills};
 use crate::spec::{self, Experiment, builtin};
 use crate::table::manifest::FailedCell;
 use crate::table::{folder, frame, render};
@@ -241,7 +241,7 @@ fn write(
     store: &Store,
     outcome: &Outcome<'_>,
     start: Instant,
-) -> Result<(Results, Written, PathBuf), Failure> {
+) -> Result<(Results, WrittenReport, PathBuf), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", experiment.name));
     let aside = store.staging().map_err(|e| io(&e))?;
     folder::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
@@ -258,7 +258,7 @@ fn write(
     let _lock = store::lock_exclusive(&args.results);
     results.folder = args.results.join(&experiment.name);
     aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
-    let (index, written) = rendered.publish(&args.reports)?;
+    let (index, written) = rendered.publish(&args.reports).map_err(|e| io(&e))?;
     super::report::write_site(&args.reports)?;
     Ok((results, written, index))
 }
@@ -388,7 +388,7 @@ fn print_measures(results: &Results, format: Format) -> Result<(), Failure> {
     output::print(format, &headings, &rows)
 }
 
-fn print_summary(results: &Results, written: &Written, index: &Path) -> Result<(), Failure> {
+fn print_summary(results: &Results, written: &WrittenReport, index: &Path) -> Result<(), Failure> {
     let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
     for layout in &written.tables {
         text.push_str(&render::plain(layout));

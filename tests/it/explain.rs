@@ -105,7 +105,7 @@ fn names_that_there_are_not_are_told_with_the_nearest() {
         let (code, stdout, stderr) = explain(root, words);
         assert!(code == 2 && stdout.is_empty() && stderr.contains(what), "{words:?}: {code} {stderr}");
     };
-    refused(&["t", "tp", "level"], "no results; run an experiment first");
+    refused(&["t", "tp", "level"], "no finished experiment in results: nothing has been run there yet");
     std::fs::write(root.join("a.toml"), SPEC).unwrap();
     trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
     refused(&["x", "tp", "level"], "unknown table `x`");

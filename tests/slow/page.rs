@@ -7,7 +7,7 @@ use crate::tools::page::page_of_a_run;
 use serde_json::json;
 use trackfail::region::{Rect, Region};
 use trackfail::report::sequences::json::{beside, embedded};
-use trackfail::report::sequences::{Method, Said, Sequence, Sequences, Track};
+use trackfail::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
 use trackfail::report::{FigureView, Page, render};
 use trackfail::score::protocol;
 
@@ -20,7 +20,7 @@ fn series(names: [&str; 2]) -> Sequences {
         let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
         let judged = (protocol("khalid2016/1").unwrap().score)(&error, &alarm, &vec![0; frames]);
         let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
-        Said { score, alarm, changes: vec![0; frames], judged }
+        JudgedSeries { score, alarm, changes: vec![0; frames], judged }
     };
     let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect();
     let truth =

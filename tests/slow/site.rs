@@ -73,7 +73,7 @@ fn the_site_works_in_a_browser_from_disk_and_served() {
     let (reports, results) = (root.path().join("reports"), root.path().join("results"));
     std::fs::create_dir_all(&results).unwrap();
     gallery(&reports);
-    assert_eq!(site::write_index(&reports).unwrap().warnings.len(), 1);
+    assert_eq!(site::write_index(&reports).unwrap().len(), 1);
     let fits = |browser: &mut Browser| {
         let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
         assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");

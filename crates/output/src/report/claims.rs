@@ -5,6 +5,7 @@ use crate::engine::execute::analyse::Analysed;
 use crate::spec::Tracker;
 use crate::spec::claim::{Claim, ClaimVerdict, Quantity, Reference};
 use crate::table::layout;
+use serde::Serialize;
 
 /// A claim with what our numbers say of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,12 +38,12 @@ impl Finding {
     }
 
     /// What becomes of it as a whole: it does not hold where it fails for one tracker.
-    pub fn overall(&self) -> super::ClaimOutcome {
+    pub fn overall(&self) -> ClaimOutcome {
         let fails = self.tested.iter().any(|t| t.verdict == ClaimVerdict::Fails);
         match (fails, self.holds()) {
-            (true, _) => super::ClaimOutcome::DoesNotHold,
-            (false, true) => super::ClaimOutcome::Holds,
-            (false, false) => super::ClaimOutcome::CannotBeTested,
+            (true, _) => ClaimOutcome::DoesNotHold,
+            (false, true) => ClaimOutcome::Holds,
+            (false, false) => ClaimOutcome::CannotBeTested,
         }
     }
 }
@@ -94,4 +95,87 @@ fn test_one(results: &Results, claim: &Claim) -> Finding {
         tested.push(Tested { tracker: String::new(), verdict, numbers: Vec::new() });
     }
     Finding { text: claim.text.clone(), predicate: claim.predicate.clone(), required: claim.required, tested }
+}
+
+/// A verdict in words.
+pub fn verdict_words(verdict: &ClaimVerdict) -> &'static str {
+    outcome(verdict).words()
+}
+
+fn outcome(verdict: &ClaimVerdict) -> ClaimOutcome {
+    match verdict {
+        ClaimVerdict::Holds => ClaimOutcome::Holds,
+        ClaimVerdict::Fails => ClaimOutcome::DoesNotHold,
+        ClaimVerdict::Untestable(_) => ClaimOutcome::CannotBeTested,
+    }
+}
+
+/// What the page shows of a claim.
+pub fn view(finding: &Finding) -> ClaimView {
+    let holds = finding.tested.iter().filter(|t| t.verdict == ClaimVerdict::Holds).count();
+    let verdict = finding.overall();
+    let headline = if finding.tested.len() > 1 {
+        format!("holds for {holds} of {} trackers", finding.tested.len())
+    } else {
+        verdict.words().to_string()
+    };
+    let detail = |Tested { tracker, verdict, numbers }: &Tested| {
+        let shown = match verdict {
+            ClaimVerdict::Untestable(reason) => reason.clone(),
+            _ => {
+                let numbers = numbers.iter().map(|(name, value)| match value {
+                    Some(v) => format!("{name} = {v:.4}"),
+                    None => format!("{name} has no value"),
+                });
+                numbers.collect::<Vec<_>>().join(", ")
+            }
+        };
+        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
+        format!("{who}{}: {shown}", outcome(verdict).words())
+    };
+    ClaimView {
+        text: finding.text.clone(),
+        verdict,
+        headline,
+        predicate: finding.predicate.clone(),
+        details: finding.tested.iter().map(detail).collect(),
+    }
+}
+
+/// A statement and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ClaimView {
+    /// The statement.
+    pub text: String,
+    /// What became of it: the worst of what it is for each tracker.
+    pub verdict: ClaimOutcome,
+    /// The verdict in words: `holds for 2 of 4 trackers`.
+    pub headline: String,
+    /// The predicate over our numbers; may be empty.
+    pub predicate: String,
+    /// One line for each tracker: the verdict and the numbers behind it.
+    pub details: Vec<String>,
+}
+
+/// What became of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClaimOutcome {
+    /// It holds in our numbers.
+    Holds,
+    /// It does not.
+    DoesNotHold,
+    /// Data or numbers are missing.
+    CannotBeTested,
+}
+
+impl ClaimOutcome {
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::DoesNotHold => "does not hold",
+            Self::CannotBeTested => "cannot be tested",
+        }
+    }
 }

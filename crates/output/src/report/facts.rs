@@ -1,7 +1,7 @@
 //! The numbers of the text around an experiment's tables, for LaTeX.
 
+use super::claims::{ClaimOutcome, ClaimView};
 use super::results::Results;
-use super::{ClaimOutcome, ClaimView};
 use crate::table::macros::Fact;
 use crate::table::number::four_digits;
 

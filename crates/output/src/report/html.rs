@@ -4,7 +4,7 @@
 //! looked at, and series that [`super::sequences::json`] has made. The page forbids itself, by its content
 //! security policy, to load anything but files beside it and to run anything but its own script.
 
-use super::{Page, ReportError};
+use super::page::{Page, ReportError};
 use crate::dataset::text::visible;
 use base64::Engine;
 use minijinja::syntax::SyntaxConfig;

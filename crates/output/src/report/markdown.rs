@@ -1,6 +1,7 @@
 //! The page as Markdown for GitHub.
 
-use super::{ClaimView, Page, ReportError};
+use super::claims::ClaimView;
+use super::page::{Page, ReportError};
 use crate::table::render::{self, markdown_escape as text};
 use std::fmt::Write;
 

@@ -74,6 +74,16 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
     Ok(METRICS.map(of_metric).into())
 }
 
+/// For each measure that both sides have, the pairs of values on the sequences that both have.
+pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)> {
+    let of_measure = |(measure, a): &(String, BTreeMap<String, f64>)| {
+        let (_, b) = second.iter().find(|(other, _)| other == measure)?;
+        let pairs = a.iter().filter_map(|(sequence, a)| Some((*a, *b.get(sequence)?)));
+        Some((measure.clone(), pairs.collect()))
+    };
+    first.iter().filter_map(of_measure).collect()
+}
+
 /// The columns of the tables `sequences` that analyses made of a tracker.
 fn of_tracker(results: &Results, name: &str) -> Values {
     let mut values = Values::new();

@@ -1,10 +1,10 @@
-use super::explain::Origin;
-use super::fill::small_enough;
-use super::sequences::{Method, Said, Sequence, Sequences, TallyRow, Track};
+use super::explain::{CellOrigin, TableOrigins};
+use super::sequences::{JudgedSeries, Method, Sequence, Sequences, Tallies, TallyRow, Track};
+use super::write::small_enough;
 use super::*;
 use crate::direction::Direction;
 use crate::figure::{Curve, Curves, Plot, Range, Style};
-use crate::table::layout::{Cell, Group, Row};
+use crate::table::layout::{Cell, Group, Layout, Row};
 use base64::Engine;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -250,8 +250,8 @@ fn parts_that_do_not_fit_are_errors() {
 }
 
 /// What is behind every cell of the page's tables.
-fn origins(p: &Page, name: &str) -> Vec<Origins> {
-    let origin = Origin {
+fn origins(p: &Page, name: &str) -> Vec<TableOrigins> {
+    let origin = CellOrigin {
         number: format!("recall of {name}"),
         formula: "TP / (TP + FN) = 2 / (2 + 1)".into(),
         command: "trackfail explain t recall DTEF".into(),
@@ -293,11 +293,16 @@ fn numbers_lead_to_their_sequences() {
 fn large() -> Sequences {
     let frames = 1200;
     let names = |word: &str, n: usize| (0..n).map(|k| format!("{word} {k}")).collect::<Vec<_>>();
-    let said = |m: usize| {
+    let series = |m: usize| {
         let score = (0..frames).map(|t| ((t * 7919 + m * 104_729) % 10_007) as f64 / 10_007.0).collect();
-        Said { score, alarm: vec![false; frames], changes: vec![0; frames], ..Said::default() }
+        JudgedSeries {
+            score,
+            alarm: vec![false; frames],
+            changes: vec![0; frames],
+            ..JudgedSeries::default()
+        }
     };
-    let methods: Vec<(usize, Said)> = (0..10).map(|m| (m, said(m))).collect();
+    let methods: Vec<(usize, JudgedSeries)> = (0..10).map(|m| (m, series(m))).collect();
     let track = |s: usize| Track {
         sequence: s,
         error: vec![0.5; frames],

@@ -117,7 +117,7 @@ impl Measured {
 }
 
 /// A method on one tracker.
-struct Contestant {
+struct Competitor {
     label: String,
     /// Whether it is ranked and tested.
     competes: bool,
@@ -131,7 +131,7 @@ struct Field {
     label: String,
     /// How random detections match by the protocol.
     chance: Chance,
-    contestants: Vec<Contestant>,
+    competitors: Vec<Competitor>,
 }
 
 fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
@@ -155,7 +155,7 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
             }
         }
         for protocol in &protocols {
-            let mut contestants = Vec::new();
+            let mut competitors = Vec::new();
             for method in methods().filter(|m| m.protocol.name == protocol.name) {
                 let competes = method.variants.len() == 1 && !layout::is_anchor(experiment, &method.name);
                 for variant in &method.variants {
@@ -163,14 +163,14 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
                     let Some(counts) = counts.remove(&(tracker.label.clone(), label.clone())) else {
                         continue;
                     };
-                    contestants.push(Contestant { label, competes, counts });
+                    competitors.push(Competitor { label, competes, counts });
                 }
             }
             let several = protocols.len() > 1;
             let label =
                 if several { format!("{}, {}", tracker.label, protocol.name) } else { tracker.label.clone() };
-            if !contestants.is_empty() {
-                fields.push(Field { label, chance: protocol.chance, contestants });
+            if !competitors.is_empty() {
+                fields.push(Field { label, chance: protocol.chance, competitors });
             }
         }
     }
@@ -185,19 +185,19 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
     let tables: Vec<(&str, Grid)> =
         mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
     let field = |(k, column): (usize, &String)| {
-        let contestant = |(tracker, table): &(&str, Grid)| {
+        let competitor = |(tracker, table): &(&str, Grid)| {
             let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
                 // No measure of a sequence is as large as a million.
                 let value = cells.get(k).copied().flatten()?.clamp(-1e6, 1e6);
                 Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
             };
             let counts = table.rows.iter().filter_map(unit).collect();
-            Contestant { label: (*tracker).to_string(), competes: true, counts }
+            Competitor { label: (*tracker).to_string(), competes: true, counts }
         };
-        let contestants = tables.iter().map(contestant).collect();
+        let competitors = tables.iter().map(competitor).collect();
         (
             Measured::Mean(column.clone()),
-            Field { label: String::new(), chance: Chance::within(0), contestants },
+            Field { label: String::new(), chance: Chance::within(0), competitors },
         )
     };
     tables[0].1.columns.iter().enumerate().map(field).collect()
@@ -227,7 +227,7 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     }
     let note = folder::data_note(experiment, &results.manifest);
     let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
-    let mut said = Uncertainty::default();
+    let mut uncertainty = Uncertainty::default();
     for (suffix, measured, fields) in &all {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
@@ -242,16 +242,16 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
                 table.name.push('_');
             }
         }
-        said.tables.extend(tables);
+        uncertainty.tables.extend(tables);
         let diagram = diagram(fields, &ranked, measured, &suite);
-        said.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
+        uncertainty.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
     }
-    said
+    uncertainty
 }
 
 /// The mean ranks of a field.
 struct Ranked {
-    /// Of the contestants that compete, by label.
+    /// Of the competitors that compete, by label.
     mean_ranks: BTreeMap<String, f64>,
     /// Sequences in which all of them have a value.
     blocks: usize,
@@ -260,7 +260,7 @@ struct Ranked {
 }
 
 fn rank(field: &Field, measured: &Measured) -> Option<Ranked> {
-    let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
+    let competing: Vec<&Competitor> = field.competitors.iter().filter(|c| c.competes).collect();
     let values = |sequence: &String| -> Option<Vec<f64>> {
         competing.iter().map(|c| measured.value(field.chance, c.counts.get(sequence)?)).collect()
     };
@@ -325,7 +325,7 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
         }
         let heading = heading.join(" ").trim_start().to_string();
         let seed = seed::seed(seed, &[&field.label]);
-        let row = |c: &Contestant| {
+        let row = |c: &Competitor| {
             let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
             let total = units.iter().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
             let bounds = (units.len() >= FEWEST)
@@ -342,7 +342,7 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
             ];
             (c.label.clone(), cells)
         };
-        group(&field.label, heading, field.contestants.par_iter().map(row).collect())
+        group(&field.label, heading, field.competitors.par_iter().map(row).collect())
     };
     let is_counted = matches!(measured, Measured::Counted(_));
     let caption = format!(
@@ -368,7 +368,7 @@ struct Duel {
     sequences: usize,
 }
 
-fn duel((a, b): (&Contestant, &Contestant), of: impl Fn(&[i64; 4]) -> Option<f64>, seed: u64) -> Duel {
+fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64>, seed: u64) -> Duel {
     let both: Vec<([i64; 4], [i64; 4])> =
         a.counts.iter().filter_map(|(sequence, x)| Some((*x, *b.counts.get(sequence)?))).collect();
     let label = format!("{} against {}", a.label, b.label);
@@ -394,8 +394,8 @@ fn duel((a, b): (&Contestant, &Contestant), of: impl Fn(&[i64; 4]) -> Option<f64
 fn duels(fields: &[Field], measured: &Measured, seed: u64) -> Layout {
     let of_field = |field: &Field| {
         let seed = seed::seed(seed, &[&field.label]);
-        let competing: Vec<&Contestant> = field.contestants.iter().filter(|c| c.competes).collect();
-        let all: Vec<(&Contestant, &Contestant)> = (0..competing.len())
+        let competing: Vec<&Competitor> = field.competitors.iter().filter(|c| c.competes).collect();
+        let all: Vec<(&Competitor, &Competitor)> = (0..competing.len())
             .flat_map(|i| (i + 1..competing.len()).map(move |j| (i, j)))
             .map(|(i, j)| (competing[i], competing[j]))
             .collect();
@@ -440,10 +440,10 @@ fn diagram(
 ) -> Option<(Ranks, String)> {
     let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
         let ranked = ranked.as_ref()?;
-        let rank = |c: &Contestant| Some((c.label.clone(), *ranked.mean_ranks.get(&c.label)?));
+        let rank = |c: &Competitor| Some((c.label.clone(), *ranked.mean_ranks.get(&c.label)?));
         Some(Ranking {
             label: format!("{} ({} sequences)", field.label, ranked.blocks),
-            methods: field.contestants.iter().filter_map(rank).collect(),
+            methods: field.competitors.iter().filter_map(rank).collect(),
             critical: ranked.critical,
         })
     };

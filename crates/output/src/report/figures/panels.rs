@@ -11,10 +11,11 @@ pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &figur
     let first = track.numbers.first().copied().unwrap_or(1);
     let frames = FrameAxis { first: u32::try_from(first).unwrap_or(0), count: track.error.len() };
     let judged = |method: &str| -> TrackScore {
-        let (silent, still) = (vec![false; track.error.len()], vec![0; track.error.len()]);
-        let said = track.method(method).map_or((&silent, &still), |m| (&m.alarm, &m.changes));
+        let (no_alarm, no_change) = (vec![false; track.error.len()], vec![0; track.error.len()]);
+        let (alarm, changes) =
+            track.method(method).map_or((&no_alarm, &no_change), |m| (&m.alarm, &m.changes));
         let protocol = results.experiment.protocol_of(method);
-        protocol.map_or_else(TrackScore::default, |p| (p.score)(&track.error, said.0, said.1))
+        protocol.map_or_else(TrackScore::default, |p| (p.score)(&track.error, alarm, changes))
     };
     let lost: Vec<bool> = track.error.iter().map(|e| *e >= 1.0).collect();
     let blank = |label: &str| Panel { spans: spans_where(&lost), ..Panel::new(label, frames) };

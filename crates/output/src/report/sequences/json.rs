@@ -17,7 +17,7 @@
 //! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each one call
 //! `trackfail({truth, data})`.
 
-use super::{Method, Said, Sequence, Sequences, Track};
+use super::{JudgedSeries, Method, Sequence, Sequences, Track};
 use crate::dataset::text::visible;
 use crate::region::{Rect, Region};
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, Outcome};
@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 /// Size that a file of series does not exceed, but for a single track that is longer, in bytes.
-const LARGEST_FILE: usize = 2 << 20;
+const MAX_FILE: usize = 2 << 20;
 
 /// Series packed for a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -65,7 +65,7 @@ pub fn beside(all: &Sequences) -> Packed {
         for (k, t) in mine {
             let (truth, data) = (truth(&all.sequences[t.sequence]), track(all, t));
             size += truth.len() + data.len();
-            if size > LARGEST_FILE {
+            if size > MAX_FILE {
                 next = keep(&mut truths, &mut datas);
                 size = truth.len() + data.len();
             }
@@ -164,10 +164,10 @@ fn truth(sequence: &Sequence) -> String {
     format!("[{}]", columns.join(","))
 }
 
-/// Whether the corners are those of its rectangle, as far as they are told.
+/// Whether the corners are those of its rectangle, as far as they are shown.
 fn is_upright(region: &Region) -> bool {
-    let told = |p: &(f64, f64)| (tenths(p.0), tenths(p.1));
-    region.corners().iter().map(told).eq(region.rect().corners().iter().map(told))
+    let shown = |p: &(f64, f64)| (tenths(p.0), tenths(p.1));
+    region.corners().iter().map(shown).eq(region.rect().corners().iter().map(shown))
 }
 
 fn boxes(rects: &[Rect]) -> String {
@@ -179,7 +179,7 @@ fn boxes(rects: &[Rect]) -> String {
 fn track(all: &Sequences, track: &Track) -> String {
     let error = differences(track.error.iter().map(|e| thousandths(*e)));
     let threshold = |k: usize| all.methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
-    let methods = track.methods.iter().map(|(k, s)| (*k, said(track, s, threshold(*k))));
+    let methods = track.methods.iter().map(|(k, s)| (*k, series(track, s, threshold(*k))));
     let methods = object(methods.collect::<BTreeMap<_, _>>());
     let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", methods)];
     if !track.background.is_empty() {
@@ -188,19 +188,19 @@ fn track(all: &Sequences, track: &Track) -> String {
     object(parts)
 }
 
-fn said(track: &Track, said: &Said, threshold: Option<f64>) -> String {
-    let digits = digits(&said.score, threshold);
+fn series(track: &Track, series: &JudgedSeries, threshold: Option<f64>) -> String {
+    let digits = digits(&series.score, threshold);
     let step = |v: &f64| whole(v * 10_f64.powi(digits));
-    let marks: Vec<Value> = trace::moments(&said.judged)
+    let marks: Vec<Value> = trace::moments(&series.judged)
         .iter()
         .map(|m| {
             let found = m.event.is_some_and(|t| trace::is_recovery(&track.error, t));
-            let clear = m.detection.is_some_and(|t| trace::is_all_clear(&said.changes, t));
+            let clear = m.detection.is_some_and(|t| trace::is_all_clear(&series.changes, t));
             json!([m.event, m.detection, u8::from(found), u8::from(clear)])
         })
         .collect();
     let mut alarms: Vec<usize> = Vec::new();
-    for (t, _) in said.alarm.iter().enumerate().filter(|(_, alarm)| **alarm) {
+    for (t, _) in series.alarm.iter().enumerate().filter(|(_, alarm)| **alarm) {
         match alarms.last_mut() {
             Some(last) if *last + 1 == t => *last = t,
             _ => alarms.extend([t, t]),
@@ -211,7 +211,7 @@ fn said(track: &Track, said: &Said, threshold: Option<f64>) -> String {
         ("marks", text(json!(marks))),
         ("alarms", text(json!(alarms))),
         ("digits", digits.to_string()),
-        ("score", differences(said.score.iter().map(step))),
+        ("score", differences(series.score.iter().map(step))),
     ])
 }
 

@@ -10,10 +10,10 @@ use serde_json::Value;
 fn sequences(name: &str, frames: usize) -> Sequences {
     let lost = |t: usize| (20..30).contains(&t);
     let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
-    let said = |late: usize| {
+    let series = |late: usize| {
         let alarm: Vec<bool> = (0..frames).map(|t| t >= late && lost(t - late)).collect();
         let judged = (khalid2016::PROTOCOL.score)(&error, &alarm, &vec![0; frames]);
-        Said {
+        JudgedSeries {
             score: (0..frames).map(|t| t as f64 * 1e-4).collect(),
             alarm,
             changes: vec![0; frames],
@@ -39,7 +39,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         rects: rects.clone(),
         background: if tracker == 0 { rects.clone() } else { Vec::new() },
         error: error.clone(),
-        methods: if tracker == 0 { vec![(0, said(2)), (1, said(12))] } else { vec![(1, said(12))] },
+        methods: if tracker == 0 { vec![(0, series(2)), (1, series(12))] } else { vec![(1, series(12))] },
     };
     let method = |name: &str| Method {
         name: name.into(),
@@ -98,14 +98,14 @@ fn series_by_hand() {
     assert_eq!(column(&track["box"][0])[..4], [Some(0), Some(3), Some(7), Some(10)]);
     assert_eq!(column(&track["error"])[19..21], [Some(250), Some(1000)]);
     assert!(all["data"]["0-1"]["background"].is_null() && !track["background"].is_null());
-    let said = &track["said"]["0"];
-    assert_eq!(said["marks"], serde_json::json!([[20, 22, 0, 0]]));
+    let series = &track["said"]["0"];
+    assert_eq!(series["marks"], serde_json::json!([[20, 22, 0, 0]]));
     assert_eq!(track["said"]["1"]["marks"], serde_json::json!([[20, null, 0, 0], [null, 32, 0, 0]]));
     assert_eq!(all["words"]["outcome"], serde_json::json!(["hit", "missed", "false alarm"]));
-    assert_eq!(said["alarms"], serde_json::json!([22, 31]));
+    assert_eq!(series["alarms"], serde_json::json!([22, 31]));
     // Four digits of 0.0041: steps of 1e-6.
-    assert_eq!(said["digits"], 6);
-    assert_eq!(column(&said["score"])[..3], [Some(0), Some(100), Some(200)]);
+    assert_eq!(series["digits"], 6);
+    assert_eq!(column(&series["score"])[..3], [Some(0), Some(100), Some(200)]);
     // Without a threshold four digits of the largest score, 0.0059.
     assert_eq!(all["data"]["0-1"]["said"]["1"]["digits"], 6);
 }
@@ -155,11 +155,11 @@ proptest! {
     }
 
     #[test]
-    fn any_numbers_are_read_back_as_near_as_told(values in prop::collection::vec(prop::num::f64::ANY, 1..30)) {
+    fn any_numbers_are_read_back_as_near_as_shown(values in prop::collection::vec(prop::num::f64::ANY, 1..30)) {
         let mut all = sequences("Girl", values.len());
         all.tracks.truncate(1);
-        let said = &mut all.tracks[0].methods[0].1;
-        said.score = values.clone();
+        let series = &mut all.tracks[0].methods[0].1;
+        series.score = values.clone();
         all.tracks[0].rects = values.iter().map(|v| Rect::new(*v, *v, *v, *v)).collect();
         let all: Value = serde_json::from_str(&embedded(&all).index).unwrap();
         let track = &all["data"]["0-0"];

@@ -1,5 +1,6 @@
 use super::*;
 use crate::engine::observe::progress::{self, ObservedRun};
+use crate::report::files::SUMMARY;
 
 const HOSTILE: &str =
     "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";
@@ -39,7 +40,7 @@ fn json(summary: &Summary) -> String {
 }
 
 fn index(reports: &Path) -> String {
-    assert_eq!(write_index(reports).unwrap().warnings, Vec::<String>::new());
+    assert_eq!(write_index(reports).unwrap(), Vec::<String>::new());
     page(reports)
 }
 
@@ -108,7 +109,7 @@ fn what_is_no_report_is_not_listed() {
 }
 
 #[test]
-fn summaries_that_cannot_be_read_are_told() {
+fn summaries_that_cannot_be_read_give_warnings() {
     let dir = tempfile::tempdir().unwrap();
     put(dir.path(), "good", &json(&a("good")));
     let deep = "[".repeat(100_000);
@@ -135,14 +136,14 @@ fn summaries_that_cannot_be_read_are_told() {
     std::fs::write(dir.path().join("bad/folder").join(INDEX), "").unwrap();
     std::fs::create_dir_all(dir.path().join("bad/none")).unwrap();
     std::fs::write(dir.path().join("bad/none").join(INDEX), "").unwrap();
-    let told = write_index(dir.path()).unwrap().warnings;
-    assert_eq!(told.len(), broken.len() + 2, "{told:#?}");
-    assert!(told.iter().any(|t| t.contains("bad/none") && t.contains("`trackfail report bad/none`")));
-    assert!(told.iter().any(|t| t.contains("has format 2")));
+    let warnings = write_index(dir.path()).unwrap();
+    assert_eq!(warnings.len(), broken.len() + 2, "{warnings:#?}");
+    assert!(warnings.iter().any(|t| t.contains("bad/none") && t.contains("`trackfail report bad/none`")));
+    assert!(warnings.iter().any(|t| t.contains("has format 2")));
     let page = page(dir.path());
     assert!(page.contains("1 experiment.") && page.contains("href=\"bad/5/index.html\""));
     assert_eq!(page.matches("is none of this program").count(), broken.len() - 1);
-    put(dir.path(), "huge", &" ".repeat(LARGEST as usize + 1));
+    put(dir.path(), "huge", &" ".repeat(summary::MAX_SUMMARY as usize + 1));
     assert!(
         collect(dir.path())
             .unreadable
@@ -195,7 +196,7 @@ fn hostile_texts_are_texts() {
                 text.escape_default().to_string().replace(['\\', '"'], "")
             ),
         );
-        assert_eq!(write_index(dir.path()).unwrap().warnings.len(), 1);
+        assert_eq!(write_index(dir.path()).unwrap().len(), 1);
         let site = collect(dir.path());
         let running = [true, false].map(|alive| ObservedRun { alive, snapshot: snapshot(text) });
         [std::fs::read_to_string(dir.path().join(INDEX)).unwrap(), render_live(&site, &running, 7).unwrap()]
@@ -255,8 +256,8 @@ fn a_page_of_somebody_else_is_left_alone() {
     put(dir.path(), "a", &json(&a("a")));
     let path = dir.path().join(INDEX);
     std::fs::write(&path, "<h1>My own</h1>").unwrap();
-    let told = write_index(dir.path()).unwrap().warnings;
-    assert!(told.len() == 1 && told[0].contains("left as it is"), "{told:?}");
+    let warnings = write_index(dir.path()).unwrap();
+    assert!(warnings.len() == 1 && warnings[0].contains("left as it is"), "{warnings:?}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "<h1>My own</h1>");
     std::fs::remove_file(&path).unwrap();
     assert!(index(dir.path()).contains(OURS));

@@ -1,9 +1,11 @@
 //! The site as HTML.
 
-use super::super::ReportError;
-use super::super::html::Parts;
-use super::{Best, ClaimCounts, MARKDOWN, Site, Summary};
+use super::collect::Site;
+use super::summary::{Best, ClaimCounts, Summary};
 use crate::engine::observe::progress::ObservedRun;
+use crate::report::files::MARKDOWN;
+use crate::report::html::Parts;
+use crate::report::page::ReportError;
 use serde::Serialize;
 
 #[derive(Serialize)]

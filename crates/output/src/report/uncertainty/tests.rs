@@ -3,22 +3,22 @@ use crate::figure::Plot;
 
 const CHANCE: Chance = Chance::within(5);
 
-/// A contestant with true and false positives and misses, sequence by sequence.
-fn contestant(label: &str, competes: bool, counts: &[[i64; 3]]) -> Contestant {
+/// A competitor with true and false positives and misses, sequence by sequence.
+fn competitor(label: &str, competes: bool, counts: &[[i64; 3]]) -> Competitor {
     let of = |(k, c): (usize, &[i64; 3])| (format!("s{k:02}"), [c[0], c[1], c[2], 90]);
-    Contestant { label: label.into(), competes, counts: counts.iter().enumerate().map(of).collect() }
+    Competitor { label: label.into(), competes, counts: counts.iter().enumerate().map(of).collect() }
 }
 
 fn field() -> Field {
     let (good, bad) = ([3, 1, 0], [1, 3, 2]);
-    let contestants = vec![
-        contestant("never", false, &[[0, 0, 3]; 8]),
-        contestant("good", true, &[good; 8]),
-        contestant("mixed", true, &[good, bad, good, bad, good, bad, good, bad]),
-        contestant("bad", true, &[bad; 8]),
-        contestant("swept[a=1]", false, &[good; 8]),
+    let competitors = vec![
+        competitor("never", false, &[[0, 0, 3]; 8]),
+        competitor("good", true, &[good; 8]),
+        competitor("mixed", true, &[good, bad, good, bad, good, bad, good, bad]),
+        competitor("bad", true, &[bad; 8]),
+        competitor("swept[a=1]", false, &[good; 8]),
     ];
-    Field { label: "NCC".into(), chance: CHANCE, contestants }
+    Field { label: "NCC".into(), chance: CHANCE, competitors }
 }
 
 fn values(row: &Row) -> Vec<Option<f64>> {
@@ -68,9 +68,9 @@ fn pairs_by_hand() {
 // Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
 #[test]
 fn without_values_there_is_nothing_to_say() {
-    let silent = |competes| contestant("silent", competes, &[[0, 0, 3]; 8]);
+    let silent = |competes| competitor("silent", competes, &[[0, 0, 3]; 8]);
     let mut field = field();
-    field.contestants.push(silent(true));
+    field.competitors.push(silent(true));
     assert!(rank(&field, &Measured::Counted(Metric::Precision)).is_none());
     let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::Precision), 1);
     let row = table.groups[0].rows.iter().find(|r| r.label == "good against silent").unwrap();
@@ -80,7 +80,7 @@ fn without_values_there_is_nothing_to_say() {
     assert_eq!(first.cells[4].value, Some(6.0 / 256.0), "three pairs have a p-value");
 
     let few = Field {
-        contestants: vec![contestant("a", true, &[[1, 0, 0]; 2]), contestant("b", true, &[[1, 1, 0]; 2])],
+        competitors: vec![competitor("a", true, &[[1, 0, 0]; 2]), competitor("b", true, &[[1, 1, 0]; 2])],
         ..field
     };
     assert!(rank(&few, &Measured::Counted(Metric::FScore)).is_none());
@@ -89,7 +89,7 @@ fn without_values_there_is_nothing_to_say() {
             [3],
         None
     );
-    let alone = Field { contestants: vec![contestant("a", true, &[[1, 0, 0]; 4])], ..few };
+    let alone = Field { competitors: vec![competitor("a", true, &[[1, 0, 0]; 4])], ..few };
     assert!(duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::FScore), 1).groups.is_empty());
     assert!(diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::FScore), "").is_none());
 }
@@ -116,10 +116,10 @@ fn trackers_are_compared_by_their_mean() {
     let tracker = |label: &str, values: [f64; 4]| {
         let unit = |(k, v): (usize, f64)| (format!("s{k}"), [(v * BILLION).round() as i64, 1, 0, 0]);
         let counts = values.into_iter().enumerate().map(unit).collect();
-        Contestant { label: label.into(), competes: true, counts }
+        Competitor { label: label.into(), competes: true, counts }
     };
     let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
-    let field = Field { label: String::new(), chance: Chance::within(0), contestants: vec![a, b] };
+    let field = Field { label: String::new(), chance: Chance::within(0), competitors: vec![a, b] };
     let mean = Measured::Mean("success AUC".into());
     let ranked = [rank(&field, &mean)];
     let table = intervals(std::slice::from_ref(&field), &ranked, &mean, 1);

@@ -6,11 +6,10 @@
 
 pub mod json;
 
-use super::explain;
 use super::results::{Results, ResultsError, TrackSeries};
 use crate::region::{Rect, Region};
-use crate::score::TrackScore;
 use crate::score::measures::Counts;
+use crate::score::{Protocol, TrackScore};
 use crate::signal::distribution_field::{self, background_region};
 use crate::table::manifest::MethodRecord;
 use crate::table::records::method_label;
@@ -18,7 +17,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Columns of methods that a page has at most; of more, each method's first grid point is shown.
-const MOST_METHODS: usize = 24;
+const MAX_METHODS: usize = 24;
 
 /// Everything that is shown sequence by sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -77,12 +76,12 @@ pub struct Track {
     /// O_t, NaN where unknown.
     pub error: Vec<f64>,
     /// What the methods say, each with its index.
-    pub methods: Vec<(usize, Said)>,
+    pub methods: Vec<(usize, JudgedSeries)>,
 }
 
-/// What a method says of a track.
+/// The series of a method on a track, and what its protocol counts on them.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Said {
+pub struct JudgedSeries {
     /// Score compared with the threshold.
     pub score: Vec<f64>,
     /// Alarm, one a frame.
@@ -91,6 +90,11 @@ pub struct Said {
     pub changes: Vec<i32>,
     /// Events, detections and which of them match.
     pub judged: TrackScore,
+}
+
+/// How counts come about, in a line.
+pub fn counted_by(protocol: &Protocol) -> String {
+    format!("counted by {}: {}", protocol.name, protocol.summary)
 }
 
 /// Where pictures are kept beside the page.
@@ -107,7 +111,7 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
     let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
     let mut note = String::new();
     let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
-    if records.len() > MOST_METHODS {
+    if records.len() > MAX_METHODS {
         let all = records.len();
         let mut known = BTreeSet::new();
         records.retain(|m| known.insert(m.name.as_str()));
@@ -134,7 +138,7 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
             (0..track.rects.len()).map(at).collect()
         };
         let background = rule.map_or_else(Vec::new, background);
-        let methods = said(results, &records, &track);
+        let methods = judged_series(results, &records, &track);
         let (rects, error) = (track.rects, track.error);
         all.tracks.push(Track { sequence, tracker, rects, background, error, methods });
     }
@@ -146,7 +150,7 @@ fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Meth
     let threshold = |t: &String| record.thresholds.get(t).copied().filter(|v| v.is_finite());
     let thresholds = trackers.iter().map(threshold).collect();
     let protocol = results.experiment.protocol_of(&record.name);
-    let counted = protocol.map_or_else(String::new, explain::counted_by);
+    let counted = protocol.map_or_else(String::new, counted_by);
     Method { name: method_label(&record.name, &record.params), thresholds, counted }
 }
 
@@ -195,7 +199,11 @@ fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Par
     rules
 }
 
-fn said(results: &Results, records: &[&MethodRecord], track: &TrackSeries) -> Vec<(usize, Said)> {
+fn judged_series(
+    results: &Results,
+    records: &[&MethodRecord],
+    track: &TrackSeries,
+) -> Vec<(usize, JudgedSeries)> {
     let of = |(k, record): (usize, &&MethodRecord)| {
         let series = track.method(&method_label(&record.name, &record.params))?;
         let protocol = results.experiment.protocol_of(&record.name)?;
@@ -207,7 +215,7 @@ fn said(results: &Results, records: &[&MethodRecord], track: &TrackSeries) -> Ve
         let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
         Some((
             k,
-            Said {
+            JudgedSeries {
                 score: series.score.clone(),
                 alarm: series.alarm.clone(),
                 changes: series.changes.clone(),
@@ -266,10 +274,10 @@ impl Sequences {
         let mut rows = Vec::new();
         for track in &self.tracks {
             let mut cells = vec![String::new(); self.methods.len()];
-            for (k, said) in &track.methods {
-                cells[*k] = tally(&said.judged.counts);
+            for (k, series) in &track.methods {
+                cells[*k] = tally(&series.judged.counts);
                 let sum = totals[*k].get_or_insert_default();
-                *sum = [*sum, said.judged.counts].into_iter().sum();
+                *sum = [*sum, series.judged.counts].into_iter().sum();
             }
             let sequence = &self.sequences[track.sequence];
             rows.push(TallyRow {
@@ -294,9 +302,9 @@ impl Sequences {
 
     /// What is shown first: the track and method with most events, the earliest among equals.
     fn start(&self) -> Option<[usize; 3]> {
-        let all = self.tracks.iter().flat_map(|t| t.methods.iter().map(move |(k, said)| (t, *k, said)));
-        let most = all.clone().map(|(_, _, said)| said.judged.events.len()).max()?;
-        let (track, method, _) = all.into_iter().find(|(_, _, said)| said.judged.events.len() == most)?;
+        let all = self.tracks.iter().flat_map(|t| t.methods.iter().map(move |(k, series)| (t, *k, series)));
+        let most = all.clone().map(|(_, _, series)| series.judged.events.len()).max()?;
+        let (track, method, _) = all.into_iter().find(|(_, _, series)| series.judged.events.len() == most)?;
         Some([track.sequence, track.tracker, method])
     }
 }

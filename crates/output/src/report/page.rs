@@ -1,37 +1,9 @@
-//! Reports: everything an experiment has to say, as one offline HTML page and as Markdown.
-//!
-//! A [`Page`] is filled by whoever knows the results; [`render`] makes `index.html` of it, a single file
-//! that asks the network for nothing, and [`markdown`] makes `report.md`. All texts may come from
-//! outside (names of sequences, messages of errors): both outputs show them as text.
-//!
-//! [`results`] reads a results folder, [`claims`] tests its claims, [`figures`] and [`stills`] draw
-//! its figures, [`pairs`] has what comparisons rest on, [`uncertainty`] how far headline numbers can be trusted,
-//! [`sequences`] has what is shown sequence by sequence, [`explain`](mod@explain) takes numbers apart and
-//! [`trace`] follows a method frame by frame, [`write`](fn@write) fills the page and writes the report,
-//! [`site`] is the page over all reports.
+//! The page of a report as plain data, before it becomes HTML or Markdown.
 
-pub mod claims;
-pub mod explain;
-mod facts;
-pub mod figures;
-mod fill;
-mod html;
-mod markdown;
-pub mod pairs;
-pub mod results;
-pub mod sequences;
-pub mod site;
-pub mod stills;
-pub mod trace;
-pub mod uncertainty;
-
-pub use fill::{INDEX, OWNED, WriteError, Written, verdict_words, write};
-pub use html::render;
-pub use markdown::markdown;
-
+use super::claims::ClaimView;
+use super::explain::TableOrigins;
+use super::sequences::Tallies;
 use crate::table::layout::Layout;
-use explain::Origins;
-use sequences::Tallies;
 use serde::Serialize;
 
 /// What a report shows, in the order of the page.
@@ -58,7 +30,7 @@ pub struct Page {
     /// Tables.
     pub tables: Vec<Layout>,
     /// What is behind their cells, for the first of them; may be empty.
-    pub origins: Vec<Origins>,
+    pub origins: Vec<TableOrigins>,
     /// Figures.
     pub figures: Vec<FigureView>,
     /// Whether the page shows the files of the figures instead of having them in itself.
@@ -75,44 +47,6 @@ pub struct Page {
     pub provenance: Vec<(String, String)>,
     /// How many of these are short and for everyone; the page folds the others.
     pub provenance_head: usize,
-}
-
-/// A statement and what became of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ClaimView {
-    /// The statement.
-    pub text: String,
-    /// What became of it: the worst of what it is for each tracker.
-    pub verdict: ClaimOutcome,
-    /// The verdict in words: `holds for 2 of 4 trackers`.
-    pub headline: String,
-    /// The predicate over our numbers; may be empty.
-    pub predicate: String,
-    /// One line for each tracker: the verdict and the numbers behind it.
-    pub details: Vec<String>,
-}
-
-/// What became of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ClaimOutcome {
-    /// It holds in our numbers.
-    Holds,
-    /// It does not.
-    DoesNotHold,
-    /// Data or numbers are missing.
-    CannotBeTested,
-}
-
-impl ClaimOutcome {
-    /// The verdict in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::DoesNotHold => "does not hold",
-            Self::CannotBeTested => "cannot be tested",
-        }
-    }
 }
 
 /// A figure.
@@ -217,6 +151,3 @@ fn has_handler(svg: &str) -> bool {
         })
     })
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,15 +1,15 @@
-//! What is asked for, and whether it may be shown.
+//! Reads requests and decides what may be shown.
 //!
-//! A browser on this machine also runs the pages of other sites. These can send requests here, but not read the
-//! answers, unless a name of theirs leads here: so only requests that name this machine in `Host` are answered. The
-//! path of a request is taken apart after `%` is decoded, once; every part must be a plain name, and what it leads to,
-//! links followed, must lie below the reports folder.
+//! A browser on this machine also runs the pages of other sites. These can send requests here, but they cannot read the
+//! answers unless a domain name of theirs resolves to this machine: so only requests whose `Host` names this machine are
+//! answered. The path of a request is split after `%` is decoded, once; every part must be a plain name, and the file
+//! that it leads to, with links followed, must lie below the reports folder.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// Longest head of a request, in bytes.
-pub const LONGEST_HEAD: usize = 16 << 10;
+/// Maximum length of the head of a request, in bytes.
+pub const MAX_HEAD: usize = 16 << 10;
 
 /// A request.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,22 +23,22 @@ pub struct Request {
 /// Why a request is not answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// Not HTTP as this server speaks it.
+    /// Not HTTP as this server understands it.
     #[error("not a request that is understood here")]
     Malformed,
-    /// The head is longer than [`LONGEST_HEAD`].
+    /// The head is longer than [`MAX_HEAD`].
     #[error("the head of the request is too long")]
     TooLong,
-    /// It did not come in time.
+    /// The head did not come in time.
     #[error("the request did not come in time")]
     Slow,
     /// A method that would change something, or that is not known.
     #[error("only GET and HEAD are answered")]
     Method,
-    /// `Host` is another machine than this.
+    /// `Host` names another machine.
     #[error("ask for localhost or 127.0.0.1")]
     Host,
-    /// No such file, or none that is shown.
+    /// No such file, or one that is not shown.
     #[error("no such page")]
     Absent,
     /// Too many connections.
@@ -55,7 +55,7 @@ impl Refusal {
             Self::Slow => "408 Request Timeout",
             Self::Method => "405 Method Not Allowed",
             Self::Host => "403 Forbidden",
-            Self::Absent => "404 Not Found",
+            Self::Absent => "404 Not Target",
             Self::Busy => "503 Service Unavailable",
         }
     }
@@ -72,7 +72,7 @@ pub fn read_request(from: &mut impl Read) -> Result<Request, Refusal> {
         if let Some(end) = bytes.windows(4).position(|w| w == b"\r\n\r\n") {
             break end;
         }
-        if bytes.len() >= LONGEST_HEAD {
+        if bytes.len() >= MAX_HEAD {
             return Err(Refusal::TooLong);
         }
         match from.read(&mut piece) {
@@ -85,7 +85,7 @@ pub fn read_request(from: &mut impl Read) -> Result<Request, Refusal> {
             Err(_) => return Err(Refusal::Malformed),
         }
     };
-    if end > LONGEST_HEAD {
+    if end > MAX_HEAD {
         return Err(Refusal::TooLong);
     }
     parse(std::str::from_utf8(&bytes[..end]).map_err(|_| Refusal::Malformed)?)
@@ -134,12 +134,12 @@ fn is_this_machine(host: &str) -> bool {
     port.is_none_or(is_port) && names.iter().any(|known| name.eq_ignore_ascii_case(known))
 }
 
-/// What a path leads to.
+/// What a path of a request leads to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Found {
+pub enum Target {
     /// The page over all experiments.
     Site,
-    /// What runs are at.
+    /// The progress of runs.
     Progress,
     /// A folder with a page, asked for without a slash at the end: the path with one.
     Folder(String),
@@ -147,41 +147,41 @@ pub enum Found {
     File(PathBuf),
 }
 
-/// What a path, as sent, leads to.
+/// Finds what a path, as sent, leads to.
 ///
 /// # Errors
-/// [`Refusal::Absent`] for whatever is not there or is not shown, and does not tell which.
-pub fn find(reports: &Path, path: &str) -> Result<Found, Refusal> {
+/// [`Refusal::Absent`] for everything that does not exist or is not shown; the two look the same.
+pub fn find(reports: &Path, path: &str) -> Result<Target, Refusal> {
     let decoded = decode(path).ok_or(Refusal::Absent)?;
     let inner = decoded.strip_prefix('/').ok_or(Refusal::Absent)?;
     match inner {
-        "" | "index.html" => return Ok(Found::Site),
-        "progress.json" => return Ok(Found::Progress),
+        "" | "index.html" => return Ok(Target::Site),
+        "progress.json" => return Ok(Target::Progress),
         _ => {}
     }
     let (inner, slash) = inner.strip_suffix('/').map_or((inner, false), |inner| (inner, true));
     if !inner.split('/').all(is_plain_name) {
         return Err(Refusal::Absent);
     }
-    // Nothing below the root is a folder outside of it, whatever links there are on the way.
+    // Links on the way may not lead out of the root.
     let root = reports.canonicalize().map_err(|_| Refusal::Absent)?;
     let inside =
         |path: PathBuf| path.canonicalize().ok().filter(|p| p.starts_with(&root)).ok_or(Refusal::Absent);
     let wanted = inside(inner.split('/').fold(root.clone(), |path, part| path.join(part)))?;
     if !wanted.is_dir() {
-        // What a link leads to may have a name that is not shown.
+        // A link may lead to a file whose name is not shown.
         let shown = wanted.strip_prefix(&root).is_ok_and(is_shown);
         return if wanted.is_file() && !slash && shown {
-            Ok(Found::File(wanted))
+            Ok(Target::File(wanted))
         } else {
             Err(Refusal::Absent)
         };
     }
     let page = inside(wanted.join("index.html"))?;
     match page.is_file() && page.strip_prefix(&root).is_ok_and(is_shown) {
-        true if slash => Ok(Found::File(page)),
-        // Of names that need no `%`; others are asked for as they are linked to.
-        true if path == format!("/{inner}") => Ok(Found::Folder(format!("{path}/"))),
+        true if slash => Ok(Target::File(page)),
+        // Only for names without `%`, because the path is sent back as it came.
+        true if path == format!("/{inner}") => Ok(Target::Folder(format!("{path}/"))),
         _ => Err(Refusal::Absent),
     }
 }
@@ -190,7 +190,7 @@ fn is_shown(path: &Path) -> bool {
     path.components().all(|part| part.as_os_str().to_str().is_some_and(is_plain_name))
 }
 
-/// Whether a part of a path is a name that is shown: none that is hidden or means something to a file system.
+/// Whether a part of a path is a name that is shown: not hidden, and without special meaning to a file system.
 fn is_plain_name(name: &str) -> bool {
     let special = |c: char| c.is_control() || "\\:".contains(c);
     !name.is_empty() && !name.starts_with('.') && !name.ends_with(['.', ' ']) && !name.contains(special)
@@ -213,7 +213,7 @@ fn decode(path: &str) -> Option<String> {
 }
 
 /// Content type of a file, by its name.
-pub fn kind(path: &Path) -> &'static str {
+pub fn content_type(path: &Path) -> &'static str {
     match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
         "html" => "text/html; charset=utf-8",
         "md" | "txt" | "tex" => "text/plain; charset=utf-8",
@@ -267,7 +267,7 @@ mod tests {
             let request = format!("{method} / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n");
             assert_eq!(read(&request), Err(Refusal::Method));
         }
-        let long = format!("GET / HTTP/1.1\r\nHost: localhost\r\nA: {}\r\n\r\n", "a".repeat(LONGEST_HEAD));
+        let long = format!("GET / HTTP/1.1\r\nHost: localhost\r\nA: {}\r\n\r\n", "a".repeat(MAX_HEAD));
         assert_eq!(read(&long), Err(Refusal::TooLong));
     }
 
@@ -323,16 +323,16 @@ mod tests {
     fn files_below_the_folder_are_found() {
         let root = folders();
         let reports = root.path().join("reports");
-        let file = |name: &str| Ok(Found::File(reports.canonicalize().unwrap().join(name)));
-        assert_eq!(find(&reports, "/"), Ok(Found::Site));
-        assert_eq!(find(&reports, "/index%2Ehtml"), Ok(Found::Site));
-        assert_eq!(find(&reports, "/progress.json"), Ok(Found::Progress));
+        let file = |name: &str| Ok(Target::File(reports.canonicalize().unwrap().join(name)));
+        assert_eq!(find(&reports, "/"), Ok(Target::Site));
+        assert_eq!(find(&reports, "/index%2Ehtml"), Ok(Target::Site));
+        assert_eq!(find(&reports, "/progress.json"), Ok(Target::Progress));
         assert_eq!(find(&reports, "/a/b/index.html"), file("a/b/index.html"));
         assert_eq!(find(&reports, "/a/b/"), file("a/b/index.html"));
-        assert_eq!(find(&reports, "/a/b"), Ok(Found::Folder("/a/b/".into())));
+        assert_eq!(find(&reports, "/a/b"), Ok(Target::Folder("/a/b/".into())));
         assert_eq!(find(&reports, "/a/b/figures/f%201.svg"), file("a/b/figures/f 1.svg"));
-        assert_eq!(kind(Path::new("a/f.svg")), "image/svg+xml");
-        assert_eq!(find(&root.path().join("absent"), "/"), Ok(Found::Site));
+        assert_eq!(content_type(Path::new("a/f.svg")), "image/svg+xml");
+        assert_eq!(find(&root.path().join("absent"), "/"), Ok(Target::Site));
         assert_eq!(find(&root.path().join("absent"), "/a"), Err(Refusal::Absent));
     }
 
@@ -424,10 +424,10 @@ mod tests {
         ] {
             assert_eq!(find(&reports, path), Err(Refusal::Absent), "{path}");
         }
-        assert!(matches!(find(&reports, "/a/same/index.html"), Ok(Found::File(_))));
+        assert!(matches!(find(&reports, "/a/same/index.html"), Ok(Target::File(_))));
         // The folder itself may be a link.
         symlink("reports", root.path().join("link")).unwrap();
-        assert!(matches!(find(&root.path().join("link"), "/a/b/"), Ok(Found::File(_))));
+        assert!(matches!(find(&root.path().join("link"), "/a/b/"), Ok(Target::File(_))));
     }
 
     proptest! {
@@ -435,7 +435,7 @@ mod tests {
         fn whatever_is_found_lies_below(path in "/([a-b./%\\\\]|%2e|%2f|%5c|secret|index.html|\\.\\.){0,12}") {
             let root = folders();
             let reports = root.path().join("reports");
-            if let Ok(Found::File(found)) = find(&reports, &path) {
+            if let Ok(Target::File(found)) = find(&reports, &path) {
                 prop_assert!(found.starts_with(reports.canonicalize().unwrap()), "{}", path);
             }
         }

@@ -1,26 +1,29 @@
-//! Fills the page from a results folder and writes the report.
+//! Fills the page of a report from a results folder, and writes the report.
 
-use super::claims::{self, Finding, Tested};
+use super::claims::{self, Finding};
 use super::explain;
 use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
+use super::files::{INDEX, MARKDOWN};
+use super::html::render;
+use super::markdown::markdown;
+use super::page::{FailedCell, FigureView, Page, ReportError};
+use super::provenance::provenance;
 use super::results::{Results, ResultsError};
 use super::sequences::{self, Sequences, json};
+use super::site::SiteError;
 use super::stills::{self, Request};
 use super::uncertainty::{self, Uncertainty};
-use super::{ClaimOutcome, ClaimView, FailedCell, FigureView, Page, ReportError, markdown, render};
-use crate::dataset::synthetic;
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
 use crate::image;
-use crate::spec::claim;
 use crate::spec::figure::Figure;
 use crate::table::folder::{self, FolderError};
 use crate::table::layout::{self, Layout};
 use std::path::Path;
 
 /// What a report that was written says.
-pub struct Written {
+pub struct WrittenReport {
     /// What our numbers say of the claims.
     pub findings: Vec<Finding>,
     /// The experiment's own tables.
@@ -42,37 +45,23 @@ pub enum WriteError {
     /// The page cannot be rendered.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// The summary cannot be written.
+    #[error(transparent)]
+    Site(#[from] SiteError),
     /// A file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
 }
 
-/// The page, which says that a report folder is whole.
-pub const INDEX: &str = "index.html";
-/// The folders in a report folder in which nothing else lies.
-pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
 /// Size of a page above which its series go into files beside it, in bytes.
-const LARGEST_PAGE: usize = 5 << 20;
-
-/// A verdict in words.
-pub fn verdict_words(verdict: &claim::ClaimVerdict) -> &'static str {
-    view(verdict).words()
-}
-
-fn view(verdict: &claim::ClaimVerdict) -> ClaimOutcome {
-    match verdict {
-        claim::ClaimVerdict::Holds => ClaimOutcome::Holds,
-        claim::ClaimVerdict::Fails => ClaimOutcome::DoesNotHold,
-        claim::ClaimVerdict::Untestable(_) => ClaimOutcome::CannotBeTested,
-    }
-}
+const MAX_PAGE: usize = 5 << 20;
 
 /// Writes tables into the results folder, and figures, stills, series, `index.html` and `report.md` into an empty folder,
 /// from results alone.
 ///
 /// # Errors
 /// See [`WriteError`].
-pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
+pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
     let scores = results.scores()?;
     let mut layouts = results.layouts(&scores);
     let own = layouts.len();
@@ -81,7 +70,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
     stays_here(&results.folder.join("tables"))?;
     let findings = claims::test(results);
     let mut page = frame(results);
-    page.claims = findings.iter().map(claim_view).collect();
+    page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
     folder::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
@@ -105,11 +94,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<Written, WriteError> {
     page.sequences = sequences.tallies();
     page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
     page.tables = layouts;
-    let html = small_enough(&mut page, folder, &sequences, LARGEST_PAGE)?;
+    let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write(&folder.join(INDEX), html.as_bytes())?;
-    store::write(&folder.join("report.md"), markdown(&page)?.as_bytes())?;
+    store::write(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
-    Ok(Written { findings, tables: page.tables })
+    Ok(WrittenReport { findings, tables: page.tables })
 }
 
 /// Draws mean ranks beside the experiment's own figures.
@@ -226,37 +215,6 @@ fn not_drawn(figure: &Figure, reason: &str) -> String {
     format!("Figure {} is not drawn: {reason}.", figure.name)
 }
 
-fn claim_view(finding: &Finding) -> ClaimView {
-    let holds = finding.tested.iter().filter(|t| t.verdict == claim::ClaimVerdict::Holds).count();
-    let verdict = finding.overall();
-    let headline = if finding.tested.len() > 1 {
-        format!("holds for {holds} of {} trackers", finding.tested.len())
-    } else {
-        verdict.words().to_string()
-    };
-    let detail = |Tested { tracker, verdict, numbers }: &Tested| {
-        let shown = match verdict {
-            claim::ClaimVerdict::Untestable(reason) => reason.clone(),
-            _ => {
-                let numbers = numbers.iter().map(|(name, value)| match value {
-                    Some(v) => format!("{name} = {v:.4}"),
-                    None => format!("{name} has no value"),
-                });
-                numbers.collect::<Vec<_>>().join(", ")
-            }
-        };
-        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
-        format!("{who}{}: {shown}", view(verdict).words())
-    };
-    ClaimView {
-        text: finding.text.clone(),
-        verdict,
-        headline,
-        predicate: finding.predicate.clone(),
-        details: finding.tested.iter().map(detail).collect(),
-    }
-}
-
 /// The page without tables, figures and claims.
 fn frame(results: &Results) -> Page {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
@@ -313,71 +271,4 @@ fn frame(results: &Results) -> Page {
         provenance_head: 4 + manifest.digests.len(),
         ..Page::default()
     }
-}
-
-/// The experiment's protocol, and those of methods that have one of their own.
-fn protocols(results: &Results) -> String {
-    let mut text = results.manifest.protocol.clone();
-    let own = results.experiment.methods.iter().filter(|m| m.protocol.name != results.manifest.protocol);
-    for method in own {
-        text.push_str(&format!("; {} for {}", method.protocol.name, method.name));
-    }
-    text
-}
-
-fn provenance(results: &Results) -> Vec<(String, String)> {
-    let manifest = &results.manifest;
-    let mut all = vec![
-        ("experiment file, SHA-256".to_string(), manifest.spec_digest.clone()),
-        ("protocol".to_string(), protocols(results)),
-        ("seed".to_string(), manifest.seed.to_string()),
-        ("trackfail".to_string(), manifest.version.clone()),
-    ];
-    for (suite, sequences) in &manifest.digests {
-        let mut value = if *suite == manifest.suite.name {
-            layout::data_note(manifest.suite.present.len(), manifest.suite.wanted)
-        } else {
-            layout::data_note(sequences.len(), sequences.len())
-        };
-        if synthetic::SUITES.iter().any(|s| s.name == suite) {
-            value.push_str("; synthetic: rendered by the program, no real video");
-        }
-        all.push((format!("suite {suite}"), value));
-    }
-    for t in &manifest.trackers {
-        let runs = format!("runs {}, {} to learn from", t.runs, t.training_runs);
-        let value = format!("{} version {}, {}, {runs}", t.kind, t.version, t.params);
-        all.push((format!("tracker {}", t.label), value));
-    }
-    // Every combination of a grid would fill pages; its first stands for the parameters they share.
-    let mut named: Vec<&str> = Vec::new();
-    for m in &manifest.methods {
-        if named.contains(&m.name.as_str()) {
-            continue;
-        }
-        named.push(&m.name);
-        let part = |(kind, version, params): &(String, u32, serde_json::Value)| {
-            format!("{kind} version {version} {params}")
-        };
-        let mut value = m.signal.as_ref().map_or(String::new(), |s| format!("signal {}; ", part(s)));
-        value.push_str(&format!("detector {}", part(&m.detector)));
-        if !m.params.is_empty() {
-            value.push_str(&format!(" (first of the grid: {})", m.params));
-        }
-        if let Some((key, suite)) = &m.trained {
-            let values: Vec<String> =
-                m.thresholds.iter().map(|(tracker, v)| format!("{v} for {tracker}")).collect();
-            value.push_str(&format!("; `{key}` trained on {suite}: {}", values.join(", ")));
-        }
-        all.push((format!("method {}", m.name), value));
-    }
-    for (name, text) in &manifest.models {
-        all.push((format!("learned by {name}"), text.clone()));
-    }
-    for (suite, sequences) in &manifest.digests {
-        for (name, digest) in sequences {
-            all.push((format!("{suite}/{name}"), digest.clone()));
-        }
-    }
-    all
 }

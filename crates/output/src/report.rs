@@ -1,0 +1,56 @@
+//! Reports: everything an experiment has to say, as one offline HTML page and as Markdown.
+//!
+//! A [`Page`] is plain data; [`render`] makes `index.html` of it, a single file that loads nothing from the network,
+//! and [`markdown`] makes `report.md`. All texts may come from outside (names of sequences, messages of errors): both
+//! outputs show them as text.
+//!
+//! In the order in which they use each other:
+//!
+//! | module | does |
+//! |---|---|
+//! | [`results`] | reads a results folder |
+//! | [`finished`] | finds the experiments that have results |
+//! | [`trace`] | follows a method frame by frame |
+//! | [`stills`] | keeps the video frames that figures show |
+//! | [`figures`] | draws the figures of an experiment, one file a kind |
+//! | [`claims`] | tests its claims |
+//! | [`pairs`] | measures sequence by sequence, for comparisons |
+//! | [`uncertainty`] | says how far headline numbers can be trusted |
+//! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
+//! | [`explain`](mod@explain) | takes numbers of tables apart |
+//! | [`page`] | the data of the page |
+//! | [`write`](mod@write) | fills the page and writes the report |
+//! | [`site`] | the page over all reports |
+//! | [`server`] | shows the reports in a browser |
+
+pub mod claims;
+pub mod explain;
+mod facts;
+pub mod figures;
+mod files;
+pub mod finished;
+mod html;
+mod markdown;
+pub mod page;
+pub mod pairs;
+mod provenance;
+pub mod results;
+pub mod sequences;
+pub mod server;
+pub mod site;
+mod staged;
+pub mod stills;
+pub mod trace;
+pub mod uncertainty;
+pub mod write;
+
+pub use claims::{ClaimOutcome, ClaimView, verdict_words};
+pub use files::{INDEX, OWNED};
+pub use html::render;
+pub use markdown::markdown;
+pub use page::{FailedCell, FigureView, Page, ReportError};
+pub use staged::StagedReport;
+pub use write::{WriteError, WrittenReport, write};
+
+#[cfg(test)]
+mod tests;

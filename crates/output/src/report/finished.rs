@@ -1,0 +1,79 @@
+//! Experiments whose run is finished, as the results folder has them.
+
+use super::results::{Results, ResultsError};
+use crate::plugin;
+use crate::spec::read::check_experiment_name;
+use crate::table::folder::MANIFEST;
+use std::path::{Path, PathBuf};
+
+/// Results of an experiment that are not there or cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum FinishedError {
+    /// The folder holds no finished experiment at all.
+    #[error(
+        "no finished experiment in {}: nothing has been run there yet (run `trackfail run` first, or name the folder \
+         with --results)",
+        results.display()
+    )]
+    NothingRun {
+        /// The results folder.
+        results: PathBuf,
+    },
+    /// The folder holds other experiments.
+    #[error("{}: {message}", results.display())]
+    Unknown {
+        /// The results folder.
+        results: PathBuf,
+        /// The nearest known name, or all of them.
+        message: String,
+    },
+    /// The results cannot be read.
+    #[error("{name}: {source}")]
+    Results {
+        /// Name of the experiment.
+        name: String,
+        /// What is wrong with them.
+        source: ResultsError,
+    },
+}
+
+/// Names of the experiments below a results folder whose run is finished, in order.
+pub fn names(results: &Path) -> Vec<String> {
+    walkdir::WalkDir::new(results)
+        .sort_by_file_name()
+        .into_iter()
+        // The store and results that are not complete yet are hidden.
+        .filter_entry(|e| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b"."))
+        .filter_map(Result::ok)
+        .filter(|entry| entry.file_name() == MANIFEST)
+        .filter_map(|entry| {
+            let folder = entry.path().parent()?.strip_prefix(results).ok()?;
+            Some(folder.to_str()?.replace('\\', "/")).filter(|name| check_experiment_name(name).is_ok())
+        })
+        .collect()
+}
+
+/// The folder of a finished experiment.
+///
+/// # Errors
+/// When there is no such experiment.
+pub fn folder(results: &Path, name: &str) -> Result<PathBuf, FinishedError> {
+    let known = names(results);
+    if known.is_empty() {
+        return Err(FinishedError::NothingRun { results: results.to_path_buf() });
+    }
+    if known.iter().any(|k| k == name) {
+        return Ok(results.join(name));
+    }
+    let message = plugin::unknown("finished experiment", name, known.iter().map(String::as_str));
+    Err(FinishedError::Unknown { results: results.to_path_buf(), message })
+}
+
+/// Reads the results of a finished experiment.
+///
+/// # Errors
+/// When there is no such experiment, or its results cannot be read.
+pub fn read(results: &Path, name: &str) -> Result<Results, FinishedError> {
+    Results::read(&folder(results, name)?)
+        .map_err(|source| FinishedError::Results { name: name.to_string(), source })
+}

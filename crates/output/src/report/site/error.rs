@@ -1,0 +1,19 @@
+//! Errors of the page over all reports.
+
+use crate::engine::store::StoreError;
+use crate::report::page::ReportError;
+use crate::table::folder::FolderError;
+
+/// A site that could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum SiteError {
+    /// A file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A summary cannot be JSON.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The page cannot be rendered.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}

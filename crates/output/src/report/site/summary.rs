@@ -1,0 +1,195 @@
+//! A report in short: the file `summary.json` beside its page.
+
+use super::error::SiteError;
+use crate::dataset::{DatasetError, synthetic, text};
+use crate::direction::Direction;
+use crate::engine::store;
+use crate::report::claims::{ClaimOutcome, Finding};
+use crate::report::files::SUMMARY;
+use crate::report::results::Results;
+use crate::report::uncertainty;
+use crate::table::folder;
+use crate::table::layout;
+use crate::table::measures::Measure;
+use crate::table::number::Style;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of the summary's format.
+/// - 1: first version.
+pub const FORMAT: u32 = 1;
+/// Maximum size of a summary that is read, in bytes.
+pub(super) const MAX_SUMMARY: u64 = 1 << 20;
+
+/// An experiment's report in short.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// [`FORMAT`] of the writer.
+    pub format: u32,
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Title of the experiment.
+    pub title: String,
+    /// The paper that is replicated; may be empty.
+    pub paper: String,
+    /// What of the paper; may be empty.
+    pub object: String,
+    /// What became of its claims.
+    pub claims: ClaimCounts,
+    /// The suite that the numbers are about.
+    pub suite: String,
+    /// How much of it there was, in words: `12 of 21 targets, 10 runs`.
+    pub data: String,
+    /// Targets that were there.
+    pub present: u64,
+    /// Targets of the whole suite.
+    pub wanted: u64,
+    /// Whether the program has rendered the suite itself.
+    pub synthetic: bool,
+    /// Units of work without a result.
+    pub failed: u64,
+    /// The best method on each tracker, in the experiment's order.
+    pub best: Vec<Best>,
+}
+
+/// Numbers of claims.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClaimCounts {
+    /// Those that hold on every tracker.
+    pub hold: u64,
+    /// Those that do not hold on one.
+    pub do_not_hold: u64,
+    /// Others.
+    pub cannot_be_tested: u64,
+}
+
+/// The best method on a tracker by the metric that its report is ordered by, as printed.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Best {
+    /// Label of the tracker.
+    pub tracker: String,
+    /// The metric.
+    pub metric: String,
+    /// The method; several that are equal one after the other.
+    pub method: String,
+    /// Its value.
+    pub value: String,
+}
+
+/// What a report is in short; `findings` are what its numbers say of its claims.
+pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
+    let (experiment, manifest) = (&results.experiment, &results.manifest);
+    let suite = &manifest.suite;
+    let mut claims = ClaimCounts::default();
+    for finding in findings {
+        *(match finding.overall() {
+            ClaimOutcome::Holds => &mut claims.hold,
+            ClaimOutcome::DoesNotHold => &mut claims.do_not_hold,
+            ClaimOutcome::CannotBeTested => &mut claims.cannot_be_tested,
+        }) += 1;
+    }
+    Summary {
+        format: FORMAT,
+        experiment: experiment.name.clone(),
+        title: experiment.title.clone(),
+        paper: experiment.paper.clone().unwrap_or_default(),
+        object: experiment.object.clone().unwrap_or_default(),
+        claims,
+        suite: suite.name.clone(),
+        data: folder::data_note(experiment, manifest),
+        present: suite.present.len() as u64,
+        wanted: suite.wanted as u64,
+        synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
+        failed: manifest.cells_failed.len() as u64,
+        best: best(results),
+    }
+}
+
+/// The best methods. Anchors do not compete, nor do the points of a grid, whose best one is chosen by the very data that
+/// are reported; methods of one tracker that are scored by different protocols are not compared.
+fn best(results: &Results) -> Vec<Best> {
+    let experiment = &results.experiment;
+    let metric = uncertainty::headline(experiment);
+    let style = Style::of_metric(metric);
+    let of_tracker = |tracker: &str| {
+        let competes = |m: &Measure| m.params.is_empty() && !layout::is_anchor(experiment, &m.method);
+        let mut mine: Vec<(f64, String)> = Vec::new();
+        let mut protocols: Vec<&str> = Vec::new();
+        for m in results.measures.iter().filter(|m| m.tracker == tracker && m.attribute.is_none()) {
+            let Some(value) = m.value(metric).filter(|v| v.is_finite() && competes(m)) else {
+                continue;
+            };
+            protocols.extend(experiment.protocol_of(&m.method).map(|p| p.name));
+            mine.push((style.round(value), m.method.clone()));
+        }
+        protocols.dedup();
+        let values = mine.iter().map(|(value, _)| *value);
+        let top = match metric.direction() {
+            Direction::HigherIsBetter => values.reduce(f64::max),
+            Direction::LowerIsBetter => values.reduce(f64::min),
+            Direction::Neither => None,
+        };
+        // The best of one says nothing.
+        let top = top.filter(|_| protocols.len() == 1 && mine.len() > 1)?;
+        let first: Vec<&str> = mine.iter().filter(|(v, _)| *v == top).map(|(_, m)| m.as_str()).collect();
+        let (tracker, metric) = (tracker.to_string(), metric.name().to_string());
+        // Of many that are equal none is the best.
+        (first.len() <= 3).then(|| Best {
+            tracker,
+            metric,
+            method: first.join(", "),
+            value: style.format(top),
+        })
+    };
+    experiment.trackers.iter().filter_map(|t| of_tracker(&t.label)).collect()
+}
+
+/// Writes the summary beside the page of a report.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_summary(results: &Results, findings: &[Finding], report: &Path) -> Result<(), SiteError> {
+    let path = report.join(SUMMARY);
+    Ok(store::write(&path, &folder::to_json(&path, &summary(results, findings))?)?)
+}
+
+/// A summary that cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum SummaryError {
+    /// The report has none.
+    #[error("it has no {SUMMARY}; `trackfail report {name}` writes it")]
+    Absent {
+        /// Name of the experiment.
+        name: String,
+    },
+    /// The file is not readable or too large.
+    #[error("{SUMMARY} cannot be read")]
+    Unreadable(#[source] DatasetError),
+    /// The file is something else.
+    #[error("{SUMMARY} is none of this program: {0}")]
+    Foreign(#[from] serde_json::Error),
+    /// Written by a later program.
+    #[error("{SUMMARY} has format {0}; this program reads up to {FORMAT}")]
+    Format(u64),
+}
+
+/// Reads the summary at `path`, of the report of the experiment `name`.
+///
+/// # Errors
+/// See [`SummaryError`].
+pub fn read_summary(path: &Path, name: &str) -> Result<Summary, SummaryError> {
+    if !path.exists() {
+        return Err(SummaryError::Absent { name: name.to_string() });
+    }
+    let bytes = text::read_at_most(path, MAX_SUMMARY).map_err(SummaryError::Unreadable)?;
+    let value: serde_json::Value = serde_json::from_slice(&bytes)?;
+    if let Some(format) = value.get("format").and_then(serde_json::Value::as_u64)
+        && format > u64::from(FORMAT)
+    {
+        return Err(SummaryError::Format(format));
+    }
+    Ok(serde_json::from_value(value)?)
+}
