@@ -1,12 +1,14 @@
 //! Figures: plain data in, SVG text or PNG bytes out; no files, no knowledge of methods.
 //!
-//! Every kind of figure lays itself out once, in points, as a list of lines, texts and pictures; that
-//! list is then played to plotters' SVG or bitmap backend. Both outputs therefore show the same, and
-//! the same data gives the same bytes. A figure is [`WIDTH`] points wide unless it has more than four
-//! columns; at the width of a page its smallest text is about 8 pt.
+//! Every figure is a [`Plot`]: it is laid out once, in points, as a scene of lines, texts and pictures, and the scene is
+//! drawn as SVG and as a bitmap. Both outputs therefore show the same, and the same data gives the same bytes. A figure
+//! is [`WIDTH`] points wide unless it has more than four columns; at the width of a page its smallest text is about 8 pt.
 //!
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; line styles and markers differ as well.
+//!
+//! Files in the order in which they use each other: error, style, font, scene, draw, axes, heading, legend, panel; then
+//! one for each figure: strip, curve, ranks, states.
 
 mod axes;
 mod curve;

@@ -7,8 +7,8 @@ use super::style::{Dash, INK, SMALL, SOFT};
 
 /// Length of a tick mark, in points.
 const TICK: f64 = 3.5;
-/// Values beyond are no data; they would overflow the arithmetic of ranges.
-const HUGE: f64 = 1e100;
+/// Maximum absolute value that is drawn; larger ones would overflow the arithmetic of ranges.
+const MAX_VALUE: f64 = 1e100;
 
 /// Which values an axis shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,7 @@ pub enum Range {
     Auto,
     /// From 0 to the largest finite value, with a little room.
     FromZero,
-    /// Between these two; what lies outside is cut off.
+    /// Between these two; lines are cut off outside.
     Fixed(f64, f64),
 }
 
@@ -25,7 +25,7 @@ impl Range {
     /// Lower and upper end for the values; `log` axes take only values above 0.
     ///
     /// # Errors
-    /// [`FigureError::Range`] for a fixed range that is none.
+    /// [`FigureError::Range`] for a fixed range whose ends are not finite, not in order, or not above 0 where `log`.
     pub fn resolve(self, values: impl Iterator<Item = f64>, log: bool) -> Result<(f64, f64), FigureError> {
         let (mut lo, mut hi) = values
             .filter(|v| usable(*v) && (!log || *v > 0.0))
@@ -51,7 +51,7 @@ impl Range {
 
 /// Whether a value can be drawn.
 pub fn usable(v: f64) -> bool {
-    v.abs() <= HUGE
+    v.abs() <= MAX_VALUE
 }
 
 /// A map from values to places on the page.
@@ -66,7 +66,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// `lo..=hi` is laid on the places `from..=to`, `room` points inside at both ends.
+    /// Maps `lo..=hi` to the places `from..=to`, `room` points inside at both ends.
     pub fn new((lo, hi): (f64, f64), (from, to): (f64, f64), room: f64, log: bool) -> Self {
         let room = if to < from { -room } else { room };
         Self { lo, hi, from: from + room, to: to - room, log, whole: false }
@@ -87,12 +87,12 @@ impl Axis {
         self.from + share.clamp(-1e4, 1e4) * (self.to - self.from)
     }
 
-    /// Ticks with their labels, at most about `most`.
-    pub fn ticks(&self, most: usize) -> Vec<(f64, String)> {
+    /// Ticks with their labels, about `max` at most.
+    pub fn ticks(&self, max: usize) -> Vec<(f64, String)> {
         if self.log {
-            return log_ticks(self.lo, self.hi, most);
+            return log_ticks(self.lo, self.hi, max);
         }
-        let ticks = linear_ticks(self.lo, self.hi, most);
+        let ticks = linear_ticks(self.lo, self.hi, max);
         if !self.whole {
             return ticks;
         }
@@ -105,8 +105,8 @@ impl Axis {
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten inside `lo..=hi`.
-fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
-    let raw = (hi - lo) / most.max(1) as f64;
+fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
+    let raw = (hi - lo) / max.max(1) as f64;
     let power = 10.0_f64.powf(raw.log10().floor());
     let steps = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1].map(|m| m * power);
     // The largest step that is not too dense, or a smaller one where that leaves fewer than two ticks.
@@ -115,24 +115,25 @@ fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
     let step = steps[coarse..].iter().copied().find(|s| inside(*s) >= 2.0).unwrap_or(power * 0.1);
     let slack = step * 1e-6;
     let first = (lo / step - 1e-6).ceil();
-    // A range narrower than the distance of floats has no ticks but its end.
+    // A range as narrow as neighboring floats has one tick, at its lower end.
     if !first.is_finite() || lo + step == lo {
         return vec![(lo, number(lo, lo.abs()))];
     }
-    (0..=most + 4)
+    (0..=max + 4)
         .map(|k| (first + k as f64) * step)
         .filter(|v| *v <= hi + slack)
         .map(|v| (v, number(v, step)))
         .collect()
 }
 
-fn log_ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
+/// Powers of ten inside `lo..=hi`, with 2 and 5 times them where there is room.
+fn log_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
     let decades = (hi / lo).log10();
     if decades < 1.0 {
-        return linear_ticks(lo, hi, most);
+        return linear_ticks(lo, hi, max);
     }
-    let every = (decades / most.max(1) as f64).ceil().max(1.0) as i32;
-    let parts: &[f64] = if decades * 3.0 <= most as f64 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let every = (decades / max.max(1) as f64).ceil().max(1.0) as i32;
+    let parts: &[f64] = if decades * 3.0 <= max as f64 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let (first, last) = (lo.log10().floor() as i32, hi.log10().ceil() as i32);
     (first..=last)
         .filter(|d| d.rem_euclid(every) == 0)
@@ -142,7 +143,7 @@ fn log_ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// A tick's label with just the digits that tell it from its neighbours `step` away.
+/// A tick's label with just the digits that distinguish it from its neighbors `step` away.
 pub fn number(v: f64, step: f64) -> String {
     let v = if v.abs() < step.abs() * 1e-6 { 0.0 } else { v };
     let size = v.abs().max(step.abs());
@@ -169,14 +170,14 @@ pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, label_x: bool) 
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
     scene.line(vec![(l, t), (l, b), (r, b)], stroke);
     let inside = |at: f64, from: f64, to: f64| (from - 0.01..=to + 0.01).contains(&at);
-    for (v, text) in y.ticks(most_y(area.h)) {
+    for (v, text) in y.ticks(max_ticks_y(area.h)) {
         let at = y.place(v);
         if inside(at, t, b) {
             scene.line(vec![(l - TICK, at), (l, at)], stroke);
             scene.text(&text, (l - TICK - 3.0, at), SMALL, Anchor::End, INK);
         }
     }
-    let ticks = x.ticks(most_x(area.w));
+    let ticks = x.ticks(max_ticks_x(area.w));
     let mut free = f64::NEG_INFINITY;
     for (v, text) in &ticks {
         let at = x.place(*v);
@@ -194,17 +195,17 @@ pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, label_x: bool) 
 }
 
 /// Number of ticks a vertical axis of this length takes.
-pub fn most_y(length: f64) -> usize {
+pub fn max_ticks_y(length: f64) -> usize {
     ((length / 26.0) as usize).clamp(2, 8)
 }
 
 /// Number of ticks a horizontal axis of this length takes.
-fn most_x(length: f64) -> usize {
+fn max_ticks_x(length: f64) -> usize {
     ((length / 44.0) as usize).clamp(2, 12)
 }
 
-/// A polyline thinned to what can be seen: of the points that share a quarter point across, the
-/// first, lowest, highest and last are kept.
+/// A polyline without the points that cannot be seen: of those within a quarter point across, the first, lowest, highest
+/// and last are kept.
 pub fn thinned(points: &[Point]) -> Vec<Point> {
     let column = |p: &Point| (p.0 * 4.0).floor();
     let mut out: Vec<Point> = Vec::new();
@@ -230,8 +231,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn labels(lo: f64, hi: f64, most: usize) -> Vec<String> {
-        linear_ticks(lo, hi, most).into_iter().map(|t| t.1).collect()
+    fn labels(lo: f64, hi: f64, max: usize) -> Vec<String> {
+        linear_ticks(lo, hi, max).into_iter().map(|t| t.1).collect()
     }
 
     #[test]
@@ -274,11 +275,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn ticks_lie_inside_and_differ(a in -1e9..1e9_f64, span in -12.0..12.0_f64, most in 2..10_usize) {
+        fn ticks_lie_inside_and_differ(a in -1e9..1e9_f64, span in -12.0..12.0_f64, max in 2..10_usize) {
             let (lo, hi) = (a, a + 10.0_f64.powf(span));
             prop_assume!(hi - lo > a.abs() * 1e-7);
-            let ticks = linear_ticks(lo, hi, most);
-            prop_assert!((2..=most + 4).contains(&ticks.len()), "{lo} {hi} {ticks:?}");
+            let ticks = linear_ticks(lo, hi, max);
+            prop_assert!((2..=max + 4).contains(&ticks.len()), "{lo} {hi} {ticks:?}");
             for t in &ticks {
                 prop_assert!(t.0 >= lo - (hi - lo) * 1e-5 && t.0 <= hi + (hi - lo) * 1e-5);
             }

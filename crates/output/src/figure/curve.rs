@@ -47,8 +47,8 @@ pub struct Curves {
     pub marks: Vec<(String, f64)>,
 }
 
-/// Curves with more points are drawn without markers.
-const MARKERS_UP_TO: usize = 30;
+/// Maximum number of points of a curve that is drawn with markers.
+const MAX_MARKERS: usize = 30;
 
 impl Plot for Curves {
     fn scene(&self) -> Result<Scene, FigureError> {
@@ -71,7 +71,7 @@ impl Plot for Curves {
 
         let mut height = 260.0;
         let y_axis_of = |height: f64| Axis::new(y_ends, (y + height, y), 5.0, self.y_log);
-        let left = MARGIN + 25.0 + axes::label_width(&y_axis_of(height).ticks(axes::most_y(height)));
+        let left = MARGIN + 25.0 + axes::label_width(&y_axis_of(height).ticks(axes::max_ticks_y(height)));
         let w = scene.width - MARGIN - 8.0 - left;
         if self.square {
             height = w;
@@ -128,7 +128,7 @@ impl Curves {
 }
 
 fn marker(i: usize, curve: &Curve) -> Option<Marker> {
-    (curve.points.len() <= MARKERS_UP_TO).then(|| Marker::nth(i))
+    (curve.points.len() <= MAX_MARKERS).then(|| Marker::nth(i))
 }
 
 fn mark_style(i: usize) -> Style {

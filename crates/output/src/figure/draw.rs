@@ -1,10 +1,10 @@
-//! Plays a scene to plotters' SVG and bitmap backends.
+//! Draws a scene with plotters' SVG and bitmap backends.
 //!
-//! plotters' coordinates are whole pixels, so both are drawn [`FINE`] times as large: the SVG shrinks
-//! by its view box, the PNG by averaging blocks. Stills are not drawn through plotters, whose SVG
-//! backend makes a rectangle of every pixel: the SVG embeds them as PNG, the bitmap starts with them.
-//! Bitmap texts and lines are drawn here too: plotters' ab_glyph text drops the side bearings of the
-//! letters, and its wide lines leave holes where a noisy curve crosses itself.
+//! plotters' coordinates are integer pixels, so both are drawn [`FINE`] times as large: the view box shrinks the SVG, and
+//! averaging blocks of pixels shrinks the PNG. Stills are not drawn with plotters, whose SVG backend makes a rectangle of
+//! every pixel: the SVG embeds them as PNG, and the bitmap starts with them. Texts and lines of the bitmap are drawn here
+//! too: plotters' ab_glyph text drops the side bearings of the letters, and its wide lines leave holes where a noisy
+//! curve crosses itself.
 
 use super::error::FigureError;
 use super::font;
@@ -49,10 +49,10 @@ pub trait Plot {
 
 /// Device pixels per point while drawing.
 const FINE: f64 = 4.0;
-/// Of these, how many become one pixel of the PNG.
+/// Device pixels along each side of a pixel of the PNG.
 const SHRINK: usize = 2;
-/// Longest side in points.
-const LIMIT: f64 = 8000.0;
+/// Maximum length of a side in points.
+const MAX_SIDE: f64 = 8000.0;
 
 fn failed(e: impl std::fmt::Display) -> FigureError {
     FigureError::Draw(e.to_string())
@@ -63,9 +63,9 @@ fn device(p: Point) -> (i32, i32) {
 }
 
 fn device_size(scene: &Scene) -> Result<(u32, u32), FigureError> {
-    if scene.width > LIMIT || scene.height > LIMIT {
+    if scene.width > MAX_SIDE || scene.height > MAX_SIDE {
         let (width, height) = (scene.width.ceil() as u32, scene.height.ceil() as u32);
-        return Err(FigureError::TooLarge { width, height, limit: LIMIT as u32 });
+        return Err(FigureError::TooLarge { width, height, limit: MAX_SIDE as u32 });
     }
     Ok(((scene.width.ceil() * FINE) as u32, (scene.height.ceil() * FINE) as u32))
 }
@@ -74,7 +74,7 @@ fn fill(rgb: [u8; 3]) -> ShapeStyle {
     ShapeStyle { color: RGBColor(rgb[0], rgb[1], rgb[2]).into(), filled: true, stroke_width: 0 }
 }
 
-/// The filled shapes, which both backends draw the same way.
+/// Draws a filled shape, the same way for both backends.
 fn shape<DB: DrawingBackend>(page: &DrawingArea<DB, Shift>, item: &Item) -> Result<(), FigureError> {
     match item {
         Item::Rect { area, rgb } => {
@@ -92,7 +92,7 @@ fn shape<DB: DrawingBackend>(page: &DrawingArea<DB, Shift>, item: &Item) -> Resu
     }
 }
 
-/// The scene as one SVG element without any id, so that several can share a page.
+/// Draws the scene as one SVG element without any id, so that several can share a page.
 pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     let (w, h) = device_size(scene)?;
     let mut body = String::new();
@@ -134,9 +134,9 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
         }
         page.present().map_err(failed)?;
     }
-    // plotters' own outer element gives way to one with our size, name and pictures.
+    // plotters' outer element is replaced by one with the scene's size, title and pictures.
     let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
-    // Everything is opaque; inside texts the quotes are escaped, so only attributes are met here.
+    // Everything is opaque; texts have their quotes escaped, so only attributes match.
     let inner = inner.replace(" opacity=\"1\"", "");
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
@@ -167,7 +167,7 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The scene as a PNG file of two pixels a point.
+/// Draws the scene as a PNG file of two pixels a point.
 pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     let (w, h) = device_size(scene)?;
     let mut canvas = Canvas { w: w as usize, h: h as usize, rgb: vec![255; 3 * w as usize * h as usize] };
@@ -218,7 +218,7 @@ fn pixels(picture: &Picture) -> Option<RgbImage> {
     RgbImage::from_raw(frame.width() as u32, frame.height() as u32, frame.bytes().to_vec())
 }
 
-/// The still as it is embedded: at most three of its pixels a point, more would only cost bytes.
+/// The still as it is embedded: at most three of its pixels a point; more would only cost bytes.
 fn reduced(picture: &Picture) -> RgbImage {
     let Some(image) = pixels(picture) else { return RgbImage::new(1, 1) };
     let (w, h) = ((picture.area.w * 3.0).ceil() as u32, (picture.area.h * 3.0).ceil() as u32);
@@ -256,7 +256,7 @@ impl Canvas {
         }
     }
 
-    /// Every segment as the set of points at most half the width away: round joins and caps.
+    /// Draws every segment as the set of points at most half the width away, which makes joins and caps round.
     fn line(&mut self, points: &[Point], stroke: &Stroke) {
         let radius = stroke.width * FINE / 2.0;
         let at = |p: Point| (p.0 * FINE, p.1 * FINE);
@@ -279,7 +279,7 @@ impl Canvas {
         }
     }
 
-    /// The average of each block of pixels.
+    /// The canvas with each block of pixels averaged to one.
     fn shrunk(&self) -> RgbImage {
         let (w, h) = (self.w / SHRINK, self.h / SHRINK);
         RgbImage::from_fn(w as u32, h as u32, |x, y| {

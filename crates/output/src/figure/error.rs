@@ -1,9 +1,9 @@
 //! Errors of drawing.
 
-/// Why there is no figure.
+/// A figure that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FigureError {
-    /// No panel, no row, no frame to draw.
+    /// The figure has no panel, row or frame.
     #[error("the figure has nothing to draw: {0}")]
     Empty(&'static str),
     /// A series is not as long as its frame axis.
@@ -16,7 +16,7 @@ pub enum FigureError {
         /// Number of frames of the panel.
         expected: usize,
     },
-    /// A fixed range whose ends are not finite, not in order, or not above 0 on a logarithmic axis.
+    /// The ends of a fixed range are not finite, not in order, or not above 0 on a logarithmic axis.
     #[error("{from} to {to} is no range for an axis")]
     Range {
         /// Lower end.
@@ -24,7 +24,7 @@ pub enum FigureError {
         /// Upper end.
         to: f64,
     },
-    /// More rows or columns than a picture can hold.
+    /// The figure has more rows or columns than a picture can hold.
     #[error("the figure would be {width} x {height} points; at most {limit} in either direction are drawn")]
     TooLarge {
         /// Width in points.
@@ -34,7 +34,7 @@ pub enum FigureError {
         /// Limit in points.
         limit: u32,
     },
-    /// The drawing backend or the PNG encoder refused.
+    /// The drawing backend or the PNG encoder failed.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }

@@ -3,11 +3,11 @@
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use std::sync::LazyLock;
 
-/// Family names for SVG viewers. DejaVu Sans sets the widths; Verdana is as wide, others are narrower,
-/// so that text that fits here fits there.
+/// Font families for SVG viewers. Widths are measured in DejaVu Sans; Verdana is as wide and the others are narrower, so
+/// text that fits here fits there.
 pub const FAMILY: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 
-/// From the middle of the small letters down to the base line, in em (half of DejaVu's x height).
+/// Distance from the middle of the small letters to the base line, in em (half of DejaVu's x height).
 const HALF_EX: f64 = 0.2735;
 
 static FACE: LazyLock<FontRef<'static>> = LazyLock::new(|| {
@@ -28,8 +28,8 @@ pub fn width(text: &str, size: f64) -> f64 {
     text.chars().map(|c| f64::from(face.h_advance(face.glyph_id(c)))).sum()
 }
 
-/// The text as one printable line: control characters and line ends become spaces, characters that
-/// XML cannot hold or that turn the direction of what follows become the replacement character.
+/// The text as one printable line: control characters and line ends become spaces; characters that XML cannot hold, or
+/// that change the direction of the text after them, become the replacement character.
 pub fn clean(text: &str) -> String {
     text.chars()
         .map(|c| match c {
@@ -143,7 +143,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_fitted_fits(text in ".{0,300}", room in 20.0..400.0_f64) {
+        fn fitted_and_wrapped_text_fits(text in ".{0,300}", room in 20.0..400.0_f64) {
             let out = fit(&text, 12.0, room);
             prop_assert!(width(&out, 12.0) <= room + 1e-3, "{out}");
             for line in wrap(&text, 12.0, room, 3) {

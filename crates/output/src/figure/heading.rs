@@ -4,7 +4,7 @@ use super::font;
 use super::scene::{Anchor, Scene};
 use super::style::{INK, LARGE, MARGIN, SMALL, SOFT};
 
-/// Draws title and note, returns the first free line below.
+/// Draws title and note; returns the first free line below.
 pub fn heading(scene: &mut Scene, title: &str, note: &str) -> f64 {
     let room = scene.width - 2.0 * MARGIN;
     let mut y = MARGIN;

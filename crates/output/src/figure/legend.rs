@@ -41,7 +41,7 @@ impl Marker {
     }
 }
 
-/// What stands before a name.
+/// The symbol before a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
     Line(Style, Option<Marker>),

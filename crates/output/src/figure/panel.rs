@@ -43,7 +43,7 @@ pub struct Threshold {
 pub struct Panel {
     /// Short text above the panel, such as `(a)`; may be empty.
     pub caption: String,
-    /// What the values are: the name of the vertical axis.
+    /// Name of the vertical axis: what the values are.
     pub label: String,
     /// The horizontal axis.
     pub frames: FrameAxis,
@@ -51,13 +51,13 @@ pub struct Panel {
     pub range: Range,
     /// The lines, the first at the back.
     pub series: Vec<Series>,
-    /// Levels.
+    /// Levels that values are compared with.
     pub thresholds: Vec<Threshold>,
     /// Shaded runs of frames: where the target is lost (O_t = 1).
     pub spans: Vec<std::ops::Range<usize>>,
     /// Frames with an upright line: true failures.
     pub events: Vec<usize>,
-    /// Frames with a triangle at the top: what a detector reported.
+    /// Frames with a triangle at the top: detections.
     pub detections: Vec<usize>,
 }
 
@@ -99,7 +99,7 @@ const BAND: f64 = 8.0;
 /// Between the ends of the range and the frame, in points.
 const ROOM: f64 = 4.0;
 
-/// A panel measured for a width, to be drawn when its row's heights are known.
+/// The layout of a panel for a width, to be drawn when the heights of its row are known.
 pub struct PanelLayout<'a> {
     panel: &'a Panel,
     y_range: (f64, f64),
@@ -144,7 +144,7 @@ impl<'a> PanelLayout<'a> {
         self.legend = Rows::new(&[], 0.0);
     }
 
-    /// What the legend says.
+    /// Entries of the legend.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
@@ -168,7 +168,7 @@ impl<'a> PanelLayout<'a> {
     /// Width of the widest tick label on the left for a plot of this height.
     pub fn labels(&self, height: f64) -> f64 {
         let area = Area { x: 0.0, y: 0.0, w: 1.0, h: height };
-        axes::label_width(&self.y_axis(&area).ticks(axes::most_y(height)))
+        axes::label_width(&self.y_axis(&area).ticks(axes::max_ticks_y(height)))
     }
 
     /// Draws the plot in `area` and caption and legend above it, from `left` on.
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_length_is_told() {
+    fn a_series_of_the_wrong_length_is_an_error() {
         let mut panel = Panel::new("y", FrameAxis { first: 1, count: 3 });
         panel.series.push(Series { name: "a".into(), values: vec![0.0; 2], style: Style::nth(0) });
         let error = PanelLayout::new(&panel, 100.0).err();

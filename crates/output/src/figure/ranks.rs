@@ -11,11 +11,11 @@ use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 /// Methods ranked on the same blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking {
-    /// What they are ranked on; may be empty.
+    /// Heading: what they are ranked on; may be empty.
     pub label: String,
     /// Each method with its mean rank, between 1 and the number of methods.
     pub methods: Vec<(String, f64)>,
-    /// Two methods this far apart differ.
+    /// Critical difference of mean ranks: methods at least this far apart differ.
     pub critical: f64,
 }
 
@@ -59,7 +59,7 @@ impl Plot for Ranks {
     }
 }
 
-/// Draws a ranking below `top`; the first free line below it.
+/// Draws a ranking below `top`; returns the first free line below it.
 fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
     let room = scene.width - 2.0 * MARGIN;
     scene.text(&font::fit(&ranking.label, MEDIUM, room), (MARGIN, top + 9.0), MEDIUM, Anchor::Start, INK);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_ranking_is_refused() {
+    fn wrong_rankings_are_refused() {
         assert!(ranks(&[("a", 1.0)], 1.0).to_svg().is_err());
         assert!(ranks(&[("a", 1.0), ("b", 2.5)], 1.0).to_svg().is_err());
         assert!(ranks(&[("a", 1.0), ("b", f64::NAN)], 1.0).to_svg().is_err());
@@ -191,7 +191,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn bars_join_exactly_what_cannot_be_told_apart(
+        fn bars_join_exactly_the_methods_that_do_not_differ(
             mut ranks in prop::collection::vec(1.0..9.0_f64, 2..9), critical in 0.1..4.0_f64,
         ) {
             ranks.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! The display list a figure lays itself out into, in points from the top left corner.
+//! The scene of a figure: lines, shapes, texts and pictures, in points from the top left corner.
 
 use super::font;
 use super::style::{Dash, Style};
@@ -6,7 +6,7 @@ use crate::image::Frame;
 
 pub type Point = (f64, f64);
 
-/// Where a text stands relative to its point; its small letters are centered on it vertically.
+/// Horizontal place of a text relative to its point; vertically its small letters are centered on the point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     Start,
@@ -22,7 +22,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// The stroke of a style, whose width comes from callers: one that nobody could see is replaced.
+    /// The stroke of a style; a width that could not be seen, or is absurd, is brought into a range.
     pub fn of(style: &Style) -> Self {
         let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
         Self { rgb: style.color.rgb(), width, dash: style.dash }
@@ -77,7 +77,7 @@ impl Area {
     }
 }
 
-/// Pixels and the place they fill; pictures lie under everything else.
+/// A frame and the area that it fills; pictures lie under everything else.
 #[derive(Debug, Clone)]
 pub struct Picture {
     pub area: Area,
@@ -109,13 +109,13 @@ impl Scene {
         }
     }
 
-    /// Text that reads from the bottom to the top, centered on its point.
+    /// Adds text that reads from the bottom to the top, centered on its point.
     pub fn text_upwards(&mut self, text: &str, at: Point, size: f64, rgb: [u8; 3]) {
         let (text, anchor) = (text.to_owned(), Anchor::Middle);
         self.items.push(Item::Text { text, at, size, anchor, upwards: true, rgb });
     }
 
-    /// A line through the points as far as it lies inside `area`.
+    /// Adds a line through the points as far as it lies inside `area`.
     pub fn clipped(&mut self, points: &[Point], area: &Area, stroke: Stroke) {
         let mut run: Vec<Point> = Vec::new();
         for pair in points.windows(2) {
@@ -140,7 +140,7 @@ impl Scene {
     }
 }
 
-/// The strokes of a broken line, each a line of its own.
+/// The strokes of a dashed line, each a line of its own.
 pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];

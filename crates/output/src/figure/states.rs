@@ -37,7 +37,7 @@ const HALF: f64 = 16.0;
 const ROOM: f64 = 14.0;
 /// Distance of an arrow from the line between the middles of its boxes, in points.
 const APART: f64 = 7.0;
-/// How arrows are drawn.
+/// Stroke of arrows.
 const LINE_STYLE: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
 /// Height of a line of a label, in points.
 const LINE: f64 = 14.0;
@@ -110,7 +110,7 @@ impl Plot for States {
 }
 
 impl States {
-    /// The lines of a label beside `at`, on the side that `normal` points to.
+    /// Draws the lines of a label beside `at`, on the side that `normal` points to.
     fn label(&self, scene: &mut Scene, lines: &[&str], at: Point, normal: Point) {
         let height = LINE * lines.len() as f64;
         let anchor = match normal.0 {

@@ -15,7 +15,7 @@ use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL, WIDTH};
 use crate::image::Frame;
 use crate::region::Region;
 
-/// What a box on a still is.
+/// The kind of a box on a still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoxStyle {
     /// The background region B_t, red.
@@ -46,14 +46,14 @@ impl BoxStyle {
     }
 }
 
-/// A frame of the video.
+/// A video frame above the panels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Still {
     /// Its number in the dataset.
     pub number: u32,
     /// Its pixels.
     pub pixels: Frame,
-    /// Boxes in the frame's pixels; what lies outside the frame is cut off.
+    /// Boxes in the frame's pixels; they are cut off at the frame's border.
     pub boxes: Vec<(Region, BoxStyle)>,
     /// Text after the number; may be empty.
     pub caption: String,
@@ -96,7 +96,7 @@ impl Plot for Strip {
 }
 
 impl Strip {
-    /// The marks that mean the same in every panel.
+    /// Legend of the marks that mean the same in every panel.
     fn key(&self) -> Vec<Entry> {
         let mut out = Vec::new();
         let mut add = |symbol, name: &str| out.push(Entry { symbol, name: name.to_owned() });

@@ -22,7 +22,7 @@ pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 pub enum Color {
     /// `#0072B2`
     Blue,
-    /// `#D55E00`, a red that is told from green by everybody.
+    /// `#D55E00`, a red that color-blind readers can tell from green.
     Vermilion,
     /// `#009E73`
     Green,
@@ -32,11 +32,11 @@ pub enum Color {
     Orange,
     /// `#56B4E9`
     Sky,
-    /// `#F0E442`; only on dark ground.
+    /// `#F0E442`, for dark ground only.
     Yellow,
     /// `#000000`
     Black,
-    /// `#6E6E6E`, for what stands behind.
+    /// `#6E6E6E`, for marks in the background.
     Gray,
 }
 
@@ -57,7 +57,7 @@ impl Color {
     }
 }
 
-/// How a line is broken.
+/// Dashes of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
     /// Unbroken.
@@ -71,8 +71,8 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// Lengths of strokes and gaps by turns, in points; empty for an unbroken line. Round caps add the
-    /// line's width to every stroke.
+    /// Alternating lengths of strokes and gaps in points; empty for an unbroken line. Round caps add the line's width to
+    /// every stroke.
     pub(super) fn pattern(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],
@@ -100,7 +100,7 @@ impl Style {
         Self { color, dash, width: 1.4 }
     }
 
-    /// The style of the `i`-th of several equal series: 28 that differ.
+    /// Style of the `i`-th of several equal series; the first 28 differ.
     pub fn nth(i: usize) -> Self {
         const COLORS: [Color; 7] = [
             Color::Blue,

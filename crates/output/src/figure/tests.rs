@@ -314,7 +314,7 @@ fn hostile_and_long_names_stay_text_and_on_the_page() {
 }
 
 #[test]
-fn numbers_that_are_none_leave_gaps() {
+fn values_that_are_not_finite_leave_gaps() {
     let mut strip = four();
     for panel in strip.rows.iter_mut().flatten() {
         panel.range = Range::Auto;

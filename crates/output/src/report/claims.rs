@@ -1,4 +1,4 @@
-//! What our numbers say of an experiment's claims.
+//! Tests the claims of an experiment on our numbers.
 
 use super::results::Results;
 use crate::engine::execute::analyse::Analysed;
@@ -7,14 +7,14 @@ use crate::spec::claim::{Claim, ClaimVerdict, Quantity, Reference};
 use crate::table::layout;
 use serde::Serialize;
 
-/// A claim with what our numbers say of it.
+/// A claim, tested on our numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The conclusion in words.
     pub text: String,
     /// The predicate.
     pub predicate: String,
-    /// Whether a run must meet it.
+    /// Whether the run fails where it does not hold.
     pub required: bool,
     /// One for each tracker, or a single one for a claim that names its trackers.
     pub tested: Vec<Tested>,
@@ -25,7 +25,7 @@ pub struct Finding {
 pub struct Tested {
     /// Tracker; empty for a claim that names its trackers.
     pub tracker: String,
-    /// What our numbers say.
+    /// The verdict of our numbers.
     pub verdict: ClaimVerdict,
     /// The numbers behind it, as written in the predicate.
     pub numbers: Vec<(String, Option<f64>)>,
@@ -37,7 +37,7 @@ impl Finding {
         self.tested.iter().all(|t| t.verdict == ClaimVerdict::Holds)
     }
 
-    /// What becomes of it as a whole: it does not hold where it fails for one tracker.
+    /// The outcome over all trackers: the claim does not hold where it fails for one of them.
     pub fn overall(&self) -> ClaimOutcome {
         let fails = self.tested.iter().any(|t| t.verdict == ClaimVerdict::Fails);
         match (fails, self.holds()) {
@@ -66,7 +66,7 @@ fn test_one(results: &Results, claim: &Claim) -> Finding {
             }
         }
     };
-    // Only trackers on which every method that the claim speaks of is run.
+    // Only trackers on which every method and analysis of the claim is run.
     let concerns = |t: &&Tracker| {
         claim.references().iter().all(|r| match &r.quantity {
             Quantity::Metric(_, method) => {
@@ -142,14 +142,14 @@ pub fn view(finding: &Finding) -> ClaimView {
     }
 }
 
-/// A statement and what became of it.
+/// A claim as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimView {
     /// The statement.
     pub text: String,
-    /// What became of it: the worst of what it is for each tracker.
+    /// The outcome over all trackers.
     pub verdict: ClaimOutcome,
-    /// The verdict in words: `holds for 2 of 4 trackers`.
+    /// The outcome in words: `holds for 2 of 4 trackers`.
     pub headline: String,
     /// The predicate over our numbers; may be empty.
     pub predicate: String,
@@ -157,7 +157,7 @@ pub struct ClaimView {
     pub details: Vec<String>,
 }
 
-/// What became of a claim.
+/// The outcome of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClaimOutcome {
@@ -170,7 +170,7 @@ pub enum ClaimOutcome {
 }
 
 impl ClaimOutcome {
-    /// The verdict in words.
+    /// The outcome in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::Holds => "holds",

@@ -1,8 +1,8 @@
-//! From a number of a table to the sequences it comes from, from results alone.
+//! Takes a number of a table apart into the sequences it comes from, from results alone.
 //!
-//! Measures are computed from counts that are summed over sequences, so a sequence has no share of its own in
-//! a ratio. What it contributes is told by the measure without it: `m - m(without it)`, which for a count is
-//! the sequence's count.
+//! Measures are computed from counts that are summed over sequences, so a sequence has no share of its own in a ratio.
+//! Its contribution is the change of the measure without it: `m - m(without it)`, which for a count is the sequence's
+//! count.
 
 mod formula;
 pub mod listing;
@@ -20,17 +20,17 @@ use crate::table::layout::Spot;
 use crate::table::records::{CellScore, method_label};
 use std::collections::BTreeMap;
 
-/// A number of a table and what is behind it.
+/// A number of a table and its parts.
 pub struct Explained {
     /// Which it is.
     pub spot: Spot,
     /// The number as the table has it.
     pub value: Option<f64>,
-    /// What was counted on all sequences and runs.
+    /// Counts over all sequences and runs.
     pub counts: Counts,
     /// How the number comes about, with the counts filled in.
     pub formula: String,
-    /// How the counts come about.
+    /// The protocol that counts.
     pub protocol: Option<&'static Protocol>,
     /// The sequences, those that move the number most first.
     pub parts: Vec<Part>,
@@ -38,24 +38,24 @@ pub struct Explained {
     pub failed: Vec<(String, u32, String)>,
 }
 
-/// What a sequence has to do with a number.
+/// The part of a sequence in a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     /// The sequence.
     pub sequence: String,
     /// Number of runs on it.
     pub runs: usize,
-    /// What was counted on it.
+    /// Counts on it.
     pub counts: Counts,
     /// The measure on this sequence alone.
     pub alone: Option<f64>,
     /// The measure on all the others.
     pub without: Option<f64>,
-    /// The measure on all less that on the others.
+    /// The measure on all sequences minus that on the others.
     pub moves: Option<f64>,
 }
 
-/// What one sequence gives to a pooled number.
+/// The share of one sequence in a pooled number.
 #[derive(Default)]
 struct SequenceShare {
     runs: usize,
@@ -120,8 +120,7 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<E
         let counted = p.counts.tp + p.counts.fp + p.counts.fn_;
         (p.moves.map_or(f64::INFINITY, f64::abs), counted)
     };
-    // A sequence without which there is no number at all moves it most. The order of the names stays where
-    // nothing else tells two apart.
+    // A sequence without which there is no number moves it most. The sort is stable: equal ones stay in order of name.
     parts.sort_by(|a, b| {
         let (a, b) = (weight(a), weight(b));
         b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
@@ -151,7 +150,7 @@ fn pooled(shares: &[&SequenceShare], protocol: Option<&Protocol>, metric: Metric
     Pooled { counts, score, delay, chance: protocol.map(|p| p.chance), ..Pooled::default() }.value(metric)
 }
 
-/// Whether results have what a metric is made of sequence by sequence.
+/// Whether results have the parts of a metric sequence by sequence.
 fn by_sequence(metric: Metric) -> bool {
     !matches!(metric, Metric::ReverseRuns | Metric::ReverseFrames)
 }

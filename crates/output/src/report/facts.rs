@@ -1,11 +1,11 @@
-//! The numbers of the text around an experiment's tables, for LaTeX.
+//! Numbers for the running text of a paper, as LaTeX macros.
 
 use super::claims::{ClaimOutcome, ClaimView};
 use super::results::Results;
 use crate::table::macros::Fact;
 use crate::table::number::four_digits;
 
-/// Targets and frames, claims by verdict, and the numbers that analyses found of each tracker.
+/// Numbers of targets, of frames, of claims by outcome, and the numbers that analyses found for each tracker.
 pub fn facts(results: &Results, claims: &[ClaimView]) -> Vec<Fact> {
     let fact =
         |parts: &[&str], shown: String| Fact { parts: parts.iter().map(|p| (*p).into()).collect(), shown };
@@ -24,7 +24,7 @@ pub fn facts(results: &Results, claims: &[ClaimView]) -> Vec<Fact> {
     for analysed in &results.analyses {
         for (name, value) in &analysed.findings.numbers {
             let found = fact(&[&analysed.analysis, &analysed.tracker, name], four_digits(*value));
-            // As in claims, the first of a name is meant.
+            // As in claims, a name stands for the first number that has it.
             if facts.iter().all(|known| known.parts != found.parts) {
                 facts.push(found);
             }

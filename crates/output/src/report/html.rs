@@ -1,8 +1,8 @@
 //! The page as one HTML file.
 //!
-//! minijinja escapes every text; the only markup passed through are figures that [`Page::check`] has
-//! looked at, and series that [`super::sequences::json`] has made. The page forbids itself, by its content
-//! security policy, to load anything but files beside it and to run anything but its own script.
+//! minijinja escapes every text; the only markup that passes unescaped are figures that [`Page::check`] has checked,
+//! and series from [`super::sequences::json`]. The content security policy of the page lets it load only files beside
+//! it and run only its own script.
 
 use super::page::{Page, ReportError};
 use crate::dataset::text::visible;
@@ -27,16 +27,19 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     parts.fill(page)
 }
 
-/// What an HTML file of ours is made of.
+/// The parts of an HTML file.
 pub(super) struct Parts {
     pub(super) template: &'static str,
     pub(super) style: &'static str,
-    /// The only script that its content security policy lets run.
+    /// The only script that the file's content security policy allows.
     pub(super) script: &'static str,
 }
 
 impl Parts {
-    /// The file with what it is about.
+    /// Renders the file with its data.
+    ///
+    /// # Errors
+    /// When the template does not fit the data, which would be a bug.
     pub(super) fn fill(&self, about: &impl Serialize) -> Result<String, ReportError> {
         let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
         let mut environment = Environment::new();
@@ -47,7 +50,7 @@ impl Parts {
         environment.add_global("script", self.script);
         environment.add_global("script_digest", format!("sha256-{digest}"));
         environment.add_global("style", self.style);
-        // The name ends in .html, which turns escaping on.
+        // minijinja escapes because the name ends in .html.
         environment.add_template("page.html", self.template).map_err(failed)?;
         environment.add_filter("visible", |text: String| visible(&text));
         environment.add_filter("address", |path: String| address(&path));
@@ -56,7 +59,7 @@ impl Parts {
     }
 }
 
-/// A path below the page's folder as an address, whatever its characters are.
+/// A path below the page's folder as a URL, with all other characters percent-encoded.
 fn address(path: &str) -> String {
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_./".contains(&b);
     path.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()

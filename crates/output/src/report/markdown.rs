@@ -67,7 +67,7 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
     Ok(out)
 }
 
-/// A paragraph that is neither a list, a rule nor an underlined heading, whatever it begins with.
+/// The paragraph with its first characters escaped where they would make it a list, a rule or an underlined heading.
 fn begin(escaped: &str) -> String {
     let digits = escaped.len() - escaped.trim_start_matches(|c: char| c.is_ascii_digit()).len();
     match escaped.get(digits..).and_then(|rest| rest.chars().next()) {

@@ -6,46 +6,46 @@ use super::sequences::Tallies;
 use crate::table::layout::Layout;
 use serde::Serialize;
 
-/// What a report shows, in the order of the page.
+/// The data of a report, in the order of the page.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Page {
     /// Title of the page.
     pub title: String,
-    /// Where the page over all experiments lies, seen from here; empty where there is none.
+    /// Relative URL of the page over all experiments; empty where there is none.
     pub home: String,
     /// Name of the experiment.
     pub experiment: String,
     /// The paper that is replicated; may be empty.
     pub paper: String,
-    /// What of the paper: `Table 1`; may be empty.
+    /// The table or figure of the paper: `Table 1`; may be empty.
     pub object: String,
-    /// Which data there was: `12 of 21 targets present; missing: ...`; may be empty.
+    /// The data that were present: `12 of 21 targets present; missing: ...`; may be empty.
     pub data_note: String,
-    /// What a reader must know before reading on.
+    /// Warnings, at the head of the page.
     pub warnings: Vec<String>,
-    /// The result in a few sentences, a paragraph each.
+    /// Paragraphs below the title.
     pub summary: Vec<String>,
-    /// What the paper says, and whether it holds here.
+    /// The conclusions of the paper, and whether they hold here.
     pub claims: Vec<ClaimView>,
     /// Tables.
     pub tables: Vec<Layout>,
-    /// What is behind their cells, for the first of them; may be empty.
+    /// Origins of the cells of the first of these tables; may be empty.
     pub origins: Vec<TableOrigins>,
     /// Figures.
     pub figures: Vec<FigureView>,
-    /// Whether the page shows the files of the figures instead of having them in itself.
+    /// Whether the page shows figures from their files instead of embedding them.
     pub figures_beside: bool,
     /// Counts of every method on every track.
     pub sequences: Tallies,
-    /// The series of strips and viewer: JSON that may stand in a page; empty without tracks.
+    /// The series of strips and viewer, as JSON that is safe in a script element; empty without tracks.
     pub series: String,
-    /// Whether files beside the page belong to it: series, stills, figures.
+    /// Whether the page needs files beside it: series, stills, figures.
     pub beside: bool,
-    /// Units of work without a result.
+    /// Cells without a result.
     pub failed: Vec<FailedCell>,
     /// Where the numbers come from: names and values.
     pub provenance: Vec<(String, String)>,
-    /// How many of these are short and for everyone; the page folds the others.
+    /// Number of these that the page always shows; it folds the others.
     pub provenance_head: usize,
 }
 
@@ -62,16 +62,16 @@ pub struct FigureView {
     pub file: String,
 }
 
-/// A unit of work without a result.
+/// A cell without a result.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FailedCell {
-    /// Which.
+    /// Sequence, tracker, run and method.
     pub cell: String,
-    /// Why.
+    /// Why it has none.
     pub reason: String,
 }
 
-/// Why there is no report.
+/// A report that cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A row has more or fewer cells than its table has columns.
@@ -86,10 +86,10 @@ pub enum ReportError {
         /// Number of columns.
         expected: usize,
     },
-    /// Not an SVG that may stand in a page: script, foreign content, ids or links to elsewhere.
+    /// The SVG of a figure has scripts, foreign content, ids or links, which a page must not have.
     #[error("figure `{0}` is not an SVG made by this program")]
     NotAFigure(String),
-    /// Series that would end their element in the page.
+    /// The series have characters that could end their element in the page.
     #[error("the series of the sequences are not packed for a page")]
     NotPacked,
     /// The template does not fit the data.
@@ -98,7 +98,7 @@ pub enum ReportError {
 }
 
 impl Page {
-    /// Whether all parts fit together.
+    /// Checks that all parts fit together and are safe to embed.
     ///
     /// # Errors
     /// See [`ReportError`].
@@ -125,8 +125,7 @@ impl Page {
         }
         for figure in &self.figures {
             let svg = figure.svg.trim();
-            // Texts of our figures have their quotes and angle brackets escaped, so these words can
-            // only be markup.
+            // Figures escape quotes and angle brackets in texts, so these words can only be markup.
             let foreign =
                 ["<script", "<foreignObject", "<style", "<!", "<?", "<a ", " id=\"", " on", "href=\"http"];
             let markup = foreign.iter().any(|word| match *word {
@@ -141,7 +140,7 @@ impl Page {
     }
 }
 
-/// Whether a tag has an attribute that is a program: `onload=`.
+/// Whether a tag has an event handler: `onload=`.
 fn has_handler(svg: &str) -> bool {
     svg.split('<').filter_map(|tag| tag.split('>').next()).any(|tag| {
         tag.split_whitespace().any(|word| {

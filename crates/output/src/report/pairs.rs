@@ -1,4 +1,4 @@
-//! Measures of a method or tracker, sequence by sequence, from a results folder; what comparisons rest on.
+//! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
 
 use super::results::{Results, ResultsError};
 use crate::plugin::unknown;
@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 /// Measure -> sequence -> value; sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;
 
-/// Why there is nothing to compare.
+/// Measures that cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum PairsError {
     /// The results cannot be read.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// They have no such tracker or method.
+    /// The results have no such tracker or method.
     #[error("{0}")]
     Unknown(String),
 }
@@ -23,7 +23,7 @@ pub enum PairsError {
 /// Measures of methods that are compared.
 const METRICS: [Metric; 4] = [Metric::FScore, Metric::Precision, Metric::Recall, Metric::Fpr];
 
-/// Everything that can be compared: methods with their grid points, then trackers that were scored themselves.
+/// Names that can be compared: methods with their grid points, then trackers that an analysis scored.
 pub fn names(results: &Results) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let methods = results.measures.iter().map(|m| method_label(&m.method, &m.params));
@@ -35,8 +35,8 @@ pub fn names(results: &Results) -> Vec<String> {
     names
 }
 
-/// The measures of a method, or of a tracker that was scored itself. Counts of a method's runs, and of all
-/// trackers unless one is given, are pooled within each sequence.
+/// The measures of a method, or of a tracker that an analysis scored. The counts of a method are pooled within each
+/// sequence, over its runs and, unless one is given, over all trackers.
 ///
 /// # Errors
 /// See [`PairsError`].
@@ -84,7 +84,7 @@ pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)>
     first.iter().filter_map(of_measure).collect()
 }
 
-/// The columns of the tables `sequences` that analyses made of a tracker.
+/// The columns of the tables `sequences` that analyses made for a tracker.
 fn of_tracker(results: &Results, name: &str) -> Values {
     let mut values = Values::new();
     for analysed in results.analyses.iter().filter(|a| a.tracker == name) {
@@ -103,7 +103,7 @@ fn of_tracker(results: &Results, name: &str) -> Values {
     values
 }
 
-/// A column's heading as one word: `success AUC` is `success_auc`.
+/// A column's heading as one word: `success AUC` becomes `success_auc`.
 pub(super) fn measure_name(column: &str) -> String {
     column.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect()
 }

@@ -4,7 +4,7 @@ use super::results::Results;
 use crate::dataset::synthetic;
 use crate::table::layout;
 
-/// The experiment's protocol, and those of methods that have one of their own.
+/// The protocol of the experiment, and those of methods with another one.
 fn protocols(results: &Results) -> String {
     let mut text = results.manifest.protocol.clone();
     let own = results.experiment.methods.iter().filter(|m| m.protocol.name != results.manifest.protocol);
@@ -14,7 +14,7 @@ fn protocols(results: &Results) -> String {
     text
 }
 
-/// Names and values, those that are short and for everyone first.
+/// Names and values: first those that are short and concern everyone, last the digests of all sequences.
 pub fn provenance(results: &Results) -> Vec<(String, String)> {
     let manifest = &results.manifest;
     let mut all = vec![
@@ -39,7 +39,7 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
         let value = format!("{} version {}, {}, {runs}", t.kind, t.version, t.params);
         all.push((format!("tracker {}", t.label), value));
     }
-    // Every combination of a grid would fill pages; its first stands for the parameters they share.
+    // A grid is shown by its first point, because all its points would fill pages.
     let mut named: Vec<&str> = Vec::new();
     for m in &manifest.methods {
         if named.contains(&m.name.as_str()) {

@@ -1,7 +1,7 @@
-//! Sequence by sequence: what every method made of every tracker's first run, for the table of counts, the
-//! strips and the frame viewer of the page.
+//! Results sequence by sequence: the series and counts of every method on every tracker's first run, for the table of
+//! counts, the strips and the frame viewer of the page.
 //!
-//! Counts are those of the method's protocol, made again from the errors and labels in the results.
+//! Counts are computed again by the method's protocol from the errors and labels in the results.
 //! [`json`] packs the series for the page.
 
 pub mod json;
@@ -16,7 +16,7 @@ use crate::table::records::method_label;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Columns of methods that a page has at most; of more, each method's first grid point is shown.
+/// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
 const MAX_METHODS: usize = 24;
 
 /// Everything that is shown sequence by sequence.
@@ -30,7 +30,7 @@ pub struct Sequences {
     pub sequences: Vec<Sequence>,
     /// Tracks by sequence, then tracker.
     pub tracks: Vec<Track>,
-    /// What is left out or to be known; may be empty.
+    /// What is left out, in sentences; may be empty.
     pub note: String,
 }
 
@@ -41,7 +41,7 @@ pub struct Method {
     pub name: String,
     /// Threshold on the score for each tracker, where there is one.
     pub thresholds: Vec<Option<f64>>,
-    /// How it is judged; may be empty.
+    /// How its protocol counts, in a line; may be empty.
     pub counted: String,
 }
 
@@ -56,9 +56,9 @@ pub struct Sequence {
     pub size: Option<(usize, usize)>,
     /// Attributes.
     pub attributes: Vec<String>,
-    /// Ground truth, one entry a frame.
+    /// Ground truth, one entry per frame.
     pub truth: Vec<Option<Region>>,
-    /// Frames (0-based) of which there is a picture `stills/<sequence>-<frame>.png` beside the page.
+    /// Frames, 0-based, that have a picture `stills/<sequence>-<frame>.png` beside the page.
     pub stills: BTreeSet<usize>,
 }
 
@@ -75,7 +75,7 @@ pub struct Track {
     pub background: Vec<Rect>,
     /// O_t, NaN where unknown.
     pub error: Vec<f64>,
-    /// What the methods say, each with its index.
+    /// The series of the methods, each with the method's index.
     pub methods: Vec<(usize, JudgedSeries)>,
 }
 
@@ -84,7 +84,7 @@ pub struct Track {
 pub struct JudgedSeries {
     /// Score compared with the threshold.
     pub score: Vec<f64>,
-    /// Alarm, one a frame.
+    /// Whether there is an alarm, one entry per frame.
     pub alarm: Vec<bool>,
     /// Changes of the label: +1, -1, 0.
     pub changes: Vec<i32>,
@@ -92,12 +92,12 @@ pub struct JudgedSeries {
     pub judged: TrackScore,
 }
 
-/// How counts come about, in a line.
+/// How a protocol counts, in a line.
 pub fn counted_by(protocol: &Protocol) -> String {
     format!("counted by {}: {}", protocol.name, protocol.summary)
 }
 
-/// Where pictures are kept beside the page.
+/// File of a still beside the page.
 pub fn still_file(sequence: usize, frame: usize) -> String {
     format!("stills/{sequence:03}-{frame:06}.png")
 }
@@ -208,7 +208,7 @@ fn judged_series(
         let series = track.method(&method_label(&record.name, &record.params))?;
         let protocol = results.experiment.protocol_of(&record.name)?;
         let frames = track.error.len();
-        // Results of others may have rows left out.
+        // A results folder from elsewhere may lack rows.
         if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
             return None;
         }
@@ -229,7 +229,7 @@ fn judged_series(
 /// The table of counts.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Tallies {
-    /// What is left out or to be known; may be empty.
+    /// What is left out, in sentences; may be empty.
     pub note: String,
     /// Column headings.
     pub methods: Vec<String>,
@@ -241,7 +241,7 @@ pub struct Tallies {
     pub totals: Vec<String>,
 }
 
-/// What all methods made of one track.
+/// A row of the table of counts: all methods on one track.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct TallyRow {
     /// Index of the sequence.
@@ -256,7 +256,7 @@ pub struct TallyRow {
     pub frames: usize,
     /// Attributes in one line.
     pub attributes: String,
-    /// Their indices among all attributes, with blanks between.
+    /// Indices of these attributes among all, separated by blanks.
     pub marks: String,
     /// `hits / misses / false alarms`, empty for a method that is not run on the tracker.
     pub cells: Vec<String>,
@@ -300,7 +300,8 @@ impl Sequences {
         }
     }
 
-    /// What is shown first: the track and method with most events, the earliest among equals.
+    /// Sequence, tracker and method that are shown first: the track and method with most events, the earliest among
+    /// equals.
     fn start(&self) -> Option<[usize; 3]> {
         let all = self.tracks.iter().flat_map(|t| t.methods.iter().map(move |(k, series)| (t, *k, series)));
         let most = all.clone().map(|(_, _, series)| series.judged.events.len()).max()?;

@@ -1,11 +1,11 @@
 //! `reports/index.html`: one offline page over all experiments that have a report.
 //!
-//! Every report has a `summary.json` beside its page, made of results alone. The site is made of all of these, by a
-//! walk over the folder in the order of names: it does not depend on which report was written when, and a report that
-//! is removed by hand is gone from the next site. Reports without a summary that can be read are listed as such.
+//! Every report has a `summary.json` beside its page, made from results alone. The site is made from all summaries, which
+//! are collected by a walk over the folder in order of names: it does not depend on the order in which reports were
+//! written, and a report that is removed by hand is missing from the next site. Reports without a readable summary are
+//! listed as such.
 //!
-//! The same page with the runs that go on above is what `trackfail serve` shows. A page over nothing but reports has
-//! no script.
+//! `trackfail serve` shows the same page with the running experiments on top. The page in the folder has no script.
 
 mod collect;
 mod error;
@@ -24,16 +24,17 @@ use crate::engine::store::{self, StoreError};
 use std::fs::File;
 use std::path::Path;
 
-/// What a page of ours has in its head; another one is not replaced.
+/// A line in the head of our pages; a page without it is not replaced.
 const OURS: &str = "<meta name=\"generator\" content=\"trackfail\">";
 
-/// Writes `index.html` over all reports below a folder. Whoever calls it after a report has taken its place has it in
-/// the site, whatever other processes do: of two that write at once the later one looks when the earlier is done.
+/// Writes `index.html` over all reports below a folder; returns warnings about reports that it cannot list. The site has
+/// every report that is in its place when this is called, even when several processes call it: they take turns, and each
+/// walks the folder anew.
 ///
 /// # Errors
 /// When the page cannot be written.
 pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
-    // A folder can be locked where the system lets it be opened; elsewhere the lock of the results has to do.
+    // Some systems do not let a folder be opened and locked; there only the lock of the results protects the site.
     let lock = File::open(reports).ok();
     if let Some(lock) = &lock {
         let _ = lock.lock();
@@ -51,7 +52,7 @@ pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
     for (name, why) in &site.unreadable {
         warnings.push(format!("{}: {why}", reports.join(name).display()));
     }
-    // Put together aside: temporary files beside reports are swept by other runs.
+    // Written in a folder of its own, because other runs sweep temporary files beside reports.
     let aside = Staging::new(reports)?;
     let made = aside.path().join(INDEX);
     store::write(&made, render(&site)?.as_bytes())?;
@@ -59,10 +60,10 @@ pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
     Ok(warnings)
 }
 
-/// Whether a file is there that somebody else has written.
+/// Whether there is a file that this program has not written.
 fn is_foreign(path: &Path) -> bool {
     if path.is_symlink() || !path.is_file() {
-        // A link is replaced, not what it leads to; a folder cannot be.
+        // Replacing a link does not touch what it leads to, and a folder cannot be replaced.
         return false;
     }
     text::read_capped(path).is_ok_and(|bytes| {

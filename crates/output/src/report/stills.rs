@@ -1,4 +1,4 @@
-//! Video frames for figures: which ones a figure shows, and the pictures kept beside the results.
+//! Video frames of figures: which frames a figure shows, and their pictures beside the results.
 
 use super::results::{Results, ResultsError, TrackSeries, read_file};
 use crate::engine::store;
@@ -18,16 +18,16 @@ pub struct Request {
     pub frames: Vec<usize>,
 }
 
-/// Frames on either side of a tracking error that are worth showing.
+/// Number of frames on either side of the first tracking error that stills are picked from.
 const AROUND: usize = 30;
 
-/// The tracker that a strip figure is about.
+/// The tracker of a strip figure: the one asked for, or the experiment's first.
 pub fn tracker<'a>(results: &'a Results, wanted: Option<&'a str>) -> &'a str {
     wanted.or(results.experiment.trackers.first().map(|t| t.label.as_str())).unwrap_or_default()
 }
 
-/// The tracks a strip figure shows: those asked for that are there, or the one with most events (the
-/// first by name among equals).
+/// The tracks of a strip figure: those asked for that exist, or the one with most events (the first by name among
+/// equals).
 pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSeries]) -> Vec<&'a TrackSeries> {
     if !wanted.is_empty() {
         return wanted
@@ -43,12 +43,12 @@ pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSerie
 /// Frames in which the tracker failed, by the experiment's protocol.
 pub fn events(results: &Results, track: &TrackSeries) -> Vec<usize> {
     let frames = track.error.len();
-    // Where nothing is detected, failures are those that the first protocol knows.
+    // An experiment without detections has no protocol; the first one defines its failures.
     let protocol = results.experiment.protocol.unwrap_or(&PROTOCOLS[0]);
     (protocol.score)(&track.error, &vec![false; frames], &vec![0; frames]).events
 }
 
-/// `count` frames: around the first tracking error, or spread over a sequence without one.
+/// Picks `count` frames around the first tracking error, or spread over a sequence without one.
 fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
     let last = length.saturating_sub(1);
     let (from, to) = match first_event {
@@ -66,7 +66,7 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
     frames
 }
 
-/// What one figure needs.
+/// The stills of one figure; none where it shows none or has no track.
 pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<Request> {
     let (sequences, stills) = (&figure.params.sequences, figure.params.stills);
     if stills == 0 {
@@ -78,7 +78,7 @@ pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> O
     Some(Request { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
-/// What all figures of an experiment need, from the tracks of [`Results::all_tracks`].
+/// The stills of all figures of an experiment, from the tracks of [`Results::all_tracks`].
 pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
     let of_figure = |figure: &Figure| {
         let label = tracker(results, figure.params.tracker.as_deref());
@@ -88,7 +88,7 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
     results.experiment.figures.iter().filter_map(of_figure).collect()
 }
 
-/// What all figures of an experiment need.
+/// The stills of all figures of an experiment.
 ///
 /// # Errors
 /// When the results cannot be read.
@@ -96,12 +96,12 @@ pub fn requests(results: &Results) -> Result<Vec<Request>, ResultsError> {
     Ok(requested(results, &results.all_tracks()?))
 }
 
-/// Where a still is kept.
+/// File of a still.
 pub fn path(results: &Results, figure: &str, frame: usize) -> PathBuf {
     results.folder.join("stills").join(figure).join(format!("{frame:06}.png"))
 }
 
-/// Keeps a still beside the results.
+/// Writes a still beside the results.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -116,10 +116,10 @@ pub fn keep(
     store::write(&path, &png)
 }
 
-/// Reads a still back.
+/// Reads a still.
 ///
 /// # Errors
-/// When it is absent or no picture.
+/// When the file is absent or not a picture.
 pub fn load(results: &Results, figure: &str, frame: usize) -> Result<Frame, store::StoreError> {
     let path = path(results, figure, frame);
     image::decode(&read_file(&path, image::MAX_FILE_BYTES)?).map_err(|e| store::StoreError::new(&path, e))

@@ -1,10 +1,10 @@
-//! How far the headline number of each method, or of each tracker that was scored itself, can be trusted, from
-//! `scores.csv` or `analyses.json` alone: intervals, tests of each against each other, and mean ranks.
+//! How far the headline number of each method, or of each tracker that an analysis scored, can be trusted, from
+//! `scores.csv` or `analyses.json` alone: intervals, tests of each pair, and mean ranks.
 //!
-//! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of what
-//! the first analysis that goes by sequence has in its table `sequences`. Methods are compared on the same tracker and by the
-//! same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are there
-//! to compare with, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
+//! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
+//! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
+//! the same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are a
+//! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
 use super::pairs;
@@ -27,23 +27,23 @@ use crate::table::records::{CellScore, method_label};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Of intervals, and 1 less the significance of the critical difference.
+/// Level of the intervals, and 1 minus the significance of the critical difference.
 const LEVEL: f64 = 0.95;
 
-/// What a report says of it.
+/// The tables and figures of a report that say how far its numbers can be trusted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Uncertainty {
     /// The tables `uncertainty` and `pairs`.
     pub tables: Vec<Layout>,
     /// The figure `ranks`, and one for each measure of trackers: name, figure and caption.
     pub ranks: Vec<(String, Ranks, String)>,
-    /// Why something is not there.
+    /// Why tables or figures are missing.
     pub note: Option<String>,
 }
 
-/// The metric that a report is ordered by: of the metrics of the tables of methods F, or informedness, where that is
-/// among them; else the first that has a direction and comes from counts; else F. (A ratio such as recall, which a
-/// method that always raises the alarm has at 1, orders nothing by itself.)
+/// The metric that a report is ordered by. Of the metrics in its tables of methods it is F, or else informedness, or else
+/// the first that has a direction and comes from counts; F where there is none. (A ratio such as recall, which is 1 for
+/// a method that always raises the alarm, orders nothing by itself.)
 pub fn headline(experiment: &Experiment) -> Metric {
     let of_methods = experiment.tables.iter().filter(|t| t.shows.is_none());
     let metrics: Vec<Metric> = of_methods
@@ -52,24 +52,24 @@ pub fn headline(experiment: &Experiment) -> Metric {
             _ => t.metric.into_iter().collect(),
         })
         .collect();
-    // What trackers did again is no sum of counts of detections.
+    // The effort of reverse runs is not computed from counts of detections.
     let is_effort = |m: &Metric| matches!(m, Metric::ReverseRuns | Metric::ReverseFrames);
     let fits = |m: &Metric| !is_effort(m) && m.direction() != Direction::Neither;
     let whole = [Metric::FScore, Metric::Informedness].into_iter().find(|m| metrics.contains(m));
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::FScore)
 }
 
-/// What is measured of a method or a tracker.
+/// A measure of a method or a tracker.
 #[derive(Debug, Clone, PartialEq)]
 enum Measured {
     /// A metric of counts, in the order of [`Counts`].
     Counted(Metric),
-    /// The mean over sequences of a column that an analysis made. The numbers of a sequence are its value in
-    /// billionths, whose sum is the same in any order, and 1.
+    /// The mean over sequences of a column of an analysis. The counts of a sequence are its value in billionths, an
+    /// integer, so that the sum is the same in any order, and 1.
     Mean(String),
 }
 
-/// Of [`Measured::Mean`].
+/// Factor of the values of [`Measured::Mean`].
 const BILLION: f64 = 1e9;
 
 impl Measured {
@@ -95,7 +95,7 @@ impl Measured {
         }
     }
 
-    /// From the numbers of all units together.
+    /// The measure from the summed counts of all units.
     fn value(&self, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
         match self {
             Self::Counted(metric) => {
@@ -107,7 +107,7 @@ impl Measured {
         }
     }
 
-    /// How it comes about, for captions.
+    /// How it is computed, for captions.
     fn way(&self) -> &'static str {
         match self {
             Self::Counted(_) => "from the summed counts of all sequences",
@@ -116,7 +116,7 @@ impl Measured {
     }
 }
 
-/// A method on one tracker.
+/// A method on one tracker, or a tracker.
 struct Competitor {
     label: String,
     /// Whether it is ranked and tested.
@@ -125,11 +125,11 @@ struct Competitor {
     counts: BTreeMap<String, [i64; 4]>,
 }
 
-/// Methods that can be compared.
+/// Methods or trackers that can be compared.
 struct Field {
     /// Tracker, and protocol where the tracker's methods have several.
     label: String,
-    /// How random detections match by the protocol.
+    /// How detections at random match by the protocol.
     chance: Chance,
     competitors: Vec<Competitor>,
 }
@@ -141,7 +141,7 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
         let key = (row.tracker.clone(), method_label(&row.method, &row.params));
         let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
         let Counts { tp, fp, fn_, tn } = row.counts;
-        // No sequence has so many frames; sums of counts that were made up do not overflow.
+        // More than any sequence has; the limit keeps sums of forged counts from overflowing.
         let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
         sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
     }
@@ -187,7 +187,7 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
     let field = |(k, column): (usize, &String)| {
         let competitor = |(tracker, table): &(&str, Grid)| {
             let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
-                // No measure of a sequence is as large as a million.
+                // Measures of a sequence are far below a million.
                 let value = cells.get(k).copied().flatten()?.clamp(-1e6, 1e6);
                 Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
             };
@@ -203,8 +203,8 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
     tables[0].1.columns.iter().enumerate().map(field).collect()
 }
 
-/// Intervals, tests and ranks of an experiment's methods, from the counts of [`Results::scores`], and of its trackers that
-/// were scored themselves.
+/// Intervals, tests and ranks of an experiment's methods, from the counts of [`Results::scores`], and of the trackers that
+/// an analysis scored.
 pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     let experiment = &results.experiment;
     let of_trackers = tracker_fields(results);
@@ -251,7 +251,7 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
 
 /// The mean ranks of a field.
 struct Ranked {
-    /// Of the competitors that compete, by label.
+    /// Mean ranks of those that compete, by label.
     mean_ranks: BTreeMap<String, f64>,
     /// Sequences in which all of them have a value.
     blocks: usize,
@@ -278,7 +278,7 @@ fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
     Cell { value, ours: value.map(shown), ..Cell::default() }
 }
 
-/// p-values as they are shown.
+/// A p-value as it is shown.
 fn p_text(p: f64) -> String {
     if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
 }

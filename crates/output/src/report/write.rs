@@ -22,9 +22,9 @@ use crate::table::folder::{self, FolderError};
 use crate::table::layout::{self, Layout};
 use std::path::Path;
 
-/// What a report that was written says.
+/// What a written report says.
 pub struct WrittenReport {
-    /// What our numbers say of the claims.
+    /// The claims, tested on our numbers.
     pub findings: Vec<Finding>,
     /// The experiment's own tables.
     pub tables: Vec<Layout>,
@@ -56,8 +56,8 @@ pub enum WriteError {
 /// Size of a page above which its series go into files beside it, in bytes.
 const MAX_PAGE: usize = 5 << 20;
 
-/// Writes tables into the results folder, and figures, stills, series, `index.html` and `report.md` into an empty folder,
-/// from results alone.
+/// Writes a report from results alone: tables into the results folder; figures, stills, series, `index.html` and
+/// `report.md` into an empty folder.
 ///
 /// # Errors
 /// See [`WriteError`].
@@ -67,9 +67,9 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
-    stays_here(&results.folder.join("tables"))?;
+    refuse_link(&results.folder.join("tables"))?;
     let findings = claims::test(results);
-    let mut page = frame(results);
+    let mut page = page_frame(results);
     page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
     folder::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
@@ -101,7 +101,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     Ok(WrittenReport { findings, tables: page.tables })
 }
 
-/// Draws mean ranks beside the experiment's own figures.
+/// Draws mean ranks under a name that no figure of the experiment has.
 fn draw_ranks(
     results: &Results,
     folder: &Path,
@@ -117,7 +117,7 @@ fn draw_ranks(
     keep_figure(folder, (&name, name.clone()), caption, (svg, png))
 }
 
-/// Writes a figure under a file's name and shows it under a title, with its caption, as SVG and PNG.
+/// Writes a figure as SVG and PNG under a file name; returns how the page shows it, under a title and with a caption.
 fn keep_figure(
     folder: &Path,
     (file, name): (&str, String),
@@ -143,7 +143,7 @@ fn keep_stills(
             if sequences.sequences[s].stills.contains(&t) {
                 continue;
             }
-            // Results of a run that could not decode the frame again have no still.
+            // A run that could not decode the frame again has written no still.
             let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
             let path = folder.join(sequences::still_file(s, t));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
@@ -154,9 +154,8 @@ fn keep_stills(
     Ok(())
 }
 
-/// The page with its series. Where it would be larger than `most` bytes, these are written beside it; where that
-/// does not help, it shows the files of its figures; and where that does not help either, its numbers do not tell
-/// what is behind them.
+/// Renders the page in at most about `most` bytes. Its series are in the page; where that makes it too large they are
+/// written beside it; next, figures are shown from their files; last, the origins of the numbers are left out.
 pub(super) fn small_enough(
     page: &mut Page,
     folder: &Path,
@@ -201,9 +200,9 @@ pub(super) fn small_enough(
     Ok(render(page)?)
 }
 
-/// Results of others are read, links and all; but nothing is written where a link of theirs leads. (Files
-/// are replaced by renaming, which replaces a link itself.)
-fn stays_here(folder: &Path) -> Result<(), StoreError> {
+/// Refuses to write into a folder that is a link: a results folder from elsewhere may have links, which are followed for
+/// reading only. (Files are replaced by renaming, which replaces a link itself.)
+fn refuse_link(folder: &Path) -> Result<(), StoreError> {
     if folder.is_symlink() {
         let message = "a link, through which no table is written; put a folder in its place";
         return Err(StoreError::new(folder, message));
@@ -216,7 +215,7 @@ fn not_drawn(figure: &Figure, reason: &str) -> String {
 }
 
 /// The page without tables, figures and claims.
-fn frame(results: &Results) -> Page {
+fn page_frame(results: &Results) -> Page {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
     let mut data_note = format!(

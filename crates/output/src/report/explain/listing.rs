@@ -36,7 +36,7 @@ impl Listing {
     }
 }
 
-/// A row behind the columns that name the number.
+/// A row that begins with the columns that name the number.
 fn named(cell: &Spot, rest: impl IntoIterator<Item = String>) -> Vec<String> {
     let names = [&cell.tracker, &cell.method, &cell.params].map(Clone::clone);
     names.into_iter().chain([cell.metric.name().to_string()]).chain(rest).collect()

@@ -1,4 +1,4 @@
-//! What is behind every cell of a report's tables, as the page shows it.
+//! The origin of every cell of a report's tables: its formula, and the command that takes it apart.
 
 use super::formula::formula;
 use crate::report::results::Results;
@@ -10,10 +10,10 @@ use crate::table::records::{CellScore, method_label};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What is behind a cell of a table, as the page tells it.
+/// The origin of a cell of a table, as the page shows it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct CellOrigin {
-    /// Which number it is: `f_score of DTEF on NCC is 0.242`.
+    /// The number: `f_score of DTEF on NCC is 0.242`.
     pub number: String,
     /// How it comes about, with the counts filled in.
     pub formula: String,
@@ -21,17 +21,17 @@ pub struct CellOrigin {
     pub command: String,
     /// Index of its tracker among those shown sequence by sequence.
     pub tracker: Option<usize>,
-    /// Index of its method with its grid point there.
+    /// Index of its method with its grid point among those.
     pub method: Option<usize>,
-    /// Index of the attribute of the sequences it is about; it is about all of them when `None`.
+    /// Index of the attribute of the sequences it is about; all sequences when `None`.
     pub attribute: Option<usize>,
 }
 
 /// The origins of a table's cells: groups, rows, cells.
 pub type TableOrigins = Vec<Vec<Vec<Option<CellOrigin>>>>;
 
-/// What is behind every cell of the experiment's own tables, whose layouts come first among `layouts`;
-/// `trackers` and `shown` are what the page has sequence by sequence.
+/// The origins of the cells of the experiment's own tables, whose layouts come first among `layouts`. `trackers` and
+/// `shown` are what the page shows sequence by sequence;
 /// `scores` are those of [`Results::scores`].
 pub fn origins(
     results: &Results,
@@ -92,8 +92,8 @@ pub fn origins(
     experiment.tables.iter().zip(layouts).map(of_table).collect()
 }
 
-/// Whether a group of this name has the spot: it names some of its tracker, method and grid point, in this order,
-/// and maybe axes that the method does not have.
+/// Whether the group of this name contains the cell: its name is some of the cell's tracker, method and grid point, in
+/// this order, and possibly axes that the method does not have.
 fn heads(key: &str, spot: &Spot) -> bool {
     let axes: Vec<(String, f64)> = measures::parse_point(&spot.params);
     let mut parts = vec![spot.tracker.clone(), spot.method.clone()];
@@ -119,7 +119,7 @@ fn heads(key: &str, spot: &Spot) -> bool {
     is_made_of(key, &parts, &foreign)
 }
 
-/// The command line that explains a cell; `alike` are all of the table in the same row and column.
+/// The command line that explains a cell; `alike` are all cells of the table in the same row and column.
 fn command(table: &str, spot: &Spot, alike: &[&Spot]) -> String {
     let label = |s: &Spot| method_label(&s.method, &s.params);
     let mut words = vec!["trackfail".to_string(), "explain".to_string(), quoted(table)];
@@ -133,7 +133,7 @@ fn command(table: &str, spot: &Spot, alike: &[&Spot]) -> String {
     words.join(" ")
 }
 
-/// A word as a shell reads it.
+/// A word quoted for a shell where it needs to be.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./@%+=:,-".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,8 +1,8 @@
-//! The series of strips and viewer as JSON that may stand in a page.
+//! The series of strips and viewer as JSON that is safe inside a page.
 //!
-//! Numbers are whole: boxes in tenths of a pixel, O_t in thousandths, scores in steps of a power of ten that
-//! keeps four digits of the threshold (or of the largest score); each column holds differences to the value
-//! before, `null` where there is none. An O_t below 1 stays below 1, because 1 means that the target is lost.
+//! Numbers are integers: boxes in tenths of a pixel, O_t in thousandths, scores in steps of a power of ten that keeps
+//! four digits of the threshold (or of the largest score); each column holds differences to the value before, `null`
+//! where there is none. An O_t below 1 stays below 1, because 1 means that the target is lost.
 //!
 //! ```text
 //! index  {trackers, methods, sequences, start, tracks: [[sequence, tracker, file]], files, words, truth, data}
@@ -11,10 +11,10 @@
 //!         {marks: [[event, detection, word, word]], alarms: [first, last, ...], digits, score}}}}
 //! ```
 //!
-//! A mark is a [moment](super::super::trace::Moment): an event, a detection, or both that match, in order of time,
-//! and what either is, as an index into the page's words.
+//! A mark is a [moment](crate::report::trace::Moment): an event, a detection, or both that match, in order of time, each
+//! with its word as an index into the page's words.
 //!
-//! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each one call
+//! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each with one call of
 //! `trackfail({truth, data})`.
 
 use super::{JudgedSeries, Method, Sequence, Sequences, Track};
@@ -24,7 +24,7 @@ use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, Outcome};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Size that a file of series does not exceed, but for a single track that is longer, in bytes.
+/// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;
 
 /// Series packed for a page.
@@ -36,7 +36,7 @@ pub struct Packed {
     pub files: Vec<(String, String)>,
 }
 
-/// Everything in the page.
+/// Packs all series into the page.
 pub fn embedded(all: &Sequences) -> Packed {
     let places: Vec<Option<usize>> = vec![None; all.tracks.len()];
     let truth = all.sequences.iter().enumerate().map(|(s, q)| (s, truth(q)));
@@ -45,7 +45,7 @@ pub fn embedded(all: &Sequences) -> Packed {
     Packed { index, files: Vec::new() }
 }
 
-/// Only names in the page, series in files beside it: for each tracker as many sequences as fit.
+/// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file as fit.
 pub fn beside(all: &Sequences) -> Packed {
     let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
     let mut files: Vec<(String, String)> = Vec::new();
@@ -87,7 +87,7 @@ fn json_of_parts(truth: &str, data: &str) -> String {
     format!("{{\"truth\":{truth},\"data\":{data}}}")
 }
 
-/// An object of texts that are JSON already, under keys that need no escapes.
+/// A JSON object of values that are JSON already, under keys that need no escapes.
 fn object<K: std::fmt::Display>(parts: impl IntoIterator<Item = (K, String)>) -> String {
     let parts: Vec<String> = parts.into_iter().map(|(key, json)| format!("\"{key}\":{json}")).collect();
     format!("{{{}}}", parts.join(","))
@@ -123,13 +123,13 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str,
     });
     let parts = json_of_parts(truth, data);
     let names = names.to_string();
-    // Both are objects, so the one continues the other.
+    // Both are objects: the second one's members follow the first one's.
     let (names, parts) = (names.strip_suffix('}'), parts.strip_prefix('{'));
     in_a_page(&format!("{},{}", names.unwrap_or_default(), parts.unwrap_or_default()))
 }
 
-/// JSON that may stand in a script element: whatever could end it, begin a comment or end a line is escaped,
-/// which JSON allows because all of it can only be in strings.
+/// JSON that is safe in a script element: characters that could end it, begin a comment or end a line are escaped, which
+/// JSON allows because they can only be in strings.
 pub fn in_a_page(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
@@ -164,7 +164,7 @@ fn truth(sequence: &Sequence) -> String {
     format!("[{}]", columns.join(","))
 }
 
-/// Whether the corners are those of its rectangle, as far as they are shown.
+/// Whether the corners are those of its rectangle, to the precision that is shown.
 fn is_upright(region: &Region) -> bool {
     let shown = |p: &(f64, f64)| (tenths(p.0), tenths(p.1));
     region.corners().iter().map(shown).eq(region.rect().corners().iter().map(shown))
@@ -231,7 +231,7 @@ fn thousandths(error: f64) -> Option<i64> {
     Some(if error < 1.0 { rounded.min(999) } else { rounded })
 }
 
-/// The nearest whole number that JavaScript counts exactly; `None` for what is no number.
+/// The nearest integer that JavaScript represents exactly; `None` for NaN and infinity.
 fn whole(v: f64) -> Option<i64> {
     const LARGEST: f64 = 1e15;
     v.is_finite().then(|| v.round().clamp(-LARGEST, LARGEST) as i64)

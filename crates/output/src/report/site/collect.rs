@@ -8,17 +8,17 @@ use std::path::Path;
 /// All reports below a folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Site {
-    /// Folder, as `sanmiguel2015/table4`, and what its report is, by folder.
+    /// Folder, such as `sanmiguel2015/table4`, and summary of each report, in order of folders.
     pub reports: Vec<(String, Summary)>,
     /// Folders with a page whose summary cannot be read, with the reason.
     pub unreadable: Vec<(String, String)>,
 }
 
-/// All reports below a folder, by name; folders that are hidden, and those that are links, are none of them.
+/// All reports below a folder, in order of names; hidden folders and links are skipped.
 pub fn collect(reports: &Path) -> Site {
     let mut site = Site::default();
     let hidden = |e: &walkdir::DirEntry| e.file_name().as_encoded_bytes().starts_with(b".");
-    // What lies in a report is no other report.
+    // The folders inside a report are not reports.
     let inside = |e: &walkdir::DirEntry| {
         e.depth() > 1
             && OWNED.iter().any(|owned| e.file_name() == *owned)
@@ -27,7 +27,7 @@ pub fn collect(reports: &Path) -> Site {
             && !e.path().join(SUMMARY).exists()
     };
     let entries = walkdir::WalkDir::new(reports).sort_by_file_name().into_iter();
-    // A folder that goes away meanwhile is as one that was never there.
+    // A folder that disappears during the walk is skipped.
     for entry in entries.filter_entry(|e| e.depth() == 0 || !(hidden(e) || inside(e))).filter_map(Result::ok)
     {
         if entry.depth() < 2 || entry.file_name() != INDEX || !entry.file_type().is_file() {

@@ -33,27 +33,27 @@ pub struct Summary {
     pub title: String,
     /// The paper that is replicated; may be empty.
     pub paper: String,
-    /// What of the paper; may be empty.
+    /// The table or figure of the paper; may be empty.
     pub object: String,
-    /// What became of its claims.
+    /// Numbers of its claims by outcome.
     pub claims: ClaimCounts,
     /// The suite that the numbers are about.
     pub suite: String,
-    /// How much of it there was, in words: `12 of 21 targets, 10 runs`.
+    /// How much of it was present, in words: `12 of 21 targets, 10 runs`.
     pub data: String,
-    /// Targets that were there.
+    /// Number of targets that were present.
     pub present: u64,
-    /// Targets of the whole suite.
+    /// Number of targets of the whole suite.
     pub wanted: u64,
-    /// Whether the program has rendered the suite itself.
+    /// Whether the suite is synthetic.
     pub synthetic: bool,
-    /// Units of work without a result.
+    /// Number of cells without a result.
     pub failed: u64,
     /// The best method on each tracker, in the experiment's order.
     pub best: Vec<Best>,
 }
 
-/// Numbers of claims.
+/// Numbers of claims by outcome.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClaimCounts {
@@ -61,7 +61,7 @@ pub struct ClaimCounts {
     pub hold: u64,
     /// Those that do not hold on one.
     pub do_not_hold: u64,
-    /// Others.
+    /// Those without the data or numbers for a test.
     pub cannot_be_tested: u64,
 }
 
@@ -73,13 +73,13 @@ pub struct Best {
     pub tracker: String,
     /// The metric.
     pub metric: String,
-    /// The method; several that are equal one after the other.
+    /// The method; several that are equal, separated by commas.
     pub method: String,
     /// Its value.
     pub value: String,
 }
 
-/// What a report is in short; `findings` are what its numbers say of its claims.
+/// The summary of a report; `findings` are its tested claims.
 pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
@@ -108,8 +108,8 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
     }
 }
 
-/// The best methods. Anchors do not compete, nor do the points of a grid, whose best one is chosen by the very data that
-/// are reported; methods of one tracker that are scored by different protocols are not compared.
+/// The best method on each tracker. Anchors do not compete, nor do the points of a grid, because the best point would be
+/// chosen on the data that are reported; methods of one tracker with different protocols are not compared.
 fn best(results: &Results) -> Vec<Best> {
     let experiment = &results.experiment;
     let metric = uncertainty::headline(experiment);
@@ -132,11 +132,11 @@ fn best(results: &Results) -> Vec<Best> {
             Direction::LowerIsBetter => values.reduce(f64::min),
             Direction::Neither => None,
         };
-        // The best of one says nothing.
+        // A best method needs another one to be better than.
         let top = top.filter(|_| protocols.len() == 1 && mine.len() > 1)?;
         let first: Vec<&str> = mine.iter().filter(|(v, _)| *v == top).map(|(_, m)| m.as_str()).collect();
         let (tracker, metric) = (tracker.to_string(), metric.name().to_string());
-        // Of many that are equal none is the best.
+        // More than three equal methods are not called best.
         (first.len() <= 3).then(|| Best {
             tracker,
             metric,
@@ -168,7 +168,7 @@ pub enum SummaryError {
     /// The file is not readable or too large.
     #[error("{SUMMARY} cannot be read")]
     Unreadable(#[source] DatasetError),
-    /// The file is something else.
+    /// The file is not a summary.
     #[error("{SUMMARY} is none of this program: {0}")]
     Foreign(#[from] serde_json::Error),
     /// Written by a later program.

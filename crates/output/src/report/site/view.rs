@@ -1,4 +1,4 @@
-//! The site as HTML.
+//! Renders the page over all reports as HTML.
 
 use super::collect::Site;
 use super::summary::{Best, ClaimCounts, Summary};
@@ -39,7 +39,7 @@ struct Run<'s> {
     silent: String,
 }
 
-/// Renders `index.html`, the same for the same reports.
+/// Renders `index.html`; the same reports give the same bytes.
 ///
 /// # Errors
 /// When the template does not fit, which would be a bug.
@@ -47,7 +47,8 @@ pub fn render(site: &Site) -> Result<String, ReportError> {
     page(site, &[], None)
 }
 
-/// Renders the page that is served: runs above, which a script keeps up to date; `now` is in seconds since 1970.
+/// Renders the page that `trackfail serve` shows, with the runs on top, which a script keeps up to date; `now` is in
+/// seconds since 1970.
 ///
 /// # Errors
 /// As [`render`].
