@@ -9,9 +9,9 @@ use trackfail::engine::Stop;
 use trackfail::engine::store::address::{Recipe, Stage};
 use trackfail::engine::store::{self, Name, Store};
 use trackfail::engine::{ExperimentPlan, Options, run};
-use trackfail::report::{self, results::Results};
+use trackfail::report;
+use trackfail::results::{self, Results};
 use trackfail::spec::{self, Experiment, builtin};
-use trackfail::table::folder;
 
 fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> ExperimentPlan<'a> {
     ExperimentPlan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
@@ -39,7 +39,7 @@ fn tables(c: &mut Criterion) {
     });
     let dir = tempfile::tempdir().expect("a folder");
     group.bench_function("write-results", |b| {
-        b.iter(|| folder::write(dir.path(), &experiment, black_box(&outcome), 0.0).expect("written"));
+        b.iter(|| results::write(dir.path(), &experiment, black_box(&outcome), 0.0).expect("written"));
     });
     group.bench_function("render-from-results", |b| {
         b.iter(|| {

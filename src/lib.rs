@@ -14,9 +14,10 @@
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
 //! | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |
-//! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
+//! | [`results`] | judged cells | the files of a results folder, and back |
+//! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | [`figure`] | plain series | SVG and PNG |
-//! | [`report`] | a results folder alone | an offline HTML page for each experiment, one over all; what is behind a number |
+//! | [`report`] | results alone | an offline HTML page for each experiment, one over all; what is behind a number |
 //! | [`cli`] | arguments | calls of the above, exit codes |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
@@ -29,4 +30,4 @@ pub use trackfail_core::{direction, image, num, plugin, region};
 pub use trackfail_dataset as dataset;
 pub use trackfail_engine::{self as engine, spec};
 pub use trackfail_methods::{analysis, detector, score, signal, tracker};
-pub use trackfail_output::{figure, report, table};
+pub use trackfail_output::{figure, report, results, table};

@@ -4,15 +4,15 @@
 
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
-use trackfail::report::results;
+use trackfail::results::{manifest, measures};
 
 fuzz_target!(|data: &[u8]| {
     let mut parts = data.splitn(2, |b| *b == 0);
-    let manifest = parts.next().unwrap_or_default();
-    if let Ok(manifest) = results::parse_manifest(Path::new("manifest.json"), manifest) {
-        assert!(manifest.format <= trackfail::table::manifest::FORMAT);
+    let first = parts.next().unwrap_or_default();
+    if let Ok(read) = manifest::parse(Path::new("manifest.json"), first) {
+        assert!(read.format <= manifest::FORMAT);
     }
-    if let Some(measures) = parts.next() {
-        let _ = trackfail::table::records::read_measures(measures.to_vec());
+    if let Some(table) = parts.next() {
+        let _ = measures::read(table.to_vec());
     }
 });

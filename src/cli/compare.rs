@@ -5,7 +5,7 @@ use super::output::{self, Format};
 use crate::num::paired::{self, Compared};
 use crate::report::finished;
 use crate::report::pairs::{self, Values};
-use crate::report::results::Results;
+use crate::results::Results;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.

@@ -10,13 +10,12 @@ use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseS
 use crate::engine::store;
 use crate::num::seed;
 use crate::region::Region;
+use crate::results::detections;
 use crate::signal::{Reads, Session};
 use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
-use crate::table::frame;
 use crate::tracker::results::{self, Base, write};
 use crate::tracker::{RunContext, TrackerState};
-use polars::prelude::Column;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -317,26 +316,14 @@ fn print(
     signals: &[Vec<f64>],
     reversal: Option<&Reversal>,
 ) -> Result<(), Failure> {
-    let (mut number, mut name, mut score) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut label, mut change) = (Vec::new(), Vec::new());
     // No ground truth is needed: only the oracle anchor looks at the error, and it is not offered here.
     let unknown = vec![f64::NAN; sequence.len()];
+    let mut detected = Vec::new();
     for (Ready { method, detector }, signal) in methods.iter().zip(signals) {
         let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
         let verdict = reverse::detect(&*detector.detector, input, reversal).map_err(Failure::Data)?;
-        number.extend((0..sequence.len()).map(|t| i64::from(sequence.number(t))));
-        name.extend(std::iter::repeat_n(method.name.as_str(), sequence.len()));
-        score.extend_from_slice(&verdict.score);
-        label.extend(verdict.alarm.iter().map(|a| i32::from(*a)));
-        change.extend_from_slice(&verdict.changes());
+        detected.push((method.name.as_str(), verdict));
     }
-    let table = frame::frame(vec![
-        Column::new("frame".into(), number),
-        Column::new("method".into(), name),
-        Column::new("score".into(), score),
-        Column::new("label".into(), label),
-        Column::new("change".into(), change),
-    ]);
-    let bytes = table.and_then(|mut t| frame::to_csv(&mut t)).map_err(|e| Failure::Io(e.to_string()))?;
+    let bytes = detections::csv(sequence, &detected).map_err(|e| Failure::Io(e.to_string()))?;
     output::write(&String::from_utf8_lossy(&bytes))
 }

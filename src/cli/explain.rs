@@ -6,8 +6,8 @@ use crate::report::explain::explain;
 use crate::report::explain::listing::{self, Digits, Listing, NAMED};
 use crate::report::explain::select::{self, SelectError, Selection};
 use crate::report::trace::{self, frame_range};
+use crate::results::method_label;
 use crate::score::segmentation;
-use crate::table::records::method_label;
 use std::path::PathBuf;
 
 /// Arguments of `explain`.

@@ -2,9 +2,8 @@
 
 use super::Failure;
 use crate::dataset::text::is_plain;
-use crate::table::frame;
+use crate::results;
 use comfy_table::{Table, presets};
-use polars::prelude::Column;
 use std::io::Write;
 
 /// How a list is printed.
@@ -44,10 +43,7 @@ pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<S
             trimmed.join("\n") + "\n"
         }
         Format::Csv => {
-            let field = |text: &String| (!text.is_empty()).then(|| text.clone());
-            let column = |k: usize| rows.iter().map(|r| field(&r[k])).collect::<Vec<_>>();
-            let columns = headings.iter().enumerate().map(|(k, h)| Column::new((*h).into(), column(k)));
-            let bytes = frame::frame(columns.collect()).and_then(|mut f| frame::to_csv(&mut f));
+            let bytes = results::texts_to_csv(headings, rows);
             String::from_utf8_lossy(&bytes.map_err(|e| Failure::Io(e.to_string()))?).into_owned()
         }
         Format::Json => {

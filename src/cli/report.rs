@@ -3,8 +3,8 @@
 use super::{Failure, output};
 use crate::engine::store::lock_exclusive;
 use crate::report::finished::{self, FinishedError};
-use crate::report::results::Results;
 use crate::report::{self, StagedReport};
+use crate::results::Results;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `report`.

@@ -13,11 +13,11 @@ use crate::engine::{RunError, ShardOutcome};
 use crate::engine::{RunLimits, Stop};
 use crate::plugin;
 use crate::report::claims::Finding;
-use crate::report::results::Results;
 use crate::report::{self, WrittenReport, stills};
+use crate::results::manifest::FailedCell;
+use crate::results::{self, Results, manifest};
 use crate::spec::{self, Experiment, builtin};
-use crate::table::manifest::FailedCell;
-use crate::table::{folder, frame, render};
+use crate::table::render;
 use crate::tracker::process::Programs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
@@ -244,20 +244,20 @@ fn write(
 ) -> Result<(Results, WrittenReport, PathBuf), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", experiment.name));
     let aside = store.staging().map_err(|e| io(&e))?;
-    folder::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
+    results::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
     let mut results = Results::read(aside.path()).map_err(|e| io(&e))?;
     for request in stills::requests(&results).map_err(|e| io(&e))? {
         let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };
         for &t in &request.frames {
             let frame = sequence.frame(t).map_err(|e| io(&e))?;
-            stills::keep(&results, &request, t, &frame).map_err(|e| io(&e))?;
+            results.write_still(&request.figure, t, &frame).map_err(|e| io(&e))?;
         }
     }
     // The report is rendered before anything takes its place, and takes its own last: it can be made again.
     let rendered = super::report::render(&results, &args.reports)?;
     let _lock = store::lock_exclusive(&args.results);
     results.folder = args.results.join(&experiment.name);
-    aside.publish(&results.folder, folder::MANIFEST, &folder::OWNED).map_err(|e| io(&e))?;
+    aside.publish(&results.folder, manifest::FILE, &results::OWNED).map_err(|e| io(&e))?;
     let (index, written) = rendered.publish(&args.reports).map_err(|e| io(&e))?;
     super::report::write_site(&args.reports)?;
     Ok((results, written, index))
@@ -380,8 +380,9 @@ fn progress_bar(args: &Args, name: &str) -> ProgressBar {
 /// The rows of `measures.csv`, behind the name of the experiment.
 fn print_measures(results: &Results, format: Format) -> Result<(), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
-    let bytes = engine::store::read(&results.folder.join("measures.csv")).map_err(|e| io(&e))?;
-    let (mut headings, mut rows) = frame::all_texts(bytes).map_err(|e| io(&e))?;
+    let bytes =
+        engine::store::read(&results.folder.join(results::measures::FILE.name)).map_err(|e| io(&e))?;
+    let (mut headings, mut rows) = results::texts_from_csv(bytes).map_err(|e| io(&e))?;
     headings.insert(0, "experiment".to_string());
     rows.iter_mut().for_each(|row| row.insert(0, results.experiment.name.clone()));
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();

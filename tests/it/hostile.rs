@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use trackfail::report::results::Results;
+use trackfail::results::Results;
 use trackfail_testing::conditions::{LATEX, runs};
 
 /// Markup, commands, terminal sequences and turned reading directions, 300 characters and more.

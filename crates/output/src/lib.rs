@@ -1,13 +1,15 @@
-//! From judged cells to files and pages.
+//! From judged cells to files and pages. Each module uses only those above it.
 //!
 //! | module | from | to |
 //! |---|---|---|
-//! | [`table`] | judged cells | CSV, Parquet, Markdown, LaTeX, and the manifest |
+//! | [`results`] | judged cells | the files of a results folder, and back |
+//! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | [`figure`] | plain series | SVG and PNG |
-//! | [`report`] | a results folder alone | an offline HTML page for each experiment, one over all |
+//! | [`report`] | results, tables, figures | an offline HTML page for each experiment, one over all |
 
 pub mod figure;
 pub mod report;
+pub mod results;
 pub mod table;
 
 use trackfail_core::{direction, image, num, plugin, region};

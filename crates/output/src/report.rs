@@ -4,14 +4,13 @@
 //! and [`markdown`] makes `report.md`. All texts may come from outside (names of sequences, messages of errors): both
 //! outputs show them as text.
 //!
-//! In the order in which they use each other:
+//! A report is made from [results](crate::results) alone. In the order in which they use each other:
 //!
 //! | module | does |
 //! |---|---|
-//! | [`results`] | reads a results folder |
 //! | [`finished`] | finds the experiments that have results |
 //! | [`trace`] | follows a method frame by frame |
-//! | [`stills`] | keeps the video frames that figures show |
+//! | [`stills`] | finds the video frames that figures show |
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
@@ -34,7 +33,6 @@ mod markdown;
 pub mod page;
 pub mod pairs;
 mod provenance;
-pub mod results;
 pub mod sequences;
 pub mod server;
 pub mod site;

@@ -1,7 +1,7 @@
 //! Tests the claims of an experiment on our numbers.
 
-use super::results::Results;
 use crate::engine::execute::analyse::Analysed;
+use crate::results::Results;
 use crate::spec::Tracker;
 use crate::spec::claim::{Claim, ClaimVerdict, Quantity, Reference};
 use crate::table::layout;

@@ -12,18 +12,18 @@ pub mod select;
 use formula::formula;
 pub use origins::{CellOrigin, TableOrigins, origins};
 
-use super::results::{Results, ResultsError};
 use super::trace;
+use crate::results::{CellScore, method_label};
+use crate::results::{Results, ResultsError};
 use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
 use crate::score::{Protocol, TrackScore};
-use crate::table::layout::Spot;
-use crate::table::records::{CellScore, method_label};
+use crate::table::layout::CellRef;
 use std::collections::BTreeMap;
 
 /// A number of a table and its parts.
 pub struct Explained {
     /// Which it is.
-    pub spot: Spot,
+    pub spot: CellRef,
     /// The number as the table has it.
     pub value: Option<f64>,
     /// Counts over all sequences and runs.
@@ -68,7 +68,7 @@ struct SequenceShare {
 ///
 /// # Errors
 /// When the frames are needed and cannot be read.
-pub fn explain(results: &Results, scores: &[CellScore], spot: &Spot) -> Result<Explained, ResultsError> {
+pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Result<Explained, ResultsError> {
     let label = method_label(&spot.method, &spot.params);
     let mut shares: BTreeMap<String, SequenceShare> = BTreeMap::new();
     let mine =

@@ -1,7 +1,7 @@
 //! Numbers for the running text of a paper, as LaTeX macros.
 
 use super::claims::{ClaimOutcome, ClaimView};
-use super::results::Results;
+use crate::results::Results;
 use crate::table::macros::Fact;
 use crate::table::number::four_digits;
 

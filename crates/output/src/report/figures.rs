@@ -12,10 +12,10 @@ mod panels;
 mod strips;
 mod sweep;
 
-use super::results::{Results, ResultsError};
 use crate::figure::{FigureError, Plot};
+use crate::results::{Results, ResultsError};
 use crate::spec::figure::{Figure, FigureParams};
-use crate::table::folder;
+use crate::table;
 
 /// Draws the figures of one kind.
 pub struct Drawer {
@@ -128,7 +128,7 @@ pub enum DrawError {
 /// # Errors
 /// When results cannot be read or the drawing fails.
 pub fn draw(results: &Results, figure: &Figure) -> Result<FigureOutcome, DrawError> {
-    let note = folder::data_note(&results.experiment, &results.manifest);
+    let note = table::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let (name, kind) = (figure.name.clone(), figure.kind.word);
     let Some(drawer) = DRAWERS.iter().find(|d| d.word == kind) else {

@@ -1,9 +1,9 @@
 //! Experiments whose run is finished, as the results folder has them.
 
-use super::results::{Results, ResultsError};
 use crate::plugin;
+use crate::results::manifest::FILE as MANIFEST;
+use crate::results::{Results, ResultsError};
 use crate::spec::read::check_experiment_name;
-use crate::table::folder::MANIFEST;
 use std::path::{Path, PathBuf};
 
 /// Results of an experiment that are not there or cannot be read.

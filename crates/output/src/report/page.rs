@@ -3,7 +3,7 @@
 use super::claims::ClaimView;
 use super::explain::TableOrigins;
 use super::sequences::Tallies;
-use crate::table::layout::Layout;
+use crate::table::layout::TableLayout;
 use serde::Serialize;
 
 /// The data of a report, in the order of the page.
@@ -28,7 +28,7 @@ pub struct Page {
     /// The conclusions of the paper, and whether they hold here.
     pub claims: Vec<ClaimView>,
     /// Tables.
-    pub tables: Vec<Layout>,
+    pub tables: Vec<TableLayout>,
     /// Origins of the cells of the first of these tables; may be empty.
     pub origins: Vec<TableOrigins>,
     /// Figures.
@@ -112,7 +112,7 @@ impl Page {
             }
         }
         for (table, origins) in self.tables.iter().zip(&self.origins) {
-            let cells = |t: &Layout| t.groups.iter().flat_map(|g| &g.rows).map(|r| r.cells.len()).sum();
+            let cells = |t: &TableLayout| t.groups.iter().flat_map(|g| &g.rows).map(|r| r.cells.len()).sum();
             let (expected, got): (usize, usize) =
                 (cells(table), origins.iter().flatten().map(Vec::len).sum());
             if got != expected {

@@ -1,9 +1,9 @@
 //! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
 
-use super::results::{Results, ResultsError};
 use crate::plugin::unknown;
+use crate::results::method_label;
+use crate::results::{Results, ResultsError};
 use crate::score::measures::{Counts, Metric, Pooled};
-use crate::table::records::method_label;
 use std::collections::BTreeMap;
 
 /// Measure -> sequence -> value; sequences without a value are left out.

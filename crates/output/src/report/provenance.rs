@@ -1,7 +1,7 @@
 //! Where the numbers of a report come from: files, versions, parameters and digests.
 
-use super::results::Results;
 use crate::dataset::synthetic;
+use crate::results::Results;
 use crate::table::layout;
 
 /// The protocol of the experiment, and those of methods with another one.
@@ -25,9 +25,9 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
     ];
     for (suite, sequences) in &manifest.digests {
         let mut value = if *suite == manifest.suite.name {
-            layout::data_note(manifest.suite.present.len(), manifest.suite.wanted)
+            layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted)
         } else {
-            layout::data_note(sequences.len(), sequences.len())
+            layout::targets_note(sequences.len(), sequences.len())
         };
         if synthetic::SUITES.iter().any(|s| s.name == suite) {
             value.push_str("; synthetic: rendered by the program, no real video");

@@ -6,13 +6,13 @@
 
 pub mod json;
 
-use super::results::{Results, ResultsError, TrackSeries};
 use crate::region::{Rect, Region};
+use crate::results::manifest::MethodRecord;
+use crate::results::method_label;
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::score::measures::Counts;
 use crate::score::{Protocol, TrackScore};
 use crate::signal::distribution_field::{self, background_region};
-use crate::table::manifest::MethodRecord;
-use crate::table::records::method_label;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,10 +1,10 @@
 //! A report that is rendered aside and then takes its place as a whole.
 
 use super::files::{INDEX, OWNED};
-use super::results::Results;
 use super::site;
 use super::write::{WriteError, WrittenReport, write};
 use crate::engine::store::staging::{self, Staging};
+use crate::results::Results;
 use std::path::{Path, PathBuf};
 
 /// A report in a temporary folder beside its place.

@@ -1,11 +1,8 @@
-//! Video frames of figures: which frames a figure shows, and their pictures beside the results.
+//! Video frames of figures: which frames a figure shows. Their pictures are kept beside the results.
 
-use super::results::{Results, ResultsError, TrackSeries, read_file};
-use crate::engine::store;
-use crate::image::{self, Frame};
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::score::PROTOCOLS;
 use crate::spec::figure::Figure;
-use std::path::PathBuf;
 
 /// Frames of one sequence that a figure shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,35 +91,6 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
 /// When the results cannot be read.
 pub fn requests(results: &Results) -> Result<Vec<Request>, ResultsError> {
     Ok(requested(results, &results.all_tracks()?))
-}
-
-/// File of a still.
-pub fn path(results: &Results, figure: &str, frame: usize) -> PathBuf {
-    results.folder.join("stills").join(figure).join(format!("{frame:06}.png"))
-}
-
-/// Writes a still beside the results.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn keep(
-    results: &Results,
-    request: &Request,
-    frame: usize,
-    pixels: &Frame,
-) -> Result<(), store::StoreError> {
-    let path = path(results, &request.figure, frame);
-    let png = image::encode_png(pixels).map_err(|e| store::StoreError::new(&path, e))?;
-    store::write(&path, &png)
-}
-
-/// Reads a still.
-///
-/// # Errors
-/// When the file is absent or not a picture.
-pub fn load(results: &Results, figure: &str, frame: usize) -> Result<Frame, store::StoreError> {
-    let path = path(results, figure, frame);
-    image::decode(&read_file(&path, image::MAX_FILE_BYTES)?).map_err(|e| store::StoreError::new(&path, e))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::write::small_enough;
 use super::*;
 use crate::direction::Direction;
 use crate::figure::{Curve, Curves, Plot, Range, Style};
-use crate::table::layout::{Cell, Group, Layout, Row};
+use crate::table::layout::{Cell, Group, Row, TableLayout};
 use base64::Engine;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -72,7 +72,7 @@ fn page(name: &str) -> Page {
             claim(name, ClaimOutcome::DoesNotHold, name),
             claim("on D1", ClaimOutcome::CannotBeTested, "D1 is not public"),
         ],
-        tables: vec![Layout {
+        tables: vec![TableLayout {
             name: "Table 1".into(),
             caption: "12 of 21 targets, 42 failures.".into(),
             data: "12 of 21 targets".into(),

@@ -1,12 +1,9 @@
 //! What a method said of a track, frame by frame, and how the protocol judged it; from results alone.
 
-use super::results::{Results, ResultsError};
 use crate::region::Rect;
+use crate::results::checks::ReverseCheck;
+use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
 use crate::score::{Protocol, TrackScore};
-use crate::table::frame::{self, FrameError};
-use crate::table::quality::{CHECKS, CONDITIONS};
-use crate::table::records::method_label;
-use polars::prelude::DataFrame;
 
 /// One run on one sequence.
 #[derive(Debug, Clone, Default)]
@@ -29,21 +26,8 @@ pub struct Trace {
     pub changes: Vec<i32>,
     /// Condition of the tracker, from 0 (scanning) to 1 (locked on); empty where the method does not follow it.
     pub condition: Vec<f64>,
-    /// Runs of the tracker backwards.
-    pub checks: Vec<Backwards>,
-}
-
-/// A check of a track by running the tracker backwards.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Backwards {
-    /// Number of the frame in which it was made.
-    pub frame: i64,
-    /// Number of the frame that was run back to.
-    pub reference: i64,
-    /// Error there between both ways; none where nothing was run.
-    pub error: Option<f64>,
-    /// Whether the track is taken to be successful again.
-    pub accepted: bool,
+    /// Checks of the track by running the tracker backwards.
+    pub checks: Vec<ReverseCheck>,
 }
 
 /// What became of an event or a detection.
@@ -132,6 +116,12 @@ pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
 }
 
 impl Trace {
+    fn of_first_method(track: TrackSeries) -> Option<Self> {
+        let TrackSeries { sequence, run, numbers, rects, error, methods, .. } = track;
+        let MethodSeries { score, alarm, changes, condition, checks, .. } = methods.into_iter().next()?;
+        Some(Self { sequence, run, numbers, rects, error, score, alarm, changes, condition, checks })
+    }
+
     /// The protocol's judgement, made again.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         (protocol.score)(&self.error, &self.alarm, &self.changes)
@@ -186,120 +176,19 @@ pub fn moments(judged: &TrackScore) -> Vec<Moment> {
     moments
 }
 
-/// The rows of a table that are a method's on a tracker's tracks, of one sequence or of all.
-struct Rows {
-    sequence: Vec<String>,
-    run: Vec<i64>,
-    mine: Vec<usize>,
-}
-
-impl Rows {
-    fn of(table: &DataFrame, tracker: &str, method: &str, wanted: Option<&str>) -> Result<Self, FrameError> {
-        let (sequence, run) = (frame::texts(table, "sequence")?, frame::integers(table, "run")?);
-        let (trackers, methods) = (frame::texts(table, "tracker")?, frame::texts(table, "method")?);
-        let is_mine = |i: &usize| {
-            trackers[*i] == tracker && methods[*i] == method && wanted.is_none_or(|s| sequence[*i] == s)
-        };
-        let mine = (0..sequence.len()).filter(is_mine).collect();
-        Ok(Self { sequence, run, mine })
-    }
-}
-
-/// The tracks of a tracker as a method (with its grid point) saw them, of one sequence or of all.
+/// Reads the tracks of a tracker as a method (with its grid point) saw them, of one sequence or of all.
 ///
 /// # Errors
-/// When a table is absent or lacks a column.
+/// When a file is absent or damaged.
 pub fn read(
     results: &Results,
     tracker: &str,
     method: &str,
     sequence: Option<&str>,
 ) -> Result<Vec<Trace>, ResultsError> {
-    let columns = [
-        "sequence", "tracker", "run", "frame", "x", "y", "w", "h", "error", "method", "score", "label",
-        "change",
-    ];
-    let table = results.parquet("frames.parquet", &columns)?;
-    let rows = Rows::of(&table, tracker, method, sequence)?;
-    let number = frame::integers(&table, "frame")?;
-    let [x, y, w, h] = ["x", "y", "w", "h"].map(|c| frame::floats(&table, c));
-    let (x, y, w, h) = (x?, y?, w?, h?);
-    let (error, score) = (frame::floats(&table, "error")?, frame::floats(&table, "score")?);
-    let (label, change) = (frame::small_integers(&table, "label")?, frame::small_integers(&table, "change")?);
-    let mut traces: Vec<Trace> = Vec::new();
-    for &i in &rows.mine {
-        if traces.last().is_none_or(|t| t.sequence != rows.sequence[i] || t.run != rows.run[i]) {
-            let (sequence, run) = (rows.sequence[i].clone(), rows.run[i]);
-            traces.push(Trace { sequence, run, ..Trace::default() });
-        }
-        let Some(trace) = traces.last_mut() else { continue };
-        trace.numbers.push(number[i]);
-        trace.rects.push(Rect::new(x[i], y[i], w[i], h[i]));
-        trace.error.push(error[i]);
-        trace.score.push(score[i]);
-        trace.alarm.push(label[i] != 0);
-        trace.changes.push(change[i]);
-    }
-    if results.manifest.files.contains_key(CONDITIONS) {
-        add_conditions(results, tracker, method, sequence, &mut traces)?;
-    }
-    if results.manifest.files.contains_key(CHECKS) {
-        add_checks(results, tracker, method, &mut traces)?;
-    }
-    Ok(traces)
-}
-
-fn add_conditions(
-    results: &Results,
-    tracker: &str,
-    method: &str,
-    sequence: Option<&str>,
-    traces: &mut [Trace],
-) -> Result<(), ResultsError> {
-    let table = results.parquet(CONDITIONS, &["sequence", "tracker", "run", "method", "condition"])?;
-    let rows = Rows::of(&table, tracker, method, sequence)?;
-    let condition = frame::floats(&table, "condition")?;
-    for &i in &rows.mine {
-        let mine = |t: &&mut Trace| t.sequence == rows.sequence[i] && t.run == rows.run[i];
-        if let Some(trace) = traces.iter_mut().find(mine) {
-            trace.condition.push(condition[i]);
-        }
-    }
-    Ok(())
-}
-
-fn add_checks(
-    results: &Results,
-    tracker: &str,
-    method: &str,
-    traces: &mut [Trace],
-) -> Result<(), ResultsError> {
-    let table = frame::from_csv(results.bytes(CHECKS)?)?;
-    let text = |name: &str| frame::texts(&table, name);
-    let (sequences, trackers, methods) = (text("sequence")?, text("tracker")?, text("method")?);
-    let (params, run) = (text("params")?, text("run")?);
-    let (number, reference, error) = (text("frame")?, text("reference")?, text("error")?);
-    let accepted = text("accepted")?;
-    let whole = |text: &str| text.parse::<i64>().map_err(|_| FrameError::number(text));
-    for i in 0..sequences.len() {
-        if trackers[i] != tracker || method_label(&methods[i], &params[i]) != method {
-            continue;
-        }
-        let run = whole(&run[i])?;
-        let mine = |t: &&mut Trace| t.sequence == sequences[i] && t.run == run;
-        let Some(trace) = traces.iter_mut().find(mine) else { continue };
-        let error = match error[i].as_str() {
-            "" => None,
-            text => Some(text.parse().map_err(|_| FrameError::number(text))?),
-        };
-        trace.checks.push(Backwards {
-            frame: whole(&number[i])?,
-            reference: whole(&reference[i])?,
-            error,
-            accepted: accepted[i] == "1",
-        });
-    }
-    Ok(())
+    let filter = TrackFilter { tracker: Some(tracker), method: Some(method), sequence, run: None };
+    let tracks = results.checked_tracks(&filter)?;
+    Ok(tracks.into_iter().filter_map(Trace::of_first_method).collect())
 }
 
 /// The frames that `40-60` or `40` names, in the sequence's own numbers.

@@ -8,22 +8,22 @@
 //! for the statistics.
 
 use super::pairs;
-use super::results::Results;
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
 use crate::figure::{Ranking, Ranks};
 use crate::num::{pooled, ranks, seed};
+use crate::results::Results;
+use crate::results::{CellScore, method_label};
 use crate::score::Protocol;
 use crate::score::chance::Chance;
 use crate::score::measures::{Counts, Metric, Pooled};
 use crate::spec::table::Side;
 use crate::spec::{Experiment, TEST};
-use crate::table::folder;
-use crate::table::layout::{self, Cell, Group, Layout, Row};
+use crate::table;
+use crate::table::layout::{self, Cell, Group, Row, TableLayout};
 use crate::table::leaderboard::{DRAWS, FEWEST};
 use crate::table::number::Style;
-use crate::table::records::{CellScore, method_label};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ const LEVEL: f64 = 0.95;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Uncertainty {
     /// The tables `uncertainty` and `pairs`.
-    pub tables: Vec<Layout>,
+    pub tables: Vec<TableLayout>,
     /// The figure `ranks`, and one for each measure of trackers: name, figure and caption.
     pub ranks: Vec<(String, Ranks, String)>,
     /// Why tables or figures are missing.
@@ -225,7 +225,7 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     for (measured, field) in of_trackers {
         all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
     }
-    let note = folder::data_note(experiment, &results.manifest);
+    let note = table::data_note(experiment, &results.manifest);
     let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
     let mut uncertainty = Uncertainty::default();
     for (suffix, measured, fields) in &all {
@@ -283,8 +283,8 @@ fn p_text(p: f64) -> String {
     if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
 }
 
-fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Vec<Group>) -> Layout {
-    Layout {
+fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Vec<Group>) -> TableLayout {
+    TableLayout {
         name: name.into(),
         caption,
         data: String::new(),
@@ -313,7 +313,7 @@ fn direction(measured: &Measured) -> &'static str {
     }
 }
 
-fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> Layout {
+fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
     let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
         let mut heading = vec![field.label.clone()];
         if let Some(r) = ranked {
@@ -391,7 +391,7 @@ fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64
     duel
 }
 
-fn duels(fields: &[Field], measured: &Measured, seed: u64) -> Layout {
+fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
     let of_field = |field: &Field| {
         let seed = seed::seed(seed, &[&field.label]);
         let competing: Vec<&Competitor> = field.competitors.iter().filter(|c| c.competes).collect();

@@ -9,7 +9,6 @@ use super::html::render;
 use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
-use super::results::{Results, ResultsError};
 use super::sequences::{self, Sequences, json};
 use super::site::SiteError;
 use super::stills::{self, Request};
@@ -17,9 +16,10 @@ use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
 use crate::image;
+use crate::results::{Results, ResultsError};
 use crate::spec::figure::Figure;
-use crate::table::folder::{self, FolderError};
-use crate::table::layout::{self, Layout};
+use crate::table;
+use crate::table::layout::{self, TableLayout};
 use std::path::Path;
 
 /// What a written report says.
@@ -27,7 +27,7 @@ pub struct WrittenReport {
     /// The claims, tested on our numbers.
     pub findings: Vec<Finding>,
     /// The experiment's own tables.
-    pub tables: Vec<Layout>,
+    pub tables: Vec<TableLayout>,
 }
 
 /// A report that could not be written.
@@ -36,9 +36,6 @@ pub enum WriteError {
     /// The results cannot be read.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// A table cannot be written.
-    #[error(transparent)]
-    Folder(#[from] FolderError),
     /// A figure cannot be drawn.
     #[error(transparent)]
     Draw(#[from] DrawError),
@@ -63,7 +60,7 @@ const MAX_PAGE: usize = 5 << 20;
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
     let scores = results.scores()?;
-    let mut layouts = results.layouts(&scores);
+    let mut layouts = table::layouts(results, &scores);
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
@@ -72,7 +69,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let mut page = page_frame(results);
     page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
-    folder::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
+    table::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
     let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
     for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
         match drawn? {
@@ -144,7 +141,7 @@ fn keep_stills(
                 continue;
             }
             // A run that could not decode the frame again has written no still.
-            let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
+            let Ok(pixels) = results.still(&request.figure, t) else { continue };
             let path = folder.join(sequences::still_file(s, t));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
             store::write(&path, &png)?;
@@ -221,7 +218,7 @@ fn page_frame(results: &Results) -> Page {
     let mut data_note = format!(
         "suite {}, {} ({} frames)",
         suite.name,
-        folder::data_note(experiment, manifest),
+        table::data_note(experiment, manifest),
         suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
     );
     if !suite.missing.is_empty() {
@@ -231,7 +228,7 @@ fn page_frame(results: &Results) -> Page {
     if !suite.missing.is_empty() {
         warnings.push(format!(
             "Only {} of the suite are here; every number below rests on these.",
-            layout::data_note(suite.present.len(), suite.wanted)
+            layout::targets_note(suite.present.len(), suite.wanted)
         ));
     }
     if !manifest.differing.is_empty() {

@@ -4,7 +4,7 @@
 //! leaves the zero out (`.110`) they are flush right, as siunitx would put the zero back. Everything that is no
 //! number stands in braces, which siunitx leaves alone.
 
-use super::layout::Layout;
+use super::layout::TableLayout;
 use super::render::lines;
 use crate::dataset::text::visible;
 
@@ -91,7 +91,7 @@ fn is_bare(text: &str) -> bool {
 const FAILED: char = '†';
 
 /// How each column is aligned: the `table-format` of siunitx, or flush right.
-fn formats(layout: &Layout) -> Vec<Option<String>> {
+fn formats(layout: &TableLayout) -> Vec<Option<String>> {
     let of_column = |k: usize| {
         let rows = layout.groups.iter().flat_map(|g| g.rows.iter().map(move |r| (g, r)));
         let cells = rows.flat_map(|(g, r)| lines(g, r)).filter_map(|(_, cells)| cells.into_iter().nth(k));
@@ -123,7 +123,7 @@ fn cell(text: &str, best: bool, aligned: bool) -> String {
 }
 
 /// The `tabular` alone, for a floating table, caption and label of one's own.
-pub fn body(layout: &Layout) -> String {
+pub fn body(layout: &TableLayout) -> String {
     let formats = formats(layout);
     let column = |format: &Option<String>| match format {
         Some(format) => format!("S[table-format={format}]"),
@@ -159,7 +159,7 @@ pub fn body(layout: &Layout) -> String {
 }
 
 /// A floating table in the style of booktabs.
-pub fn latex(layout: &Layout) -> String {
+pub fn latex(layout: &TableLayout) -> String {
     format!(
         "{NEEDS}\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{}\\end{{table}}\n",
         latex_escape(&layout.caption),

@@ -9,11 +9,11 @@ mod analysed;
 mod place;
 
 pub use analysed::analysed;
-pub use place::{Spot, spots};
+pub use place::{CellRef, cell_refs};
 
-use super::measures::Measure;
 use super::number::{Style, printed_value};
 use crate::direction::Direction;
+use crate::results::Measure;
 use crate::score::measures::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Published, Side, Table};
@@ -22,7 +22,7 @@ use serde::Serialize;
 
 /// A table with all texts made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Layout {
+pub struct TableLayout {
     /// File name.
     pub name: String,
     /// Text above the table, with the data it rests on.
@@ -104,12 +104,12 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
 }
 
 /// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
-pub fn data_note(present: usize, wanted: usize) -> String {
+pub fn targets_note(present: usize, wanted: usize) -> String {
     if present == wanted { format!("{wanted} targets") } else { format!("{present} of {wanted} targets") }
 }
 
 /// Makes one table.
-pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> Layout {
+pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> TableLayout {
     let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
     let rows = steps(&table.rows, table, experiment, measures);
     let columns = steps(&table.columns, table, experiment, measures);
@@ -160,7 +160,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         Side::Attribute => "attribute".to_string(),
         _ => "metric".to_string(),
     };
-    Layout {
+    TableLayout {
         name: table.name.clone(),
         caption,
         data: data_note.to_string(),

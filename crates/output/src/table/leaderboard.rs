@@ -11,12 +11,12 @@
 //!
 //! Seed: that of the experiment with the names of table and tracker.
 
-use super::layout::{Cell, Group, Layout, Row, is_anchor};
-use super::measures::Measure;
+use super::layout::{Cell, Group, Row, TableLayout, is_anchor};
 use super::number::Style;
-use super::records::{CellScore, method_label};
 use crate::direction::Direction;
 use crate::num::seed;
+use crate::results::Measure;
+use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
 use crate::score::measures::{Counts, Metric, Pooled};
 use crate::spec::table::Table;
@@ -142,7 +142,7 @@ pub fn leaderboard(
     measures: &[Measure],
     scores: &[CellScore],
     data_note: &str,
-) -> Layout {
+) -> TableLayout {
     let metric = table.ranked.unwrap_or(Metric::FScore);
     let mut groups = Vec::new();
     for tracker in experiment.trackers.iter().map(|t| t.label.as_str()) {
@@ -186,7 +186,7 @@ pub fn leaderboard(
     }
     let suite = &experiment.suites[TEST];
     let name = metric.name();
-    Layout {
+    TableLayout {
         name: table.name.clone(),
         caption: format!(
             "{caption} In order of {name}; first, keeps rank: shares of {DRAWS} bootstrap samples of the sequences \

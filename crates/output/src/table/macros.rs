@@ -9,7 +9,7 @@
 //! may be read into one document.
 
 use super::latex::latex_escape;
-use super::layout::Layout;
+use super::layout::TableLayout;
 use crate::dataset::text::visible;
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ pub struct Fact {
 
 /// All commands, those of the text first, then table by table in their order, each below a comment that says what it
 /// is.
-pub fn macros(experiment: &str, facts: &[Fact], layouts: &[Layout]) -> String {
+pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
     let mut text = String::from(
         "% Every number of the tables as a command, for \\input{macros}; write {} after it where a blank follows.\n",
     );

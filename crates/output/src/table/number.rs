@@ -69,11 +69,6 @@ pub fn four_digits(v: f64) -> String {
     if (1e-4..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{v:.3e}") }
 }
 
-/// `1 run`, `10 runs`.
-pub fn runs(n: u32) -> String {
-    if n == 1 { "1 run".to_string() } else { format!("{n} runs") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,63 +1,45 @@
 //! A laid-out table as CSV, Parquet and Markdown, and for the terminal.
 
-use super::frame::{self, FrameError};
-use super::layout::{Cell, Group, Layout, Row};
+use super::layout::{Cell, Group, Row, TableLayout};
 use crate::dataset::text::visible;
 use crate::direction::Direction;
-use polars::prelude::{Column, DataFrame};
+use crate::results::TableError;
+use crate::results::tables::{self, TableRow};
 
-/// `group,published_tracker,row,column,ours,published,difference,data`, one line a cell. `ours` has all its
-/// digits, `published` is the text as printed, `data` what all of them rest on: a CSV file has no caption.
-///
-/// Fields are written as they are, for programs. That a spreadsheet finds no formula in them is seen to
-/// where names come in: none begins with one of `=`, `+`, `-`, `@`, and published texts are numbers.
+/// The table as CSV, one row for each cell; see [`tables`].
 ///
 /// # Errors
 /// When polars refuses.
-pub fn csv(layout: &Layout) -> Result<Vec<u8>, FrameError> {
-    frame::to_csv(&mut cells(layout)?)
+pub fn csv(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
+    tables::csv(&cells(layout), &layout.data)
 }
 
-/// The columns of [`csv`] as Parquet: `ours` is a number, all others are texts.
+/// The table as Parquet, with the columns of [`csv`].
 ///
 /// # Errors
 /// When polars refuses.
-pub fn parquet(layout: &Layout) -> Result<Vec<u8>, FrameError> {
-    frame::to_parquet(&mut cells(layout)?)
+pub fn parquet(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
+    tables::parquet(&cells(layout), &layout.data)
 }
 
-fn cells(layout: &Layout) -> Result<DataFrame, FrameError> {
-    let mut cells: Vec<Placed<'_>> = Vec::new();
+fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
+    let mut cells = Vec::new();
     for group in &layout.groups {
         for row in &group.rows {
             for (cell, column) in row.cells.iter().zip(&layout.columns) {
-                cells.push(Placed { group, row, column, cell });
+                cells.push(TableRow {
+                    group: &group.label,
+                    published_tracker: group.published_tracker.as_deref(),
+                    row: &row.label,
+                    column,
+                    ours: cell.value,
+                    published: cell.published.as_deref(),
+                    difference: cell.difference.as_deref(),
+                });
             }
         }
     }
-    let text = |f: fn(&Placed<'_>) -> Option<String>| cells.iter().map(f).collect::<Vec<_>>();
-    frame::frame(vec![
-        Column::new("group".into(), text(|c| filled(&c.group.label))),
-        Column::new("published_tracker".into(), text(|c| c.group.published_tracker.clone())),
-        Column::new("row".into(), text(|c| filled(&c.row.label))),
-        Column::new("column".into(), text(|c| filled(c.column))),
-        Column::new("ours".into(), cells.iter().map(|c| c.cell.value).collect::<Vec<_>>()),
-        Column::new("published".into(), text(|c| c.cell.published.clone())),
-        Column::new("difference".into(), text(|c| c.cell.difference.clone())),
-        Column::new("data".into(), vec![layout.data.as_str(); cells.len()]),
-    ])
-}
-
-/// A cell with what it belongs to.
-struct Placed<'a> {
-    group: &'a Group,
-    row: &'a Row,
-    column: &'a str,
-    cell: &'a Cell,
-}
-
-fn filled(text: &str) -> Option<String> {
-    (!text.is_empty()).then(|| text.to_string())
+    cells
 }
 
 /// A row's heading with its direction.
@@ -115,7 +97,7 @@ pub fn markdown_escape(raw: &str) -> String {
 }
 
 /// A GitHub table.
-pub fn markdown(layout: &Layout) -> String {
+pub fn markdown(layout: &TableLayout) -> String {
     let escape = markdown_escape;
     let mut text = format!("**{}**\n\n| {} |", escape(&layout.caption), escape(&layout.corner));
     for column in &layout.columns {
@@ -144,7 +126,7 @@ pub fn markdown(layout: &Layout) -> String {
 }
 
 /// Aligned text for the terminal.
-pub fn plain(layout: &Layout) -> String {
+pub fn plain(layout: &TableLayout) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
     table.set_header(std::iter::once(layout.corner.clone()).chain(layout.columns.iter().cloned()));
@@ -172,7 +154,7 @@ pub fn plain(layout: &Layout) -> String {
 pub(super) mod tests {
     use super::*;
 
-    pub fn sample() -> Layout {
+    pub fn sample() -> TableLayout {
         let cell = |ours: &str, published: &str, best| Cell {
             value: ours.parse().ok(),
             ours: Some(ours.into()),
@@ -182,7 +164,7 @@ pub(super) mod tests {
             second: false,
             failed: usize::from(best),
         };
-        Layout {
+        TableLayout {
             name: "table1".into(),
             caption: "A & B_1. 12 of 21 targets.".into(),
             data: "12 of 21 targets".into(),
@@ -226,17 +208,5 @@ pub(super) mod tests {
              Struck (3 events),SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
              Struck (3 events),SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
         );
-    }
-    #[test]
-    fn parquet_has_the_columns_of_the_csv_file() {
-        let bytes = parquet(&sample()).unwrap();
-        assert_eq!(bytes, parquet(&sample()).unwrap());
-        let columns =
-            ["group", "published_tracker", "row", "column", "ours", "published", "difference", "data"];
-        let table = frame::from_parquet(bytes, &columns).unwrap();
-        assert_eq!(frame::floats(&table, "ours").unwrap(), [0.12, 0.1]);
-        assert_eq!(frame::texts(&table, "published").unwrap(), [".110", ".090"]);
-        let empty = Layout { groups: Vec::new(), ..sample() };
-        assert!(frame::from_parquet(parquet(&empty).unwrap(), &columns).unwrap().height() == 0);
     }
 }

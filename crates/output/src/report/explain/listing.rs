@@ -1,12 +1,12 @@
 //! The parts of a number as rows of text: sequences, events and detections, stretches, frames.
 
 use super::{Explained, Part};
-use crate::report::results::Results;
 use crate::report::sequences::counted_by;
 use crate::report::trace::{self, Moment, Outcome, Trace};
+use crate::results::Results;
+use crate::results::method_label;
 use crate::spec::table::Table;
-use crate::table::layout::Spot;
-use crate::table::records::method_label;
+use crate::table::layout::CellRef;
 
 /// How many digits numbers have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Listing {
 }
 
 /// A row that begins with the columns that name the number.
-fn named(cell: &Spot, rest: impl IntoIterator<Item = String>) -> Vec<String> {
+fn named(cell: &CellRef, rest: impl IntoIterator<Item = String>) -> Vec<String> {
     let names = [&cell.tracker, &cell.method, &cell.params].map(Clone::clone);
     names.into_iter().chain([cell.metric.name().to_string()]).chain(rest).collect()
 }
@@ -126,7 +126,7 @@ fn frame_number(trace: &Trace, t: usize) -> String {
 }
 
 /// The threshold of a method on a tracker, where it has one.
-fn threshold(results: &Results, spot: &Spot) -> Option<f64> {
+fn threshold(results: &Results, spot: &CellRef) -> Option<f64> {
     let records = &results.manifest.methods;
     let record = records.iter().find(|m| m.name == spot.method && m.params == spot.params)?;
     record.thresholds.get(&spot.tracker).copied()

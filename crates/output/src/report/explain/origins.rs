@@ -1,12 +1,12 @@
 //! The origin of every cell of a report's tables: its formula, and the command that takes it apart.
 
 use super::formula::formula;
-use crate::report::results::Results;
 use crate::report::sequences::Tallies;
+use crate::results::Results;
+use crate::results::measures::{self, Measure};
+use crate::results::{CellScore, method_label, parse_point};
 use crate::spec::table::Table;
-use crate::table::layout::{self, Group, Layout, Spot};
-use crate::table::measures::{self, Measure};
-use crate::table::records::{CellScore, method_label};
+use crate::table::layout::{self, CellRef, Group, TableLayout};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ pub type TableOrigins = Vec<Vec<Vec<Option<CellOrigin>>>>;
 pub fn origins(
     results: &Results,
     scores: &[CellScore],
-    layouts: &[Layout],
+    layouts: &[TableLayout],
     trackers: &[String],
     shown: &Tallies,
 ) -> Vec<TableOrigins> {
@@ -48,13 +48,13 @@ pub fn origins(
         counted.entry((&m.tracker, &m.method, &m.params, &m.attribute)).or_insert(m);
     }
     let experiment = &results.experiment;
-    let of_table = |(table, layout): (&Table, &Layout)| {
+    let of_table = |(table, layout): (&Table, &TableLayout)| {
         // Tables of an analysis are made without events and detections.
         let spots = match table.shows {
             Some(_) => Vec::new(),
-            None => layout::spots(experiment, table, &all),
+            None => layout::cell_refs(experiment, table, &all),
         };
-        let mut places: BTreeMap<(&str, &str), Vec<&Spot>> = BTreeMap::new();
+        let mut places: BTreeMap<(&str, &str), Vec<&CellRef>> = BTreeMap::new();
         for spot in &spots {
             places.entry((&spot.row, &spot.column)).or_default().push(spot);
         }
@@ -94,8 +94,8 @@ pub fn origins(
 
 /// Whether the group of this name contains the cell: its name is some of the cell's tracker, method and grid point, in
 /// this order, and possibly axes that the method does not have.
-fn heads(key: &str, spot: &Spot) -> bool {
-    let axes: Vec<(String, f64)> = measures::parse_point(&spot.params);
+fn heads(key: &str, spot: &CellRef) -> bool {
+    let axes: Vec<(String, f64)> = parse_point(&spot.params);
     let mut parts = vec![spot.tracker.clone(), spot.method.clone()];
     parts.extend(axes.iter().map(|(axis, value)| format!("{axis} = {value}")));
     let foreign = |part: &str| {
@@ -120,8 +120,8 @@ fn heads(key: &str, spot: &Spot) -> bool {
 }
 
 /// The command line that explains a cell; `alike` are all cells of the table in the same row and column.
-fn command(table: &str, spot: &Spot, alike: &[&Spot]) -> String {
-    let label = |s: &Spot| method_label(&s.method, &s.params);
+fn command(table: &str, spot: &CellRef, alike: &[&CellRef]) -> String {
+    let label = |s: &CellRef| method_label(&s.method, &s.params);
     let mut words = vec!["trackfail".to_string(), "explain".to_string(), quoted(table)];
     words.extend([quoted(&spot.row), quoted(&spot.column)]);
     if alike.iter().any(|s| s.tracker != spot.tracker) {
@@ -147,10 +147,10 @@ mod tests {
     use super::*;
     use crate::score::measures::Metric;
 
-    fn spot(tracker: &str, method: &str, params: &str) -> Spot {
+    fn spot(tracker: &str, method: &str, params: &str) -> CellRef {
         let [row, column, tracker, method, params] =
             ["f_score", "M", tracker, method, params].map(String::from);
-        Spot { row, column, tracker, method, params, attribute: None, metric: Metric::FScore }
+        CellRef { row, column, tracker, method, params, attribute: None, metric: Metric::FScore }
     }
 
     #[test]

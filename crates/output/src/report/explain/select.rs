@@ -3,14 +3,14 @@
 use super::Explained;
 use crate::plugin;
 use crate::report::finished::{self, FinishedError};
-use crate::report::results::Results;
 use crate::report::trace::Trace;
+use crate::results::Results;
+use crate::results::analyses::FILE as ANALYSES;
+use crate::results::measures;
+use crate::results::{CellScore, method_label};
 use crate::score::measures::Counts;
 use crate::spec::table::Table;
-use crate::table::folder::ANALYSES;
-use crate::table::layout::{self, Spot};
-use crate::table::measures;
-use crate::table::records::{CellScore, method_label};
+use crate::table::layout::{self, CellRef};
 use std::path::{Path, PathBuf};
 
 /// A number that cannot be explained.
@@ -141,7 +141,7 @@ pub fn find_cells(
     scores: &[CellScore],
     table: &Table,
     wanted: &Selection<'_>,
-) -> Result<Vec<Spot>, SelectError> {
+) -> Result<Vec<CellRef>, SelectError> {
     let name = format!("{}/{}", results.experiment.name, table.name);
     if let Some(shows) = &table.shows {
         let (shows, file) = (shows.to_string(), results.folder.join(ANALYSES));
@@ -149,9 +149,9 @@ pub fn find_cells(
     }
     let parts = measures::by_attribute(scores, &results.manifest.suite.attributes);
     let mut cells =
-        layout::spots(&results.experiment, table, &[results.measures.as_slice(), &parts].concat());
-    let label = |c: &Spot| method_label(&c.method, &c.params);
-    let names: [(&str, Option<&str>, &dyn Fn(&Spot) -> String); 4] = [
+        layout::cell_refs(&results.experiment, table, &[results.measures.as_slice(), &parts].concat());
+    let label = |c: &CellRef| method_label(&c.method, &c.params);
+    let names: [(&str, Option<&str>, &dyn Fn(&CellRef) -> String); 4] = [
         ("row", Some(wanted.row), &|c| c.row.clone()),
         ("column", Some(wanted.column), &|c| c.column.clone()),
         ("tracker", wanted.tracker, &|c| c.tracker.clone()),

@@ -5,9 +5,9 @@ use super::{DrawError, Drawer, Drawing, Scope};
 use crate::analysis::Chart;
 use crate::engine::execute::analyse::Analysed;
 use crate::figure::Curves;
-use crate::report::results::Results;
+use crate::results::Results;
+use crate::results::manifest;
 use crate::spec::table::Made;
-use crate::table::number;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "chart", draw };
@@ -40,7 +40,7 @@ fn chart(results: &Results, shows: &Made) -> Curves {
         chart.curves.iter().map(named).collect::<Vec<_>>()
     };
     let of_first = |text: fn(&Chart) -> &str| found.first().map_or("", |(_, c)| text(c));
-    let note = found.first().map(|(a, _)| format!("{}, {}", a.suites_note(), number::runs(a.runs)));
+    let note = found.first().map(|(a, _)| format!("{}, {}", a.suites_note(), manifest::runs(a.runs)));
     let curves = found.iter().flat_map(named).collect();
     Curves {
         y_log: found.first().is_some_and(|(_, c)| c.y_log),

@@ -3,9 +3,9 @@
 use super::lines::{NamedCurve, drawing, plain};
 use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{Curves, Range};
-use crate::report::results::Results;
+use crate::results::Measure;
+use crate::results::Results;
 use crate::score::measures::Metric;
-use crate::table::measures::Measure;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "curve", draw };

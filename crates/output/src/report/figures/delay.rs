@@ -3,7 +3,7 @@
 use super::lines::{drawing, plain};
 use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{Curves, Range};
-use crate::report::results::{Results, ResultsError, TrackSeries};
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::score::TrackScore;
 use crate::score::khalid2016::TOLERANCE;
 

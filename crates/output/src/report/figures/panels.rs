@@ -1,8 +1,8 @@
 //! The panels of a strip figure.
 
 use crate::figure::{Color, Dash, FrameAxis, Panel, Range, Series, Style, Threshold, spans_where};
-use crate::report::results::{Results, TrackSeries};
 use crate::report::stills;
+use crate::results::{Results, TrackSeries};
 use crate::score::TrackScore;
 use crate::spec::figure;
 

@@ -4,8 +4,8 @@ use super::panels::panel;
 use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{BoxStyle, Panel, Still, Strip};
 use crate::region::Region;
-use crate::report::results::{Results, ResultsError, TrackSeries};
 use crate::report::stills;
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::signal::distribution_field::{self, Displacement};
 use crate::spec::figure::{self, Figure};
 use std::collections::BTreeMap;
@@ -84,7 +84,7 @@ fn load_stills(
     let mut all = Vec::new();
     for t in request.frames {
         // Results of a run that could not decode the frame again have no still; the rest is shown.
-        let Ok(pixels) = stills::load(results, &request.figure, t) else { continue };
+        let Ok(pixels) = results.still(&request.figure, t) else { continue };
         let number = track.numbers[t];
         let (past, current) = (&track.rects[..t], &track.rects[t]);
         let history = distribution_field::Params::default().history;

@@ -2,7 +2,7 @@
 
 use crate::engine::store::StoreError;
 use crate::report::page::ReportError;
-use crate::table::folder::FolderError;
+use crate::results::ResultsError;
 
 /// A site that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -12,7 +12,7 @@ pub enum SiteError {
     Store(#[from] StoreError),
     /// A summary cannot be JSON.
     #[error(transparent)]
-    Folder(#[from] FolderError),
+    Json(#[from] ResultsError),
     /// The page cannot be rendered.
     #[error(transparent)]
     Report(#[from] ReportError),

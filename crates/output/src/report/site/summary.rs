@@ -6,11 +6,11 @@ use crate::direction::Direction;
 use crate::engine::store;
 use crate::report::claims::{ClaimOutcome, Finding};
 use crate::report::files::SUMMARY;
-use crate::report::results::Results;
 use crate::report::uncertainty;
-use crate::table::folder;
+use crate::results::Measure;
+use crate::results::{self, Results};
+use crate::table;
 use crate::table::layout;
-use crate::table::measures::Measure;
 use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -99,7 +99,7 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
         object: experiment.object.clone().unwrap_or_default(),
         claims,
         suite: suite.name.clone(),
-        data: folder::data_note(experiment, manifest),
+        data: table::data_note(experiment, manifest),
         present: suite.present.len() as u64,
         wanted: suite.wanted as u64,
         synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
@@ -153,7 +153,7 @@ fn best(results: &Results) -> Vec<Best> {
 /// When the file cannot be written.
 pub fn write_summary(results: &Results, findings: &[Finding], report: &Path) -> Result<(), SiteError> {
     let path = report.join(SUMMARY);
-    Ok(store::write(&path, &folder::to_json(&path, &summary(results, findings))?)?)
+    Ok(store::write(&path, &results::to_json(&path, &summary(results, findings))?)?)
 }
 
 /// A summary that cannot be shown.

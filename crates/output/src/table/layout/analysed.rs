@@ -1,6 +1,6 @@
 //! Tables that analyses make.
 
-use super::{Cell, Group, Layout, Row, published_for};
+use super::{Cell, Group, Row, TableLayout, published_for};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
@@ -15,7 +15,7 @@ pub fn analysed(
     shows: &Made,
     analyses: &[Analysed],
     data_note: &str,
-) -> Layout {
+) -> TableLayout {
     let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
     let found: Vec<(&Analysed, &Grid)> = analyses
         .iter()
@@ -75,7 +75,7 @@ pub fn analysed(
     if !caption.ends_with('.') {
         caption.push('.');
     }
-    Layout {
+    TableLayout {
         name: table.name.clone(),
         caption: format!("{caption} Suites: {suites}; {data_note}."),
         data: data_note.to_string(),

@@ -1,14 +1,14 @@
 //! Where the numbers of a table come from: tracker, method, grid point and metric of every cell.
 
-use super::super::measures::Measure;
-use super::super::records::method_label;
+use crate::results::Measure;
+use crate::results::method_label;
 use crate::score::measures::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Side, Table};
 
 /// A cell of a table, and which number it shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spot {
+pub struct CellRef {
     /// Label of its row.
     pub row: String,
     /// Label of its column.
@@ -27,14 +27,14 @@ pub struct Spot {
 
 /// The cells of a table that have numbers behind them, group by group, row by row; none for a table of an
 /// analysis.
-pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<Spot> {
+pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<CellRef> {
     if let Some(metric) = table.ranked {
         let shown = measures.iter().filter(|m| m.attribute.is_none() && table.methods.contains(&m.method));
         return shown.map(|m| ranked(m, metric)).collect();
     }
     let (rows, columns) =
         (steps(&table.rows, table, experiment, measures), steps(&table.columns, table, experiment, measures));
-    let mut spots = Vec::new();
+    let mut cell_refs = Vec::new();
     for (_, group) in group_places(experiment, table, measures) {
         for (row, of_row) in &rows {
             for (column, of_column) in &columns {
@@ -42,7 +42,7 @@ pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Ve
                 let (Some(tracker), Some(method)) = (&at.tracker, &at.method) else { continue };
                 let attribute = at.attribute.as_deref();
                 let Some(measure) = find(measures, tracker, method, &at.axes, attribute) else { continue };
-                spots.push(Spot {
+                cell_refs.push(CellRef {
                     row: row.clone(),
                     column: column.clone(),
                     tracker: tracker.clone(),
@@ -54,12 +54,12 @@ pub fn spots(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Ve
             }
         }
     }
-    spots
+    cell_refs
 }
 
 /// The only cell of a method's row in a table of ranks that is a measure.
-fn ranked(measure: &Measure, metric: Metric) -> Spot {
-    Spot {
+fn ranked(measure: &Measure, metric: Metric) -> CellRef {
+    CellRef {
         row: method_label(&measure.method, &measure.params),
         column: metric.name().to_string(),
         tracker: measure.tracker.clone(),

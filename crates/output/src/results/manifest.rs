@@ -1,5 +1,8 @@
 //! `manifest.json`: what a results folder rests on. Host and times are here and nowhere else.
 
+use super::ResultsError;
+use super::cells::method_label;
+use super::json::from_json;
 use crate::dataset::Frames;
 use crate::engine::CellError;
 use crate::engine::Outcome;
@@ -11,6 +14,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The file; it is written last and says that the folder is whole.
+pub const FILE: &str = "manifest.json";
 
 /// Version of the results folder's format.
 /// - 1: first version.
@@ -156,7 +163,7 @@ impl Manifest {
                 sequence: outcome.sequences[cell.sequence].name.clone(),
                 tracker: cell.tracker.clone(),
                 run: cell.run,
-                method: super::records::method_label(&cell.method, &cell.params),
+                method: method_label(&cell.method, &cell.params),
                 missing: matches!(e, CellError::Missing(_)),
                 reason: e.to_string(),
             })
@@ -229,8 +236,8 @@ impl Manifest {
 fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
     let mut told: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {
-        let name = format!("{} ({})", super::records::method_label(&m.method, &m.params), m.tracker);
-        let mut text = format!("{}, {}: ", m.suite, super::number::runs(m.runs));
+        let name = format!("{} ({})", method_label(&m.method, &m.params), m.tracker);
+        let mut text = format!("{}, {}: ", m.suite, runs(m.runs));
         match &m.content {
             Content::Chosen { parameter, value, maximise, reached, candidates } => {
                 let reached = reached.map_or("no value".to_string(), |r| format!("{r:.4}"));
@@ -277,4 +284,22 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
         }
     }
     records
+}
+
+/// `1 run`, `10 runs`.
+pub fn runs(n: u32) -> String {
+    if n == 1 { "1 run".to_string() } else { format!("{n} runs") }
+}
+
+/// A manifest from its bytes; `path` names it in messages.
+///
+/// # Errors
+/// When the bytes are not a manifest, or one of a later format.
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
+    let manifest: Manifest = from_json(path, bytes)?;
+    if manifest.format > FORMAT {
+        let folder = path.parent().unwrap_or(path).to_path_buf();
+        return Err(ResultsError::Format { path: folder, found: manifest.format });
+    }
+    Ok(manifest)
 }

@@ -1,0 +1,117 @@
+//! The results of an experiment: the one room that writes and reads the files of a run, `results/<experiment>/`.
+//!
+//! There is a module for each file, with its writer and its reader side by side. Files with columns declare these once
+//! ([`column::TableFile`]): writer, reader and the documentation ([`columns_markdown`]) share the declaration, and a
+//! column that is missing or does not belong there is an error. polars is used here and nowhere else.
+//!
+//! | module | file |
+//! |---|---|
+//! | [`scores`] | `scores.csv`: counts of every cell |
+//! | [`measures`] | `measures.csv`: pooled numbers |
+//! | [`frames`] | `frames.parquet`: boxes, scores and labels of every frame |
+//! | [`signals`] | `signals.parquet`: signals and forecasts |
+//! | [`truth`] | `truth.parquet`: ground truth |
+//! | [`conditions`], [`checks`] | `conditions.parquet`, `checks.csv`: of methods that follow the tracker's condition |
+//! | [`analyses`] | `analyses.json` |
+//! | [`models`] | `models/*.json` |
+//! | [`manifest`] | `manifest.json`: what the results rest on |
+//! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
+//! | [`detections`] | what `trackfail detect` prints |
+//!
+//! [`write`](fn@write) writes a folder, [`Results`] reads it.
+
+pub mod analyses;
+mod cells;
+pub mod checks;
+pub mod column;
+pub mod conditions;
+pub mod detections;
+mod frame;
+pub mod frames;
+mod json;
+pub mod manifest;
+mod markdown;
+pub mod measures;
+pub mod models;
+mod read;
+pub mod scores;
+pub mod signals;
+pub mod tables;
+mod tracks;
+pub mod truth;
+mod write;
+
+pub use cells::{method_label, parse_point};
+pub use frame::{TableError, texts_from_csv, texts_to_csv};
+pub use json::to_json;
+pub use manifest::{FailedCell, Manifest};
+pub use markdown::columns_markdown;
+pub use measures::Measure;
+pub use read::Results;
+pub use scores::CellScore;
+pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
+pub use write::write;
+
+use crate::dataset::DatasetError;
+use crate::engine::store::StoreError;
+use crate::spec::SpecError;
+use std::path::PathBuf;
+
+/// The experiment file as it was run, in a results folder.
+pub const SPEC: &str = "experiment.toml";
+/// The user's suites that the experiment names, in the results folder of one that does.
+pub const USER_SUITES: &str = "suites.lock";
+/// The folder of the video frames that figures show.
+pub const STILLS: &str = "stills";
+/// The folders of a results folder that hold nothing else.
+pub const OWNED: [&str; 3] = [tables::FOLDER, models::FOLDER, STILLS];
+
+/// A results folder that cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// A file cannot be written or read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A file is absent, unreadable or too large.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// A file with columns cannot be made.
+    #[error(transparent)]
+    Made(#[from] TableError),
+    /// A file with columns is not what it should be.
+    #[error("{}: {source}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: TableError,
+    },
+    /// A file with columns is so damaged that polars gives up.
+    #[error("{}: a damaged file; run the experiment again", .0.display())]
+    Damaged(PathBuf),
+    /// A JSON file is not what it should be.
+    #[error("{}: {source}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: serde_json::Error,
+    },
+    /// A file has another digest than the manifest states.
+    #[error("{}: not the file that the run wrote (its SHA-256 is not the manifest's); run it again", .0.display())]
+    Changed(PathBuf),
+    /// The experiment file kept beside the results is wrong.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// The folder holds no finished run.
+    #[error("{}: no manifest.json; run the experiment first", .0.display())]
+    Unfinished(PathBuf),
+    /// Written by a later program.
+    #[error("{}: results format {found}; this program reads up to {}", path.display(), manifest::FORMAT)]
+    Format {
+        /// The folder.
+        path: PathBuf,
+        /// Its format.
+        found: u32,
+    },
+}

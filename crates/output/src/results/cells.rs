@@ -1,0 +1,87 @@
+//! Cells of a run as rows: their order, their names, and the columns that say which cell and frame a row is about.
+
+use super::column::{FRAME, RUN, SEQUENCE, SUITE, TRACKER};
+use crate::engine::{Cell, Outcome};
+use polars::prelude::Column as Series;
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// A method's name in `frames.parquet`: with its grid point, where it has one.
+pub fn method_label(method: &str, params: &str) -> String {
+    if params.is_empty() { method.to_string() } else { format!("{method}[{params}]") }
+}
+
+/// Reads a grid point, `horizon=5;window=20`: axis and value.
+pub fn parse_point(params: &str) -> Vec<(String, f64)> {
+    params
+        .split(';')
+        .filter_map(|part| {
+            let (axis, value) = part.split_once('=')?;
+            Some((axis.to_string(), value.parse().ok()?))
+        })
+        .collect()
+}
+
+/// An empty text as a missing value, so that the CSV field is empty and not `""`.
+pub(super) fn some_text(text: &str) -> Option<&str> {
+    (!text.is_empty()).then_some(text)
+}
+
+/// The cells by their names, whatever the order in which they were done.
+pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
+    let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
+    let key = |c: &Cell| {
+        let name = outcome.sequences[c.sequence].name.clone();
+        (name, c.tracker.clone(), c.run, c.method.clone(), c.params.clone())
+    };
+    cells.sort_by_key(|c| key(c));
+    cells
+}
+
+/// Cells with the same key together; groups and their cells in the order in which they come.
+pub(super) fn grouped<'a, K: Eq + Hash>(
+    cells: impl IntoIterator<Item = &'a Cell>,
+    key: impl Fn(&Cell) -> K,
+) -> Vec<Vec<&'a Cell>> {
+    let mut places = HashMap::new();
+    let mut groups: Vec<Vec<&Cell>> = Vec::new();
+    for cell in cells {
+        // The map only finds a group's place, its own order plays no part.
+        let place = *places.entry(key(cell)).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[place].push(cell);
+    }
+    groups
+}
+
+/// The leading columns of files with a row for each frame: suite, sequence, tracker, run and frame.
+#[derive(Default)]
+pub(super) struct FrameKeys<'a> {
+    sequence: Vec<&'a str>,
+    tracker: Vec<&'a str>,
+    run: Vec<i64>,
+    frame: Vec<i64>,
+}
+
+impl<'a> FrameKeys<'a> {
+    /// Adds the frames of a cell.
+    pub fn push(&mut self, outcome: &'a Outcome<'_>, cell: &'a Cell, length: usize) {
+        let sequence = &outcome.sequences[cell.sequence];
+        self.sequence.extend(std::iter::repeat_n(sequence.name.as_str(), length));
+        self.tracker.extend(std::iter::repeat_n(cell.tracker.as_str(), length));
+        self.run.extend(std::iter::repeat_n(i64::from(cell.run), length));
+        self.frame.extend((0..length).map(|t| i64::from(sequence.number(t))));
+    }
+
+    pub fn columns(self, suite: &str) -> Vec<Series> {
+        vec![
+            SUITE.of(vec![suite; self.frame.len()]),
+            SEQUENCE.of(self.sequence),
+            TRACKER.of(self.tracker),
+            RUN.of(self.run),
+            FRAME.of(self.frame),
+        ]
+    }
+}

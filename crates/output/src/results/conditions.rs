@@ -1,0 +1,55 @@
+//! `conditions.parquet`: the condition of the tracker, as methods that follow it see it.
+
+use super::ResultsError;
+use super::cells::{FrameKeys, sorted_cells};
+use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
+use super::frame::to_parquet;
+use crate::detector::Quality;
+use crate::engine::store::StoreError;
+use crate::engine::{Cell, Outcome};
+
+pub(super) const CONDITION: Column =
+    Column::real("condition", "", "Condition of the tracker: 1 locked on, 0.5 locking in, 0 scanning");
+
+/// The file; only experiments with a method that follows the condition of a tracker have it.
+pub const FILE: TableFile = TableFile {
+    name: "conditions.parquet",
+    about: "One row for each frame of every cell of a method that follows the tracker's condition and has no grid. Only \
+            experiments with such a method have the file.",
+    columns: &[SUITE, SEQUENCE, TRACKER, RUN, FRAME, METHOD, CONDITION],
+};
+
+/// The cells of methods that follow the tracker's condition, sorted by name.
+///
+/// # Errors
+/// When a detection cannot be read from the store any more.
+pub(super) fn followed<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<(&'a Cell, Quality)>, StoreError> {
+    let mut all = Vec::new();
+    for cell in sorted_cells(outcome) {
+        let Ok(judged) = &cell.result else { continue };
+        if !judged.follows {
+            continue;
+        }
+        if let Some(quality) = &outcome.verdict(cell, judged)?.quality {
+            all.push((cell, quality.clone()));
+        }
+    }
+    Ok(all)
+}
+
+/// Writes the file from the cells that [`followed`] gives.
+///
+/// # Errors
+/// When polars refuses.
+pub(super) fn write(outcome: &Outcome<'_>, cells: &[(&Cell, Quality)]) -> Result<Vec<u8>, ResultsError> {
+    let mut keys = FrameKeys::default();
+    let (mut method, mut condition) = (Vec::new(), Vec::new());
+    for (cell, quality) in cells.iter().filter(|(cell, _)| cell.params.is_empty()) {
+        keys.push(outcome, cell, quality.condition.len());
+        method.extend(std::iter::repeat_n(cell.method.as_str(), quality.condition.len()));
+        condition.extend(quality.condition.iter().map(|c| c.level()));
+    }
+    let mut columns = keys.columns(&outcome.suite);
+    columns.extend([METHOD.of(method), CONDITION.of(condition)]);
+    Ok(to_parquet(FILE.frame(columns)?)?)
+}

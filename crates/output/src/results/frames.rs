@@ -1,0 +1,103 @@
+//! `frames.parquet`: every frame of every cell, with the tracker's box and the method's label.
+
+use super::ResultsError;
+use super::cells::{FrameKeys, method_label, sorted_cells};
+use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
+use super::frame::parts_to_parquet;
+use crate::engine::{Cell, Outcome};
+use crate::region::Region;
+use polars::prelude::DataFrame;
+
+pub(super) const X: Column = Column::real("x", "pixels", "Left edge of the tracker's box");
+pub(super) const Y: Column = Column::real("y", "pixels", "Upper edge of the tracker's box");
+pub(super) const W: Column = Column::real("w", "pixels", "Width of the tracker's box");
+pub(super) const H: Column = Column::real("h", "pixels", "Height of the tracker's box");
+pub(super) const ERROR: Column =
+    Column::real("error", "", "Error O_t of the box: 1 - Dice overlap with the ground truth")
+        .empty("it is not known");
+pub(super) const SCORE: Column =
+    Column::real("score", "", "The number that the detector compares with its threshold");
+pub(super) const LABEL: Column =
+    Column::small("label", "1 where the method says that the track has failed, 0 elsewhere");
+pub(super) const CHANGE: Column =
+    Column::small("change", "1 where the label becomes 1, -1 where it becomes 0, 0 elsewhere");
+
+/// The file.
+pub const FILE: TableFile = TableFile {
+    name: "frames.parquet",
+    about: "One row for each frame of every cell that has a result, cells sorted by their names.",
+    columns: &[
+        SUITE,
+        SEQUENCE,
+        TRACKER,
+        RUN,
+        FRAME,
+        X,
+        Y,
+        W,
+        H,
+        ERROR,
+        Column { meaning: "Name of the method, with its grid point: `DTEF[horizon=5;window=20]`", ..METHOD },
+        SCORE,
+        LABEL,
+        CHANGE,
+    ],
+};
+
+/// About how many rows are in memory at once; a row group of the file has as many.
+const ROWS_AT_ONCE: usize = 1 << 19;
+
+/// Writes the file.
+///
+/// # Errors
+/// When a detection cannot be read from the store any more, or polars refuses.
+pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
+    let cells = sorted_cells(outcome);
+    let mut parts: Vec<&[&Cell]> = Vec::new();
+    let mut rest = cells.as_slice();
+    while !rest.is_empty() {
+        let mut rows = 0;
+        let fits = |cell: &&&Cell| {
+            rows += outcome.sequences[cell.sequence].len();
+            rows <= ROWS_AT_ONCE
+        };
+        let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        parts.push(part);
+        rest = later;
+    }
+    if parts.is_empty() {
+        parts.push(&[]);
+    }
+    parts_to_parquet(parts.into_iter().map(|cells| frames_of(outcome, cells)))
+}
+
+fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, ResultsError> {
+    let mut keys = FrameKeys::default();
+    let (mut x, mut y, mut w, mut h) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut error, mut method, mut score) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut label, mut change) = (Vec::new(), Vec::new());
+    for cell in cells {
+        let Ok(judged) = &cell.result else { continue };
+        let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
+            continue;
+        };
+        let detection = outcome.verdict(cell, judged)?;
+        let name = method_label(&cell.method, &cell.params);
+        keys.push(outcome, cell, track.regions.len());
+        for rect in track.regions.iter().map(Region::rect) {
+            x.push(rect.x);
+            y.push(rect.y);
+            w.push(rect.w);
+            h.push(rect.h);
+        }
+        error.extend(track.error.iter().map(|e| (!e.is_nan()).then_some(*e)));
+        method.extend(std::iter::repeat_n(name, track.regions.len()));
+        score.extend_from_slice(&detection.score);
+        label.extend(detection.alarm.iter().map(|a| i32::from(*a)));
+        change.extend_from_slice(&detection.changes());
+    }
+    let mut columns = keys.columns(&outcome.suite);
+    columns.extend([X.of(x), Y.of(y), W.of(w), H.of(h), ERROR.of(error), METHOD.of(method)]);
+    columns.extend([SCORE.of(score), LABEL.of(label), CHANGE.of(change)]);
+    Ok(FILE.frame(columns)?)
+}

@@ -1,0 +1,25 @@
+//! JSON files of a results folder.
+
+use super::ResultsError;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// Pretty JSON with a final newline; `path` names the file in messages.
+///
+/// # Errors
+/// When the value cannot be JSON.
+pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// A value from JSON; `path` names the file in messages.
+///
+/// # Errors
+/// When the bytes are not JSON of such a value.
+pub(super) fn from_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, ResultsError> {
+    serde_json::from_slice(bytes).map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })
+}

@@ -1,0 +1,48 @@
+//! `signals.parquet`: the signal and the forecast of every method without a grid.
+
+use super::ResultsError;
+use super::cells::{FrameKeys, sorted_cells};
+use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
+use super::frame::to_parquet;
+use crate::engine::Outcome;
+
+pub(super) const SIGNAL: Column = Column::real("signal", "", "Value of the method's signal");
+pub(super) const FORECAST: Column =
+    Column::real("forecast", "", "What the detector expected the signal to be, made before it saw the frame")
+        .empty("the detector has no forecast there");
+
+/// The file.
+pub const FILE: TableFile = TableFile {
+    name: "signals.parquet",
+    about: "One row for each frame of every cell that has a result, of methods that read a signal and have no grid.",
+    columns: &[SUITE, SEQUENCE, TRACKER, RUN, FRAME, METHOD, SIGNAL, FORECAST],
+};
+
+/// Writes the file.
+///
+/// # Errors
+/// When a detection cannot be read from the store any more, or polars refuses.
+pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
+    let mut keys = FrameKeys::default();
+    let (mut method, mut signal, mut forecast) = (Vec::new(), Vec::new(), Vec::new());
+    for cell in sorted_cells(outcome) {
+        let (Ok(judged), Some(index)) = (&cell.result, cell.signal) else { continue };
+        let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
+            continue;
+        };
+        if !cell.params.is_empty() {
+            continue;
+        }
+        let values = &track.signals[index];
+        keys.push(outcome, cell, values.len());
+        method.extend(std::iter::repeat_n(cell.method.as_str(), values.len()));
+        signal.extend_from_slice(values);
+        match &outcome.verdict(cell, judged)?.forecast {
+            Some(f) => forecast.extend(f.iter().map(|v| (!v.is_nan()).then_some(*v))),
+            None => forecast.extend(std::iter::repeat_n(None, values.len())),
+        }
+    }
+    let mut columns = keys.columns(&outcome.suite);
+    columns.extend([METHOD.of(method), SIGNAL.of(signal), FORECAST.of(forecast)]);
+    Ok(to_parquet(FILE.frame(columns)?)?)
+}

@@ -1,0 +1,51 @@
+//! Writing a results folder.
+
+use super::manifest::{self, Manifest};
+use super::{
+    ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frames, json::to_json, measures, models,
+    scores, signals, truth,
+};
+use crate::engine::Outcome;
+use crate::engine::store;
+use crate::spec::Experiment;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Writes everything that a run found out into an empty folder; the tables are made from it by the report.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(
+    folder: &Path,
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+    wall_seconds: f64,
+) -> Result<(), ResultsError> {
+    let mut files = BTreeMap::new();
+    let mut put = |name: &str, bytes: &[u8]| -> Result<(), ResultsError> {
+        files.insert(name.to_string(), manifest::sha256(bytes));
+        Ok(store::write(&folder.join(name), bytes)?)
+    };
+    put(SPEC, experiment.source.as_bytes())?;
+    if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
+        put(USER_SUITES, suites.as_bytes())?;
+    }
+    put(scores::FILE.name, &scores::write(experiment, outcome)?)?;
+    put(measures::FILE.name, &measures::write(outcome)?)?;
+    put(frames::FILE.name, &frames::write(outcome)?)?;
+    put(signals::FILE.name, &signals::write(outcome)?)?;
+    put(truth::FILE.name, &truth::write(outcome)?)?;
+    let followed = conditions::followed(outcome)?;
+    if !followed.is_empty() {
+        put(conditions::FILE.name, &conditions::write(outcome, &followed)?)?;
+        put(checks::FILE.name, &checks::write(outcome, &followed)?)?;
+    }
+    if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
+        put(analyses::FILE, &bytes)?;
+    }
+    models::write(folder, outcome)?;
+    let manifest = Manifest { files, ..Manifest::new(experiment, outcome, wall_seconds) };
+    let path = folder.join(manifest::FILE);
+    store::write(&path, &to_json(&path, &manifest)?)?;
+    Ok(())
+}

@@ -1,0 +1,16 @@
+//! Tables for people, from results.
+//!
+//! [`layouts`] makes the tables that an experiment asks for, each a [`layout`](mod@layout) of texts; [`write_tables`] writes
+//! them,
+//! [`render`] as CSV, Parquet, Markdown and plain text, [`latex`](mod@latex) as LaTeX, and [`macros`] with a LaTeX command
+//! for every number. [`leaderboard`](mod@leaderboard) ranks methods, [`number`] prints numbers as papers do.
+
+mod experiment;
+pub mod latex;
+pub mod layout;
+pub mod leaderboard;
+pub mod macros;
+pub mod number;
+pub mod render;
+
+pub use experiment::{data_note, layouts, write_tables};

@@ -1,0 +1,112 @@
+//! The tables of an experiment, from its results.
+
+use super::layout::{self, TableLayout};
+use super::macros::Fact;
+use super::{latex, leaderboard, macros, render};
+use crate::engine::store;
+use crate::results::manifest::{self, Manifest, TrackerRecord};
+use crate::results::{CellScore, Results, ResultsError, measures, tables};
+use crate::spec::table::{Side, Table};
+use crate::spec::{Experiment, Tracker};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// `12 of 21 targets, 10 runs`, as every table and figure says what it rests on; with what the experiment
+/// asks for, where less was run.
+pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
+    let mut note = layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted);
+    let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
+    let several = manifest.trackers.len() > 1;
+    let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
+        let told = |(t, record): (&Tracker, &TrackerRecord)| {
+            let (done, asked) = (done(record), asked(t));
+            let who = if several { format!("{}: ", t.label) } else { String::new() };
+            let of = if done == asked { String::new() } else { format!(" of {asked}") };
+            (done > 1 || asked > 1).then(|| format!("{who}{}{of}{what}", manifest::runs(done)))
+        };
+        let told: Vec<String> = trackers().filter_map(told).collect();
+        if !told.is_empty() {
+            note.push_str(&format!(", {}", told.join(", ")));
+        }
+    };
+    add("", |r| r.runs, |t| t.runs);
+    let learns = experiment.methods.iter().flat_map(|m| &m.variants).any(|v| v.detector.role().is_some());
+    if learns || experiment.analyses.iter().any(|a| a.signal.is_some()) {
+        add(" to learn from", |r| r.training_runs, |t| t.training_runs);
+    }
+    note
+}
+
+fn by_attribute(table: &Table) -> bool {
+    [&table.rows, &table.columns].contains(&&Side::Attribute)
+}
+
+/// The experiment's tables; `scores` are those of [`Results::scores`].
+pub fn layouts(results: &Results, scores: &[CellScore]) -> Vec<TableLayout> {
+    let Results { experiment, measures: pooled, analyses, manifest, .. } = results;
+    let note = data_note(experiment, manifest);
+    let attributes = &manifest.suite.attributes;
+    let mut parts = measures::by_attribute(scores, attributes);
+    parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
+    let all = [pooled.as_slice(), &parts].concat();
+    let layout = |t: &Table| match &t.shows {
+        Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
+        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, pooled, scores, &note),
+        None if by_attribute(t) => {
+            let mut layout = layout::layout(experiment, t, &all, &note);
+            layout.caption.push_str(&attributes_note(attributes));
+            layout
+        }
+        None => layout::layout(experiment, t, pooled, &note),
+    };
+    experiment.tables.iter().map(layout).collect()
+}
+
+/// How many targets have each attribute.
+fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
+    let mut targets: BTreeMap<&str, usize> = BTreeMap::new();
+    for list in attributes.values() {
+        let different: BTreeSet<&str> = list.iter().map(String::as_str).collect();
+        different.into_iter().for_each(|attribute| *targets.entry(attribute).or_default() += 1);
+    }
+    let told: Vec<String> = targets.iter().map(|(attribute, n)| format!("{attribute} {n}")).collect();
+    if told.is_empty() {
+        return " No attributes are known here.".to_string();
+    }
+    format!(" Targets: {}.", told.join(", "))
+}
+
+/// Writes the tables into `tables`, each as CSV, Parquet, Markdown and LaTeX, and a command for every number of
+/// theirs as `macros.tex`.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_tables(
+    folder: &Path,
+    experiment: &Experiment,
+    facts: &[Fact],
+    layouts: &[TableLayout],
+) -> Result<(), ResultsError> {
+    for layout in layouts {
+        write_table(folder, layout)?;
+    }
+    if !layouts.is_empty() {
+        let commands = macros::macros(&experiment.name, facts, layouts);
+        store::write(&folder.join(tables::FOLDER).join(macros::FILE), commands.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes one table as CSV, Parquet, Markdown and LaTeX.
+///
+/// # Errors
+/// When a file cannot be written.
+fn write_table(folder: &Path, layout: &TableLayout) -> Result<(), ResultsError> {
+    let path = |ending: &str| folder.join(tables::FOLDER).join(format!("{}.{ending}", layout.name));
+    store::write(&path("csv"), &render::csv(layout)?)?;
+    store::write(&path("md"), render::markdown(layout).as_bytes())?;
+    store::write(&path("parquet"), &render::parquet(layout)?)?;
+    store::write(&path("tex"), latex::latex(layout).as_bytes())?;
+    store::write(&path("body.tex"), latex::body(layout).as_bytes())?;
+    Ok(())
+}
