@@ -163,6 +163,12 @@ pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
     inside.unwrap_or_else(|| folder.to_path_buf())
 }
 
+/// The name of a folder, also of `.` and `..`.
+pub(crate) fn folder_name(folder: &Path) -> String {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+    whole.file_name().map_or_else(|| "sequence".into(), |n| n.to_string_lossy().into_owned())
+}
+
 /// Whether the name is a JPEG or PNG file's.
 pub(crate) fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();

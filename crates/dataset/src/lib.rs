@@ -5,22 +5,17 @@
 //! size needs the memory of a few frames.
 
 pub mod archive;
-pub mod cvml;
 mod digest;
 mod error;
 pub mod fetch;
 pub mod files;
+pub mod format;
 pub mod frame_cache;
-pub mod got10k;
-mod labelled;
-pub mod lasot;
 pub mod lock;
-pub mod otb;
 pub mod suite;
 pub mod synthetic;
 pub mod text;
 pub mod video;
-pub mod vot;
 
 pub use digest::file_digest;
 pub use digest::{Digest, content_digest};

@@ -17,7 +17,7 @@ mod entry;
 
 pub use built_in::LOCK;
 pub(crate) use built_in::{PinnedSuite, RenderedEntry, pinned_suite, pinned_suite_names, rendered_entries};
-pub use entry::{Entry, Format, TargetType, attribute_word};
+pub use entry::{Entry, TargetType, attribute_word};
 pub(crate) use entry::{attribute_words, below};
 
 use crate::archive::Archive;

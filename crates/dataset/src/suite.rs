@@ -23,7 +23,8 @@ pub use load::{Broken, Loaded, Missing};
 pub use user::{USER_LOCK, UserSuiteNameError, check_name, with_sections};
 pub use verify::{Checked, Finding};
 
-use crate::lock::{Entry, Format, PinnedSuite, below};
+use crate::format::FormatEntry;
+use crate::lock::{Entry, PinnedSuite, below};
 use crate::{DatasetError, synthetic};
 use load::LoadError;
 use rayon::prelude::*;
@@ -156,7 +157,7 @@ impl Suite {
     /// When a file cannot be read.
     pub fn pin_files(&self, data_root: &Path) -> Result<Vec<(String, String)>, DatasetError> {
         let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
-        let folders: std::collections::BTreeMap<&str, Format> =
+        let folders: std::collections::BTreeMap<&str, &FormatEntry> =
             pinned.sequence.iter().map(|e| (e.folder.as_str(), pinned.format(e))).collect();
         let here = folders.into_iter().filter(|(f, _)| below(data_root, f).is_dir());
         here.map(|(f, format)| Ok((f.to_owned(), listing::section(f, data_root, format)?))).collect()

@@ -3,8 +3,9 @@
 //! Parsing the whole text takes longer than most commands take for everything else, and a run needs one or two
 //! suites. So the text is cut at its `[[suite]]` lines; the part before the first one holds the archives.
 
-use super::entry::{Entry, Format, TargetType};
+use super::entry::{Entry, TargetType};
 use crate::archive::Archive;
+use crate::format::FormatEntry;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::sync::OnceLock;
@@ -38,7 +39,7 @@ pub(crate) struct PinnedSuite {
     /// One line about it.
     pub title: String,
     /// Format of its folders, unless an entry gives another.
-    pub format: Format,
+    pub format: &'static FormatEntry,
     /// Address and paper of the data.
     pub source: String,
     /// What is known of their licence.
@@ -51,7 +52,7 @@ pub(crate) struct PinnedSuite {
 
 impl PinnedSuite {
     /// Format of the entry's folder.
-    pub fn format(&self, entry: &Entry) -> Format {
+    pub fn format(&self, entry: &Entry) -> &'static FormatEntry {
         entry.format.unwrap_or(self.format)
     }
 }

@@ -1,37 +1,10 @@
 //! One sequence of `datasets.lock`: a line of the file.
 
 use crate::archive::Archive;
+use crate::format::{FormatEntry, SequenceOptions};
+use crate::video;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-
-/// Format of a suite's folders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Format {
-    /// See [`crate::otb`].
-    Otb,
-    /// See [`crate::vot`].
-    Vot,
-    /// See [`crate::cvml`].
-    Cvml,
-    /// See [`crate::got10k`].
-    Got10k,
-    /// See [`crate::lasot`].
-    Lasot,
-}
-
-impl Format {
-    /// The word for it.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Otb => "otb",
-            Self::Vot => "vot",
-            Self::Cvml => "cvml",
-            Self::Got10k => "got10k",
-            Self::Lasot => "lasot",
-        }
-    }
-}
 
 /// Type of a target, for tables by type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,7 +41,7 @@ pub struct Entry {
     /// Folder under the data root, parts separated by `/`.
     pub folder: String,
     /// Format of the folder where it is not the suite's.
-    pub format: Option<Format>,
+    pub format: Option<&'static FormatEntry>,
     /// Which target of a folder with several: OTB counts from 1, CVML uses the object's id.
     pub target: Option<u32>,
     /// First and last frame used, in the dataset's numbers; without it, all frames of the folder.
@@ -103,6 +76,17 @@ impl Entry {
         below(root, &self.folder)
     }
 
+    /// How its sequence is read from a copy under `root`.
+    pub(crate) fn options(&self, root: &Path) -> SequenceOptions {
+        SequenceOptions {
+            name: Some(self.name.clone()),
+            target: self.target,
+            range: self.range,
+            official: self.official,
+            decoded: video::cache(root),
+        }
+    }
+
     /// The entry's line in `datasets.lock`.
     pub fn line(&self) -> String {
         use std::fmt::Write as _;
@@ -110,7 +94,7 @@ impl Entry {
         let mut line = format!("{{ name = \"{}\", folder = \"{}\"", self.name, self.folder);
         // Writing to a string cannot fail.
         if let Some(format) = self.format {
-            let _ = write!(line, ", format = \"{}\"", format.word());
+            let _ = write!(line, ", format = \"{}\"", format.word);
         }
         if let Some(target) = self.target {
             let _ = write!(line, ", target = {target}");

@@ -2,7 +2,8 @@
 
 use super::load::LoadError;
 use super::user::{self, USER_LOCK, check_name, is_below};
-use crate::lock::{Entry, Format, PinnedSuite, below};
+use crate::format::FormatEntry;
+use crate::lock::{Entry, PinnedSuite, below};
 use crate::{DatasetError, text};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -17,8 +18,8 @@ pub struct GatherRequest<'w> {
     pub name: &'w str,
     /// One line about it; without one, the folder and the number of sequences.
     pub title: Option<&'w str>,
-    /// Format of the sequences; not CVML, whose files have several targets.
-    pub format: Format,
+    /// Format of the sequences.
+    pub format: &'static FormatEntry,
     /// Folder under the data root, parts separated by `/`.
     pub folder: &'w str,
     /// Names of the sequences to take, in order; without them, all in the order of their folders.
@@ -41,7 +42,11 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
             "no folder under the data root; name it as seen from there, such as lasot/test".into(),
         ));
     }
-    let mut found = find(wanted.format, &start, data_root)?;
+    let Some(find_targets) = wanted.format.find_targets else {
+        let word = wanted.format.word;
+        return Err(fault(format!("write the lines of a suite of format {word} by hand, one for each object")));
+    };
+    let mut found = find(find_targets, &start, data_root)?;
     if let Some(names) = wanted.only {
         let mut chosen = Vec::new();
         for name in names {
@@ -56,7 +61,7 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         found = chosen;
     }
     if found.is_empty() {
-        let file = truth_pattern(wanted.format);
+        let file = wanted.format.truth_file;
         return Err(fault(format!("no sequence: no folder with {file}, up to {MAX_DEPTH} folders down")));
     }
     let title = format!("{} sequences in {} of the data root", found.len(), wanted.folder);
@@ -90,16 +95,10 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
     Ok(user::section(&suite))
 }
 
-fn truth_pattern(format: Format) -> &'static str {
-    match format {
-        Format::Otb => "groundtruth_rect.txt",
-        Format::Vot | Format::Got10k | Format::Lasot => "groundtruth.txt",
-        Format::Cvml => "one object; write the lines of a CVML suite by hand",
-    }
-}
+type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
 
 /// The sequences below a folder.
-fn find(format: Format, start: &Path, data_root: &Path) -> Result<Vec<Entry>, DatasetError> {
+fn find(find_targets: FindTargets, start: &Path, data_root: &Path) -> Result<Vec<Entry>, DatasetError> {
     let mut found: Vec<Entry> = Vec::new();
     let mut walk =
         walkdir::WalkDir::new(start).follow_links(true).max_depth(MAX_DEPTH).sort_by_file_name().into_iter();
@@ -109,7 +108,7 @@ fn find(format: Format, start: &Path, data_root: &Path) -> Result<Vec<Entry>, Da
             continue;
         }
         let hidden = next.depth() > 0 && next.file_name().as_encoded_bytes().starts_with(b".");
-        let targets = if hidden { Vec::new() } else { targets(format, next.path())? };
+        let targets = if hidden { Vec::new() } else { find_targets(next.path())? };
         if hidden || !targets.is_empty() {
             walk.skip_current_dir();
         }
@@ -124,33 +123,6 @@ fn find(format: Format, start: &Path, data_root: &Path) -> Result<Vec<Entry>, Da
         }
     }
     Ok(found)
-}
-
-/// The targets of a folder, one without number or several with; none where it is no sequence.
-///
-/// Some OTB folders have a plain file beside those of several targets, and some a numbered one that is empty.
-fn targets(format: Format, folder: &Path) -> Result<Vec<Option<u32>>, DatasetError> {
-    let alone = match format {
-        Format::Otb => "groundtruth_rect.txt",
-        Format::Vot | Format::Got10k | Format::Lasot => "groundtruth.txt",
-        Format::Cvml => return Ok(Vec::new()),
-    };
-    let mut numbers: Vec<u32> = Vec::new();
-    if format == Format::Otb {
-        for file in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-            let path = file.map_err(|e| DatasetError::io(folder, e))?.path();
-            let name = path.file_name().and_then(|n| n.to_str());
-            let number = name
-                .and_then(|n| n.strip_prefix("groundtruth_rect.")?.strip_suffix(".txt")?.parse::<u32>().ok());
-            let content = path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0);
-            numbers.extend(number.filter(|_| content));
-        }
-    }
-    numbers.sort_unstable();
-    Ok(match numbers.as_slice() {
-        [] if folder.join(alone).is_file() => vec![None],
-        _ => numbers.into_iter().map(Some).collect(),
-    })
 }
 
 fn entry(path: &Path, target: Option<u32>, data_root: &Path) -> Result<Entry, DatasetError> {

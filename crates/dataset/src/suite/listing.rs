@@ -14,7 +14,8 @@
 use crate::DatasetError;
 use crate::digest::file_digest;
 use crate::files::{is_image, number};
-use crate::lock::{Entry, Format, below};
+use crate::format::FormatEntry;
+use crate::lock::{Entry, below};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -95,7 +96,7 @@ fn pattern(name: &str) -> Option<(String, u32)> {
 ///
 /// # Errors
 /// When a file cannot be read.
-pub(super) fn section(folder: &str, root: &Path, format: Format) -> Result<String, DatasetError> {
+pub(super) fn section(folder: &str, root: &Path, format: &FormatEntry) -> Result<String, DatasetError> {
     let path = below(root, folder);
     let digests: Vec<(String, String)> = present(&path, format)
         .into_par_iter()
@@ -133,14 +134,14 @@ fn write(files: &[(String, String)]) -> String {
 }
 
 /// The names of a sequence folder's files: text and videos, then images by number.
-fn present(folder: &Path, format: Format) -> Vec<String> {
+fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
     let names = |folder: &Path| -> Vec<String> {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let files = entries.filter(|e| e.path().is_file());
         files.filter_map(|e| e.file_name().into_string().ok()).filter(|n| !n.starts_with('.')).collect()
     };
-    let images = format.image_folder(folder);
-    let mut text: Vec<String> = names(folder).into_iter().filter(|n| format.reads(n)).collect();
+    let images = (format.image_folder)(folder);
+    let mut text: Vec<String> = names(folder).into_iter().filter(|n| (format.reads)(n)).collect();
     text.sort();
     let mut frames: Vec<(Option<u32>, String)> = names(&images)
         .into_iter()
@@ -156,53 +157,24 @@ fn present(folder: &Path, format: Format) -> Vec<String> {
     text.into_iter().chain(frames).collect()
 }
 
-impl Format {
-    /// Whether a sequence of this layout reads the file beside its images.
-    fn reads(self, name: &str) -> bool {
-        let ending = Path::new(name).extension().unwrap_or_default();
-        match self {
-            Self::Otb => name.starts_with("groundtruth_rect") && ending == "txt" || name == "attributes.txt",
-            Self::Vot => name == "groundtruth.txt" || ending == "label",
-            Self::Got10k => {
-                ["groundtruth.txt", "meta_info.ini"].contains(&name)
-                    || ["absence.label", "cover.label", "cut_by_image.label"].contains(&name)
-            }
-            Self::Lasot => ["groundtruth.txt", "full_occlusion.txt", "out_of_view.txt"].contains(&name),
-            Self::Cvml => ending == "xml" || crate::cvml::is_video_name(name),
-        }
-    }
-}
-
-/// Whether a file of the entry's folder has to do with the entry.
-fn concerns(entry: &Entry, format: Format, name: &str) -> bool {
+/// Whether a file of the entry's folder is part of its sequence.
+fn belongs(entry: &Entry, format: &FormatEntry, root: &Path, name: &str) -> bool {
     let path = Path::new(name);
-    match (format, number(path).filter(|_| is_image(path)), entry.range) {
-        (Format::Otb | Format::Cvml, Some(n), Some((first, last))) => first <= n && n <= last,
-        // Frame 0 is an extra file and not part of a VOT sequence.
-        (Format::Vot, Some(n), _) => n > 0,
-        (Format::Otb, None, _) if name.starts_with("groundtruth_rect") => match entry.target {
-            Some(target) => name == format!("groundtruth_rect.{target}.txt"),
-            None => name == "groundtruth_rect.txt",
-        },
-        // Text that need not be there, and where it is gives attributes only.
-        (Format::Otb, None, _) => false,
-        _ => true,
-    }
+    (format.belongs)(&entry.options(root), name, number(path).filter(|_| is_image(path)))
 }
 
 /// The first file of the entry under `root` that is absent, other than listed, or not listed; `None` where
 /// nothing differs or the folder is not listed.
-pub(super) fn first_difference(entry: &Entry, format: Format, root: &Path) -> Option<String> {
+pub(super) fn first_difference(entry: &Entry, format: &FormatEntry, root: &Path) -> Option<String> {
     difference(entry, format, root, |_| true)
 }
 
 /// As [`first_difference`], of the label files alone.
-pub(super) fn first_label_difference(entry: &Entry, format: Format, root: &Path) -> Option<String> {
-    (format == Format::Vot).then_some(())?;
-    difference(entry, format, root, |name| name.ends_with(".label"))
+pub(super) fn first_label_difference(entry: &Entry, format: &FormatEntry, root: &Path) -> Option<String> {
+    difference(entry, format, root, format.is_label)
 }
 
-fn difference(entry: &Entry, format: Format, root: &Path, wanted: fn(&str) -> bool) -> Option<String> {
+fn difference(entry: &Entry, format: &FormatEntry, root: &Path, wanted: fn(&str) -> bool) -> Option<String> {
     // The listing of a folder without a pinned digest may be incomplete.
     entry.digest.as_ref()?;
     compare(entry, format, root, &read(sections().get(entry.folder.as_str())?), wanted)
@@ -210,13 +182,13 @@ fn difference(entry: &Entry, format: Format, root: &Path, wanted: fn(&str) -> bo
 
 fn compare(
     entry: &Entry,
-    format: Format,
+    format: &FormatEntry,
     root: &Path,
     listed: &[(String, String)],
     wanted: fn(&str) -> bool,
 ) -> Option<String> {
     let folder = entry.path(root);
-    let matters = |name: &str| wanted(name) && concerns(entry, format, name);
+    let matters = |name: &str| wanted(name) && belongs(entry, format, root, name);
     let listed: Vec<_> = listed.iter().filter(|(name, _)| matters(name)).collect();
     let changed = listed.par_iter().find_map_first(|(name, pinned)| {
         let path = below(&folder, name);

@@ -1,8 +1,8 @@
 //! Loads the sequence of an entry from a data root.
 
-use crate::files::{image_folder, numbered_images};
-use crate::lock::{Entry, Format, PinnedSuite, attribute_words};
-use crate::{DatasetError, Sequence, cvml, got10k, lasot, otb, sorted, video, vot};
+use crate::files::numbered_images;
+use crate::lock::{Entry, PinnedSuite, attribute_words};
+use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
 
 /// A sequence that is absent, in whole or in part, from the data root.
@@ -105,39 +105,14 @@ impl PinnedSuite {
         if !folder.is_dir() {
             return missing("");
         }
-        if self.format(entry) == Format::Cvml
-            && let Some(part) = cvml::absent(&folder)?
-        {
+        let format = self.format(entry);
+        if let Some(part) = (format.absent_part)(&folder)? {
             return missing(&format!("no {part} in {}; ", entry.folder));
         }
         if let Some((first, last)) = self.cut_off(entry, &folder)? {
             return missing(&format!("frames {first} to {last} are not in {}; ", entry.folder));
         }
-        let mut sequence = match self.format(entry) {
-            Format::Vot => vot::load(&folder, Some(&entry.name))?,
-            Format::Got10k => got10k::load(&folder, Some(&entry.name))?,
-            Format::Lasot => lasot::load(&folder, Some(&entry.name))?,
-            Format::Otb => {
-                let options = otb::Options {
-                    name: Some(entry.name.clone()),
-                    target: entry.target,
-                    range: entry.range,
-                    official: entry.official,
-                    truth: otb::Truth::Required,
-                };
-                otb::load(&folder, &options)?
-            }
-            Format::Cvml => {
-                let options = cvml::Options {
-                    name: Some(entry.name.clone()),
-                    target: entry.target,
-                    range: entry.range,
-                    official: entry.official,
-                    decoded: video::cache(root),
-                };
-                cvml::load(&folder, &options)?
-            }
-        };
+        let mut sequence = (format.load)(&folder, &entry.options(root))?;
         let words = attribute_words(&entry.attributes, entry.target_type);
         sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
         Ok((folder, sequence))
@@ -146,28 +121,12 @@ impl PinnedSuite {
     /// First and last of the absent frames that an entry needs, if they are its last ones.
     fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
         let Some((first, last)) = entry.range else { return Ok(None) };
-        let images = self.format(entry).image_folder(folder);
-        let cuttable = match self.format(entry) {
-            Format::Vot | Format::Got10k | Format::Lasot => false,
-            Format::Otb => true,
-            Format::Cvml => !cvml::is_video(folder)?,
-        };
-        if !cuttable {
+        let format = self.format(entry);
+        if !(format.takes_ranges)(folder)? {
             return Ok(None);
         }
-        let images = numbered_images(&images)?;
+        let images = numbered_images(&(format.image_folder)(folder))?;
         let absent = (first..=last).find(|n| !images.contains_key(n));
         Ok(absent.filter(|&n| images.range(n..=last).next().is_none()).map(|n| (n, last)))
-    }
-}
-
-impl Format {
-    /// The folder of a sequence's images.
-    pub(super) fn image_folder(self, folder: &Path) -> PathBuf {
-        match self {
-            Self::Vot | Self::Got10k => folder.to_path_buf(),
-            Self::Otb | Self::Lasot => image_folder(folder, &["img"]),
-            Self::Cvml => image_folder(folder, &cvml::IMAGE_FOLDERS),
-        }
     }
 }

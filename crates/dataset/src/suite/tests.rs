@@ -139,7 +139,7 @@ fn otb_2013_has_as_many_frames_as_annotated() {
 fn pets_entries_are_the_presence_of_the_annotated_people() {
     let root = real_data();
     let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
-    let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let annotation = crate::format::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
     let ids: Vec<u32> = annotation.objects().collect();
     assert_eq!(ids, (1..=19).collect::<Vec<_>>());
     for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").entries()) {
@@ -179,7 +179,7 @@ fn d1_real_has_six_people_and_a_face() {
 fn the_people_of_d1_real_are_those_of_its_rule() {
     let root = real_data();
     let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
-    let annotation = crate::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let annotation = crate::format::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
     let mut by_rule = Vec::new();
     for id in annotation.objects() {
         let inside = |n: &u32| {

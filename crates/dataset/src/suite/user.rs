@@ -151,7 +151,7 @@ pub(super) fn section(suite: &PinnedSuite) -> String {
     // A JSON string of plain text is a TOML string.
     let quoted = |text: &String| serde_json::Value::from(text.as_str()).to_string();
     let mut out = format!("[[suite]]\nname = {}\n", quoted(&suite.name));
-    out += &format!("title = {}\nformat = \"{}\"\n", quoted(&suite.title), suite.format.word());
+    out += &format!("title = {}\nformat = \"{}\"\n", quoted(&suite.title), suite.format.word);
     let about = [("source", &suite.source), ("licence", &suite.licence), ("how_to_get", &suite.how_to_get)];
     for (key, value) in about {
         out += &format!("{key} = {}\n", quoted(value));

@@ -1,5 +1,6 @@
 use super::*;
-use crate::{Frames, Sequence, cvml};
+use crate::format::{SequenceOptions, cvml};
+use crate::{Frames, Sequence};
 use trackfail_testing::needs;
 
 /// ffmpeg's test picture, 64x48, `frames` of them.
@@ -89,7 +90,7 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     let short = folder.join("Walk2.mpg");
     mpeg(&root.path().join("short.mpg"), 10);
     std::fs::rename(root.path().join("short.mpg"), short).unwrap();
-    let options = cvml::Options { decoded: cache(root.path()), ..Default::default() };
+    let options = SequenceOptions { decoded: cache(root.path()), ..Default::default() };
     let error = cvml::load(&folder, &options).unwrap().frame(0).unwrap_err().to_string();
     assert!(error.contains("frame 11 is not in it, frames 6 to 20 are needed"), "{error}");
 }

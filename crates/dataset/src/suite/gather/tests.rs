@@ -3,6 +3,10 @@ use super::super::{Catalog, Finding, Suite, SuiteContent};
 use super::*;
 use std::sync::Arc;
 
+fn format(word: &str) -> &'static FormatEntry {
+    crate::format::find(word).unwrap()
+}
+
 fn write(root: &Path, path: &str, bytes: &[u8]) {
     let path = below(root, path);
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -33,7 +37,7 @@ fn root() -> tempfile::TempDir {
     root
 }
 
-fn wanted<'w>(name: &'w str, format: Format, folder: &'w str) -> GatherRequest<'w> {
+fn wanted<'w>(name: &'w str, format: &'static FormatEntry, folder: &'w str) -> GatherRequest<'w> {
     GatherRequest { name, title: None, format, folder, only: None }
 }
 
@@ -52,12 +56,12 @@ fn a_folder_of_each_layout_becomes_a_suite() {
     write(root.path(), "otb/Two/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n");
     write(root.path(), "otb/One/groundtruth_rect.1.txt", b"");
     for (format, folder, names) in [
-        (Format::Lasot, "lasot", &["airplane-1", "airplane-2"][..]),
-        (Format::Lasot, "lasot/airplane", &["airplane-1", "airplane-2"]),
-        (Format::Lasot, "lasot/airplane/airplane-2", &["airplane-2"]),
-        (Format::Got10k, "got", &["GOT-10k_Val_000001"]),
-        (Format::Otb, "otb", &["One", "Two-1", "Two-2"]),
-        (Format::Vot, "vot", &["ball"]),
+        (format("lasot"), "lasot", &["airplane-1", "airplane-2"][..]),
+        (format("lasot"), "lasot/airplane", &["airplane-1", "airplane-2"]),
+        (format("lasot"), "lasot/airplane/airplane-2", &["airplane-2"]),
+        (format("got10k"), "got", &["GOT-10k_Val_000001"]),
+        (format("otb"), "otb", &["One", "Two-1", "Two-2"]),
+        (format("vot"), "vot", &["ball"]),
     ] {
         let section = gather(&wanted("mine", format, folder), root.path()).unwrap();
         let suite = read(&section);
@@ -66,7 +70,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         assert_eq!((loaded.sequences.len(), loaded.broken.len()), (names.len(), 0), "{folder}");
         // Boxes count from 1, but for those of VOT.
         let first = loaded.sequences[0].truth[0].as_ref().unwrap().rect().x;
-        assert_eq!(first, if format == Format::Vot { 1.0 } else { 0.0 }, "{folder}");
+        assert_eq!(first, if format.word == "vot" { 1.0 } else { 0.0 }, "{folder}");
         let entry = &suite.entries()[0];
         assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
         assert!(suite.verify(Some(root.path())).iter().all(|c| c.finding == Finding::Same), "{folder}");
@@ -76,7 +80,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
 #[test]
 fn a_changed_frame_or_truth_is_told() {
     let root = root();
-    let suite = read(&gather(&wanted("mine", Format::Lasot, "lasot"), root.path()).unwrap());
+    let suite = read(&gather(&wanted("mine", format("lasot"), "lasot"), root.path()).unwrap());
     let first = || suite.verify(Some(root.path())).swap_remove(0).finding;
     write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
     assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
@@ -93,30 +97,30 @@ fn what_cannot_become_a_suite_is_named() {
     let root = root();
     let fails = |wanted: &GatherRequest<'_>| gather(wanted, root.path()).unwrap_err().to_string();
     for (name, format, folder, words) in [
-        ("vot2014", Format::Lasot, "lasot", "built-in"),
-        ("a b", Format::Lasot, "lasot", "1 to 60 letters"),
-        ("mine", Format::Lasot, "../x", "no folder under the data root"),
-        ("mine", Format::Lasot, "/", "no folder under the data root"),
-        ("mine", Format::Lasot, "nothing", "no folder under the data root"),
-        ("mine", Format::Lasot, "otb", "no folder with groundtruth.txt"),
-        ("mine", Format::Otb, "lasot", "no folder with groundtruth_rect.txt"),
-        ("mine", Format::Cvml, "lasot", "by hand"),
-        ("mine", Format::Got10k, "lasot", "airplane-1: no .jpg or .png"),
+        ("vot2014", format("lasot"), "lasot", "built-in"),
+        ("a b", format("lasot"), "lasot", "1 to 60 letters"),
+        ("mine", format("lasot"), "../x", "no folder under the data root"),
+        ("mine", format("lasot"), "/", "no folder under the data root"),
+        ("mine", format("lasot"), "nothing", "no folder under the data root"),
+        ("mine", format("lasot"), "otb", "no folder with groundtruth.txt"),
+        ("mine", format("otb"), "lasot", "no folder with groundtruth_rect.txt"),
+        ("mine", format("cvml"), "lasot", "by hand"),
+        ("mine", format("got10k"), "lasot", "airplane-1: no .jpg or .png"),
     ] {
         let error = fails(&wanted(name, format, folder));
         assert!(error.contains(words), "{name}, {folder}: {error}");
     }
     let names = ["airplane-2".to_owned(), "kite-1".to_owned()];
-    let some = GatherRequest { only: Some(&names), ..wanted("mine", Format::Lasot, "lasot") };
+    let some = GatherRequest { only: Some(&names), ..wanted("mine", format("lasot"), "lasot") };
     assert!(fails(&some).contains("`kite-1`"));
     let one = GatherRequest { only: Some(&names[..1]), ..some };
     assert_eq!(read(&gather(&one, root.path()).unwrap()).sequence_names(), ["airplane-2"]);
     image(root.path(), "lasot/kite/airplane-1/img/00000001.png");
     write(root.path(), "lasot/kite/airplane-1/groundtruth.txt", b"1,1,2,2");
-    let twice = fails(&wanted("mine", Format::Lasot, "lasot"));
+    let twice = fails(&wanted("mine", format("lasot"), "lasot"));
     assert!(twice.contains("airplane/airplane-1") && twice.contains("kite/airplane-1"), "{twice}");
     write(root.path(), "got/GOT-10k_Val_000001/groundtruth.txt", b"1,1,2,2");
-    assert!(fails(&wanted("mine", Format::Got10k, "got")).contains("2 images, but 1 lines"));
+    assert!(fails(&wanted("mine", format("got10k"), "got")).contains("2 images, but 1 lines"));
 }
 
 // What `data add` says of the published folders is what is pinned of them.
@@ -124,7 +128,7 @@ fn what_cannot_become_a_suite_is_named() {
 #[test]
 fn real_folders_become_what_is_pinned() {
     let root = trackfail_testing::real_data();
-    for (format, folder, pinned) in [(Format::Otb, "otb", "otb-dtef20"), (Format::Vot, "vot2014", "vot2014")]
+    for (format, folder, pinned) in [(format("otb"), "otb", "otb-dtef20"), (format("vot"), "vot2014", "vot2014")]
     {
         let added = read(&gather(&wanted("mine", format, folder), &root).unwrap());
         let known = Catalog::default().suite(pinned).unwrap();

@@ -2,6 +2,10 @@ use super::*;
 use proptest::prelude::*;
 use trackfail_testing::{needs, real_data};
 
+fn format(word: &str) -> &'static FormatEntry {
+    crate::format::find(word).unwrap()
+}
+
 fn entry(line: &str) -> Entry {
     #[derive(serde::Deserialize)]
     struct One {
@@ -12,7 +16,7 @@ fn entry(line: &str) -> Entry {
 }
 
 /// A root with one folder of files, each with its name for content, and the folder's listing.
-fn listed(format: Format, names: &[&str]) -> (tempfile::TempDir, Vec<(String, String)>) {
+fn listed(format: &'static FormatEntry, names: &[&str]) -> (tempfile::TempDir, Vec<(String, String)>) {
     let root = tempfile::tempdir().unwrap();
     for name in names {
         let path = below(root.path(), &format!("a/b/{name}"));
@@ -27,8 +31,8 @@ fn listed(format: Format, names: &[&str]) -> (tempfile::TempDir, Vec<(String, St
 #[test]
 fn a_section_is_written_and_read_back() {
     let names = ["img/0003.jpg", "img/0004.jpg", "img/0006.png", "groundtruth_rect.txt", "notes.txt"];
-    let (root, files) = listed(Format::Otb, &names);
-    let text = section("a/b", root.path(), Format::Otb).unwrap();
+    let (root, files) = listed(format("otb"), &names);
+    let text = section("a/b", root.path(), format("otb")).unwrap();
     assert_eq!(
         text,
         "a/b\n groundtruth_rect.txt 1adb3141\n img/%04d.jpg 3-4\n  acc47e4dc9e133f6\n img/0006.png 81304915\n"
@@ -45,11 +49,11 @@ fn a_section_is_written_and_read_back() {
 #[test]
 fn the_first_difference_is_named() {
     let names = ["img/0001.jpg", "img/0002.jpg", "img/0003.jpg", "img/0004.jpg", "groundtruth_rect.1.txt"];
-    let (root, files) = listed(Format::Otb, &names);
+    let (root, files) = listed(format("otb"), &names);
     let entry = entry(
         r#"{ name = "x", folder = "a/b", target = 1, range = [2, 3], official = [1, 9], digest = "" }"#,
     );
-    let first = || compare(&entry, Format::Otb, root.path(), &files, |_| true);
+    let first = || compare(&entry, format("otb"), root.path(), &files, |_| true);
     let write =
         |name: &str, text: &str| std::fs::write(below(root.path(), &format!("a/b/{name}")), text).unwrap();
     assert_eq!(first(), None);
@@ -70,15 +74,15 @@ fn the_first_difference_is_named() {
 
 #[test]
 fn videos_and_labels_are_files_too() {
-    let (root, files) = listed(Format::Cvml, &["gt.xml", "clip.mpg", "readme.txt"]);
+    let (root, files) = listed(format("cvml"), &["gt.xml", "clip.mpg", "readme.txt"]);
     let clip = entry(r#"{ name = "x", folder = "a/b" }"#);
-    assert_eq!(compare(&clip, Format::Cvml, root.path(), &files, |_| true), None);
+    assert_eq!(compare(&clip, format("cvml"), root.path(), &files, |_| true), None);
     std::fs::write(root.path().join("a/b/clip.mpg"), "clip.mpG").unwrap();
-    let found = compare(&clip, Format::Cvml, root.path(), &files, |_| true).unwrap();
+    let found = compare(&clip, format("cvml"), root.path(), &files, |_| true).unwrap();
     assert!(found.starts_with("clip.mpg is another file"), "{found}");
 
-    let (root, files) = listed(Format::Vot, &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
-    let labels = |wanted| compare(&clip, Format::Vot, root.path(), &files, wanted);
+    let (root, files) = listed(format("vot"), &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
+    let labels = |wanted| compare(&clip, format("vot"), root.path(), &files, wanted);
     std::fs::write(root.path().join("a/b/00000000.jpg"), "x").unwrap();
     assert_eq!(labels(|_| true), None, "frame 0 is no part of a VOT sequence");
     std::fs::write(root.path().join("a/b/b.label"), "1").unwrap();
@@ -91,7 +95,7 @@ fn every_pinned_sequence_is_listed() {
         let suite = crate::lock::pinned_suite(name).unwrap();
         for e in suite.sequence.iter().filter(|e| e.digest.is_some()) {
             let files = read(sections()[e.folder.as_str()]);
-            let mine = files.iter().filter(|(name, _)| concerns(e, suite.format, name));
+            let mine = files.iter().filter(|(name, _)| belongs(e, suite.format, Path::new(""), name));
             let (frames, text): (Vec<_>, Vec<_>) = mine.partition(|(name, _)| is_image(Path::new(name)));
             assert_eq!(Some(frames.len()), e.frames, "{name}/{}", e.name);
             assert!(!text.is_empty(), "{name}/{}", e.name);

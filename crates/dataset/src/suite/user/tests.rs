@@ -1,5 +1,4 @@
 use super::*;
-use crate::lock::Format;
 use proptest::prelude::*;
 
 pub(in crate::suite) const USER_FILE: &str = r#"schema = 2
@@ -22,7 +21,7 @@ fn files_are_read_and_faults_are_named() {
     let read = |text: &str| parse(Path::new("user.lock"), text.as_bytes());
     let suites = read(USER_FILE).unwrap();
     assert_eq!(suites[0].title, "A \"good\" title");
-    assert_eq!(suites[0].sequence[1].format, Some(Format::Vot));
+    assert_eq!(suites[0].sequence[1].format, crate::format::find("vot"));
     assert!(read("schema = 2").unwrap().is_empty());
     for (from, to, words) in [
         ("schema = 2", "schema = 1", "schema = 1"),

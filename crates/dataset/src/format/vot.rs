@@ -14,11 +14,28 @@
 //! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
 //! are 1 in some frame.
 
-use super::files::{numbered_images, take_range};
-use super::otb::folder_name;
-use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use super::FormatEntry;
+use crate::files::{folder_name, numbered_images, take_range};
 use crate::region::Region;
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
+
+/// The entry in the list of formats.
+pub const FORMAT: FormatEntry = FormatEntry {
+    word: "vot",
+    summary: "`00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on",
+    load: |folder, options| load(folder, options.name.as_deref()),
+    parse_truth,
+    reads: |name| name == "groundtruth.txt" || is_label(name),
+    // Frame 0 is an extra file and not part of a sequence.
+    belongs: |_, _, image| image.is_none_or(|n| n > 0),
+    is_label,
+    ..FormatEntry::BASE
+};
+
+fn is_label(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|e| e == "label")
+}
 
 /// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
 ///
@@ -41,7 +58,7 @@ pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError>
     Ok(Sequence {
         name: name.map_or_else(|| folder_name(folder), String::from),
         numbering: Numbering { first: 1, official: (1, last) },
-        attributes: super::sorted(ever),
+        attributes: sorted(ever),
         truth,
         frame_attributes,
         digest: Digest::default(),

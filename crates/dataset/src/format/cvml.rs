@@ -19,39 +19,43 @@ mod parse;
 
 pub use parse::{Annotation, parse};
 
-use super::files::{image_folder, is_image, numbered_images, take_range};
-use super::otb::folder_name;
-use super::video::Video;
-use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use super::{FormatEntry, SequenceOptions};
+use crate::files::{folder_name, image_folder, is_image, numbered_images, take_range};
 use crate::region::Region;
+use crate::video::Video;
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence, text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Names that the folder of images may have; the sequence's own folder otherwise.
-pub const IMAGE_FOLDERS: [&str; 2] = ["img1", "img"];
+/// The entry in the list of formats.
+pub const FORMAT: FormatEntry = FormatEntry {
+    word: "cvml",
+    summary: "one `.xml` file of boxes of all objects, with images or a video",
+    truth_file: "annotation.xml",
+    load,
+    parse_truth,
+    image_folder: |folder| image_folder(folder, &IMAGE_FOLDERS),
+    reads: |name| Path::new(name).extension().is_some_and(|e| e == "xml") || is_video_name(name),
+    belongs: |options, _, image| match (image, options.range) {
+        (Some(n), Some((first, last))) => first <= n && n <= last,
+        _ => true,
+    },
+    takes_ranges: |folder| Ok(!is_video(folder)?),
+    absent_part,
+    find_targets: None,
+    ..FormatEntry::BASE
+};
+
+/// Names that the folder of images may have; without one, the images are in the sequence's own folder.
+const IMAGE_FOLDERS: [&str; 2] = ["img1", "img"];
 
 const ANNOTATION: &str = "annotation (.xml)";
-
-/// How a folder is to be read.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// Name of the sequence; the folder's name otherwise.
-    pub name: Option<String>,
-    /// Id of the object.
-    pub target: Option<u32>,
-    /// First and last frame used, by image numbers.
-    pub range: Option<(u32, u32)>,
-    /// First and last frame of the dataset's own range; from first to last annotated frame otherwise.
-    pub official: Option<(u32, u32)>,
-    /// Folder that the frames of videos are decoded into.
-    pub decoded: PathBuf,
-}
 
 /// Loads one sequence. Reads lists of files and the XML file; no image, no video.
 ///
 /// # Errors
 /// No or several XML files or videos, a broken annotation, an object that is not in it, a missing frame.
-pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> {
+pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
     let xml = only(folder, ANNOTATION, is_xml)?;
     let annotation = parse(&xml, &text::read(&xml)?)?;
     let Some(target) = options.target.or_else(|| annotation.longest()) else {
@@ -91,20 +95,27 @@ pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> 
     })
 }
 
-/// Whether the frames are in a video: there is one, and no folder of images.
+/// The object annotated in most frames of an annotation's bytes, from its first to its last frame.
 ///
 /// # Errors
-/// When the folder cannot be read.
-pub fn is_video(folder: &Path) -> Result<bool, DatasetError> {
+/// Text that is no annotation, or one without an object.
+fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+    let annotation = parse(path, text::decode(path, bytes)?)?;
+    let longest = annotation.longest().and_then(|id| Some((id, annotation.presence(id)?)));
+    let Some((target, (first, last))) = longest else {
+        return Err(DatasetError::content(path, "no object is annotated"));
+    };
+    Ok((first..=last).map(|n| annotation.region(target, n).map(Region::Rect)).collect())
+}
+
+/// Whether the frames are in a video: there is one, and no folder of images.
+fn is_video(folder: &Path) -> Result<bool, DatasetError> {
     let images = image_folder(folder, &IMAGE_FOLDERS);
     Ok(images == folder && names(folder)?.iter().any(|name| is_video_name(name)))
 }
 
-/// What of a sequence's two parts, annotation and frames, is not in its folder; they are downloaded apart.
-///
-/// # Errors
-/// When the folder cannot be read.
-pub fn absent(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
+/// The part of a sequence, annotation or frames, that its folder lacks; the two are downloaded apart.
+fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
     let inside = names(folder)?;
     if !inside.iter().any(|name| is_xml(name)) {
         return Ok(Some(ANNOTATION));
@@ -119,7 +130,7 @@ fn is_xml(name: &str) -> bool {
 }
 
 /// Whether the file's name is a video's.
-pub fn is_video_name(name: &str) -> bool {
+fn is_video_name(name: &str) -> bool {
     ending(name, &["mpg", "mpeg", "avi", "mp4", "mov", "mkv", "webm"])
 }
 
@@ -128,7 +139,7 @@ fn ending(name: &str, endings: &[&str]) -> bool {
     !name.starts_with('.') && endings.iter().any(|e| of_name == *e)
 }
 
-/// The names of a folder's files, sorted; names that are not UTF-8 are nobody's.
+/// The names of a folder's files, sorted; names that are not UTF-8 are left out.
 fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {

@@ -16,7 +16,7 @@
 //! by tag; its size, depth and number of boxes are limited, and entities of its own are refused, so that no
 //! document takes more memory than its own size warrants.
 
-use super::super::{DatasetError, text};
+use crate::{DatasetError, text};
 use crate::region::Rect;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};

@@ -18,11 +18,25 @@
 //! Frame attributes are `full_occlusion` and `out_of_view`; sequence attributes, those that some frame has.
 //! Either file may be missing, and its attribute is then, too. Images, lines of truth and labels must be as many.
 
-use super::files::image_folder;
-use super::labelled::{labels, one_based, sequence, truth};
-use super::{DatasetError, Sequence, text};
+use super::FormatEntry;
+use super::labels::{labels, one_based, sequence, truth};
+use crate::files::image_folder;
 use crate::region::Region;
+use crate::{DatasetError, Sequence, text};
 use std::path::Path;
+
+/// The entry in the list of formats.
+pub const FORMAT: FormatEntry = FormatEntry {
+    word: "lasot",
+    summary: "`img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion",
+    load: |folder, options| load(folder, options.name.as_deref()),
+    parse_truth: |path, bytes| parse_truth(path, bytes, &[]),
+    image_folder: |folder| image_folder(folder, &["img"]),
+    reads: |name| {
+        name == "groundtruth.txt" || name.strip_suffix(".txt").is_some_and(|label| LABELS.contains(&label))
+    },
+    ..FormatEntry::BASE
+};
 
 /// The label files, without `.txt`.
 const LABELS: [&str; 2] = ["full_occlusion", "out_of_view"];

@@ -23,12 +23,27 @@
 //! Images, lines of truth and labels must be as many. Of the test set only the first box is published, so its
 //! sequences are refused.
 
-use super::labelled::{labels, one_based, sequence, truth};
-use super::{DatasetError, Sequence, text};
+use super::FormatEntry;
+use super::labels::{labels, one_based, sequence, truth};
 use crate::region::Region;
+use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 
-/// What nothing of is covered.
+/// The entry in the list of formats.
+pub const FORMAT: FormatEntry = FormatEntry {
+    word: "got10k",
+    summary: "`00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence",
+    load: |folder, options| load(folder, options.name.as_deref()),
+    parse_truth: |path, bytes| parse_truth(path, bytes, &[]),
+    reads: |name| FILES.contains(&name),
+    ..FormatEntry::BASE
+};
+
+/// The files that are read, beside the images.
+const FILES: [&str; 5] =
+    ["groundtruth.txt", "meta_info.ini", "absence.label", "cover.label", "cut_by_image.label"];
+
+/// Level of cover of a target that is wholly visible.
 const WHOLE: u8 = 8;
 
 /// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.

@@ -1,12 +1,11 @@
-//! What layouts with label files beside the truth have in common: GOT-10k and LaSOT.
+//! Label files beside the ground truth, which GOT-10k and LaSOT have in common.
 //!
-//! A label file has one small number a frame. Where it is not there the sequence lacks that label; where it is
-//! there, it has as many entries as the truth has lines.
+//! A label file has one small number a frame, as many as the ground truth has lines. A sequence without the file
+//! lacks that label.
 
-use super::files::{numbered_images, take_range};
-use super::otb::folder_name;
-use super::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::files::{folder_name, numbered_images, take_range};
 use crate::region::Region;
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
 
 /// The entries of a label file, `0..=largest`, separated by commas, blanks or line ends; `None` without one.
@@ -100,7 +99,7 @@ pub(super) fn sequence(
     Ok(Sequence {
         name: name.map_or_else(|| folder_name(folder), String::from),
         numbering: Numbering { first: 1, official: (1, last) },
-        attributes: super::sorted(ever.chain(attributes)),
+        attributes: sorted(ever.chain(attributes)),
         truth,
         frame_attributes,
         digest: Digest::default(),
