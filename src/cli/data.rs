@@ -3,11 +3,13 @@
 
 use super::Failure;
 use super::output::{self, Format};
+use crate::dataset::format::{self, FORMATS, FormatEntry, vot};
 use crate::dataset::lock;
 use crate::dataset::suite::{self, Catalog, Finding, Suite};
-use crate::dataset::{DatasetError, Sequence, text, vot};
+use crate::dataset::{DatasetError, Sequence, text};
 use crate::engine::store;
 use clap::Subcommand;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Write};
@@ -60,8 +62,8 @@ struct AddArgs {
     /// Folder under the data root that has the sequences, up to three folders down: `lasot/test`
     folder: String,
     /// Layout of the sequences
-    #[arg(long, value_enum)]
-    format: Layout,
+    #[arg(long, value_parser = addable_formats())]
+    format: &'static FormatEntry,
     /// File with the names of the sequences to take, one a line; all that are there otherwise
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
@@ -70,29 +72,12 @@ struct AddArgs {
     title: Option<String>,
 }
 
-/// Layouts whose folders are sequences.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum Layout {
-    /// `img/0001.jpg` and `groundtruth_rect.txt`
-    Otb,
-    /// `00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on
-    Vot,
-    /// `00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence
-    #[value(name = "got10k")]
-    Got10k,
-    /// `img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion
-    Lasot,
-}
-
-impl From<Layout> for lock::Format {
-    fn from(layout: Layout) -> Self {
-        match layout {
-            Layout::Otb => Self::Otb,
-            Layout::Vot => Self::Vot,
-            Layout::Got10k => Self::Got10k,
-            Layout::Lasot => Self::Lasot,
-        }
-    }
+/// Reads the word of a format that suites can be found in.
+fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
+    let addable = FORMATS.iter().filter(|f| f.find_targets.is_some());
+    let values = addable.map(|f| PossibleValue::new(f.word).help(f.summary));
+    PossibleValuesParser::new(values)
+        .try_map(|word| format::find(&word).ok_or_else(|| format!("`{word}` is no format")))
 }
 
 /// Runs the verb.
@@ -350,7 +335,7 @@ fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Pa
     let wanted = suite::GatherRequest {
         name: &args.name,
         title: args.title.as_deref(),
-        format: args.format.into(),
+        format: args.format,
         folder: args.folder.trim_end_matches('/'),
         only: only.as_deref(),
     };

@@ -3,8 +3,9 @@
 
 use super::live::live_tracker;
 use super::{Failure, output};
+use crate::dataset::format::otb;
 use crate::dataset::frame_cache::FrameCache;
-use crate::dataset::{DatasetError, Sequence, otb};
+use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Input;
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseSource};
 use crate::engine::store;

@@ -7,7 +7,7 @@
 
 use super::Failure;
 use crate::dataset::Sequence;
-use crate::dataset::synthetic::{Layout, SUITES, Suite};
+use crate::dataset::synthetic::{RenderLayout, RenderedSuite, SUITES};
 use crate::image;
 use crate::plugin::unknown;
 use crate::region::Region;
@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let root = temporary.path().join("suite");
     fs::create_dir(&root).map_err(|e| io(&root, &e))?;
     sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), suite.layout, q))?;
-    if suite.layout == Layout::Vot {
+    if suite.layout == RenderLayout::Vot {
         let names: Vec<&str> = sequences.iter().map(|q| q.name.as_str()).collect();
         write_lines(&root.join("list.txt"), names)?;
     }
@@ -79,14 +79,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     super::output::write(&format!("{}: {count} sequences, {frames} frames in {folder}\n", suite.name))
 }
 
-fn find_suite(name: &str) -> Result<&'static Suite, Failure> {
+fn find_suite(name: &str) -> Result<&'static RenderedSuite, Failure> {
     SUITES
         .iter()
         .find(|s| s.name == name)
         .ok_or_else(|| Failure::Usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))
 }
 
-fn chosen(suite: &Suite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
+fn chosen(suite: &RenderedSuite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
     let known: Vec<&str> = suite.names().collect();
     if let Some(name) = wanted.iter().find(|n| !known.contains(&n.as_str())) {
         let what = format!("sequence of {}", suite.name);
@@ -97,29 +97,29 @@ fn chosen(suite: &Suite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
     Ok(sequences)
 }
 
-fn write_sequence(folder: &Path, layout: Layout, q: &Sequence) -> Result<(), Failure> {
+fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(), Failure> {
     let images = match layout {
-        Layout::Otb => folder.join("img"),
-        Layout::Vot => folder.to_path_buf(),
+        RenderLayout::Otb => folder.join("img"),
+        RenderLayout::Vot => folder.to_path_buf(),
     };
     fs::create_dir_all(&images).map_err(|e| io(&images, &e))?;
     (0..q.len()).into_par_iter().try_for_each(|t| {
         let number = q.number(t);
         let path = images.join(match layout {
-            Layout::Otb => format!("{number:04}.png"),
-            Layout::Vot => format!("{number:08}.png"),
+            RenderLayout::Otb => format!("{number:04}.png"),
+            RenderLayout::Vot => format!("{number:08}.png"),
         });
         let frame = q.frame(t).map_err(|e| Failure::Io(e.to_string()))?;
         let png = image::encode_png(&frame).map_err(|e| Failure::Io(e.to_string()))?;
         fs::write(&path, png).map_err(|e| io(&path, &e))
     })?;
     match layout {
-        Layout::Otb => {
+        RenderLayout::Otb => {
             let rows = q.truth.iter().map(|r| otb_line(r.as_ref()));
             write_lines(&folder.join("groundtruth_rect.txt"), rows)?;
             write_lines(&folder.join("attributes.txt"), [q.attributes.join(",")])
         }
-        Layout::Vot => {
+        RenderLayout::Vot => {
             write_lines(&folder.join("groundtruth.txt"), q.truth.iter().map(|r| vot_line(r.as_ref())))?;
             for (name, flags) in &q.frame_attributes {
                 let rows = flags.iter().map(|&f| u8::from(f).to_string());
@@ -168,7 +168,8 @@ fn io(path: &Path, e: &std::io::Error) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{content_digest, otb, synthetic, vot};
+    use crate::dataset::format::{otb, vot};
+    use crate::dataset::{content_digest, synthetic};
 
     fn args(suite: &str, dir: &Path, sequence: &str) -> Args {
         Args { suite: suite.into(), dir: dir.into(), sequences: vec![sequence.into()] }
@@ -188,14 +189,14 @@ mod tests {
     #[test]
     fn both_layouts_are_read_back_to_the_same_digest() {
         let root = tempfile::tempdir().unwrap();
-        for (suite, layout) in [("synthetic-otb", Layout::Otb), ("synthetic-vot", Layout::Vot)] {
+        for (suite, layout) in [("synthetic-otb", RenderLayout::Otb), ("synthetic-vot", RenderLayout::Vot)] {
             let q = synthetic::suite(suite).unwrap().swap_remove(0);
             let dir = root.path().join(suite);
             run(&args(suite, &dir, &q.name)).unwrap();
             let folder = dir.join(&q.name);
             let read = match layout {
-                Layout::Otb => otb::load(&folder, &otb::Options::default()).unwrap(),
-                Layout::Vot => vot::load(&folder, None).unwrap(),
+                RenderLayout::Otb => otb::load(&folder, &otb::Options::default()).unwrap(),
+                RenderLayout::Vot => vot::load(&folder, None).unwrap(),
             };
             assert_eq!(content_digest(&read).unwrap(), content_digest(&q).unwrap(), "{suite}");
         }

@@ -16,8 +16,7 @@ pub use entry::{FormatEntry, SequenceOptions};
 use serde::{Deserialize, Deserializer};
 
 /// Every format.
-pub static FORMATS: &[FormatEntry] =
-    &[otb::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
+pub static FORMATS: &[FormatEntry] = &[otb::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
 
 /// The format of a word.
 pub fn find(word: &str) -> Option<&'static FormatEntry> {

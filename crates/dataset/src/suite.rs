@@ -41,7 +41,7 @@ pub struct Suite {
 enum SuiteContent {
     BuiltIn(&'static PinnedSuite),
     User(Arc<PinnedSuite>),
-    Rendered(&'static synthetic::Suite),
+    Rendered(&'static synthetic::RenderedSuite),
 }
 
 impl Suite {

@@ -44,7 +44,9 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
     }
     let Some(find_targets) = wanted.format.find_targets else {
         let word = wanted.format.word;
-        return Err(fault(format!("write the lines of a suite of format {word} by hand, one for each object")));
+        return Err(fault(format!(
+            "write the lines of a suite of format {word} by hand, one for each object"
+        )));
     };
     let mut found = find(find_targets, &start, data_root)?;
     if let Some(names) = wanted.only {

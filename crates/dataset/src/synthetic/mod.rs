@@ -36,28 +36,28 @@ pub use scene::FRAME_ATTRIBUTES;
 /// Raised whenever a frame or a region of any sequence changes.
 pub const VERSION: u32 = 1;
 
-/// How a suite is laid out on disk.
+/// Format that `trackfail render` writes a suite in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layout {
+pub enum RenderLayout {
     /// `<Seq>/img/0001.png` and `groundtruth_rect.txt`, counted from 1.
     Otb,
     /// `<seq>/00000001.png` and `groundtruth.txt` with corners, counted from 0.
     Vot,
 }
 
-/// A suite by name.
+/// A suite of rendered sequences.
 #[derive(Debug, Clone, Copy)]
-pub struct Suite {
+pub struct RenderedSuite {
     /// Its name in experiment files.
     pub name: &'static str,
     /// One line about it.
     pub summary: &'static str,
     /// Layout that `trackfail render` writes.
-    pub layout: Layout,
+    pub layout: RenderLayout,
     plans: fn() -> &'static [scene::Plan],
 }
 
-impl Suite {
+impl RenderedSuite {
     fn plans(&self) -> &'static [scene::Plan] {
         (self.plans)()
     }
@@ -84,34 +84,34 @@ impl Suite {
 }
 
 /// Every synthetic suite.
-pub static SUITES: &[Suite] = &[
-    Suite {
+pub static SUITES: &[RenderedSuite] = &[
+    RenderedSuite {
         name: "synthetic-otb",
         summary: "20 rendered sequences with upright boxes and OTB's attributes",
-        layout: Layout::Otb,
+        layout: RenderLayout::Otb,
         plans: || otb::PLANS,
     },
-    Suite {
+    RenderedSuite {
         name: "synthetic-vot",
         summary: "9 rendered sequences with turned boxes and VOT's attributes a frame",
-        layout: Layout::Vot,
+        layout: RenderLayout::Vot,
         plans: || vot::PLANS,
     },
-    Suite {
+    RenderedSuite {
         name: "synthetic-d1",
         summary: "18 rendered targets as in surveillance: cars, people, faces (stands in for D1 of CVIU 2015)",
-        layout: Layout::Otb,
+        layout: RenderLayout::Otb,
         plans: surveillance::d1,
     },
-    Suite {
+    RenderedSuite {
         name: "synthetic-d2",
         summary: "51 rendered targets as in surveillance: cars, people, faces (stands in for D2 of CVIU 2015)",
-        layout: Layout::Otb,
+        layout: RenderLayout::Otb,
         plans: surveillance::d2,
     },
 ];
 
 /// The sequences of a suite, or `None` if there is no such suite.
 pub fn suite(name: &str) -> Option<Vec<Sequence>> {
-    SUITES.iter().find(|s| s.name == name).map(Suite::sequences)
+    SUITES.iter().find(|s| s.name == name).map(RenderedSuite::sequences)
 }

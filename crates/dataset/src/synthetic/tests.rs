@@ -10,7 +10,7 @@ fn frame(sequence: &Sequence, t: usize) -> Frame {
     sequence.frame(t).unwrap()
 }
 
-fn all() -> impl Iterator<Item = (&'static Suite, Sequence)> {
+fn all() -> impl Iterator<Item = (&'static RenderedSuite, Sequence)> {
     SUITES.iter().flat_map(|s| s.sequences().into_iter().map(move |q| (s, q)))
 }
 
@@ -66,7 +66,7 @@ fn suites_are_well_formed() {
         let f = frame(&q, 0);
         for (t, region) in q.truth.iter().enumerate() {
             let region = region.as_ref().unwrap();
-            assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == Layout::Vot);
+            assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == RenderLayout::Vot);
             // The target's centre never leaves the frame.
             let (x, y) = region.rect().center();
             let inside = (0.0..f.width() as f64).contains(&x) && (0.0..f.height() as f64).contains(&y);
@@ -145,7 +145,7 @@ fn the_truth_is_where_the_target_is() {
                 let (l, r) = (edge(|c| c.0, w, false), edge(|c| c.0, w, true));
                 let (o, u) = (edge(|c| c.1, h, false), edge(|c| c.1, h, true));
                 // Card corners stick out of an inscribed ellipse's bounds by up to a sixth.
-                let slack = if suite.layout == Layout::Otb && !plan.target.turn.is_empty() {
+                let slack = if suite.layout == RenderLayout::Otb && !plan.target.turn.is_empty() {
                     0.2 * (r - l).max(u - o)
                 } else {
                     0.0

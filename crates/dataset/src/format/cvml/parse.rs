@@ -16,8 +16,8 @@
 //! by tag; its size, depth and number of boxes are limited, and entities of its own are refused, so that no
 //! document takes more memory than its own size warrants.
 
-use crate::{DatasetError, text};
 use crate::region::Rect;
+use crate::{DatasetError, text};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::{BTreeMap, BTreeSet};

@@ -49,8 +49,12 @@ fn one_object_is_a_sequence_and_xml_frame_n_is_image_n_plus_1() {
     let Frames::Files(files) = &s.frames else { panic!("files") };
     assert!(files.len() == 4 && files[3].ends_with("img1/000004.jpg"));
 
-    let options =
-        SequenceOptions { name: Some("x".into()), target: Some(9), range: Some((3, 4)), ..SequenceOptions::default() };
+    let options = SequenceOptions {
+        name: Some("x".into()),
+        target: Some(9),
+        range: Some((3, 4)),
+        ..SequenceOptions::default()
+    };
     let s = load(dir.path(), &options).unwrap();
     assert_eq!((s.name.as_str(), s.truth), ("x", vec![rect(1.0, 0.0, 4.0, 4.0), None]));
     assert_eq!(s.numbering, Numbering { first: 3, official: (2, 3) });
@@ -68,10 +72,15 @@ fn without_a_target_the_object_with_most_boxes_is_taken() {
 
 #[test]
 fn faults_say_what_to_do() {
-    let message =
-        |dir: &tempfile::TempDir, options: &SequenceOptions| load(dir.path(), options).unwrap_err().to_string();
+    let message = |dir: &tempfile::TempDir, options: &SequenceOptions| {
+        load(dir.path(), options).unwrap_err().to_string()
+    };
     let any = SequenceOptions::default();
-    let range = |first, last| SequenceOptions { target: Some(7), range: Some((first, last)), ..SequenceOptions::default() };
+    let range = |first, last| SequenceOptions {
+        target: Some(7),
+        range: Some((first, last)),
+        ..SequenceOptions::default()
+    };
     assert!(message(&folder(TWO, &FIVE[..3]), &any).contains("frame 4 is missing"));
     assert!(message(&folder(TWO, &[]), &any).contains("no .jpg or .png"));
     assert!(message(&folder(TWO, &["b.xml"]), &any).contains("b.xml and two.xml: only one annotation"));

@@ -25,10 +25,7 @@ fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
 fn counts_from_one_in_the_file_and_from_zero_in_memory() {
     let dir = folder(1, 3, b"\xEF\xBB\xBF1,1,10,20\r\n-4\t7\t1.5\t2\r\n3 4, 5 6");
     let s = whole(&dir).unwrap();
-    assert_eq!(
-        s.truth,
-        [rect(0.0, 0.0, 10.0, 20.0), rect(-5.0, 6.0, 1.5, 2.0), rect(2.0, 3.0, 5.0, 6.0)]
-    );
+    assert_eq!(s.truth, [rect(0.0, 0.0, 10.0, 20.0), rect(-5.0, 6.0, 1.5, 2.0), rect(2.0, 3.0, 5.0, 6.0)]);
     assert_eq!(s.numbering, Numbering { first: 1, official: (1, 3) });
 }
 

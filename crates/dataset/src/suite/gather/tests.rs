@@ -128,7 +128,8 @@ fn what_cannot_become_a_suite_is_named() {
 #[test]
 fn real_folders_become_what_is_pinned() {
     let root = trackfail_testing::real_data();
-    for (format, folder, pinned) in [(format("otb"), "otb", "otb-dtef20"), (format("vot"), "vot2014", "vot2014")]
+    for (format, folder, pinned) in
+        [(format("otb"), "otb", "otb-dtef20"), (format("vot"), "vot2014", "vot2014")]
     {
         let added = read(&gather(&wanted("mine", format, folder), &root).unwrap());
         let known = Catalog::default().suite(pinned).unwrap();

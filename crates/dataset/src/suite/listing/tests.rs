@@ -81,7 +81,8 @@ fn videos_and_labels_are_files_too() {
     let found = compare(&clip, format("cvml"), root.path(), &files, |_| true).unwrap();
     assert!(found.starts_with("clip.mpg is another file"), "{found}");
 
-    let (root, files) = listed(format("vot"), &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
+    let (root, files) =
+        listed(format("vot"), &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
     let labels = |wanted| compare(&clip, format("vot"), root.path(), &files, wanted);
     std::fs::write(root.path().join("a/b/00000000.jpg"), "x").unwrap();
     assert_eq!(labels(|_| true), None, "frame 0 is no part of a VOT sequence");

@@ -1,5 +1,5 @@
 use super::super::scene;
-use super::super::{Suite, VERSION, suite as sequences};
+use super::super::{RenderedSuite, VERSION, suite as sequences};
 use super::*;
 use crate::Sequence;
 use crate::image::Frame;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 const NAMES: [&str; 2] = ["synthetic-d1", "synthetic-d2"];
 
-fn suite(name: &str) -> &'static Suite {
+fn suite(name: &str) -> &'static RenderedSuite {
     super::super::SUITES.iter().find(|s| s.name == name).unwrap()
 }
 

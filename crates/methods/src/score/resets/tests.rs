@@ -94,7 +94,7 @@ fn real_results_score_as_in_the_vot_toolkit() {
         let mut tracks = Vec::new();
         let sequences: Vec<_> = per_sequence
             .iter()
-            .map(|row| crate::dataset::vot::load(&root.join("vot2014").join(row.0), None).unwrap())
+            .map(|row| crate::dataset::format::vot::load(&root.join("vot2014").join(row.0), None).unwrap())
             .collect();
         let mut states = Vec::new();
         for q in &sequences {

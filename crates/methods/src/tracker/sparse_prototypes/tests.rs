@@ -2,7 +2,8 @@
 
 use super::super::ivt;
 use super::*;
-use crate::dataset::{Sequence, otb, synthetic};
+use crate::dataset::format::otb;
+use crate::dataset::{Sequence, synthetic};
 use crate::region::Rect;
 use crate::tracker::testing;
 use proptest::prelude::*;
