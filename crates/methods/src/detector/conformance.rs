@@ -1,6 +1,7 @@
-//! What every detector in the list must do, whatever it does.
+//! Laws that every detector in the list obeys, and with them the example of the documentation.
 
-use super::{DETECTORS, Detector, DetectorOutput, Input, Quality};
+use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation};
+use crate::plugin::Entry;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -23,7 +24,7 @@ const MORE: &[(&str, &str)] = &[
     ("random", "{ rate = 0.5 }"),
 ];
 
-/// Verdicts of each kind's example on `series()`, and the version they belong to.
+/// Digest of the output of each kind's example on `series()`, and the version it belongs to.
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("arma-forecast", 1, "457709fb4fa7690f"),
     ("naive-forecast", 1, "11a50e49e974cc48"),
@@ -40,12 +41,18 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("oracle", 1, "ada0e6855da10c22"),
 ];
 
-fn everyone() -> Vec<(&'static str, &'static str, Box<dyn Detector>)> {
-    let examples = DETECTORS.iter().map(|e| (e.kind, e.example));
+/// The list and the example of the documentation.
+fn entries() -> impl Iterator<Item = &'static Entry<dyn Detector>> {
+    DETECTORS.iter().chain([&deviation::ENTRY])
+}
+
+/// Kind, parameters and detector: every entry's example, and all of `MORE`.
+fn all_detectors() -> Vec<(&'static str, &'static str, Box<dyn Detector>)> {
+    let examples = entries().map(|e| (e.kind, e.example));
     examples
         .chain(MORE.iter().copied())
         .map(|(kind, text)| {
-            let entry = crate::plugin::find(DETECTORS, kind).unwrap_or_else(|| panic!("no detector {kind}"));
+            let entry = entries().find(|e| e.kind == kind).unwrap_or_else(|| panic!("no detector {kind}"));
             (kind, text, entry.build_from_text(text).unwrap_or_else(|e| panic!("{kind} {text}: {e}")))
         })
         .collect()
@@ -70,16 +77,16 @@ fn series() -> (Vec<f64>, Vec<f64>) {
     (signal, error)
 }
 
-fn digest(verdict: &DetectorOutput) -> String {
+fn digest(output: &DetectorOutput) -> String {
     let mut hash = Sha256::new();
-    let forecast = verdict.forecast.as_deref().unwrap_or_default();
-    for value in verdict.score.iter().chain(forecast) {
+    let forecast = output.forecast.as_deref().unwrap_or_default();
+    for value in output.score.iter().chain(forecast) {
         // NaN has many bit patterns, all of them the same answer.
         hash.update(if value.is_nan() { u64::MAX } else { value.to_bits() }.to_le_bytes());
     }
-    hash.update(verdict.alarm.iter().map(|&a| u8::from(a)).collect::<Vec<_>>());
-    hash.update(verdict.changes.iter().flatten().map(|&c| c as u8).collect::<Vec<_>>());
-    if let Some(quality) = &verdict.quality {
+    hash.update(output.alarm.iter().map(|&a| u8::from(a)).collect::<Vec<_>>());
+    hash.update(output.changes.iter().flatten().map(|&c| c as u8).collect::<Vec<_>>());
+    if let Some(quality) = &output.quality {
         hash.update(quality.condition.iter().map(|&c| c as u8).collect::<Vec<_>>());
         for check in &quality.checks {
             hash.update([check.frame as u64, check.reference as u64].map(u64::to_le_bytes).concat());
@@ -89,14 +96,14 @@ fn digest(verdict: &DetectorOutput) -> String {
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The first `frames` frames of a verdict.
-fn cut(verdict: &DetectorOutput, frames: usize) -> DetectorOutput {
+/// The first `frames` frames of an output.
+fn cut(output: &DetectorOutput, frames: usize) -> DetectorOutput {
     DetectorOutput {
-        score: verdict.score[..frames].to_vec(),
-        alarm: verdict.alarm[..frames].to_vec(),
-        forecast: verdict.forecast.as_ref().map(|f| f[..frames].to_vec()),
-        changes: verdict.changes.as_ref().map(|c| c[..frames].to_vec()),
-        quality: verdict.quality.as_ref().map(|q| Quality {
+        score: output.score[..frames].to_vec(),
+        alarm: output.alarm[..frames].to_vec(),
+        forecast: output.forecast.as_ref().map(|f| f[..frames].to_vec()),
+        changes: output.changes.as_ref().map(|c| c[..frames].to_vec()),
+        quality: output.quality.as_ref().map(|q| Quality {
             condition: q.condition[..frames].to_vec(),
             checks: q.checks.iter().filter(|c| c.frame < frames).copied().collect(),
             transitions: q.transitions.iter().filter(|t| t.0 < frames).copied().collect(),
@@ -104,21 +111,21 @@ fn cut(verdict: &DetectorOutput, frames: usize) -> DetectorOutput {
     }
 }
 
-/// Lengths, finite scores, forecasts that are finite from their beginning on.
-fn check_shape(label: &str, verdict: &DetectorOutput, frames: usize) {
-    assert_eq!(verdict.score.len(), frames, "{label}: length of score");
-    assert_eq!(verdict.alarm.len(), frames, "{label}: length of alarm");
-    assert!(verdict.score.iter().all(|v| v.is_finite()), "{label}: a score is not finite");
-    if let Some(changes) = &verdict.changes {
+/// Checks lengths, and that scores are finite, and forecasts from the first one on.
+fn check_shape(label: &str, output: &DetectorOutput, frames: usize) {
+    assert_eq!(output.score.len(), frames, "{label}: length of score");
+    assert_eq!(output.alarm.len(), frames, "{label}: length of alarm");
+    assert!(output.score.iter().all(|v| v.is_finite()), "{label}: a score is not finite");
+    if let Some(changes) = &output.changes {
         assert_eq!(changes.len(), frames, "{label}: length of changes");
         assert!(changes.iter().all(|c| (-1..=1).contains(c)), "{label}: a change is none of -1, 0, 1");
     }
-    if let Some(quality) = &verdict.quality {
+    if let Some(quality) = &output.quality {
         assert_eq!(quality.condition.len(), frames, "{label}: length of condition");
         assert!(quality.checks.is_sorted_by_key(|c| c.frame), "{label}: order of checks");
         assert!(quality.checks.iter().all(|c| c.reference <= c.frame), "{label}: a check runs forwards");
     }
-    if let Some(forecast) = &verdict.forecast {
+    if let Some(forecast) = &output.forecast {
         assert_eq!(forecast.len(), frames, "{label}: length of forecast");
         let begin = forecast.iter().position(|v| !v.is_nan()).unwrap_or(frames);
         assert!(forecast[begin..].iter().all(|v| v.is_finite()), "{label}: a forecast is not finite");
@@ -127,8 +134,8 @@ fn check_shape(label: &str, verdict: &DetectorOutput, frames: usize) {
 
 #[test]
 fn kinds_are_unique_and_described() {
-    for (i, entry) in DETECTORS.iter().enumerate() {
-        assert!(DETECTORS[..i].iter().all(|other| other.kind != entry.kind), "{} twice", entry.kind);
+    for (i, entry) in entries().enumerate() {
+        assert!(entries().take(i).all(|other| other.kind != entry.kind), "{} twice", entry.kind);
         assert!(!entry.summary.is_empty() && entry.version >= 1);
         let schema = (entry.schema)();
         assert_eq!(schema.get("additionalProperties"), Some(&serde_json::json!(false)), "{}", entry.kind);
@@ -136,9 +143,9 @@ fn kinds_are_unique_and_described() {
 }
 
 #[test]
-fn verdicts_are_as_long_as_the_signal() {
+fn outputs_are_as_long_as_the_signal() {
     let (signal, error) = series();
-    for (kind, text, detector) in everyone() {
+    for (kind, text, detector) in all_detectors() {
         let label = format!("{kind} {text}");
         for frames in [0, 1, 2, 20, 21, 120] {
             let input = Input { signal: &signal[..frames], error: &error[..frames], seed: 3, reverse: None };
@@ -154,7 +161,7 @@ fn hard_signals_give_finite_scores() {
     let spike: Vec<f64> = (0..60).map(|t| if t == 25 { 1e9 } else { 0.0 }).collect();
     let line: Vec<f64> = (0..60).map(f64::from).collect();
     let cases = [vec![0.0; 60], vec![0.04; 60], vec![-7e300; 60], alternating, tiny, spike, line];
-    for (kind, text, detector) in everyone() {
+    for (kind, text, detector) in all_detectors() {
         for signal in &cases {
             let input = Input { signal, error: &[f64::NAN; 60], seed: 3, reverse: None };
             check_shape(&format!("{kind} {text}"), &detector.detect(&input), 60);
@@ -164,20 +171,20 @@ fn hard_signals_give_finite_scores() {
 
 #[test]
 fn forecasts_of_a_constant_are_exact() {
-    for (kind, text, detector) in everyone() {
-        let verdict =
+    for (kind, text, detector) in all_detectors() {
+        let output =
             detector.detect(&Input { signal: &[0.04; 60], error: &[0.0; 60], seed: 3, reverse: None });
-        if verdict.forecast.is_some() {
-            assert!(verdict.score.iter().all(|&z| z == 0.0), "{kind} {text}");
+        if output.forecast.is_some() {
+            assert!(output.score.iter().all(|&z| z == 0.0), "{kind} {text}");
         }
     }
 }
 
 #[test]
-fn the_same_input_gives_the_same_verdict() {
+fn the_same_input_gives_the_same_output() {
     let (signal, error) = series();
     let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
-    for ((kind, text, one), (_, _, two)) in everyone().into_iter().zip(everyone()) {
+    for ((kind, text, one), (_, _, two)) in all_detectors().into_iter().zip(all_detectors()) {
         let first = digest(&one.detect(&input));
         assert_eq!(first, digest(&one.detect(&input)), "{kind} {text}: second call");
         assert_eq!(first, digest(&two.detect(&input)), "{kind} {text}: second instance");
@@ -188,7 +195,7 @@ fn the_same_input_gives_the_same_verdict() {
 fn anchors_do_not_read_the_signal() {
     let (signal, error) = series();
     let other = vec![-3.5; signal.len()];
-    for (kind, text, detector) in everyone().into_iter().filter(|d| !d.2.needs_signal()) {
+    for (kind, text, detector) in all_detectors().into_iter().filter(|d| !d.2.needs_signal()) {
         let [a, b] = [&signal, &other]
             .map(|signal| detector.detect(&Input { signal, error: &error, seed: 3, reverse: None }));
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
@@ -200,18 +207,18 @@ fn anchors_do_not_read_the_signal() {
 #[test]
 fn only_anchors_read_error_and_seed() {
     let (signal, error) = series();
-    for (kind, text, detector) in everyone().into_iter().filter(|d| d.2.needs_signal()) {
+    for (kind, text, detector) in all_detectors().into_iter().filter(|d| d.2.needs_signal()) {
         let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
         let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4, reverse: None });
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
-        // What is compared with no threshold finds its changes itself.
+        // A detector without a threshold must find its changes itself.
         assert!(detector.threshold().is_some() || a.changes.is_some(), "{kind} {text}");
     }
 }
 
 #[test]
 fn unknown_parameters_are_refused() {
-    for entry in DETECTORS {
+    for entry in entries() {
         let mut table: toml::Table = toml::from_str(&format!("v = {}", entry.example)).unwrap();
         let params = table["v"].as_table_mut().unwrap();
         params.insert("no_such_parameter".into(), toml::Value::Integer(1));
@@ -227,7 +234,7 @@ fn unknown_parameters_are_refused() {
 fn checked_parameters_make_the_same_detector() {
     let (signal, error) = series();
     let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
-    for (kind, text, detector) in everyone() {
+    for (kind, text, detector) in all_detectors() {
         let params = detector.params();
         let table = toml::Value::try_from(&params).unwrap().to_string();
         let entry = crate::plugin::find(DETECTORS, kind).unwrap();
@@ -238,15 +245,15 @@ fn checked_parameters_make_the_same_detector() {
 }
 
 #[test]
-fn golden_verdicts() {
+fn golden_outputs() {
     let (signal, error) = series();
     let got: Vec<(&str, u32, String)> = DETECTORS
         .iter()
         .map(|entry| {
             let detector = entry.build_from_text(entry.example).unwrap();
-            let verdict =
+            let output =
                 detector.detect(&Input { signal: &signal, error: &error, seed: 2016, reverse: None });
-            (entry.kind, entry.version, digest(&verdict))
+            (entry.kind, entry.version, digest(&output))
         })
         .collect();
     for (kind, version, digest) in &got {
@@ -264,7 +271,7 @@ fn golden_verdicts() {
 #[test]
 fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
     let (signal, error) = series();
-    for (kind, text, detector) in everyone() {
+    for (kind, text, detector) in all_detectors() {
         let labels = [1, 2].map(|seed| {
             digest(&detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None }))
         });
@@ -284,7 +291,7 @@ proptest! {
         let signal: Vec<f64> = pairs.iter().map(|p| p.0).collect();
         let error: Vec<f64> = pairs.iter().map(|p| p.1.min(1.0)).collect();
         let frames = (at * signal.len() as f64) as usize;
-        for (kind, text, detector) in everyone() {
+        for (kind, text, detector) in all_detectors() {
             let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None });
             let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None });
             prop_assert_eq!(digest(&cut(&whole, frames)), digest(&part), "{} {}", kind, text);

@@ -23,6 +23,10 @@ pub mod two_model_chi_square;
 
 #[cfg(test)]
 mod conformance;
+/// The example of the documentation, which has to pass what the list has to pass.
+#[cfg(test)]
+#[path = "../../../docs/examples/deviation.rs"]
+mod deviation;
 
 pub use labels::{changes, run_starts};
 pub use learning::{Example, Learner};
