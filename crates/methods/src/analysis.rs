@@ -1,5 +1,5 @@
-//! Analyses: what the tracks of one or more suites say of a signal itself, before any detector reads it, or
-//! of the trackers themselves. Numbers for claims, tables and charts come out.
+//! Analyses: from the tracks of one or more suites to numbers for claims, tables and charts. They describe a signal
+//! itself, before any detector reads it, or the trackers themselves.
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
@@ -12,6 +12,8 @@ pub mod success;
 pub mod uncertainty_model;
 
 use crate::detector::Example;
+use crate::detector::consistency::ConsistencyError;
+use crate::num::accumulation::AccumulationError;
 use crate::plugin::Entry;
 use crate::score::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -22,24 +24,24 @@ pub struct Population<'a> {
     pub suite: &'a str,
     /// Its tracks with the analysed signal: sequence by sequence, run by run.
     pub tracks: Vec<Example<'a>>,
-    /// The same tracks as regions, for an analysis that [reads](Analysis::reads) them; empty for others.
+    /// The same tracks as regions; empty unless the analysis [reads](Analysis::reads) them.
     pub trajectories: Vec<Trajectory<'a>>,
-    /// What methods took on them, for an analysis that reads the clock; empty for others.
+    /// The time that methods took on them; empty unless the analysis reads the clock.
     pub timings: Vec<processing_time::Timing>,
 }
 
-/// What an analysis looks at.
+/// Input of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
     /// One signal on all tracks.
     Signal,
     /// The regions of all tracks.
     Regions,
-    /// The clock; what it finds out differs from run to run and is not kept.
+    /// The clock; the findings differ from run to run and are not stored.
     Clock,
 }
 
-/// What an analysis found out.
+/// Result of an analysis.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Findings {
     /// Numbers by name, finite.
@@ -55,12 +57,12 @@ pub struct Findings {
 pub struct Grid {
     /// Name in the analysis.
     pub name: String,
-    /// What the first column holds.
+    /// Heading of the first column, which holds the headings of the rows.
     pub corner: String,
     /// Column headings.
     pub columns: Vec<String>,
-    /// Row headings with one value a column, empty where there is none. The only row of a table may be without
-    /// heading: those of several trackers are then shown as the rows of one table.
+    /// Row headings with one value for each column, empty where there is none. The only row of a table may have no
+    /// heading: such rows of several trackers are shown as the rows of one table.
     pub rows: Vec<(String, Vec<Option<f64>>)>,
 }
 
@@ -75,7 +77,7 @@ pub struct Chart {
     pub y: String,
     /// Whether the vertical axis is logarithmic.
     pub y_log: bool,
-    /// Curves by name: finite points from left to right. Curves without a name go by their tracker's.
+    /// Curves by name: finite points from left to right. A curve without a name gets its tracker's.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
 }
 
@@ -86,7 +88,7 @@ impl Findings {
     }
 }
 
-/// Names of what an analysis finds out.
+/// Names of the findings of an analysis.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names {
     /// Numbers.
@@ -102,27 +104,53 @@ pub trait Analysis: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
-    /// What it looks at.
+    /// What it reads.
     fn reads(&self) -> Reads {
         Reads::Signal
     }
 
-    /// Methods whose work is timed for it, and how often.
+    /// Methods that are timed for it, and the number of repeats.
     fn timed(&self) -> (&[String], usize) {
         (&[], 0)
     }
 
-    /// Fewest and most suites it takes.
+    /// Smallest and largest number of suites that it takes.
     fn suites(&self) -> (usize, usize);
 
-    /// What it finds out with so many suites.
+    /// Names of its findings, given the number of suites.
     fn names(&self, suites: usize) -> Names;
 
-    /// Finds it out.
+    /// Computes the findings.
     ///
     /// # Errors
-    /// In words, when the tracks do not allow it.
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String>;
+    /// When the tracks do not allow it.
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError>;
+}
+
+/// Why an analysis has no findings.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// There is no suite.
+    #[error("no suite")]
+    NoSuite,
+    /// There is more than one suite, or none.
+    #[error("one suite is analyzed")]
+    OneSuite,
+    /// The suite has no track.
+    #[error("there is no track to score")]
+    NoTrack,
+    /// The suite has no timed track.
+    #[error("no track was timed")]
+    NotTimed,
+    /// The consistent frames give no model.
+    #[error(transparent)]
+    Consistency(#[from] ConsistencyError),
+    /// The distribution of a sum cannot be computed.
+    #[error(transparent)]
+    Accumulation(#[from] AccumulationError),
+    /// The distributions of two suites cannot be compared.
+    #[error("sums of the two suites: {0}")]
+    Compared(#[source] AccumulationError),
 }
 
 /// Every analysis, by kind.

@@ -29,7 +29,7 @@ mod conformance;
 mod deviation;
 
 pub use labels::{changes, run_starts};
-pub use learning::{Example, Learner};
+pub use learning::{Example, LearnError, Learner};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::plugin::Entry;

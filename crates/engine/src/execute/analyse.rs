@@ -155,7 +155,7 @@ fn make(
             let tracks = seen.iter().map(|s| s.track.example(signal)).collect();
             views.push(Population { suite, tracks, trajectories: trajectories?, timings: Vec::new() });
         }
-        plugin.analyse(&views)
+        plugin.analyze(&views).map_err(|e| e.to_string())
     };
     let findings = match run_single(&context.options.limits, compute)? {
         Ok(findings) => findings,

@@ -100,7 +100,8 @@ fn make(
                 timings.push(Timing { repeat, ..time(origin, &methods)? });
             }
         }
-        plugin.analyse(&[Population { suite: &name, tracks: Vec::new(), trajectories: Vec::new(), timings }])
+        let tracks = Population { suite: &name, tracks: Vec::new(), trajectories: Vec::new(), timings };
+        plugin.analyze(&[tracks]).map_err(|e| e.to_string())
     };
     let findings = run_single(&context.options.limits, work)?;
     let suites = vec![(planned.name.clone(), planned.sequences.len())];

@@ -11,7 +11,7 @@ use crate::limits::RunLimits;
 use crate::observe::tally::Work;
 use crate::plan::{recipes, variants};
 use crate::score::Protocol;
-use crate::score::measures::{Counts, Pooled};
+use crate::score::{Counts, Pooled};
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
 use crate::store::address::{Address, Recipe};
@@ -244,7 +244,7 @@ fn instantiate(need: &Need<'_>, kept: StoredModel) -> Result<(ReadyDetector, Con
         (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
             let model: Value = serde_json::from_str(&text).map_err(|e| failed(e.to_string()))?;
             let learner = fixed.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
-            let detector = Arc::from(learner.with_model(&model).map_err(failed)?);
+            let detector = Arc::from(learner.with_model(&model).map_err(|e| failed(e.to_string()))?);
             let fixed = FixedDetector { detector, ..fixed.clone() };
             let content = Content::Learned { model, threshold: fixed.detector.threshold() };
             Ok((ReadyDetector { fixed, source: Source::Learned(need.address) }, content))
@@ -278,7 +278,7 @@ fn learn(
     let (kind, detector) = (fixed.kind, fixed.detector.clone());
     let learn = move || {
         let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
-        detector.learner().ok_or("it does not learn")?.learn(&examples)
+        detector.learner().ok_or("it does not learn")?.learn(&examples).map_err(|e| e.to_string())
     };
     let failed = |reason: String| CellError::Failed(format!("learning of {kind}: {reason}"));
     Ok(run_single(limits, learn)?.map(|model| model.to_string()).map_err(failed))
@@ -317,7 +317,7 @@ fn train(
             Ok((protocol.score)(&t.error, &verdict.alarm, &verdict.changes()).counts)
         };
         let counts: Counts = tracks.iter().map(count).sum::<Result<_, String>>()?;
-        Ok(Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() }.value(maximise))
+        Ok(maximise.value(&Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() }))
     };
     let work = move |watch: &Watchdog, out: &[Option<String>]| {
         let mut measures = Vec::with_capacity(candidates.len());
@@ -382,7 +382,7 @@ mod tests {
     use super::*;
     use crate::detector::DETECTORS;
     use crate::plan::recipes::TRAINING;
-    use crate::score::measures::Metric;
+    use crate::score::Metric;
 
     #[test]
     fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
@@ -394,7 +394,7 @@ mod tests {
         let training = Training {
             key: "below".into(),
             role: "train".into(),
-            maximise: Metric::FScore,
+            maximise: Metric::F_SCORE,
             candidates: Candidates::Listed([0.01, 0.2, 0.5, 0.9].map(candidate).to_vec()),
             example: candidate(0.01).1,
         };

@@ -93,7 +93,7 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::measures::Metric;
+    use crate::score::Metric;
     use crate::spec::table::{Side, Table};
     use std::collections::BTreeSet;
 
@@ -141,8 +141,8 @@ mod tests {
                 {
                     assert!(kinds.contains(anchor), "{name}, {}: {anchor}", table.name);
                 }
-                let beside = experiment.tables.iter().any(|t| has(t, Metric::FOverChance));
-                assert!(!has(table, Metric::FScore) || beside, "{name}, {}", table.name);
+                let beside = experiment.tables.iter().any(|t| has(t, Metric::F_OVER_CHANCE));
+                assert!(!has(table, Metric::F_SCORE) || beside, "{name}, {}", table.name);
             }
         }
     }

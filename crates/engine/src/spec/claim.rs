@@ -15,7 +15,7 @@ use super::error::{Source, SpecError};
 use super::table::{Made, Words};
 use super::wire;
 use crate::plugin::unknown;
-use crate::score::measures::Metric;
+use crate::score::Metric;
 
 /// A checked conclusion.
 #[derive(Debug, Clone, PartialEq)]
@@ -370,7 +370,7 @@ mod tests {
         let expression = parse(text, &words()).unwrap();
         let claim = Claim { text: String::new(), predicate: text.into(), required: false, expression };
         let subject = |r: &Reference| match &r.quantity {
-            Quantity::Metric(Metric::Recall, method) => method.clone(),
+            Quantity::Metric(metric, method) if *metric == Metric::RECALL => method.clone(),
             Quantity::Metric(..) => String::new(),
             Quantity::Finding(made) => made.to_string(),
         };

@@ -11,7 +11,7 @@ pub use panel::Panel;
 use super::error::{Source, SpecError};
 use super::table::{Made, Words, check_file_name, grid_axis, metric, read_methods};
 use super::wire;
-use crate::score::measures::Metric;
+use crate::score::Metric;
 use panel::read_panel;
 use std::ops::Range;
 use toml::Spanned;

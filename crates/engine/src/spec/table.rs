@@ -6,7 +6,7 @@ use super::error::{Source, SpecError};
 use super::wire;
 use crate::analysis::Names;
 use crate::direction::Direction;
-use crate::score::measures::Metric;
+use crate::score::Metric;
 pub use published::read_published;
 use toml::Spanned;
 
@@ -221,7 +221,7 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
             let span = wire.metric.as_ref().map_or(wire_rows.span(), Spanned::span);
             return Err(source.error(span, "`metric` is for tables whose rows are a grid axis"));
         }
-        (_, shown) => Some(shown.unwrap_or(Metric::FScore)),
+        (_, shown) => Some(shown.unwrap_or(Metric::F_SCORE)),
     };
     let attribute = [&rows, &columns].contains(&&Side::Attribute);
     let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { shown.as_slice() };

@@ -13,9 +13,9 @@
 //! | table `deviations` | text | sum over all lengths and rates of the absolute difference from the empirical cut value (the paper: 34.75 and 86.15; its grid is not stated) |
 
 use super::uncertainty_model::is_ascending;
-use super::{Analysis, Chart, Findings, Grid, Names, Population};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_sums};
-use crate::num::accumulation::{self, Accumulated};
+use crate::num::accumulation::{self, Accumulated, AccumulationError};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -153,21 +153,20 @@ impl Analysis for CutValues {
         names
     }
 
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
-        let [population] = populations else { return Err("one suite is analysed".to_string()) };
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let [population] = populations else { return Err(AnalysisError::OneSuite) };
         let p = &self.0;
-        let how = Fitting::usual(p.tau, p.max_components);
+        let how = Fitting::by_bic(p.tau, p.max_components);
         let model = consistency::fit(&population.tracks, &how)?.model;
-        let sum = |length: usize| -> Result<Sum, String> {
+        let sum = |length: usize| -> Result<Sum, AccumulationError> {
             let sums = population.tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length));
             let mut empirical: Vec<f64> = sums.collect();
             empirical.sort_by(f64::total_cmp);
             let convolved = Accumulated::of_mixture(&model.mixture, length, &accumulation::Grid::default());
-            let convolved = convolved.map_err(|e| e.to_string())?;
-            Ok(Sum { length, empirical, convolved, mean: model.mean, variance: model.variance })
+            Ok(Sum { length, empirical, convolved: convolved?, mean: model.mean, variance: model.variance })
         };
         let lengths: BTreeSet<usize> = p.lengths.iter().chain(&p.shown_lengths).copied().collect();
-        let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, String>>()?;
+        let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, AccumulationError>>()?;
         let mut findings = Findings::default();
         self.tables(sums.iter().filter(|sum| p.lengths.contains(&sum.length)), &mut findings);
         let shown = sums.iter().filter(|sum| p.shown_lengths.contains(&sum.length));

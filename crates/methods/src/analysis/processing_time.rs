@@ -17,7 +17,7 @@
 //! These are the only results with a clock in them: they differ from run to run and are never kept for the
 //! next one. `reverse runs` and `reverse frames` beside them are counts, per 1000 frames, and do not.
 
-use super::{Analysis, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -120,11 +120,11 @@ impl Analysis for ProcessingTime {
         Names { numbers, tables: vec!["stages".to_string()], charts: Vec::new() }
     }
 
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
         let timings = populations.first().map_or(&[][..], |p| &p.timings);
         let methods = self.0.methods.len();
         if timings.is_empty() || timings.iter().any(|t| t.methods.len() != methods) {
-            return Err("no track was timed".to_string());
+            return Err(AnalysisError::NotTimed);
         }
         // Sums over the tracks of each repeat, in milliseconds a frame.
         let a_frame = |seconds: &dyn Fn(&Timing) -> f64| -> Vec<f64> {
@@ -199,7 +199,7 @@ mod tests {
             .collect();
         let analysis = ENTRY.build_from_text(ENTRY.example).unwrap();
         let population = Population { suite: "s", tracks: vec![], trajectories: vec![], timings };
-        let found = analysis.analyse(&[population]).unwrap();
+        let found = analysis.analyze(&[population]).unwrap();
         let of = |name: &str| found.tables[0].rows.iter().find(|r| r.0 == name).unwrap().1.clone();
         let close = |name: &str, expected: [f64; 2]| {
             for (got, expected) in of(name).into_iter().zip(expected) {

@@ -8,9 +8,10 @@
 //! Tables: `overall`, `sequences`, `attributes`. Charts: `accuracy-robustness`, a point a tracker, with
 //! `robustness = exp(-S failures / frames)`, the chance to get through S frames; `expected-overlap`, E(N).
 
-use super::{Analysis, Chart, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::Areas;
+use crate::score::TrackerMetric;
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
 use crate::score::trajectory::{Trajectory, mean};
 use crate::tracker::Status;
@@ -70,6 +71,17 @@ impl Resets {
     }
 }
 
+/// The numbers of the analysis, and the columns of `overall`.
+const OVERALL: [TrackerMetric; 4] = [
+    TrackerMetric::ACCURACY,
+    TrackerMetric::ACCURACY_OF_SEQUENCES,
+    TrackerMetric::FAILURES,
+    TrackerMetric::EAO,
+];
+
+/// The columns of `sequences` and `attributes`.
+const PARTS: [TrackerMetric; 2] = [TrackerMetric::ACCURACY, TrackerMetric::FAILURES];
+
 /// Means of a sequence's runs.
 struct OfSequence<'a> {
     name: &'a str,
@@ -94,13 +106,13 @@ impl Analysis for Resets {
     fn names(&self, _: usize) -> Names {
         let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
         Names {
-            numbers: words(&["accuracy", "accuracy_of_sequences", "failures", "eao"]),
+            numbers: OVERALL.map(|m| m.name.to_string()).into(),
             tables: words(&["overall", "sequences", "attributes"]),
             charts: words(&["accuracy-robustness", "expected-overlap"]),
         }
     }
 
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
         let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
         let rules = self.rules();
         let tracks: Vec<(Trajectory<'_>, Measured)> =
@@ -113,26 +125,21 @@ impl Analysis for Resets {
                 sequences.push(OfSequence { name, accuracy, failures, frames });
             }
         }
-        let plain = mean(sequences.iter().map(|s| s.accuracy)).ok_or("there is no track to score")?;
+        let plain = mean(sequences.iter().map(|s| s.accuracy)).ok_or(AnalysisError::NoTrack)?;
         let frames: f64 = sequences.iter().map(|s| s.frames).sum();
         let accuracy = sequences.iter().map(|s| s.accuracy * s.frames).sum::<f64>() / frames;
         let failures: f64 = sequences.iter().map(|s| s.failures).sum();
         let curve = expected_overlap(&tracks);
         let eao = expected_average_overlap(&curve, self.0.low, self.0.high);
-        let mut numbers = vec![
-            ("accuracy".to_string(), accuracy),
-            ("accuracy_of_sequences".to_string(), plain),
-            ("failures".to_string(), failures),
-        ];
-        numbers.extend(eao.map(|eao| ("eao".to_string(), eao)));
-        let grid = |name: &str, corner: &str, columns: &[&str], rows| Grid {
+        let overall = [Some(accuracy), Some(plain), Some(failures), eao];
+        let numbers = OVERALL.iter().zip(overall).filter_map(|(m, value)| Some((m.name.to_string(), value?)));
+        let grid = |name: &str, corner: &str, columns: &[TrackerMetric], rows| Grid {
             name: name.into(),
             corner: corner.into(),
-            columns: columns.iter().map(ToString::to_string).collect(),
+            columns: columns.iter().map(|m| m.heading.to_string()).collect(),
             rows,
         };
         let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
-        let overall = vec![Some(accuracy), Some(plain), Some(failures), eao];
         let robustness = (-self.0.sensitivity * failures / frames).exp();
         let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
         let chart = |name: &str, x: &str, y: &str, curve: (String, Vec<(f64, f64)>)| Chart {
@@ -145,21 +152,11 @@ impl Analysis for Resets {
         let robustness_axis = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
         let eao_name = eao.map_or_else(String::new, |eao| format!("[{eao:.3}]"));
         Ok(Findings {
-            numbers,
+            numbers: numbers.collect(),
             tables: vec![
-                grid(
-                    "overall",
-                    "tracker",
-                    &["accuracy", "accuracy (sequences)", "failures", "EAO"],
-                    vec![(String::new(), overall)],
-                ),
-                grid(
-                    "sequences",
-                    "sequence",
-                    &["accuracy", "failures"],
-                    sequences.iter().map(of_sequence).collect(),
-                ),
-                grid("attributes", "attribute", &["accuracy", "failures"], attributes(&tracks)),
+                grid("overall", "tracker", &OVERALL, vec![(String::new(), overall.to_vec())]),
+                grid("sequences", "sequence", &PARTS, sequences.iter().map(of_sequence).collect()),
+                grid("attributes", "attribute", &PARTS, attributes(&tracks)),
             ],
             charts: vec![
                 chart(
@@ -225,7 +222,7 @@ mod tests {
             trajectory(1, &[RunContext, Tracked, Failed, Skipped]),
         ];
         let population = Population { suite: "s", tracks: Vec::new(), trajectories, timings: vec![] };
-        let findings = resets.analyse(&[population]).unwrap();
+        let findings = resets.analyze(&[population]).unwrap();
         let rows = &findings.tables[2].rows;
         assert_eq!(rows.len(), 1);
         assert!((rows[0].1[0].unwrap() - (1.0 / 3.0 + 1.0) / 2.0).abs() < 1e-12);

@@ -8,8 +8,9 @@
 //! (share of frames over the overlap threshold), `precision` (over the error threshold in pixels); their legends
 //! hold the AUC and the precision at 20 pixels.
 
-use super::{Analysis, Chart, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
 use crate::plugin::{Entry, ParamError, read_params, show_params, unknown};
+use crate::score::TrackerMetric;
 use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,14 @@ impl Success {
     }
 }
 
+/// The numbers of the analysis, and the columns of its tables.
+const NUMBERS: [TrackerMetric; 2] = [TrackerMetric::SUCCESS_AUC, TrackerMetric::PRECISION_20];
+
+/// The values of [`NUMBERS`].
+fn numbers(curves: &Curves) -> [f64; 2] {
+    [curves.auc(), curves.precision_at_20()]
+}
+
 /// The means of a sequence's runs.
 struct OfSequence<'a> {
     name: &'a str,
@@ -78,13 +87,13 @@ impl Analysis for Success {
     fn names(&self, _: usize) -> Names {
         let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
         Names {
-            numbers: words(&["success_auc", "precision_20"]),
+            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
             tables: words(&["overall", "sequences", "attributes"]),
             charts: words(&["success", "precision"]),
         }
     }
 
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
         let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
         let mut sequences: Vec<OfSequence<'_>> = Vec::new();
         for runs in trajectories.chunk_by(|a, b| a.sequence == b.sequence) {
@@ -94,12 +103,12 @@ impl Analysis for Success {
                 sequences.push(OfSequence { name, attributes, curves });
             }
         }
-        let all = Curves::mean(sequences.iter().map(|s| &s.curves)).ok_or("there is no track to score")?;
-        let values = |c: &Curves| vec![Some(c.auc()), Some(c.precision_at_20())];
+        let all = Curves::mean(sequences.iter().map(|s| &s.curves)).ok_or(AnalysisError::NoTrack)?;
+        let values = |c: &Curves| numbers(c).map(Some).to_vec();
         let table = |name: &str, corner: &str, rows| Grid {
             name: name.into(),
             corner: corner.into(),
-            columns: ["success AUC", "precision@20"].map(String::from).into(),
+            columns: NUMBERS.map(|m| m.heading.to_string()).into(),
             rows,
         };
         let attributes: BTreeSet<&String> = sequences.iter().flat_map(|s| s.attributes).collect();
@@ -119,7 +128,7 @@ impl Analysis for Success {
         let errors = (0..success::ERRORS).map(|e| (e as f64, all.precision[e])).collect();
         let rows = sequences.iter().map(|s| (s.name.to_string(), values(&s.curves))).collect();
         Ok(Findings {
-            numbers: vec![("success_auc".into(), all.auc()), ("precision_20".into(), all.precision_at_20())],
+            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers(&all)).collect(),
             tables: vec![
                 table("overall", "tracker", vec![(String::new(), values(&all))]),
                 table("sequences", "sequence", rows),

@@ -21,7 +21,7 @@
 //! no value there. The Kolmogorov-Smirnov distance is that of the samples to the fitted distribution; the
 //! paper calls it two-sample.
 
-use super::{Analysis, Chart, Findings, Grid, Names, Population};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitted, Fitting, consistent_changes};
 use crate::num::accumulation::{self, Accumulated, AccumulationError};
 use crate::num::distribution::{self, Family};
@@ -152,9 +152,9 @@ impl Analysis for UncertaintyModel {
         names
     }
 
-    fn analyse(&self, populations: &[Population<'_>]) -> Result<Findings, String> {
-        let Some(modelled) = populations.first() else { return Err("no suite".to_string()) };
-        let how = Fitting::usual(self.0.tau, self.0.max_components);
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let Some(modelled) = populations.first() else { return Err(AnalysisError::NoSuite) };
+        let how = Fitting::by_bic(self.0.tau, self.0.max_components);
         let fitted = consistency::fit(&modelled.tracks, &how)?;
         let mut findings = Findings::default();
         self.model(modelled, &fitted, &mut findings);
@@ -318,7 +318,7 @@ impl UncertaintyModel {
         first: &Population<'_>,
         second: &Population<'_>,
         findings: &mut Findings,
-    ) -> Result<(), String> {
+    ) -> Result<(), AnalysisError> {
         let grid = accumulation::Grid::default();
         let one = |a: &[f64], b: &[f64], length: usize| {
             let sum = |samples: &[f64]| Accumulated::from_samples(samples, length, &grid);
@@ -338,7 +338,7 @@ impl UncertaintyModel {
             self.0.lengths.iter().map(|length| one(a, b, *length).map(Some)).collect()
         };
         let values = samples.par_iter().map(of_tau).collect::<Result<Vec<_>, _>>();
-        let values = values.map_err(|e| format!("sums of the two suites: {e}"))?;
+        let values = values.map_err(AnalysisError::Compared)?;
         let columns: Vec<String> = self.0.lengths.iter().map(|l| format!("L = {l}")).collect();
         type Pick = fn(&(f64, f64)) -> f64;
         let parts: [(&str, &str, Pick); 2] = [

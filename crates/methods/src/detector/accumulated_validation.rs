@@ -22,7 +22,7 @@
 //! tracks over windows whose frames are all consistent: the two that the paper compares it with.
 
 use super::consistency::{self, ConsistencyModel, Fitting};
-use super::{Detector, DetectorOutput, Example, Input, Learner};
+use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
 use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
 use crate::num::gamma_mixture::FitOptions;
 use crate::num::gamma_mixture::select::Criterion;
@@ -40,7 +40,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// How the distribution of the sum is had from that of one value.
+/// How the distribution of the sum is computed from that of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Approximation {
@@ -62,7 +62,7 @@ pub struct Params {
     pub length: usize,
     /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
     pub alpha: f64,
-    /// The threshold itself; nothing is learned then.
+    /// The threshold itself; with it nothing is learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
     /// Role of the suite to learn from.
@@ -70,14 +70,14 @@ pub struct Params {
     pub train: Option<String>,
     /// Error below which a frame is consistent, above 0 and at most 1.
     pub tau: f64,
-    /// Order of the mixture; chosen by `criterion` where it is left out.
+    /// Order of the mixture, 1 to 20; chosen by `criterion` when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<usize>,
     /// Largest order that is tried, 1 to 20.
     pub max_components: usize,
     /// What chooses the order: `aic` (dAIC) or `bic` (dBIC).
     pub criterion: Criterion,
-    /// How the distribution of the sum is had.
+    /// How the distribution of the sum is computed.
     pub approximation: Approximation,
 }
 
@@ -97,10 +97,10 @@ impl Default for Params {
     }
 }
 
-/// Numbers that `sampled` draws.
+/// Number of values that `sampled` draws.
 const DRAWN: usize = 1_000_000;
 
-/// The detector; silent until it has a threshold.
+/// The detector; without alarms until it has a threshold.
 #[derive(Debug, Clone)]
 pub struct AccumulatedValidation {
     params: Params,
@@ -144,23 +144,23 @@ impl AccumulatedValidation {
         }
     }
 
-    /// Itself with a model that it learned.
+    /// This detector with the threshold that follows from a model which it learned.
     ///
     /// # Errors
-    /// In words, when it is no such model.
-    pub(super) fn ready(&self, model: &Value) -> Result<Self, String> {
-        let model = Learned::deserialize(model).map_err(|e| format!("no model of consistency: {e}"))?;
+    /// When the model is not of this learner.
+    pub(super) fn ready(&self, model: &Value) -> Result<Self, LearnError> {
+        let model = Learned::deserialize(model).map_err(LearnError::Read)?;
         let beta = self.cut(&model)?;
         Ok(Self { params: self.params.clone(), beta: Some(beta) })
     }
 
-    fn cut(&self, model: &Learned) -> Result<f64, String> {
+    /// The cut value beta of a model.
+    fn cut(&self, model: &Learned) -> Result<f64, LearnError> {
         let Params { length, alpha, approximation, .. } = self.params;
         let grid = Grid::default();
         let m = &model.consistency;
-        let convolved = |sum: Result<Accumulated, AccumulationError>| {
-            sum.and_then(|sum| sum.upper_quantile(alpha)).map_err(|e| e.to_string())
-        };
+        let convolved =
+            |sum: Result<Accumulated, AccumulationError>| Ok(sum.and_then(|sum| sum.upper_quantile(alpha))?);
         match approximation {
             Approximation::Convolution => convolved(Accumulated::of_mixture(&m.mixture, length, &grid)),
             Approximation::Sampled => {
@@ -171,13 +171,13 @@ impl AccumulatedValidation {
             Approximation::Normal => Ok(accumulation::clt_quantile(m.mean, m.variance, length, alpha)),
             Approximation::Empirical => {
                 let known = model.empirical.filter(|e| e.length == length && e.alpha == alpha);
-                known.map(|e| e.beta).ok_or_else(|| "a model of another length or rate".to_string())
+                known.map(|e| e.beta).ok_or(LearnError::OtherModel)
             }
         }
     }
 }
 
-/// What is learned.
+/// The model that is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Learned {
@@ -214,7 +214,7 @@ impl Learner for AccumulatedValidation {
         params
     }
 
-    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, String> {
+    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
         let p = &self.params;
         let how = Fitting {
             tau: p.tau,
@@ -230,15 +230,15 @@ impl Learner for AccumulatedValidation {
                 let mut sums: Vec<f64> = sums.collect();
                 sums.sort_by(f64::total_cmp);
                 let beta = accumulation::empirical_quantile(&sums, 1.0 - p.alpha);
-                let beta = beta.ok_or_else(|| format!("no window of {} consistent frames", p.length))?;
+                let beta = beta.ok_or(LearnError::NoWindow(p.length))?;
                 Some(EmpiricalCut { length: p.length, alpha: p.alpha, beta })
             }
             _ => None,
         };
-        serde_json::to_value(Learned { consistency, empirical }).map_err(|e| e.to_string())
+        serde_json::to_value(Learned { consistency, empirical }).map_err(LearnError::Write)
     }
 
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, String> {
+    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
         Ok(Box::new(self.ready(model)?))
     }
 }
@@ -280,10 +280,10 @@ mod tests {
     #[test]
     fn the_sum_of_the_last_values_is_compared() {
         let detector = built("{ length = 2, beta = 5.0 }");
-        let verdict =
+        let output =
             detector.detect(&Input { signal: &[1.0, 2.0, 3.0, 4.0], error: &[], seed: 0, reverse: None });
-        assert_eq!(verdict.score, [1.0, 3.0, 5.0, 7.0]);
-        assert_eq!(verdict.alarm, [false, false, false, true]);
+        assert_eq!(output.score, [1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(output.alarm, [false, false, false, true]);
         assert_eq!(detector.threshold(), Some(5.0));
     }
 
@@ -340,9 +340,9 @@ mod tests {
         let (model, ready) = learned("length = 5");
         let alarm = alarms(&*ready, &signal);
         let share = |frames: std::ops::Range<usize>| {
-            let mine: Vec<bool> =
+            let chosen: Vec<bool> =
                 (0..error.len()).filter(|t| frames.contains(&(t % 400))).map(|t| alarm[t]).collect();
-            mine.iter().filter(|a| **a).count() as f64 / mine.len() as f64
+            chosen.iter().filter(|a| **a).count() as f64 / chosen.len() as f64
         };
         // Lost in frames 0..40 of every 400; the window has forgotten that 5 frames later.
         assert!(share(4..40) > 0.9 && share(45..400) < 0.01, "{} {}", share(4..40), share(45..400));
@@ -357,7 +357,7 @@ mod tests {
         let (signal, error) = (vec![0.25; 200], vec![0.1; 200]);
         let detector = built("{ length = 10, train = \"t\" }");
         let learner = detector.learner().unwrap();
-        // Equal samples have no mixture: an error in words, no threshold.
+        // Equal samples have no mixture: an error, and no threshold.
         assert!(learner.learn(&[Example { signal: &signal, error: &error }]).is_err());
         assert!(!alarms(&*detector, &signal).contains(&true));
         assert!(!alarms(&*learned("length = 10").1, &[0.0; 300]).contains(&true));

@@ -28,7 +28,7 @@
 use super::accumulated_validation::{self as avu, AccumulatedValidation};
 use super::track_quality::Rules;
 use super::track_quality::machine::{Event, Events};
-use super::{Detector, DetectorOutput, Example, Input, Learner};
+use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -157,17 +157,17 @@ impl Learner for ArteStar {
         Learner::params(&self.validation)
     }
 
-    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, String> {
+    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
         self.validation.learn(examples)
     }
 
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, String> {
+    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
         let validation = self.validation.ready(model)?;
         let whole = match self.params.beta_2 {
             Second::Half => validation.threshold(),
             Second::HalfOfOne => {
-                let one = AccumulatedValidation::new(validation_params(&self.params, 1));
-                one.map_err(|e| e.to_string())?.ready(model)?.threshold()
+                let one = AccumulatedValidation::new(validation_params(&self.params, 1))?;
+                one.ready(model)?.threshold()
             }
         };
         Ok(Box::new(Self { validation, beta_2: whole.map(|beta| beta / 2.0), ..self.clone() }))

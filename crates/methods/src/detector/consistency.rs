@@ -1,31 +1,35 @@
 //! The model of a consistent filter: which values of c_t count as consistent, and the mixture of Gammas
 //! fitted to them (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 12-15, 18 and 24).
 //!
-//! A frame is consistent when its tracking error is below `tau` (Eq. 24). Frames without ground truth are
-//! left out. So are the frames at the start of a track in which c_t is exactly 0 because there is no
-//! reference yet: they say nothing of the filter.
+//! ```text
+//! consistent frames C = {t : e[t] < tau}           Eq. 24        p_1 = mixture of Gammas fitted to c[t], t in C
+//! ```
+//!
+//! `e` is the tracking error in `[0, 1]`, `c` the change signal c_t, without unit; `t` is a 0-based frame. Frames
+//! without ground truth are left out, and so are the frames at the start of a track in which c_t is exactly 0
+//! because it has no reference yet.
 
 use super::{DetectorOutput, Example};
 use crate::num::accumulation::sums;
 use crate::num::gamma_mixture::select::{self, Criterion, MAX_PENALTY_WEIGHT};
-use crate::num::gamma_mixture::{Binned, Clipped, Fit, FitError, FitOptions, Mixture, fit_all};
+use crate::num::gamma_mixture::{Binned, Clipped, Fit, FitError, FitOptions, Mixture, SampleError, fit_all};
 use serde::{Deserialize, Serialize};
 
-/// Number of frames at the start of a track in which c_t is exactly 0, because there is no reference yet.
+/// Number of frames at the start of a track in which c_t is exactly 0, because it has no reference yet.
 pub fn undefined_frames(signal: &[f64]) -> usize {
     signal.iter().position(|c| *c != 0.0).unwrap_or(signal.len())
 }
 
-/// A verdict on the frames in which c_t is defined, silent in those before.
+/// Detects on the frames in which c_t is defined; the frames before them score 0 and have no alarm.
 pub fn on_defined_frames(signal: &[f64], detect: impl Fn(&[f64]) -> DetectorOutput) -> DetectorOutput {
     let undefined = undefined_frames(signal);
-    let mut verdict = detect(&signal[undefined..]);
-    verdict.score.splice(0..0, std::iter::repeat_n(0.0, undefined));
-    verdict.alarm.splice(0..0, std::iter::repeat_n(false, undefined));
-    if let Some(changes) = &mut verdict.changes {
+    let mut output = detect(&signal[undefined..]);
+    output.score.splice(0..0, std::iter::repeat_n(0.0, undefined));
+    output.alarm.splice(0..0, std::iter::repeat_n(false, undefined));
+    if let Some(changes) = &mut output.changes {
         changes.splice(0..0, std::iter::repeat_n(0, undefined));
     }
-    verdict
+    output
 }
 
 /// Values of c_t in the consistent frames of a track.
@@ -36,7 +40,7 @@ pub fn consistent_changes<'a>(example: &Example<'a>, tau: f64) -> impl Iterator<
     frames.filter(move |(_, e)| **e < tau).map(|(c, _)| *c)
 }
 
-/// Sums of `length` values of c_t that end in consistent frames of a track and cover such frames alone.
+/// Sums of `length` successive values of c_t, all of them of consistent frames of a track.
 pub fn consistent_sums(example: &Example<'_>, tau: f64, length: usize) -> Vec<f64> {
     let (signal, error) = (example.signal, example.error);
     let first = undefined_frames(signal);
@@ -52,17 +56,17 @@ pub fn consistent_sums(example: &Example<'_>, tau: f64, length: usize) -> Vec<f6
     ends
 }
 
-/// One order that was tried.
+/// One order of the mixture that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Order {
     /// Number of components.
     pub components: usize,
-    /// Its largest log-likelihood.
+    /// Largest log-likelihood of a mixture of this order.
     pub log_likelihood: f64,
-    /// For how many weights of the penalty dAIC chooses it.
+    /// Number of weights of the penalty for which dAIC chooses it.
     pub wins_daic: usize,
-    /// For how many dBIC does.
+    /// Number of weights of the penalty for which dBIC chooses it.
     pub wins_dbic: usize,
 }
 
@@ -70,11 +74,11 @@ pub struct Order {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConsistencyModel {
-    /// Error below which a frame was consistent.
+    /// Error below which a frame counts as consistent.
     pub tau: f64,
-    /// Number of values it was learned from.
+    /// Number of values that it was learned from.
     pub samples: u64,
-    /// Values that were raised to the floor, and those beyond the last cell.
+    /// Numbers of values that were raised to the floor, and of values beyond the last cell.
     pub clipped: Clipped,
     /// Mean of the values.
     pub mean: f64,
@@ -84,18 +88,18 @@ pub struct ConsistencyModel {
     pub orders: Vec<Order>,
     /// The order that dAIC chooses most often, orders of one component left out; 1 where there is no other.
     pub order_daic: usize,
-    /// The same of dBIC.
+    /// The same for dBIC.
     pub order_dbic: usize,
     /// The mixture of the chosen order, p_1.
     pub mixture: Mixture,
 }
 
-/// What a model is fitted with.
+/// Settings of a fit.
 #[derive(Debug, Clone)]
 pub struct Fitting {
     /// Error below which a frame is consistent.
     pub tau: f64,
-    /// The order, where it is given and not chosen.
+    /// Order of the mixture, where it is given and not chosen.
     pub components: Option<usize>,
     /// Largest order that is tried.
     pub max_components: usize,
@@ -106,49 +110,68 @@ pub struct Fitting {
 }
 
 impl Fitting {
-    /// The order by dBIC, and mixtures as they are usually fitted.
-    pub fn usual(tau: f64, max_components: usize) -> Self {
+    /// Chooses the order by dBIC and fits mixtures with the default options.
+    pub fn by_bic(tau: f64, max_components: usize) -> Self {
         let options = FitOptions::default();
         Self { tau, components: None, max_components, criterion: Criterion::Bic, options }
     }
 }
 
-/// A model with everything it was chosen from.
+/// A model, and the fits that it was chosen from.
 pub struct Fitted {
     /// The model.
     pub model: ConsistencyModel,
     /// The fits of all orders.
     pub fits: Vec<Fit>,
-    /// Which order dAIC chooses for each weight of the penalty.
+    /// Order that dAIC chooses for each weight of the penalty.
     pub daic: Vec<usize>,
-    /// Which dBIC does.
+    /// Order that dBIC chooses for each weight of the penalty.
     pub dbic: Vec<usize>,
 }
 
-/// Fits a model to tracks.
+/// Why there is no model of consistency.
+#[derive(Debug, thiserror::Error)]
+pub enum ConsistencyError {
+    /// A value of c_t is negative, not finite or too large.
+    #[error("c_t of the training tracks: {0}")]
+    Sample(#[source] SampleError),
+    /// The values cannot be fitted, usually because there are too few.
+    #[error("a mixture of Gammas for errors below {tau}: {source}")]
+    Mixture {
+        /// Error below which a frame counts as consistent.
+        tau: f64,
+        /// What the fit says.
+        source: FitError,
+    },
+    /// The order that is asked for was not fitted.
+    #[error("no mixture of {0} components")]
+    Order(usize),
+}
+
+/// Fits a model to the consistent frames of tracks.
 ///
 /// # Errors
-/// In words, when there are no values to fit it to.
-pub fn fit(examples: &[Example<'_>], how: &Fitting) -> Result<Fitted, String> {
+/// See [`ConsistencyError`].
+pub fn fit(examples: &[Example<'_>], how: &Fitting) -> Result<Fitted, ConsistencyError> {
     let mut binned = Binned::default();
     let (mut sum, mut n) = (0.0, 0.0);
     for c in examples.iter().flat_map(|e| consistent_changes(e, how.tau)) {
-        binned.add(c).map_err(|e| format!("c_t of the training tracks: {e}"))?;
+        binned.add(c).map_err(ConsistencyError::Sample)?;
         (sum, n) = (sum + c, n + 1.0);
     }
     let mean = sum / n;
     let squares = examples.iter().flat_map(|e| consistent_changes(e, how.tau)).map(|c| (c - mean).powi(2));
     let variance = squares.sum::<f64>() / n;
-    let asked = how.components.unwrap_or(how.max_components);
-    let mut fits = fit_all(&binned, asked, &how.options);
+    let most = how.components.unwrap_or(how.max_components);
+    let mut fits = fit_all(&binned, most, &how.options);
     // Few samples carry few components.
-    for fewer in (1..asked).rev() {
+    for fewer in (1..most).rev() {
         if how.components.is_some() || !matches!(fits, Err(FitError::TooFew { .. })) {
             break;
         }
         fits = fit_all(&binned, fewer, &how.options);
     }
-    let fits = fits.map_err(|e| format!("a mixture of Gammas for errors below {}: {e}", how.tau))?;
+    let fits = fits.map_err(|source| ConsistencyError::Mixture { tau: how.tau, source })?;
     let terms = select::terms(&fits, binned.count());
     let choose = |criterion| select::choose(&terms, criterion, MAX_PENALTY_WEIGHT);
     let (daic, dbic) = (choose(Criterion::Aic), choose(Criterion::Bic));
@@ -157,7 +180,7 @@ pub fn fit(examples: &[Example<'_>], how: &Fitting) -> Result<Fitted, String> {
         Criterion::Bic => dbic.order,
     };
     let order = how.components.or(chosen).unwrap_or(1);
-    let fit = fits.get(order.wrapping_sub(1)).ok_or_else(|| format!("no mixture of {order} components"))?;
+    let fit = fits.get(order.wrapping_sub(1)).ok_or(ConsistencyError::Order(order))?;
     let wins = |winners: &[usize], k: usize| winners.iter().filter(|w| **w == k).count();
     let orders = fits.iter().enumerate().map(|(i, fit)| Order {
         components: i + 1,

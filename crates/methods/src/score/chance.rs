@@ -24,7 +24,7 @@
 //! The form is that of Cohen's kappa ("A coefficient of agreement for nominal scales", Educational and
 //! Psychological Measurement 20, 1960).
 
-use super::measures::Counts;
+use super::counts::Counts;
 
 /// How a protocol's matches come about by chance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Chance {
     }
 
     /// Expected true positives of as many detections at random.
-    pub fn true_positives(&self, counts: &Counts) -> f64 {
+    pub fn expected_true_positives(&self, counts: &Counts) -> f64 {
         let Counts { tp, fp, fn_, tn } = *counts;
         let frames = (tp + fp + fn_ + tn) as f64;
         let detections = (tp + fp) as f64;
@@ -62,15 +62,15 @@ impl Chance {
     }
 
     /// F_0, the expected F of as many detections at random; none where F has no value.
-    pub fn f_score(&self, counts: &Counts) -> Option<f64> {
+    pub fn expected_f1(&self, counts: &Counts) -> Option<f64> {
         counts.f_score()?;
         let both = 2 * counts.tp + counts.fp + counts.fn_;
-        Some(2.0 * self.true_positives(counts) / both as f64)
+        Some(2.0 * self.expected_true_positives(counts) / both as f64)
     }
 
     /// (F - F_0) / (1 - F_0); none where F has no value or chance alone reaches 1.
     pub fn f_over_chance(&self, counts: &Counts) -> Option<f64> {
-        let (f, chance) = (counts.f_score()?, self.f_score(counts)?);
+        let (f, chance) = (counts.f_score()?, self.expected_f1(counts)?);
         (chance < 1.0).then(|| (f - chance) / (1.0 - chance))
     }
 }
@@ -103,7 +103,7 @@ mod tests {
             }
             let counts = score(&at);
             found.push(counts.tp as f64);
-            expected += chance.true_positives(&counts) / draws as f64;
+            expected += chance.expected_true_positives(&counts) / draws as f64;
         }
         let mean = found.iter().sum::<f64>() / draws as f64;
         let variance = found.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / draws as f64;
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn frame_by_frame_it_is_the_product_of_the_shares() {
         let counts = Counts { tp: 60, fp: 20, fn_: 30, tn: 90 };
-        let expected = segmentation::PROTOCOL.chance.true_positives(&counts);
+        let expected = segmentation::PROTOCOL.chance.expected_true_positives(&counts);
         assert!((expected - 90.0 * 80.0 / 200.0).abs() < 1e-12);
         // By hand: F = 120/170, F_0 = 72/170, so the score is 48/98.
         let score = segmentation::PROTOCOL.chance.f_over_chance(&counts).unwrap();
@@ -181,7 +181,7 @@ mod tests {
         ) {
             let counts = Counts { tp, fp, fn_, tn };
             for protocol in PROTOCOLS {
-                let expected = protocol.chance.true_positives(&counts);
+                let expected = protocol.chance.expected_true_positives(&counts);
                 prop_assert!((0.0..=((tp + fn_).min(tp + fp)) as f64 + 1e-9).contains(&expected));
                 if let Some(score) = protocol.chance.f_over_chance(&counts) {
                     prop_assert!(score <= counts.f_score().unwrap() + 1e-12);

@@ -13,8 +13,9 @@
 //! 6522 on 6717 frames) fit ten start-up frames left out of each sequence.
 
 use super::chance::Chance;
-use super::measures::Counts;
-use super::{Protocol, TrackScore, matching};
+use super::counts::Counts;
+use super::matching;
+use super::protocol::{Protocol, TrackScore};
 
 /// The protocol's entry.
 pub const PROTOCOL: Protocol = Protocol {

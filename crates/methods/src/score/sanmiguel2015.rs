@@ -18,8 +18,9 @@
 //! one where changes of both signs are within 10 frames, though never less than half.
 
 use super::chance::Chance;
-use super::measures::Counts;
-use super::{Protocol, TrackScore, matching};
+use super::counts::Counts;
+use super::matching;
+use super::protocol::{Protocol, TrackScore};
 
 /// The entry of the protocol that matches changes of one sign only.
 pub const SIGNED: Protocol = Protocol {

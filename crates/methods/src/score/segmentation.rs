@@ -14,9 +14,9 @@
 //! this one, and accuracy and informedness are the same.
 
 use super::chance::Chance;
-use super::measures::Counts;
+use super::counts::Counts;
+use super::protocol::{Protocol, TrackScore};
 use super::sanmiguel2015::SIGNED;
-use super::{Protocol, TrackScore};
 
 /// The entry.
 pub const PROTOCOL: Protocol = Protocol {

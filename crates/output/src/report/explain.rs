@@ -15,8 +15,9 @@ pub use origins::{CellOrigin, TableOrigins, origins};
 use super::trace;
 use crate::results::{CellScore, method_label};
 use crate::results::{Results, ResultsError};
-use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
-use crate::score::{Protocol, TrackScore};
+use crate::score::metric::Source;
+use crate::score::pooled::{median_delay, normalized_mean_std};
+use crate::score::{Counts, Metric, Pooled, Protocol, TrackScore};
 use crate::table::layout::CellRef;
 use std::collections::BTreeMap;
 
@@ -84,8 +85,7 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
         part.counts = [part.counts, score.counts].into_iter().sum();
     }
     let protocol = results.experiment.protocol_of(&spot.method);
-    let of_frames = [Metric::ScoreMean, Metric::ScoreStd, Metric::ScoreMeanStd, Metric::DelayMedian];
-    if of_frames.contains(&spot.metric) {
+    if matches!(spot.metric.source(), Source::Scores | Source::Delays) {
         for track in trace::read(results, &spot.tracker, &label, None)? {
             if let Some(part) = shares.get_mut(&track.sequence) {
                 part.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
@@ -141,18 +141,14 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
 
 /// A metric of some sequences together.
 fn pooled(shares: &[&SequenceShare], protocol: Option<&Protocol>, metric: Metric) -> Option<f64> {
-    if shares.is_empty() || !by_sequence(metric) {
+    // Results do not say which sequence a run backwards belongs to.
+    if shares.is_empty() || metric.source() == Source::Effort {
         return None;
     }
     let counts = shares.iter().map(|g| g.counts).sum();
-    let score = normalised_mean_std(shares.iter().flat_map(|g| &g.scores));
+    let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
-    Pooled { counts, score, delay, chance: protocol.map(|p| p.chance), ..Pooled::default() }.value(metric)
-}
-
-/// Whether results have the parts of a metric sequence by sequence.
-fn by_sequence(metric: Metric) -> bool {
-    !matches!(metric, Metric::ReverseRuns | Metric::ReverseFrames)
+    metric.value(&Pooled { counts, score, delay, chance: protocol.map(|p| p.chance), ..Pooled::default() })
 }
 
 #[cfg(test)]
@@ -165,9 +161,9 @@ mod tests {
         let given =
             |tp, fp, fn_| SequenceShare { counts: Counts { tp, fp, fn_, tn: 9 }, ..SequenceShare::default() };
         let (a, b) = (given(2, 1, 0), given(0, 1, 2));
-        assert_eq!(pooled(&[&a, &b], None, Metric::FScore), Some(0.5));
-        assert_eq!(pooled(&[&a], None, Metric::FScore), Some(0.8));
-        assert_eq!(pooled(&[], None, Metric::FScore), None);
-        assert_eq!(pooled(&[&a], None, Metric::ReverseRuns), None);
+        assert_eq!(pooled(&[&a, &b], None, Metric::F_SCORE), Some(0.5));
+        assert_eq!(pooled(&[&a], None, Metric::F_SCORE), Some(0.8));
+        assert_eq!(pooled(&[], None, Metric::F_SCORE), None);
+        assert_eq!(pooled(&[&a], None, Metric::REVERSE_RUNS), None);
     }
 }

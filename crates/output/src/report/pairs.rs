@@ -3,7 +3,7 @@
 use crate::plugin::unknown;
 use crate::results::method_label;
 use crate::results::{Results, ResultsError};
-use crate::score::measures::{Counts, Metric, Pooled};
+use crate::score::{Counts, Metric, Pooled, TrackerMetric};
 use std::collections::BTreeMap;
 
 /// Measure -> sequence -> value; sequences without a value are left out.
@@ -21,7 +21,7 @@ pub enum PairsError {
 }
 
 /// Measures of methods that are compared.
-const METRICS: [Metric; 4] = [Metric::FScore, Metric::Precision, Metric::Recall, Metric::Fpr];
+const METRICS: [Metric; 4] = [Metric::F_SCORE, Metric::PRECISION, Metric::RECALL, Metric::FPR];
 
 /// Names that can be compared: methods with their grid points, then trackers that an analysis scored.
 pub fn names(results: &Results) -> Vec<String> {
@@ -67,7 +67,7 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
         }
     }
     let of_metric = |metric: Metric| {
-        let value = |counts: &Counts| Pooled { counts: *counts, ..Pooled::default() }.value(metric);
+        let value = |counts: &Counts| metric.value(&Pooled { counts: *counts, ..Pooled::default() });
         let all = pooled.iter().filter_map(|(sequence, counts)| Some((sequence.clone(), value(counts)?)));
         (metric.name().to_string(), all.collect())
     };
@@ -105,5 +105,8 @@ fn of_tracker(results: &Results, name: &str) -> Values {
 
 /// A column's heading as one word: `success AUC` becomes `success_auc`.
 pub(super) fn measure_name(column: &str) -> String {
+    if let Some(metric) = TrackerMetric::of_heading(column) {
+        return metric.name.to_string();
+    }
     column.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect()
 }

@@ -10,7 +10,7 @@ use crate::region::{Rect, Region};
 use crate::results::manifest::MethodRecord;
 use crate::results::method_label;
 use crate::results::{Results, ResultsError, TrackSeries};
-use crate::score::measures::Counts;
+use crate::score::Counts;
 use crate::score::{Protocol, TrackScore};
 use crate::signal::distribution_field::{self, background_region};
 use serde::Serialize;

@@ -15,9 +15,9 @@ use crate::figure::{Ranking, Ranks};
 use crate::num::{pooled, ranks, seed};
 use crate::results::Results;
 use crate::results::{CellScore, method_label};
-use crate::score::Protocol;
 use crate::score::chance::Chance;
-use crate::score::measures::{Counts, Metric, Pooled};
+use crate::score::metric::Source;
+use crate::score::{Counts, Metric, Pooled, Protocol, TrackerMetric};
 use crate::spec::table::Side;
 use crate::spec::{Experiment, TEST};
 use crate::table;
@@ -53,10 +53,10 @@ pub fn headline(experiment: &Experiment) -> Metric {
         })
         .collect();
     // The effort of reverse runs is not computed from counts of detections.
-    let is_effort = |m: &Metric| matches!(m, Metric::ReverseRuns | Metric::ReverseFrames);
+    let is_effort = |m: &Metric| m.source() == Source::Effort;
     let fits = |m: &Metric| !is_effort(m) && m.direction() != Direction::Neither;
-    let whole = [Metric::FScore, Metric::Informedness].into_iter().find(|m| metrics.contains(m));
-    whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::FScore)
+    let whole = [Metric::F_SCORE, Metric::INFORMEDNESS].into_iter().find(|m| metrics.contains(m));
+    whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::F_SCORE)
 }
 
 /// A measure of a method or a tracker.
@@ -83,8 +83,9 @@ impl Measured {
     fn direction(&self) -> Direction {
         match self {
             Self::Counted(metric) => metric.direction(),
-            Self::Mean(column) if column == "failures" => Direction::LowerIsBetter,
-            Self::Mean(_) => Direction::HigherIsBetter,
+            Self::Mean(column) => {
+                TrackerMetric::of_heading(column).map_or(Direction::HigherIsBetter, |m| m.direction)
+            }
         }
     }
 
@@ -101,7 +102,7 @@ impl Measured {
             Self::Counted(metric) => {
                 let [tp, fp, fn_, tn] = counts.map(|c| u64::try_from(c).unwrap_or(0));
                 let counts = Counts { tp, fp, fn_, tn };
-                Pooled { counts, chance: Some(chance), ..Pooled::default() }.value(*metric)
+                metric.value(&Pooled { counts, chance: Some(chance), ..Pooled::default() })
             }
             Self::Mean(_) => (counts[1] > 0).then(|| counts[0] as f64 / BILLION / counts[1] as f64),
         }

@@ -11,7 +11,8 @@ use super::scores::{CellScore, sum_of_cells};
 use crate::detector::track_quality::Effort;
 use crate::engine::store::StoreError;
 use crate::engine::{Cell, Outcome};
-use crate::score::measures::{Counts, Metric, Pooled, median_delay, normalised_mean_std};
+use crate::score::pooled::{median_delay, normalized_mean_std};
+use crate::score::{Counts, Metric, Pooled};
 use std::collections::{BTreeMap, BTreeSet};
 
 const DONE: Column = Column::integer("done", "cells", "Cells that have a result");
@@ -94,7 +95,7 @@ impl Measure {
 
     /// The value of a metric, where there is one.
     pub fn value(&self, metric: Metric) -> Option<f64> {
-        (self.done > 0).then(|| self.pooled.value(metric)).flatten()
+        (self.done > 0).then(|| metric.value(&self.pooled)).flatten()
     }
 }
 
@@ -129,7 +130,7 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
     let detections = detections.collect::<Result<Vec<_>, StoreError>>()?;
     Ok(Pooled {
         counts: sum_of_cells(cells),
-        score: normalised_mean_std(detections.iter().map(|d| &d.score)),
+        score: normalized_mean_std(detections.iter().map(|d| &d.score)),
         effort: judged().map(|(_, judged)| judged.effort).sum(),
         delay: median_delay(judged().flat_map(|(_, judged)| judged.score.delays()).collect()),
         ..Pooled::default()
@@ -229,7 +230,7 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::measures::Metric;
+    use crate::score::Metric;
 
     // By hand: two sequences are dark, one of them small too; F is that of the summed counts.
     #[test]
@@ -253,7 +254,7 @@ mod tests {
         let attributes = attributes.into_iter().map(|(name, list)| (name.to_string(), list)).collect();
         let measures = by_attribute(&scores, &attributes);
         let pooled: Vec<_> =
-            measures.iter().map(|m| (m.attribute.as_deref(), m.done, m.value(Metric::FScore))).collect();
+            measures.iter().map(|m| (m.attribute.as_deref(), m.done, m.value(Metric::F_SCORE))).collect();
         assert_eq!(pooled, [(Some("dark"), 3, Some(6.0 / 13.0)), (Some("small"), 2, Some(6.0 / 8.0))]);
     }
 }

@@ -8,7 +8,7 @@ use super::column::{
 use super::frame::{TableError, to_csv};
 use crate::engine::CellError;
 use crate::engine::{Cell, Outcome};
-use crate::score::measures::{Counts, Metric, Pooled};
+use crate::score::{Counts, Metric, Pooled};
 use crate::spec::Experiment;
 use std::collections::BTreeMap;
 
@@ -80,7 +80,7 @@ pub fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec<u8>, 
     for column in &FILE.columns[columns.len()..FILE.columns.len() - 1] {
         let value = |row: &Row| {
             let metric = Metric::from_name(column.name)?;
-            Pooled { counts: row.counts?, ..Pooled::default() }.value(metric)
+            metric.value(&Pooled { counts: row.counts?, ..Pooled::default() })
         };
         columns.push(column.of_metric(rows.iter().map(value)));
     }

@@ -14,7 +14,8 @@ pub use place::{CellRef, cell_refs};
 use super::number::{Style, printed_value};
 use crate::direction::Direction;
 use crate::results::Measure;
-use crate::score::measures::Metric;
+use crate::score::Metric;
+use crate::score::metric::Kind;
 use crate::spec::Experiment;
 use crate::spec::table::{Published, Side, Table};
 use place::{Place, find, group_places, merge, steps};
@@ -221,7 +222,7 @@ fn make_group(
                 .find(|(c, _)| c == column)
                 .map(|(_, text)| text.clone())
         };
-        let metric = row.metric.or(of_table).unwrap_or(Metric::FScore);
+        let metric = row.metric.or(of_table).unwrap_or(Metric::F_SCORE);
         let style = columns
             .iter()
             .find_map(|(c, _)| printed(c))
@@ -258,8 +259,8 @@ fn make_group(
 
 fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published: Option<String>) -> Cell {
     let value = measure.and_then(|m| m.value(metric));
-    let ours = value.map(|v| match (metric, measure.and_then(|m| m.pooled.score)) {
-        (Metric::ScoreMeanStd, Some((_, std))) => format!("{}±{}", style.format(v), style.format(std)),
+    let ours = value.map(|v| match (metric.kind(), measure.and_then(|m| m.pooled.score)) {
+        (Kind::MeanAndDeviation, Some((_, std))) => format!("{}±{}", style.format(v), style.format(std)),
         _ => style.format(v),
     });
     let printed = published.as_deref().and_then(printed_value);

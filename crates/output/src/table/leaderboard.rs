@@ -18,7 +18,7 @@ use crate::num::seed;
 use crate::results::Measure;
 use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
-use crate::score::measures::{Counts, Metric, Pooled};
+use crate::score::{Counts, Metric, Pooled};
 use crate::spec::table::Table;
 use crate::spec::{Experiment, TEST};
 use rand::RngExt;
@@ -55,7 +55,7 @@ pub struct Stability {
 type Drawn<'a> = (&'a [Counts], Option<Chance>);
 
 fn value(counts: Counts, chance: Option<Chance>, metric: Metric) -> Option<f64> {
-    Pooled { counts, chance, ..Pooled::default() }.value(metric)
+    metric.value(&Pooled { counts, chance, ..Pooled::default() })
 }
 
 /// Better ones come first; a value is better than none.
@@ -143,7 +143,7 @@ pub fn leaderboard(
     scores: &[CellScore],
     data_note: &str,
 ) -> TableLayout {
-    let metric = table.ranked.unwrap_or(Metric::FScore);
+    let metric = table.ranked.unwrap_or(Metric::F_SCORE);
     let mut groups = Vec::new();
     for tracker in experiment.trackers.iter().map(|t| t.label.as_str()) {
         let mut all = candidates(experiment, table, metric, measures, scores, tracker);
@@ -212,15 +212,15 @@ mod tests {
     #[test]
     fn equal_methods_share_a_rank_and_none_is_behind_all() {
         let values = [Some(0.5), None, Some(0.7), Some(0.5), Some(0.1)];
-        assert_eq!(ranks(&values, Metric::FScore), [2, 5, 1, 2, 4]);
-        assert_eq!(ranks(&values, Metric::Fpr), [2, 5, 4, 2, 1]);
+        assert_eq!(ranks(&values, Metric::F_SCORE), [2, 5, 1, 2, 4]);
+        assert_eq!(ranks(&values, Metric::FPR), [2, 5, 4, 2, 1]);
     }
 
     // A method that is better on every sequence is first in every draw.
     #[test]
     fn what_holds_on_every_sequence_holds_in_every_draw() {
         let (good, bad) = ([counts(3, 0, 1); 4], [counts(2, 1, 2); 4]);
-        let sure = stability(&[(&bad, None), (&good, None)], Metric::FScore, 500, 1);
+        let sure = stability(&[(&bad, None), (&good, None)], Metric::F_SCORE, 500, 1);
         assert_eq!(sure[1], Stability { rank: 1, first: 1.0, keeps: 1.0 });
         assert_eq!(sure[0], Stability { rank: 2, first: 0.0, keeps: 1.0 });
     }
@@ -230,7 +230,7 @@ mod tests {
     fn chance_is_of_each_methods_own_protocol() {
         let list = [counts(2, 1, 0); 4];
         let both: [Drawn<'_>; 2] = [(&list, Some(Chance::within(5))), (&list, Some(Chance::within(0)))];
-        let sure = stability(&both, Metric::FOverChance, 50, 1);
+        let sure = stability(&both, Metric::F_OVER_CHANCE, 50, 1);
         assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
         assert_eq!(sure[1].first, 1.0);
     }
@@ -243,11 +243,11 @@ mod tests {
         let (hit, miss) = (counts(1, 0, 0), counts(0, 0, 1));
         let (a, b) = ([hit, miss, miss], [miss, hit, hit]);
         let two: [Drawn<'_>; 2] = [(&a, None), (&b, None)];
-        let sure = stability(&two, Metric::Recall, DRAWS, 7);
+        let sure = stability(&two, Metric::RECALL, DRAWS, 7);
         assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
         assert!((sure[0].first - 7.0 / 27.0).abs() < 4.0 * 0.0044, "{sure:?}");
         assert_eq!(sure[0].first, 1.0 - sure[1].keeps);
-        assert_eq!(sure, stability(&two, Metric::Recall, DRAWS, 7));
+        assert_eq!(sure, stability(&two, Metric::RECALL, DRAWS, 7));
     }
 
     proptest! {
@@ -258,10 +258,10 @@ mod tests {
             let list: Vec<Vec<Counts>> =
                 list.iter().map(|m| m.iter().map(|c| counts(c.0, c.1, c.2)).collect()).collect();
             let methods: Vec<Drawn<'_>> = list.iter().map(|m| (m.as_slice(), None)).collect();
-            let sure = stability(&methods, Metric::FScore, 50, 3);
+            let sure = stability(&methods, Metric::F_SCORE, 50, 3);
             prop_assert!(sure.iter().map(|s| s.first).sum::<f64>() >= 1.0 - 1e-9);
             let turned: Vec<Drawn<'_>> = methods.iter().rev().copied().collect();
-            let mut again = stability(&turned, Metric::FScore, 50, 3);
+            let mut again = stability(&turned, Metric::F_SCORE, 50, 3);
             again.reverse();
             prop_assert_eq!(sure, again);
         }

@@ -145,12 +145,12 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::measures::Metric;
+    use crate::score::Metric;
 
     fn spot(tracker: &str, method: &str, params: &str) -> CellRef {
         let [row, column, tracker, method, params] =
             ["f_score", "M", tracker, method, params].map(String::from);
-        CellRef { row, column, tracker, method, params, attribute: None, metric: Metric::FScore }
+        CellRef { row, column, tracker, method, params, attribute: None, metric: Metric::F_SCORE }
     }
 
     #[test]

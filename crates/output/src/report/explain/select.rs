@@ -8,7 +8,7 @@ use crate::results::Results;
 use crate::results::analyses::FILE as ANALYSES;
 use crate::results::measures;
 use crate::results::{CellScore, method_label};
-use crate::score::measures::Counts;
+use crate::score::Counts;
 use crate::spec::table::Table;
 use crate::table::layout::{self, CellRef};
 use std::path::{Path, PathBuf};

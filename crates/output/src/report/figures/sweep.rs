@@ -5,7 +5,7 @@ use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::Curves;
 use crate::results::Measure;
 use crate::results::Results;
-use crate::score::measures::Metric;
+use crate::score::Metric;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "sweep", draw };

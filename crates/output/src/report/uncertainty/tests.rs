@@ -30,8 +30,8 @@ fn values(row: &Row) -> Vec<Option<f64>> {
 #[test]
 fn intervals_and_ranks_by_hand() {
     let fields = [field()];
-    let ranked = [rank(&fields[0], &Measured::Counted(Metric::FScore))];
-    let table = intervals(&fields, &ranked, &Measured::Counted(Metric::FScore), 1);
+    let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
+    let table = intervals(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), 1);
     let rows = &table.groups[0].rows;
     assert_eq!(rows.iter().map(|r| r.label.as_str()).collect::<Vec<_>>(), LABELS);
     let f = |n: f64| Some(n / 7.0);
@@ -43,7 +43,7 @@ fn intervals_and_ranks_by_hand() {
     assert_eq!((mixed[0], mixed[4]), (f(4.0), Some(2.0)));
     assert!(mixed[1] < f(4.0) && f(4.0) < mixed[2], "{mixed:?}");
     assert!(table.groups[0].label.starts_with("NCC (ranks over 8 sequences, Friedman's p 0."), "{table:?}");
-    assert_eq!(table, intervals(&fields, &ranked, &Measured::Counted(Metric::FScore), 1));
+    assert_eq!(table, intervals(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), 1));
 }
 const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 
@@ -51,7 +51,7 @@ const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 // mixed is good or bad they differ in 4, so p = 2/16. Holm: 3 * 2/256, then 2 * 2/16 for both.
 #[test]
 fn pairs_by_hand() {
-    let table = duels(&[field()], &Measured::Counted(Metric::FScore), 1);
+    let table = duels(&[field()], &Measured::Counted(Metric::F_SCORE), 1);
     let rows = &table.groups[0].rows;
     let labels: Vec<&str> = rows.iter().map(|r| r.label.as_str()).collect();
     assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
@@ -62,7 +62,7 @@ fn pairs_by_hand() {
     assert_eq!(rows[1].cells[0].ours.as_deref(), Some("+0.571"));
     let is_all = |v: Option<f64>| v.is_some_and(|v| (v - 4.0 / 7.0).abs() < 1e-12);
     assert!(is_all(rows[1].cells[1].value) && is_all(rows[1].cells[2].value), "equal sequences");
-    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::FScore), 1));
+    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::F_SCORE), 1));
 }
 
 // Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
@@ -71,8 +71,8 @@ fn without_values_there_is_nothing_to_say() {
     let silent = |competes| competitor("silent", competes, &[[0, 0, 3]; 8]);
     let mut field = field();
     field.competitors.push(silent(true));
-    assert!(rank(&field, &Measured::Counted(Metric::Precision)).is_none());
-    let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::Precision), 1);
+    assert!(rank(&field, &Measured::Counted(Metric::PRECISION)).is_none());
+    let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::PRECISION), 1);
     let row = table.groups[0].rows.iter().find(|r| r.label == "good against silent").unwrap();
     assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
     let first = &table.groups[0].rows[1];
@@ -83,29 +83,31 @@ fn without_values_there_is_nothing_to_say() {
         competitors: vec![competitor("a", true, &[[1, 0, 0]; 2]), competitor("b", true, &[[1, 1, 0]; 2])],
         ..field
     };
-    assert!(rank(&few, &Measured::Counted(Metric::FScore)).is_none());
+    assert!(rank(&few, &Measured::Counted(Metric::F_SCORE)).is_none());
     assert_eq!(
-        values(&duels(std::slice::from_ref(&few), &Measured::Counted(Metric::FScore), 1).groups[0].rows[0])
+        values(&duels(std::slice::from_ref(&few), &Measured::Counted(Metric::F_SCORE), 1).groups[0].rows[0])
             [3],
         None
     );
     let alone = Field { competitors: vec![competitor("a", true, &[[1, 0, 0]; 4])], ..few };
-    assert!(duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::FScore), 1).groups.is_empty());
-    assert!(diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::FScore), "").is_none());
+    assert!(duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::F_SCORE), 1).groups.is_empty());
+    assert!(
+        diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::F_SCORE), "").is_none()
+    );
 }
 
 #[test]
 fn the_diagram_shows_those_that_compete() {
     let fields = [field()];
-    let ranked = [rank(&fields[0], &Measured::Counted(Metric::FScore))];
+    let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
     let (ranks, caption) =
-        diagram(&fields, &ranked, &Measured::Counted(Metric::FScore), "Suite s: 8 targets.").unwrap();
+        diagram(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), "Suite s: 8 targets.").unwrap();
     let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
     assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
     assert!(caption.starts_with("Mean ranks by f_score") && caption.ends_with("8 targets."));
     assert!(ranks.to_svg().is_ok());
     // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.
-    let fewer = rank(&fields[0], &Measured::Counted(Metric::Fp)).unwrap();
+    let fewer = rank(&fields[0], &Measured::Counted(Metric::FP)).unwrap();
     assert_eq!(fewer.mean_ranks["good"], 1.25);
 }
 

@@ -2,7 +2,7 @@
 
 use crate::results::Measure;
 use crate::results::method_label;
-use crate::score::measures::Metric;
+use crate::score::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Side, Table};
 
@@ -49,7 +49,7 @@ pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -
                     method: method.clone(),
                     params: measure.params.clone(),
                     attribute: at.attribute.clone(),
-                    metric: at.metric.or(table.metric).unwrap_or(Metric::FScore),
+                    metric: at.metric.or(table.metric).unwrap_or(Metric::F_SCORE),
                 });
             }
         }

@@ -1,0 +1,119 @@
+//! Counts of matched and unmatched detections and events, and the ratios that are made of them alone.
+//!
+//! ```text
+//! precision P = TP / (TP + FP)      recall R = TP / (TP + FN)      FPR = FP / (FP + TN)
+//! F = 2 TP / (2 TP + FP + FN)       the harmonic mean of P and R
+//! accuracy = (TP + TN) / (TP + FP + FN + TN)              informedness J = R - FPR
+//! miss rate = 1 - R              false alarms per 1000 frames = 1000 FP / (TP + FP + FN + TN)
+//! ```
+//!
+//! All lie in `[0, 1]` except false alarms, which have no unit but their 1000 frames, and J in `[-1, 1]`, which is 0
+//! for labels that are independent of the truth (Youden, "Index for rating diagnostic tests", Cancer 3, 1950). High
+//! is good except for FPR, miss rate and false alarms. A ratio whose denominator is 0 has no value (`None`), which
+//! is never written as 0. Pooled measures come from summed counts.
+
+use serde::{Deserialize, Serialize};
+
+/// True and false positives and negatives; what is positive is the protocol's choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Detections that match an event.
+    pub tp: u64,
+    /// Detections that match no event.
+    pub fp: u64,
+    /// Events that no detection matches.
+    pub fn_: u64,
+    /// Frames that are rightly silent.
+    pub tn: u64,
+}
+
+impl std::iter::Sum for Counts {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |a, b| Self {
+            tp: a.tp + b.tp,
+            fp: a.fp + b.fp,
+            fn_: a.fn_ + b.fn_,
+            tn: a.tn + b.tn,
+        })
+    }
+}
+
+fn ratio(numerator: u64, denominator: u64) -> Option<f64> {
+    (denominator > 0).then(|| numerator as f64 / denominator as f64)
+}
+
+impl Counts {
+    /// Share of detections that match an event.
+    pub fn precision(&self) -> Option<f64> {
+        ratio(self.tp, self.tp + self.fp)
+    }
+
+    /// Share of events that are matched.
+    pub fn recall(&self) -> Option<f64> {
+        ratio(self.tp, self.tp + self.fn_)
+    }
+
+    /// Harmonic mean of precision and recall; 0 for a silent detector where there are events.
+    pub fn f_score(&self) -> Option<f64> {
+        ratio(2 * self.tp, 2 * self.tp + self.fp + self.fn_)
+    }
+
+    /// False positives per frame that ought to be silent.
+    pub fn fpr(&self) -> Option<f64> {
+        ratio(self.fp, self.fp + self.tn)
+    }
+
+    /// Share of frames that are labelled rightly.
+    pub fn accuracy(&self) -> Option<f64> {
+        ratio(self.tp + self.tn, self.tp + self.fp + self.fn_ + self.tn)
+    }
+
+    /// Share of events that no detection matches.
+    pub fn miss_rate(&self) -> Option<f64> {
+        ratio(self.fn_, self.tp + self.fn_)
+    }
+
+    /// False positives per 1000 frames that the protocol counts.
+    pub fn false_alarms_per_1000(&self) -> Option<f64> {
+        Some(1000.0 * ratio(self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
+    }
+
+    /// Recall minus false positive rate.
+    pub fn informedness(&self) -> Option<f64> {
+        Some(self.recall()? - self.fpr()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Khalid et al. 2016, Table 1, DTEF: the counts implied by its ratios.
+    #[test]
+    fn reproduces_the_papers_ratios_from_its_counts() {
+        let c = Counts { tp: 30, fp: 242, fn_: 12, tn: 6475 - 242 };
+        let three = |v: Option<f64>| format!("{:.3}", v.unwrap());
+        assert_eq!(three(c.precision()), "0.110");
+        assert_eq!(three(c.recall()), "0.714");
+        assert_eq!(three(c.f_score()), "0.191");
+        assert_eq!(three(c.fpr()), "0.037");
+    }
+
+    #[test]
+    fn a_ratio_without_denominator_has_no_value() {
+        let silent = Counts { tp: 0, fp: 0, fn_: 3, tn: 10 };
+        assert_eq!(silent.precision(), None);
+        assert_eq!(silent.recall(), Some(0.0));
+        assert_eq!(silent.f_score(), Some(0.0));
+        assert_eq!(Counts::default().f_score(), None);
+        assert_eq!((Counts::default().accuracy(), silent.informedness()), (None, Some(0.0)));
+        assert_eq!(Counts::default().fpr(), None);
+    }
+
+    #[test]
+    fn misses_and_false_alarms_by_hand() {
+        let c = Counts { tp: 3, fp: 4, fn_: 1, tn: 492 };
+        assert_eq!((c.miss_rate(), c.false_alarms_per_1000()), (Some(0.25), Some(8.0)));
+        assert_eq!((Counts::default().miss_rate(), Counts::default().false_alarms_per_1000()), (None, None));
+    }
+}

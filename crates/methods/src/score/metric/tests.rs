@@ -1,0 +1,54 @@
+use super::*;
+
+#[test]
+fn names_are_unique_and_found() {
+    for (k, metric) in METRICS.iter().enumerate() {
+        assert!(METRICS[..k].iter().all(|other| other != metric), "{metric:?} twice");
+        assert_eq!(Metric::from_name(metric.name), Some(*metric));
+        assert!(!metric.heading.is_empty() && !metric.formula.is_empty(), "{metric:?}");
+    }
+    assert_eq!(Metric::from_name("no_such_metric"), None);
+}
+
+#[test]
+fn every_formula_gives_the_number() {
+    let counts = Counts { tp: 3, fp: 4, fn_: 5, tn: 60 };
+    let pooled = Pooled { counts, ..Pooled::default() };
+    assert_eq!(Metric::F_SCORE.filled(&pooled), "2 TP / (2 TP + FP + FN) = 6 / (6 + 4 + 5)");
+    assert_eq!(Metric::F_SCORE.value(&pooled), Some(6.0 / 15.0));
+    assert_eq!(Metric::FPR.filled(&pooled), "FP / (FP + TN) = 4 / (4 + 60)");
+    assert_eq!(Metric::FPR.value(&pooled), Some(4.0 / 64.0));
+    // Every quotient that a formula ends with is the value.
+    for metric in METRICS.iter().filter(|m| m.kind == Kind::Ratio) {
+        let filled = metric.filled(&pooled);
+        let Some((numerator, denominator)) = filled.rsplit_once(" = ").and_then(|(_, q)| q.split_once(" / "))
+        else {
+            continue;
+        };
+        let number = |text: &str| -> f64 {
+            let terms = |c| {
+                move |t: &str| {
+                    t.trim_matches(['(', ')', ' ']).split(c).map(str::to_string).collect::<Vec<_>>()
+                }
+            };
+            let product =
+                |t: String| terms('*')(&t).iter().map(|f| f.trim().parse::<f64>().unwrap()).product::<f64>();
+            terms('+')(text).into_iter().map(product).sum()
+        };
+        if metric.name != "f_by_chance" {
+            assert_eq!(metric.value(&pooled), Some(number(numerator) / number(denominator)), "{filled}");
+        }
+    }
+}
+
+#[test]
+fn what_is_unknown_has_no_value() {
+    let counts = Counts { tp: 3, fp: 4, fn_: 1, tn: 492 };
+    let pooled = Pooled { counts, delay: Some(2.0), ..Pooled::default() };
+    assert_eq!(Metric::DELAY_MEDIAN.value(&pooled), Some(2.0));
+    assert_eq!(Metric::F_OVER_CHANCE.value(&pooled), None);
+    assert_eq!(Metric::SCORE_MEAN.value(&pooled), None);
+    let known = Pooled { chance: Some(Chance::within(5)), ..pooled };
+    assert!(Metric::F_OVER_CHANCE.value(&known).is_some_and(|v| v < 1.0));
+    assert!(Metric::F_OVER_CHANCE.filled(&known).starts_with("(F - F0) / (1 - F0); F = 6 / 11; F0 = 2 * "));
+}

@@ -1,0 +1,72 @@
+//! The page of the docs that lists all metrics, made from the lists.
+
+use super::metric::{Kind, METRICS};
+use super::tracker_metric::TRACKER_METRICS;
+use crate::direction::Direction;
+
+const HEAD: &str = "\
+# Metrics
+
+Made from `crates/methods/src/score/metric.rs` and `tracker_metric.rs`; a test compares this page with them
+(`UPDATE=1 cargo test -p trackfail-methods metrics_page` writes it again).
+
+## Detectors
+
+TP, FP, FN and TN are counted by the protocol, summed over sequences and runs, and only then made into ratios. A ratio
+whose denominator is 0 has no value: its cell is empty. F is the F1 score, TP0 the number of true positives expected of
+as many detections at random, and F0 the F1 score that follows from it.
+
+";
+
+fn better(direction: Direction) -> &'static str {
+    match direction {
+        Direction::HigherIsBetter => "higher",
+        Direction::LowerIsBetter => "lower",
+        Direction::Neither => "",
+    }
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Count => "count",
+        Kind::Ratio => "ratio",
+        Kind::Real => "number",
+        Kind::MeanAndDeviation => "mean±deviation",
+    }
+}
+
+/// `docs/metrics.md`: a table of the metrics of detectors and one of those of trackers, in Markdown.
+pub fn metrics_page() -> String {
+    let mut page = HEAD.to_string();
+    page += "| name | what | kind | unit | better | formula |\n|---|---|---|---|---|---|\n";
+    for m in METRICS {
+        let (name, heading, unit, formula) = (m.name(), m.heading(), m.unit(), m.formula());
+        let (kind, better) = (kind(m.kind()), better(m.direction()));
+        page += &format!("| `{name}` | {heading} | {kind} | {unit} | {better} | {formula} |\n");
+    }
+    page += "\n## Trackers\n\nMade by the analyses `success` and `resets`.\n\n";
+    page += "| name | heading | unit | better | what |\n|---|---|---|---|---|\n";
+    for m in TRACKER_METRICS {
+        let better = better(m.direction);
+        page += &format!("| `{}` | {} | {} | {better} | {} |\n", m.name, m.heading, m.unit, m.formula);
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_metrics_page_of_the_docs_is_that_of_the_lists() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md");
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&file, metrics_page()).unwrap();
+        }
+        let written = std::fs::read_to_string(&file).unwrap();
+        assert!(
+            written == metrics_page(),
+            "docs/metrics.md is not what the lists of metrics say: run with UPDATE=1"
+        );
+    }
+}

@@ -1,0 +1,87 @@
+//! The metrics of trackers themselves: what the analyses `success` and `resets` put into tables.
+//!
+//! The functions are in [`super::success`] and [`super::resets`]; both analyses take the names and headings of their
+//! numbers and columns from here, reports the directions.
+
+use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter};
+
+/// A number that says how well a tracker follows its targets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TrackerMetric {
+    /// Name among the numbers of an analysis, in claims and comparisons.
+    pub name: &'static str,
+    /// Heading of its column.
+    pub heading: &'static str,
+    /// Whether larger or smaller is better.
+    pub direction: Direction,
+    /// The unit of its values; empty for a number without unit.
+    pub unit: &'static str,
+    /// How it is computed, in words.
+    pub formula: &'static str,
+}
+
+impl TrackerMetric {
+    /// Area under the success curve.
+    pub const SUCCESS_AUC: Self = Self {
+        name: "success_auc",
+        heading: "success AUC",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean over 21 thresholds from 0 to 1 of the share of frames whose overlap is larger",
+    };
+    /// Precision at 20 pixels.
+    pub const PRECISION_20: Self = Self {
+        name: "precision_20",
+        heading: "precision@20",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "share of frames whose center error is at most 20 pixels",
+    };
+    /// Accuracy of the reset protocol, weighted by frames.
+    pub const ACCURACY: Self = Self {
+        name: "accuracy",
+        heading: "accuracy",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean overlap of the frames that count, sequences weighted by their numbers of frames",
+    };
+    /// Accuracy of the reset protocol with equal weights.
+    pub const ACCURACY_OF_SEQUENCES: Self = Self {
+        name: "accuracy_of_sequences",
+        heading: "accuracy (sequences)",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean overlap of the frames that count, sequences with equal weights",
+    };
+    /// Failures of the reset protocol.
+    pub const FAILURES: Self = Self {
+        name: "failures",
+        heading: "failures",
+        direction: LowerIsBetter,
+        unit: "failures",
+        formula: "sum over sequences of the mean over repetitions of the number of restarts",
+    };
+    /// Expected average overlap.
+    pub const EAO: Self = Self {
+        name: "eao",
+        heading: "EAO",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean over run lengths of the expected average overlap of a run of that length",
+    };
+
+    /// The metric of a column's heading.
+    pub fn of_heading(heading: &str) -> Option<Self> {
+        TRACKER_METRICS.iter().find(|m| m.heading == heading).copied()
+    }
+}
+
+/// Every metric of trackers.
+pub const TRACKER_METRICS: &[TrackerMetric] = &[
+    TrackerMetric::SUCCESS_AUC,
+    TrackerMetric::PRECISION_20,
+    TrackerMetric::ACCURACY,
+    TrackerMetric::ACCURACY_OF_SEQUENCES,
+    TrackerMetric::FAILURES,
+    TrackerMetric::EAO,
+];
