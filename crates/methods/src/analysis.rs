@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub struct Population<'a> {
     /// Name of the suite.
     pub suite: &'a str,
-    /// Its tracks with the analysed signal: sequence by sequence, run by run.
+    /// Its tracks with the analyzed signal: sequence by sequence, run by run.
     pub tracks: Vec<Example<'a>>,
     /// The same tracks as regions; empty unless the analysis [reads](Analysis::reads) them.
     pub trajectories: Vec<Trajectory<'a>>,

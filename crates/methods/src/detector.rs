@@ -41,7 +41,7 @@ pub trait Reverse {
     /// says of it when it starts in the later frame `from` with what it believed there and goes back frame by
     /// frame; frames count from 0, and 0 is agreement. The frames after `from` are not looked at.
     ///
-    /// `None` when the run breaks; whoever lent this throws the verdict away then.
+    /// `None` when the run breaks; whoever lent this throws the output away then.
     fn error(&self, from: usize, to: usize) -> Option<f64>;
 }
 

@@ -1,7 +1,7 @@
 //! How c_t of a consistent filter is distributed (SanMiguel and Cavallaro, CVIU 131, 2015, sections 5.1 and
 //! 7, Fig. 4, 5 and 8 to 11).
 //!
-//! The first suite is the one that is modelled; with a second one the two are compared. A frame is
+//! The first suite is the one that is modeled; with a second one the two are compared. A frame is
 //! consistent when its tracking error is below `tau` (Eq. 24); see
 //! [`consistency`] for which values are taken.
 //!
@@ -153,12 +153,12 @@ impl Analysis for UncertaintyModel {
     }
 
     fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let Some(modelled) = populations.first() else { return Err(AnalysisError::NoSuite) };
+        let Some(modeled) = populations.first() else { return Err(AnalysisError::NoSuite) };
         let how = Fitting::by_bic(self.0.tau, self.0.max_components);
-        let fitted = consistency::fit(&modelled.tracks, &how)?;
+        let fitted = consistency::fit(&modeled.tracks, &how)?;
         let mut findings = Findings::default();
-        self.model(modelled, &fitted, &mut findings);
-        self.families(modelled, &mut findings);
+        self.model(modeled, &fitted, &mut findings);
+        self.families(modeled, &mut findings);
         if let [first, second] = populations {
             self.compare(first, second, &mut findings)?;
         }
@@ -173,7 +173,7 @@ pub(super) fn changes(population: &Population<'_>, tau: f64) -> Vec<f64> {
     all
 }
 
-/// Density of ascending samples in equal bins from 0 to `end`, at the bins' centres; empty bins are left out.
+/// Density of ascending samples in equal bins from 0 to `end`, at the bins' centers; empty bins are left out.
 fn histogram(sorted: &[f64], end: f64) -> Vec<(f64, f64)> {
     let width = end / BINS as f64;
     let below = |x: f64| sorted.partition_point(|v| *v < x);
@@ -184,7 +184,7 @@ fn histogram(sorted: &[f64], end: f64) -> Vec<(f64, f64)> {
     (0..BINS).map(bin).filter(|p| p.1 > 0.0).collect()
 }
 
-/// A density at the centres of a histogram's bins, as the share of each bin over its width: a pole at 0 has
+/// A density at the centers of a histogram's bins, as the share of each bin over its width: a pole at 0 has
 /// no value of its own. Values far below all of the histogram's are left out, as nothing would be seen of it.
 fn binned(cdf: impl Fn(f64) -> f64, end: f64, histogram: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let least = histogram.iter().map(|p| p.1).fold(f64::INFINITY, f64::min) / 10.0;

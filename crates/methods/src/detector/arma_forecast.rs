@@ -119,22 +119,22 @@ mod tests {
     #[test]
     fn a_step_is_an_alarm_where_it_happens() {
         let signal: Vec<f64> = (0..80).map(|t| if t < 30 { 0.05 } else { 0.03 }).collect();
-        let verdict = detect(Params::default(), &signal);
-        assert!(verdict.alarm[..30].iter().all(|a| !a));
-        assert!(verdict.alarm[30..35].iter().all(|&a| a));
-        assert!(verdict.score[30..35].iter().all(|z| (z - 0.02).abs() < 1e-12));
-        assert!(verdict.alarm[50..].iter().all(|a| !a));
+        let output = detect(Params::default(), &signal);
+        assert!(output.alarm[..30].iter().all(|a| !a));
+        assert!(output.alarm[30..35].iter().all(|&a| a));
+        assert!(output.score[30..35].iter().all(|z| (z - 0.02).abs() < 1e-12));
+        assert!(output.alarm[50..].iter().all(|a| !a));
     }
 
     #[test]
     fn forecasts_begin_after_the_window() {
         let signal: Vec<f64> = (0..40).map(|t| f64::from(t * 7 % 10) / 10.0).collect();
         for (scheme, first) in [(Scheme::Block, 20), (Scheme::Rolling, 24)] {
-            let verdict = detect(Params { scheme, ..Params::default() }, &signal);
-            let forecast = verdict.forecast.unwrap();
+            let output = detect(Params { scheme, ..Params::default() }, &signal);
+            let forecast = output.forecast.unwrap();
             assert!(forecast[..first].iter().all(|v| v.is_nan()));
             assert!(forecast[first..].iter().all(|v| v.is_finite()));
-            assert!(verdict.score[..first].iter().all(|&z| z == 0.0));
+            assert!(output.score[..first].iter().all(|&z| z == 0.0));
         }
     }
 

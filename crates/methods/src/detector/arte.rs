@@ -12,11 +12,11 @@
 //! small decrease:  decrease(short)_t < tau_3                                      tau_3 = -tau_1 / 2
 //! ```
 //!
-//! `u` is the spatial uncertainty of the tracker (`uncertainty` of the centre, `components = [0, 1]`); a
+//! `u` is the spatial uncertainty of the tracker (`uncertainty` of the center, `components = [0, 1]`); a
 //! constant factor of it cancels. The changes have no unit; `t` is a 0-based frame, and windows are cut off
 //! at the track's start. What the events do is in [`super::track_quality::machine`], what a recovery check is
 //! in [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is the
-//! larger of the two increases, high is suspicious, the threshold is `tau_1`. Frame t is labelled from frames
+//! larger of the two increases, high is suspicious, the threshold is `tau_1`. Frame t is labeled from frames
 //! up to t alone.
 //!
 //! Source: four signals of two windows, smoothing, and three thresholds tied to tau_1 are in section 6 of the

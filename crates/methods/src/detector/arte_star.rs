@@ -13,7 +13,7 @@
 //! are those of [`super::accumulated_validation`], Eq. 12 to 24; beta_1 can be given as `beta`. What the
 //! events do is in [`super::track_quality::machine`], what a recovery check is in
 //! [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is s_t,
-//! high is suspicious, the threshold is beta_1. Frame t is labelled from frames up to t alone.
+//! high is suspicious, the threshold is beta_1. Frame t is labeled from frames up to t alone.
 //!
 //! Source: which labels take the place of which thresholds is in the text of section 6; its Table 2 was not
 //! legible. Reconstruction:

@@ -112,8 +112,8 @@ mod tests {
     // By hand: 0.25 away from each side reaches 0.25, the NaN does not.
     #[test]
     fn judging_by_hand() {
-        let verdict = judge(&[1.0, 1.0, 1.0, 1.0], vec![f64::NAN, 1.25, 0.75, 0.76], 0.25);
-        assert_eq!(verdict.alarm, [false, true, true, false]);
-        assert_eq!(verdict.score[..3], [0.0, 0.25, 0.25]);
+        let output = judge(&[1.0, 1.0, 1.0, 1.0], vec![f64::NAN, 1.25, 0.75, 0.76], 0.25);
+        assert_eq!(output.alarm, [false, true, true, false]);
+        assert_eq!(output.score[..3], [0.0, 0.25, 0.25]);
     }
 }

@@ -270,7 +270,7 @@ impl MatchedKalmanBank {
         let mut bank = self.run(&[]);
         let mut reported: Vec<usize> = Vec::new();
         let mut inconsistent = false;
-        let mut verdict = DetectorOutput::default();
+        let mut output = DetectorOutput::default();
         let mut changes = Vec::with_capacity(samples.len());
         for (t, y) in samples.iter().enumerate() {
             if t < starting {
@@ -289,10 +289,10 @@ impl MatchedKalmanBank {
                 change = if inconsistent { 1 } else { -1 };
             }
             changes.push(change);
-            verdict.alarm.push(inconsistent);
-            verdict.score.push(best.level);
+            output.alarm.push(inconsistent);
+            output.score.push(best.level);
         }
-        DetectorOutput { changes: Some(changes), ..verdict }
+        DetectorOutput { changes: Some(changes), ..output }
     }
 }
 

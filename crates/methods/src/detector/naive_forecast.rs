@@ -90,14 +90,14 @@ mod tests {
     fn blocks_by_hand() {
         let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0, 4.5];
         let params = Params { window: 2, horizon: 2, threshold: 1.0, ..Params::default() };
-        let verdict = NaiveForecast::new(params).unwrap().detect(&Input {
+        let output = NaiveForecast::new(params).unwrap().detect(&Input {
             signal: &signal,
             error: &[],
             seed: 0,
             reverse: None,
         });
-        assert_eq!(verdict.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
-        assert_eq!(verdict.alarm, [false, false, true, true, false, true, false]);
+        assert_eq!(output.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
+        assert_eq!(output.alarm, [false, false, true, true, false, true, false]);
     }
 
     // By hand: each frame is compared with the one two before it, from frame 3 on.
@@ -105,12 +105,12 @@ mod tests {
     fn rolling_by_hand() {
         let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0];
         let params = Params { window: 2, horizon: 2, threshold: 1.0, scheme: Scheme::Rolling };
-        let verdict = NaiveForecast::new(params).unwrap().detect(&Input {
+        let output = NaiveForecast::new(params).unwrap().detect(&Input {
             signal: &signal,
             error: &[],
             seed: 0,
             reverse: None,
         });
-        assert_eq!(verdict.score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0]);
+        assert_eq!(output.score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0]);
     }
 }

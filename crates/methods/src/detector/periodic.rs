@@ -80,9 +80,9 @@ mod tests {
     #[test]
     fn by_hand() {
         let detector = ENTRY.build_from_text("{ period = 3, phase = 1 }").unwrap();
-        let verdict = detector.detect(&Input { signal: &[0.0; 8], error: &[], seed: 0, reverse: None });
-        assert_eq!(super::super::run_starts(&verdict.alarm), [1, 4, 7]);
-        assert_eq!(verdict.score, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let output = detector.detect(&Input { signal: &[0.0; 8], error: &[], seed: 0, reverse: None });
+        assert_eq!(super::super::run_starts(&output.alarm), [1, 4, 7]);
+        assert_eq!(output.score, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
     }
 
     #[test]

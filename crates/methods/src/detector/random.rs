@@ -100,7 +100,7 @@ mod tests {
     }
 
     // P(alarm) = rate in every frame. Over 200000 frames the standard deviation of the mean is below
-    // sqrt(rate / 200000), as neighbours are negatively correlated; five of them are allowed.
+    // sqrt(rate / 200000), as neighbors are negatively correlated; five of them are allowed.
     #[test]
     fn the_rate_is_kept_and_alarms_are_isolated() {
         for rate in [0.01, 0.1, 0.3, 0.5] {

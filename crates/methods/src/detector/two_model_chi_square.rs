@@ -288,9 +288,9 @@ mod tests {
     // By hand: N = 2, L = 1. Frames 3 and 4 leave 0 for 1 and for -9: two changes without a gap between.
     #[test]
     fn a_fall_that_follows_a_rise_is_a_change_of_its_own() {
-        let verdict = detect("{ length = 1, least_reference = 2 }", &[0.0, 1e-3, 0.0, 1.0, -9.0, -4.0, -4.0]);
-        assert_eq!(verdict.alarm, [false, false, false, true, true, false, false]);
-        assert_eq!(verdict.changes.unwrap(), [0, 0, 0, 1, -1, 0, 0]);
+        let output = detect("{ length = 1, least_reference = 2 }", &[0.0, 1e-3, 0.0, 1.0, -9.0, -4.0, -4.0]);
+        assert_eq!(output.alarm, [false, false, false, true, true, false, false]);
+        assert_eq!(output.changes.unwrap(), [0, 0, 0, 1, -1, 0, 0]);
     }
 
     #[test]
@@ -302,9 +302,9 @@ mod tests {
             }
             // The windows are 14 and 7 frames: from frame 8 + 20 on they hold the constant alone.
             let start: Vec<f64> = (0..80).map(|t| if t < 8 { f64::from(t * t) } else { 0.3 }).collect();
-            let verdict = detect(&text, &start);
-            assert!(verdict.score[28..].iter().all(|t| *t == 0.0));
-            assert!(verdict.score[27] != 0.0);
+            let output = detect(&text, &start);
+            assert!(output.score[28..].iter().all(|t| *t == 0.0));
+            assert!(output.score[27] != 0.0);
         }
     }
 
@@ -336,13 +336,13 @@ mod tests {
             };
             let by = 2.0_f64.powi(power);
             let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
-            let verdict = run(&y, 1e-4);
-            prop_assert_eq!(&verdict, &run(&scaled, 1e-4 * by * by));
+            let output = run(&y, 1e-4);
+            prop_assert_eq!(&output, &run(&scaled, 1e-4 * by * by));
             let turned: Vec<f64> = y.iter().map(|v| -v).collect();
             let turned = run(&turned, 1e-4);
-            prop_assert_eq!(&verdict.score, &turned.score);
+            prop_assert_eq!(&output.score, &turned.score);
             let negated = turned.changes.map(|c| c.iter().map(|c| -c).collect::<Vec<i32>>());
-            prop_assert_eq!(verdict.changes, negated);
+            prop_assert_eq!(output.changes, negated);
         }
 
         #[test]

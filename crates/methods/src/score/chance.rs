@@ -11,14 +11,14 @@
 //! D and E are given, so the expected F is `2 E[TP] / (E + D)` exactly. Of D among N frames drawn without
 //! replacement, k are in the window of m = 2 tolerance + 1 frames around an event with the hypergeometric
 //! probability P(k). Where a protocol matches signs, detections alternate between the two: one alone has the right
-//! sign half of the time, and of two neighbours one has it. Frame by frame (m = 1) TP_0 is E D / N. So a random
+//! sign half of the time, and of two neighbors one has it. Frame by frame (m = 1) TP_0 is E D / N. So a random
 //! detector has 0 in the mean, an oracle 1, a silent one 0 and one that avoids events less than 0.
 //!
 //! TP_0 is exact where windows of events neither overlap nor leave the sequence. Elsewhere it is an upper bound,
 //! for a detection matches one event only and cut windows hold fewer frames, and the score a lower bound: with
 //! events every few frames it says little. Two more limits: counts are those of a whole suite, so that the
 //! random detector spreads its alarms over all sequences alike; and detections that are first frames of alarms
-//! cannot be neighbours, which the draw allows: alarms that are thrown frame by frame and begin in 1 frame of 25
+//! cannot be neighbors, which the draw allows: alarms that are thrown frame by frame and begin in 1 frame of 25
 //! hit 3 % more windows than are expected here.
 //!
 //! The form is that of Cohen's kappa ("A coefficient of agreement for nominal scales", Educational and

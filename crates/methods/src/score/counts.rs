@@ -63,7 +63,7 @@ impl Counts {
         ratio(self.fp, self.fp + self.tn)
     }
 
-    /// Share of frames that are labelled rightly.
+    /// Share of frames that are labeled rightly.
     pub fn accuracy(&self) -> Option<f64> {
         ratio(self.tp + self.tn, self.tp + self.fp + self.fn_ + self.tn)
     }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Frames count for the accuracy unless they are a failure, skipped after one, or one of the first
-//! `burn_in` (10, the initialisation included) of a start. For the EAO a track is cut into runs from a start
+//! `burn_in` (10, the initialization included) of a start. For the EAO a track is cut into runs from a start
 //! to the next failure, index 0 being the start itself, which is not counted; after a failure a run goes on
 //! with overlap 0 for ever, after the end of the sequence it leaves the mean.
 //!

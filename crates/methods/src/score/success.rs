@@ -6,7 +6,7 @@
 //! ```
 //!
 //! `overlap_t` is intersection over union of the two rectangles in frame t, `error_t` the distance of their
-//! centres in pixels, n the number of all frames. High is good. Both are computed for every sequence and
+//! centers in pixels, n the number of all frames. High is good. Both are computed for every sequence and
 //! then averaged with equal weights (Wu, Lim, Yang, CVPR 2013 and TPAMI 37(9), 2015).
 //!
 //! The programs agree on that and differ in the rest, so that the same boxes have different scores:
@@ -15,10 +15,10 @@
 //! |---|---|---|---|
 //! | first frame | replaced by the truth | as reported | replaced by the truth |
 //! | frame without annotation | overlap -1: a miss; error -1: a **hit** | the same | a miss |
-//! | what counts as annotated | x, y, w and h above 0, 1-based | w and h above 0; for the error, the centre above 0 | every box |
+//! | what counts as annotated | x, y, w and h above 0, 1-based | w and h above 0; for the error, the center above 0 | every box |
 //! | tracker without a box | its last box stays | a miss | a miss |
 //!
-//! Boxes are continuous and 0-based here; in OTB's 1-based pixels x and y are larger by 1 and a centre is
+//! Boxes are continuous and 0-based here; in OTB's 1-based pixels x and y are larger by 1 and a center is
 //! `x + (w - 1) / 2`, which cancels in both measures and counts only for the rules of the third row. In a frame
 //! that a reset protocol skipped, or a replayed file had no box for, the tracker has no box.
 //! A run that starts later than the sequence (a temporal restart) is scored from its start on.
@@ -59,8 +59,8 @@ pub struct Rules {
 enum Counts {
     /// Those that are positive in all four 1-based numbers.
     Positive,
-    /// Those with a positive size and, for the error, with a positive 1-based centre.
-    PositiveCentre,
+    /// Those with a positive size and, for the error, with a positive 1-based center.
+    PositiveCenter,
     /// All.
     All,
 }
@@ -81,7 +81,7 @@ pub static RULES: &[Rules] = &[
         replaces_first: false,
         absent_is_hit: true,
         keeps_box: false,
-        counts: Counts::PositiveCentre,
+        counts: Counts::PositiveCenter,
     },
     Rules {
         name: "got10k/1",
@@ -200,7 +200,7 @@ impl Rules {
                 let good = truth.x + 1.0 > 0.0 && truth.y + 1.0 > 0.0;
                 (keep(good), keep(good))
             }
-            Counts::PositiveCentre => {
+            Counts::PositiveCenter => {
                 let (x, y) = truth.center();
                 (keep(true), keep(x + 0.5 > 0.0 && y + 0.5 > 0.0))
             }

@@ -3,13 +3,13 @@
 //!
 //! ```text
 //! v_t     = (1 / k) (x_{t-1} - x_{t-1-k})                                              Eq. 1
-//! B_t     : centre x_{t-1} + v_t, width w + ceil((w + h) / 4), height h + ceil((w + h) / 4)
+//! B_t     : center x_{t-1} + v_t, width w + ceil((w + h) / 4), height h + ceil((w + h) / 4)
 //! y_t^a   = 1 / (w_t h_t M) sum_c omega_c sum_{i,j,m} |d_S(i,j,c,m) - d_{b^a}(i,j,c,m)|    Eq. 2-5
 //! omega_c = |mean_S^c - mean_{b^a}^c| / sum_c |mean_S^c - mean_{b^a}^c|                 Eq. 6
 //! y_t     = (y_t^1 + y_t^2 + y_t^3 + y_t^4) / 4                                         Eq. 7
 //! ```
 //!
-//! `x_t` is the centre of the box in pixels, `w`, `h` (without index) the box of frame t - 1, `S_t` the
+//! `x_t` is the center of the box in pixels, `w`, `h` (without index) the box of frame t - 1, `S_t` the
 //! box of frame t, `b^a` four windows of the size of `S_t` in `B_t`, `c` the channels R, G, B, `d` the
 //! distribution fields of [`crate::image::distribution`] with `M` layers. Frames count from 1 in the
 //! paper, k = min(history, t - 2). y_t is dimensionless, between 0 and 2 / M.
@@ -27,7 +27,7 @@
 //!   repeats border pixels.
 //! - `regions` "corners" are the four corner windows of `B_t` (it is too small for four disjoint ones);
 //!   "sides" are the windows at the middle of its sides. Where `S_t` is larger than `B_t`, `B_t` is
-//!   enlarged about its centre.
+//!   enlarged about its center.
 //! - `outside` "shift" moves a window that leaves the frame inside and repeats border pixels only for
 //!   windows larger than the frame; "replicate" always repeats border pixels.
 //! - `equal_means`: without any difference of means Eq. 6 is 0 / 0; "thirds" sets omega_c = 1/3, "zero"
@@ -287,11 +287,11 @@ pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Di
     enlarged(last, (at.0 + (to.0 - from.0) / k, at.1 + (to.1 - from.1) / k))
 }
 
-/// A box of the size of B_t for a target of the size of `last`, around `centre`.
-fn enlarged(last: &Rect, centre: (f64, f64)) -> Rect {
+/// A box of the size of B_t for a target of the size of `last`, around `center`.
+fn enlarged(last: &Rect, center: (f64, f64)) -> Rect {
     let margin = ((last.w + last.h) / 4.0).ceil();
     let (w, h) = (last.w + margin, last.h + margin);
-    Rect::new(centre.0 - w / 2.0, centre.1 - h / 2.0, w, h)
+    Rect::new(center.0 - w / 2.0, center.1 - h / 2.0, w, h)
 }
 
 /// The four windows of the size of `state` in the region `background`.
@@ -384,7 +384,7 @@ impl Quality {
             planes.read(frame, window, &self.layer_of);
         }
         let [target, others @ ..] = &self.planes;
-        // L1 distances a channel and window; channels that agree (grey frames) are computed once.
+        // L1 distances a channel and window; channels that agree (gray frames) are computed once.
         let mut distances = [[0.0; 4]; 3];
         for c in 0..3 {
             let twin = (0..c).find(|&e| self.planes.iter().all(|p| p.layers[c] == p.layers[e]));

@@ -16,11 +16,11 @@ pub enum Reference {
 }
 
 /// Four times the weight `(w / 2)^2 + (h / 2)^2 + 1 - dist^2` of pixel (`j`, `i`) of a window, where
-/// `dist` is its distance to the centre; a whole number, above 0.
+/// `dist` is its distance to the center; a whole number, above 0.
 pub fn weight(window: &Window, j: usize, i: usize) -> u64 {
-    let from_centre = |at: usize, side: usize| (2 * at + 1).abs_diff(side) as u64;
+    let from_center = |at: usize, side: usize| (2 * at + 1).abs_diff(side) as u64;
     let (w, h) = (window.w as u64, window.h as u64);
-    w * w + h * h + 4 - from_centre(j, window.w).pow(2) - from_centre(i, window.h).pow(2)
+    w * w + h * h + 4 - from_center(j, window.w).pow(2) - from_center(i, window.h).pow(2)
 }
 
 /// Bin of a value when 0..=255 is divided into `bins` equal ones.
@@ -34,7 +34,7 @@ pub fn check_bins(key: &'static str, bins: usize) -> Result<(), ParamError> {
     good.then_some(()).ok_or_else(|| ParamError::out_of_range(key, "1 to 256", bins))
 }
 
-/// Bhattacharyya coefficient `sum_u sqrt(p_u q_u)` of two histograms that are first normalised to sum 1;
+/// Bhattacharyya coefficient `sum_u sqrt(p_u q_u)` of two histograms that are first normalized to sum 1;
 /// in `[0, 1]`. Two empty histograms are alike (1), an empty one is unlike any other (0).
 pub fn bhattacharyya(p: &[u64], q: &[u64]) -> f64 {
     let (all_p, all_q) = (p.iter().sum::<u64>() as f64, q.iter().sum::<u64>() as f64);
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn weights_of_a_small_window() {
-        // 3 x 2 pixels, centre (1.5, 1): at the corner dist^2 = 1 + 1/4, at the middle 1/4; wmax 17/4.
+        // 3 x 2 pixels, center (1.5, 1): at the corner dist^2 = 1 + 1/4, at the middle 1/4; wmax 17/4.
         let window = Window { x: 7, y: 9, w: 3, h: 2 };
         assert_eq!(weight(&window, 0, 0), 17 - 5);
         assert_eq!(weight(&window, 1, 1), 17 - 1);

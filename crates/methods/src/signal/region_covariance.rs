@@ -7,13 +7,13 @@
 //! d_t     = sqrt( sum_k ln^2 lambda_k ),  C_t v = lambda C_{t-1} v      (ibid., Eq. 3; Foerstner)
 //! ```
 //!
-//! `x`, `y` in pixels, colours 0 to 255, `n` the pixels of the box on the frame; `d_t` is dimensionless
+//! `x`, `y` in pixels, colors 0 to 255, `n` the pixels of the box on the frame; `d_t` is dimensionless
 //! and at least 0, and 0 in the first frame. A common linear map of all features changes nothing, so
 //! units and origin do not matter; dividing positions by each box's own size would, and is not done.
 //!
 //! The letter's text was not available; the descriptor and the distance are the likely ones. Choices:
 //! covariances are made definite by adding `ridge * w * h` to the variances of x and y and
-//! `ridge * 255^2` to those of the colours; where all pixels of a box are grey (R = G = B, so that C is
+//! `ridge * 255^2` to those of the colors; where all pixels of a box are gray (R = G = B, so that C is
 //! singular), `grey_ridge` times its own variance is added to each feature as well. A box of one pixel
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
@@ -39,9 +39,9 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Added to every variance, relative to w h (positions) and 255^2 (colours); 1e-9 to 1.
+    /// Added to every variance, relative to w h (positions) and 255^2 (colors); 1e-9 to 1.
     pub ridge: f64,
-    /// Added to every variance of an all-grey box, relative to that variance; 0 to 1.
+    /// Added to every variance of an all-gray box, relative to that variance; 0 to 1.
     pub grey_ridge: f64,
 }
 
@@ -103,18 +103,18 @@ impl Session for Change {
     }
 }
 
-/// The regularised covariance of (x, y, R, G, B) over a window that lies on the frame.
+/// The regularized covariance of (x, y, R, G, B) over a window that lies on the frame.
 fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     let (x0, y0) = (window.x as usize, window.y as usize);
     // Sums of integers, exact in any order: linear and bilinear terms of (x, y, R, G, B).
     let mut sums = [0_i64; 5];
     let mut products = [[0_i64; 5]; 5];
-    let mut grey = true;
+    let mut gray = true;
     for i in 0..window.h {
         for pixel in frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)].chunks_exact(3).zip(0_i64..) {
             let (rgb, j) = pixel;
             let z = [j, i as i64, i64::from(rgb[0]), i64::from(rgb[1]), i64::from(rgb[2])];
-            grey &= rgb[0] == rgb[1] && rgb[1] == rgb[2];
+            gray &= rgb[0] == rgb[1] && rgb[1] == rgb[2];
             for a in 0..5 {
                 sums[a] += z[a];
                 for b in 0..=a {
@@ -127,13 +127,13 @@ fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     let scale = (pixels * (pixels - 1).max(1)) as f64;
     let mut c = Matrix5::from_fn(|a, b| {
         let (a, b) = (a.max(b), a.min(b));
-        let centred = pixels * i128::from(products[a][b]) - i128::from(sums[a]) * i128::from(sums[b]);
-        centred as f64 / scale
+        let centered = pixels * i128::from(products[a][b]) - i128::from(sums[a]) * i128::from(sums[b]);
+        centered as f64 / scale
     });
     let position = p.ridge * (window.w * window.h) as f64;
-    let colour = p.ridge * 255.0 * 255.0;
-    for (a, unit) in [position, position, colour, colour, colour].into_iter().enumerate() {
-        c[(a, a)] += unit + if grey { p.grey_ridge * c[(a, a)] } else { 0.0 };
+    let color = p.ridge * 255.0 * 255.0;
+    for (a, unit) in [position, position, color, color, color].into_iter().enumerate() {
+        c[(a, a)] += unit + if gray { p.grey_ridge * c[(a, a)] } else { 0.0 };
     }
     c
 }
@@ -202,8 +202,8 @@ mod tests {
             let mut session = signal.start();
             let state = TrackerState::tracked(Region::Rect(Rect::new(3.0, 2.0, w, h)));
             prop_assert_eq!(session.push(&Frame::new(20, 20, vec![value; 1200]), &state), 0.0);
-            let colours = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
-            prop_assert!(session.push(&colours, &state).is_finite());
+            let colors = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
+            prop_assert!(session.push(&colors, &state).is_finite());
         }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! p_u   = sum_{pixels of bin u} w(pixel) / sum_{pixels} w(pixel),  bin = floor(value / (256 / 8))
-//! w     = (w / 2)^2 + (h / 2)^2 + 1 - dist^2        dist: pixels from the centre of the box
+//! w     = (w / 2)^2 + (h / 2)^2 + 1 - dist^2        dist: pixels from the center of the box
 //! rho_t = sum_u sqrt(p_u(t) q_u)                    Bhattacharyya coefficient, in [0, 1]
 //! ```
 //!
@@ -122,10 +122,10 @@ mod tests {
         let mut session = signal.start();
         let state =
             TrackerState::tracked(crate::region::Region::Rect(crate::region::Rect::new(0.0, 0.0, 2.0, 1.0)));
-        let grey = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
-        let coloured = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
-        assert_eq!(session.push(&grey, &state), 1.0);
-        assert_eq!(session.push(&coloured, &state), 0.0);
-        assert_eq!(session.push(&coloured, &state), 1.0);
+        let gray = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
+        let colored = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
+        assert_eq!(session.push(&gray, &state), 1.0);
+        assert_eq!(session.push(&colored, &state), 0.0);
+        assert_eq!(session.push(&colored, &state), 1.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Similarity of the target's joint colour and texture histograms, as the detector RLHist of the DTEF
+//! Similarity of the target's joint color and texture histograms, as the detector RLHist of the DTEF
 //! paper uses it (Ning, Zhang, Zhang and Wu, IJPRAI 23(7), 2009). Low values speak for a failure.
 //!
 //! ```text
@@ -8,7 +8,7 @@
 //! rho_t = sum_u sqrt(p_u(t) q_u)                           Bhattacharyya coefficient, in [0, 1]
 //! ```
 //!
-//! `g` is the grey value round(0.2989 R + 0.5870 G + 0.1140 B), `g_k` the grey values at distance 1 around
+//! `g` is the gray value round(0.2989 R + 0.5870 G + 0.1140 B), `g_k` the gray values at distance 1 around
 //! it (those on the diagonals interpolated bilinearly; 1e-6 is added so that equal values count as equal),
 //! `a` the threshold 8. The frame is surrounded by zeros. Codes 0, 1, 7, 8 and 9 (flat places, spots and
 //! what is not uniform) are left out; what remains are line ends, edges and corners. Weights are those
@@ -31,7 +31,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "rgb-lbp-histogram",
     version: 1,
-    summary: "Bhattacharyya coefficient of joint colour and LBP histograms, this frame against the one before",
+    summary: "Bhattacharyya coefficient of joint color and LBP histograms, this frame against the one before",
     example: "{ lbp_threshold = 8.0 }",
     build: |raw| Ok(Box::new(RgbLbpHistogram::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
@@ -53,7 +53,7 @@ pub struct Params {
     pub green_bins: usize,
     /// Bins of blue, 1 to 256; all three multiplied at most 262144.
     pub blue_bins: usize,
-    /// How much brighter a neighbour must be for its bit, in grey values, 0 to 255.
+    /// How much brighter a neighbor must be for its bit, in gray values, 0 to 255.
     pub lbp_threshold: f64,
     /// What a frame is compared with.
     pub reference: Reference,
@@ -104,7 +104,7 @@ impl Signal for RgbLbpHistogram {
     fn start(&self) -> Box<dyn Session> {
         let p = self.0.clone();
         let bins = p.red_bins * p.green_bins * p.blue_bins * CODES;
-        Box::new(Similarity { memory: Memory::new(p.reference, bins), params: p, grey: Vec::new() })
+        Box::new(Similarity { memory: Memory::new(p.reference, bins), params: p, gray: Vec::new() })
     }
 }
 
@@ -112,67 +112,67 @@ impl Signal for RgbLbpHistogram {
 struct Similarity {
     params: Params,
     memory: Memory,
-    /// Grey values of the box and a rim of one pixel.
-    grey: Vec<f64>,
+    /// Gray values of the box and a rim of one pixel.
+    gray: Vec<f64>,
 }
 
 impl Session for Similarity {
     fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let (x0, y0) = (window.x as usize, window.y as usize);
-        let (p, grey, stride) = (&self.params, &mut self.grey, window.w + 2);
-        read_grey(frame, &window, grey);
+        let (p, gray, stride) = (&self.params, &mut self.gray, window.w + 2);
+        read_gray(frame, &window, gray);
         self.memory.push(|histogram| {
             for i in 0..window.h {
                 let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
                 for (j, rgb) in row.chunks_exact(3).enumerate() {
-                    let code = lbp_code(grey, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
+                    let code = lbp_code(gray, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
                     if !(FIRST_CODE..FIRST_CODE + CODES).contains(&code) {
                         continue;
                     }
                     let (r, g) = (bin(rgb[0], p.red_bins), bin(rgb[1], p.green_bins));
-                    let colour = (r * p.green_bins + g) * p.blue_bins + bin(rgb[2], p.blue_bins);
-                    histogram[colour * CODES + code - FIRST_CODE] += weight(&window, j, i);
+                    let color = (r * p.green_bins + g) * p.blue_bins + bin(rgb[2], p.blue_bins);
+                    histogram[color * CODES + code - FIRST_CODE] += weight(&window, j, i);
                 }
             }
         })
     }
 }
 
-/// Grey values of a window on the frame and its rim, `(w + 2) * (h + 2)`; 0 outside the frame.
-fn read_grey(frame: &Frame, window: &Window, grey: &mut Vec<f64>) {
-    grey.clear();
+/// Gray values of a window on the frame and its rim, `(w + 2) * (h + 2)`; 0 outside the frame.
+fn read_gray(frame: &Frame, window: &Window, gray: &mut Vec<f64>) {
+    gray.clear();
     for y in window.y - 1..=window.y + window.h as i64 {
         for x in window.x - 1..=window.x + window.w as i64 {
             let inside = (0..frame.width() as i64).contains(&x) && (0..frame.height() as i64).contains(&y);
-            grey.push(if inside { grey_value(frame.pixel(x as usize, y as usize)) } else { 0.0 });
+            gray.push(if inside { gray_value(frame.pixel(x as usize, y as usize)) } else { 0.0 });
         }
     }
 }
 
-/// Grey value of a pixel, a whole number from 0 to 255.
-fn grey_value(pixel: [u8; 3]) -> f64 {
+/// Gray value of a pixel, a whole number from 0 to 255.
+fn gray_value(pixel: [u8; 3]) -> f64 {
     f64::from(luma(pixel))
 }
 
 /// Rotation invariant uniform LBP code of the value at `at`, 0..=9.
-fn lbp_code(grey: &[f64], stride: usize, at: usize, threshold: f64) -> usize {
-    let centre = grey[at];
-    let (up, down, left, right) = (grey[at - stride], grey[at + stride], grey[at - 1], grey[at + 1]);
+fn lbp_code(gray: &[f64], stride: usize, at: usize, threshold: f64) -> usize {
+    let center = gray[at];
+    let (up, down, left, right) = (gray[at - stride], gray[at + stride], gray[at - 1], gray[at + 1]);
     // The place (s, s) between four pixels, s = cos 45 degrees.
     let (s, t) = (FRAC_1_SQRT_2, 1.0 - FRAC_1_SQRT_2);
-    let diagonal = |corner: f64, a: f64, b: f64| s * s * corner + s * t * (a + b) + t * t * centre;
+    let diagonal = |corner: f64, a: f64, b: f64| s * s * corner + s * t * (a + b) + t * t * center;
     let ring = [
         right,
-        diagonal(grey[at - stride + 1], right, up),
+        diagonal(gray[at - stride + 1], right, up),
         up,
-        diagonal(grey[at - stride - 1], up, left),
+        diagonal(gray[at - stride - 1], up, left),
         left,
-        diagonal(grey[at + stride - 1], left, down),
+        diagonal(gray[at + stride - 1], left, down),
         down,
-        diagonal(grey[at + stride + 1], down, right),
+        diagonal(gray[at + stride + 1], down, right),
     ];
-    let bits = ring.map(|value| value + 1e-6 >= centre + threshold);
+    let bits = ring.map(|value| value + 1e-6 >= center + threshold);
     let changes = (0..8).filter(|&k| bits[k] != bits[(k + 1) % 8]).count();
     if changes > 2 { NOT_UNIFORM } else { bits.iter().filter(|&&bit| bit).count() }
 }
@@ -183,16 +183,16 @@ mod tests {
 
     #[test]
     fn codes_by_hand() {
-        let code = |grey: [u8; 9]| lbp_code(&grey.map(f64::from), 3, 4, 8.0);
+        let code = |gray: [u8; 9]| lbp_code(&gray.map(f64::from), 3, 4, 8.0);
         assert_eq!(code([7; 9]), 0);
         // An edge: the three to the right are brighter, the diagonals above and below among them.
         assert_eq!(code([0, 0, 100, 0, 0, 100, 0, 0, 100]), 3);
         // A dark spot.
         assert_eq!(code([100, 100, 100, 100, 0, 100, 100, 100, 100]), 8);
-        // Exactly the threshold is enough for one neighbour.
+        // Exactly the threshold is enough for one neighbor.
         assert_eq!(code([0, 0, 0, 0, 0, 8, 0, 0, 0]), 1);
         assert_eq!(code([0, 0, 0, 0, 0, 7, 0, 0, 0]), 0);
-        // Between 8, 8, 8 and the centre 0 lies 8 (1 - (1 - s)^2) = 7.3: the diagonals stay below.
+        // Between 8, 8, 8 and the center 0 lies 8 (1 - (1 - s)^2) = 7.3: the diagonals stay below.
         assert_eq!(code([8, 8, 8, 8, 0, 8, 8, 8, 8]), 9);
         // Without a threshold equal values count, interpolated ones too.
         assert_eq!(lbp_code(&[7.0; 9], 3, 4, 0.0), 8);
@@ -201,10 +201,10 @@ mod tests {
     }
 
     #[test]
-    fn grey_values_round_half_up() {
-        assert_eq!(grey_value([255; 3]), 255.0);
-        assert_eq!(grey_value([0, 0, 255]), 29.0);
-        assert_eq!(grey_value([10, 20, 30]), 18.0);
+    fn gray_values_round_half_up() {
+        assert_eq!(gray_value([255; 3]), 255.0);
+        assert_eq!(gray_value([0, 0, 255]), 29.0);
+        assert_eq!(gray_value([10, 20, 30]), 18.0);
     }
 
     #[test]

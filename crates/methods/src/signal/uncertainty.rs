@@ -10,7 +10,7 @@
 //! `C` is a size in square pixels. Where all components are pixels, `u_t` has no unit; with an angle
 //! among them it is a geometric mean of unlike variances, and only its ratios mean something.
 //!
-//! Paper to code: Sigma_t and d are those of `components`, 0-based: all of them in this paper, the centre
+//! Paper to code: Sigma_t and d are those of `components`, 0-based: all of them in this paper, the center
 //! `[0, 1]` in ARTE (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012). Choices where the paper is
 //! silent: C, "to consider the target size", is Hx Hy, a quarter of the area of the first region's
 //! rectangle (`first-size`); a constant C cancels in [`super::uncertainty_change`]. `u_t` is at least
@@ -221,7 +221,7 @@ mod tests {
         for (text, want) in [
             ("{ normalise = \"none\" }", FULL),
             ("{}", FULL / 20.0),
-            ("{ components = [0, 1], normalise = \"none\" }", CENTRE),
+            ("{ components = [0, 1], normalise = \"none\" }", CENTER),
             ("{ components = [4, 1, 2], normalise = \"none\" }", THREE),
         ] {
             let got = run(text, &track)[0];
@@ -229,7 +229,7 @@ mod tests {
         }
     }
     const FULL: f64 = 1.314083800119825;
-    const CENTRE: f64 = 19.77371993328519;
+    const CENTER: f64 = 19.77371993328519;
     const THREE: f64 = 0.7049982395207787;
 
     // By hand: det = 36, root 6; quarters of the areas are 1, 2 and 4.

@@ -13,8 +13,8 @@ fn detect(text: &str, signal: &[f64], reverse: &Fake) -> DetectorOutput {
     built(text).detect(&Input { signal, error: &[], seed: 0, reverse: Some(reverse) })
 }
 
-fn checks(verdict: &DetectorOutput) -> Vec<Check> {
-    verdict.quality.as_ref().map(|q| q.checks.clone()).unwrap()
+fn checks(output: &DetectorOutput) -> Vec<Check> {
+    output.quality.as_ref().map(|q| q.checks.clone()).unwrap()
 }
 
 // By hand: a rise from 1 to 5 is (5 - 1) / 1, a fall from 5 to 1 is (1 - 5) / 1, or (1 - 5) / 5.
@@ -121,10 +121,10 @@ const SCRIPT: [f64; 19] =
 fn a_series_goes_through_every_row() {
     let reverse = Fake::new(|from, _| Some(if from == 7 { 0.9 } else { 0.3 }));
     let text = format!("{{ {PLAIN} }}");
-    let verdict = detect(&text, &SCRIPT, &reverse);
-    let quality = verdict.quality.as_ref().unwrap();
+    let output = detect(&text, &SCRIPT, &reverse);
+    let quality = output.quality.as_ref().unwrap();
     assert_eq!(letters(quality), "ooossisoosiooosiiio");
-    assert_eq!(marks(&verdict.alarm), "...xxxxxxxx...xxxx.");
+    assert_eq!(marks(&output.alarm), "...xxxxxxxx...xxxx.");
     // The rise to the distractor's end in frame 9 has left the reference where it was.
     assert_eq!(reverse.asked(), [(7, 2), (11, 2), (18, 13)]);
     let accepted: Vec<bool> = quality.checks.iter().map(|c| c.accepted).collect();
@@ -138,11 +138,11 @@ fn a_series_goes_through_every_row() {
 #[test]
 fn a_reference_that_is_too_far_is_not_run_to() {
     let reverse = Fake::new(|from, _| Some(if from == 7 { 0.9 } else { 0.3 }));
-    let verdict = detect(&format!("{{ {PLAIN}, reverse_limit = 5 }}"), &SCRIPT, &reverse);
-    assert_eq!(marks(&verdict.alarm), "...xxxxxxxxxxxxxxxx");
-    assert_eq!(letters(verdict.quality.as_ref().unwrap()), "ooossisoosiooosiiio");
+    let output = detect(&format!("{{ {PLAIN}, reverse_limit = 5 }}"), &SCRIPT, &reverse);
+    assert_eq!(marks(&output.alarm), "...xxxxxxxxxxxxxxxx");
+    assert_eq!(letters(output.quality.as_ref().unwrap()), "ooossisoosiooosiiio");
     assert_eq!(reverse.asked(), [(7, 2)]);
-    let tried: Vec<_> = checks(&verdict).iter().map(|c| (c.frame, c.reference, c.error)).collect();
+    let tried: Vec<_> = checks(&output).iter().map(|c| (c.frame, c.reference, c.error)).collect();
     assert_eq!(tried, [(7, 2, Some(0.9)), (11, 2, None), (18, 2, None)]);
 }
 
@@ -165,8 +165,8 @@ fn without_a_way_back_a_lost_track_stays_lost() {
 #[test]
 fn half_a_fall_is_no_recovery() {
     let reverse = Fake::always(Some(0.0));
-    let verdict = detect(&format!("{{ {PLAIN} }}"), &[1.0, 1.0, 20.0, 5.0, 5.0, 5.0, 5.0], &reverse);
-    assert_eq!(letters(verdict.quality.as_ref().unwrap()), "oosssoo");
+    let output = detect(&format!("{{ {PLAIN} }}"), &[1.0, 1.0, 20.0, 5.0, 5.0, 5.0, 5.0], &reverse);
+    assert_eq!(letters(output.quality.as_ref().unwrap()), "oosssoo");
     assert_eq!(reverse.asked(), [(5, 1)]);
 }
 
@@ -174,8 +174,8 @@ fn half_a_fall_is_no_recovery() {
 fn own_thresholds_take_the_place_of_tied_ones() {
     let reverse = Fake::always(Some(0.0));
     let run = |more: &str| {
-        let verdict = detect(&format!("{{ {PLAIN}, {more} }}"), &[1.0, 1.0, 4.0, 1.6, 1.0, 1.0], &reverse);
-        letters(verdict.quality.as_ref().unwrap())
+        let output = detect(&format!("{{ {PLAIN}, {more} }}"), &[1.0, 1.0, 4.0, 1.6, 1.0, 1.0], &reverse);
+        letters(output.quality.as_ref().unwrap())
     };
     assert_eq!(run("settling = 0"), "oosioo");
     assert_eq!(run("tau_2 = -1.4"), "oosooo");
@@ -200,9 +200,9 @@ fn the_start_and_the_floor_are_no_reference() {
     let none = Fake::always(None);
     // A filter that starts without spread: nothing but the floor to be compared with.
     let start = [1e-12, 1.0, 1.0, 1.2, 1.0];
-    let verdict = detect("{ smoothing = 1 }", &start, &none);
-    assert_eq!(marks(&verdict.alarm), ".....");
-    assert_eq!(verdict.score[..3], [0.0; 3]);
+    let output = detect("{ smoothing = 1 }", &start, &none);
+    assert_eq!(marks(&output.alarm), ".....");
+    assert_eq!(output.score[..3], [0.0; 3]);
     // With another floor it is a rise.
     assert_eq!(marks(&detect("{ smoothing = 1, floor = 1e-13 }", &start, &none).alarm), ".xxxx");
     // A spread that grows at the start is a rise, unless it settles.
@@ -213,9 +213,9 @@ fn the_start_and_the_floor_are_no_reference() {
     assert_eq!(detect("{ settling = 9 }", &SCRIPT[..6], &none).score, [0.0; 6]);
     // A collapse is a fall when it comes, and no reference afterwards.
     let collapse = [1.0, 1.0, 5.0, 1e-12, 1.0, 1.0];
-    let verdict = detect(&format!("{{ {PLAIN} }}"), &collapse, &Fake::always(Some(0.0)));
-    assert_eq!(letters(verdict.quality.as_ref().unwrap()), "oosooo");
-    assert_eq!(checks(&verdict).len(), 1);
+    let output = detect(&format!("{{ {PLAIN} }}"), &collapse, &Fake::always(Some(0.0)));
+    assert_eq!(letters(output.quality.as_ref().unwrap()), "oosooo");
+    assert_eq!(checks(&output).len(), 1);
 }
 
 #[test]
@@ -287,19 +287,19 @@ proptest! {
 
     #[test]
     fn alarms_begin_with_a_rise_and_end_with_an_accepted_check(u in uncertainty(), smoothing in 1..8_usize) {
-        let verdict = detect(&format!("{{ smoothing = {smoothing} }}"), &u, &mixed());
-        let quality = verdict.quality.as_ref().unwrap();
+        let output = detect(&format!("{{ smoothing = {smoothing} }}"), &u, &mixed());
+        let quality = output.quality.as_ref().unwrap();
         for t in 0..u.len() {
-            let before = t.checked_sub(1).is_some_and(|t| verdict.alarm[t]);
+            let before = t.checked_sub(1).is_some_and(|t| output.alarm[t]);
             let accepted = quality.checks.iter().any(|c| c.frame == t && c.accepted);
-            if verdict.alarm[t] && !before {
-                prop_assert!(verdict.score[t] > 2.05 && quality.condition[t] == Condition::Scanning);
+            if output.alarm[t] && !before {
+                prop_assert!(output.score[t] > 2.05 && quality.condition[t] == Condition::Scanning);
             }
-            prop_assert_eq!(before && !verdict.alarm[t], accepted);
+            prop_assert_eq!(before && !output.alarm[t], accepted);
         }
         // The reference is the last frame without an alarm.
         for check in &quality.checks {
-            let last = (0..check.frame).rev().find(|t| !verdict.alarm[*t]);
+            let last = (0..check.frame).rev().find(|t| !output.alarm[*t]);
             prop_assert_eq!(last, Some(check.reference));
         }
         // The short window is a part of the long one.
@@ -311,8 +311,8 @@ proptest! {
 
     #[test]
     fn beyond_every_change_nothing_happens(u in uncertainty()) {
-        let verdict = detect("{ tau_1 = 1e300 }", &u, &mixed());
-        prop_assert!(verdict.quality.unwrap().condition.iter().all(|c| *c == Condition::LockedOn));
-        prop_assert!(!verdict.alarm.contains(&true));
+        let output = detect("{ tau_1 = 1e300 }", &u, &mixed());
+        prop_assert!(output.quality.unwrap().condition.iter().all(|c| *c == Condition::LockedOn));
+        prop_assert!(!output.alarm.contains(&true));
     }
 }

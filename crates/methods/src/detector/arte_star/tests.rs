@@ -26,10 +26,10 @@ const SCRIPT: [f64; 19] =
 fn changes_go_through_the_rows_that_onsets_can_reach() {
     let reverse = Fake::new(|from, _| Some(if from == 3 { 0.8 } else { 0.5 }));
     let detector = built(&format!("{{ {PLAIN} }}"));
-    let verdict = detector.detect(&input(&SCRIPT, &reverse));
-    let quality = verdict.quality.as_ref().unwrap();
+    let output = detector.detect(&input(&SCRIPT, &reverse));
+    let quality = output.quality.as_ref().unwrap();
     assert_eq!(letters(quality), "osioossiooosoosiioo");
-    assert_eq!(marks(&verdict.alarm), ".xxxxxxx...x..xxx..");
+    assert_eq!(marks(&output.alarm), ".xxxxxxx...x..xxx..");
     assert_eq!(reverse.asked(), [(3, 0), (8, 0), (12, 10), (17, 13)]);
     let accepted: Vec<bool> = quality.checks.iter().map(|c| c.accepted).collect();
     assert_eq!(accepted, [false, true, true, true]);
@@ -42,8 +42,8 @@ fn changes_go_through_the_rows_that_onsets_can_reach() {
 fn checks_that_cannot_be_made_are_rejected() {
     let alarm = |text: &str, reverse: Option<&Fake>| {
         let reverse = reverse.map(|r| r as &dyn crate::detector::Reverse);
-        let verdict = built(text).detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse });
-        marks(&verdict.alarm)
+        let output = built(text).detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse });
+        marks(&output.alarm)
     };
     let good = Fake::always(Some(0.0));
     let text = format!("{{ {PLAIN} }}");
@@ -112,8 +112,8 @@ fn it_learns_what_avu_learns() {
         let half = second.unwrap() / 2.0;
         for (factor, want) in [(1.01, "oss"), (0.99, "osi")] {
             let series = [0.0, 9.0, half * factor];
-            let verdict = ready.detect(&input(&series, &Fake::always(None)));
-            assert_eq!(letters(verdict.quality.as_ref().unwrap()), want, "{beta_2} {factor}");
+            let output = ready.detect(&input(&series, &Fake::always(None)));
+            assert_eq!(letters(output.quality.as_ref().unwrap()), want, "{beta_2} {factor}");
         }
     }
     assert!(cut(1) < cut(5));
@@ -121,9 +121,9 @@ fn it_learns_what_avu_learns() {
 
 #[test]
 fn it_is_silent_until_it_has_learned() {
-    let verdict = built("{ train = \"t\" }").detect(&input(&SCRIPT, &Fake::always(Some(0.0))));
-    assert_eq!(letters(verdict.quality.as_ref().unwrap()), "o".repeat(19));
-    assert!(!verdict.alarm.contains(&true));
+    let output = built("{ train = \"t\" }").detect(&input(&SCRIPT, &Fake::always(Some(0.0))));
+    assert_eq!(letters(output.quality.as_ref().unwrap()), "o".repeat(19));
+    assert!(!output.alarm.contains(&true));
     assert!(built("{ beta = 1.0 }").learner().is_none());
 }
 
@@ -194,17 +194,17 @@ proptest! {
     ) {
         let detector =
             built(&format!("{{ length = {length}, beta = 1.0, locking_in_limit = {limit} }}"));
-        let verdict = detector.detect(&input(&c, &mixed()));
-        let quality = verdict.quality.as_ref().unwrap();
+        let output = detector.detect(&input(&c, &mixed()));
+        let quality = output.quality.as_ref().unwrap();
         for t in 0..c.len() {
-            let before = t.checked_sub(1).is_some_and(|t| verdict.alarm[t]);
+            let before = t.checked_sub(1).is_some_and(|t| output.alarm[t]);
             let accepted = quality.checks.iter().any(|c| c.frame == t && c.accepted);
-            if verdict.alarm[t] && !before {
-                prop_assert!(verdict.score[t] > 1.0 && quality.condition[t] == Condition::Scanning);
+            if output.alarm[t] && !before {
+                prop_assert!(output.score[t] > 1.0 && quality.condition[t] == Condition::Scanning);
             }
-            prop_assert_eq!(before && !verdict.alarm[t], accepted);
+            prop_assert_eq!(before && !output.alarm[t], accepted);
             // Whoever is not locked on is inconsistent, so that nothing can become inconsistent.
-            prop_assert!(quality.condition[t] == Condition::LockedOn || verdict.score[t] > 1.0);
+            prop_assert!(quality.condition[t] == Condition::LockedOn || output.score[t] > 1.0);
         }
         let used = rows(limit, &detector.events(&input(&c, &mixed())).1, quality);
         prop_assert!(!used.contains(&1) && !used.contains(&4));
@@ -212,8 +212,8 @@ proptest! {
 
     #[test]
     fn below_the_cut_value_nothing_happens(c in series()) {
-        let verdict = built("{ beta = 1e300 }").detect(&input(&c, &mixed()));
-        prop_assert!(verdict.quality.unwrap().condition.iter().all(|c| *c == Condition::LockedOn));
-        prop_assert!(!verdict.alarm.contains(&true));
+        let output = built("{ beta = 1e300 }").detect(&input(&c, &mixed()));
+        prop_assert!(output.quality.unwrap().condition.iter().all(|c| *c == Condition::LockedOn));
+        prop_assert!(!output.alarm.contains(&true));
     }
 }

@@ -22,9 +22,9 @@ fn agrees_with_dense_normal_densities() {
         serde_json::from_str(include_str!("../../../../../tests/oracles/matched_kalman_bank.json")).unwrap();
     assert_eq!(cases.len(), 7);
     for case in cases {
-        let verdict = detect(&toml::Value::Table(case.params).to_string(), &case.signal);
-        assert_eq!(verdict.changes.unwrap(), case.changes, "{}", case.name);
-        for (t, (a, b)) in verdict.score.iter().zip(&case.levels).enumerate() {
+        let output = detect(&toml::Value::Table(case.params).to_string(), &case.signal);
+        assert_eq!(output.changes.unwrap(), case.changes, "{}", case.name);
+        for (t, (a, b)) in output.score.iter().zip(&case.levels).enumerate() {
             // The dense covariances have a condition of up to 1e9.
             assert!((a - b).abs() < 1e-6, "{} {t}: {a} {b}", case.name);
         }
@@ -35,22 +35,22 @@ fn agrees_with_dense_normal_densities() {
 fn labels_hold_from_change_to_change() {
     let level = |t: i32| if (20..40).contains(&t) { 1.0 } else { 0.2 };
     let signal: Vec<f64> = (0..60).map(|t| level(t) + f64::from(t * 7 % 5) / 100.0).collect();
-    let verdict = detect("{}", &signal);
-    let changes = verdict.changes.unwrap();
+    let output = detect("{}", &signal);
+    let changes = output.changes.unwrap();
     let at: Vec<(usize, i32)> = changes.iter().copied().enumerate().filter(|c| c.1 != 0).collect();
     assert_eq!(at, [(20, 1), (40, -1)]);
-    assert!((0..60).all(|t| verdict.alarm[t] == (20..40).contains(&t)));
+    assert!((0..60).all(|t| output.alarm[t] == (20..40).contains(&t)));
     // The samples are within 0.02 of the mean, and a new level keeps a little of the old one.
-    assert!((0..60).all(|t| (verdict.score[t] - level(t as i32) - 0.02).abs() < 0.04));
+    assert!((0..60).all(|t| (output.score[t] - level(t as i32) - 0.02).abs() < 0.04));
 }
 
 #[test]
 fn a_constant_never_changes() {
     for text in ["{}", "{ noise_variance = 0.01 }", "{ forgetting = 0.0, least_noise = 1e-12 }"] {
         for level in [0.0, 0.1, -3.3, 1e50] {
-            let verdict = detect(text, &[level; 300]);
-            assert_eq!(verdict.changes.unwrap(), [0; 300], "{text} {level}");
-            assert_eq!(verdict.score, [level; 300], "{text} {level}");
+            let output = detect(text, &[level; 300]);
+            assert_eq!(output.changes.unwrap(), [0; 300], "{text} {level}");
+            assert_eq!(output.score, [level; 300], "{text} {level}");
         }
         let start: Vec<f64> =
             (0..300).map(|t| if t < 8 { 1.0 + f64::from(t * t % 7) / 4.0 } else { 1.3 }).collect();

@@ -34,7 +34,7 @@ fn background_by_hand() {
     let past = [0.0, 1.0, 3.0, 9.0].map(|x| at(x, 0.0, 8.0, 8.0));
     assert_eq!(background_region(&past, &now, 2, Displacement::Past).x, 9.0 + 4.0 - 2.0);
     assert_eq!(background_region(&past, &now, 10, Displacement::Past).x, 9.0 + 3.0 - 2.0);
-    // As printed: the centre of the last two steps ends at the current box, (55 - 7) / 2 = 24.
+    // As printed: the center of the last two steps ends at the current box, (55 - 7) / 2 = 24.
     assert_eq!(background_region(&past, &now, 2, Displacement::Printed).x, 9.0 + 24.0 - 2.0);
 }
 
