@@ -30,7 +30,7 @@ pub struct FigureKind {
 }
 
 /// Every kind of figure.
-pub const FIGURE_KINDS: [FigureKind; 6] = [
+pub const FIGURE_KINDS: &[FigureKind] = &[
     FigureKind {
         word: "strips",
         summary: "series over the frames of sequences, optionally below video frames",

@@ -6,70 +6,22 @@
 mod chart;
 mod curve;
 mod delay;
+mod drawer;
 mod lines;
 mod machine;
 mod panels;
 mod strips;
 mod sweep;
 
-use crate::figure::{FigureError, Plot};
-use crate::results::{Results, ResultsError};
-use crate::spec::figure::{Figure, FigureParams};
+pub use drawer::{DrawError, Drawer, Drawing, Scope};
+
+use crate::results::Results;
+use crate::spec::figure::Figure;
 use crate::table;
 
-/// Draws the figures of one kind.
-pub struct Drawer {
-    /// The word of its kind in experiment files.
-    pub word: &'static str,
-    /// Draws one figure.
-    pub draw: fn(&Scope<'_>) -> Result<Drawing, DrawError>,
-}
-
 /// A drawer for every kind of figure.
-pub const DRAWERS: [Drawer; 6] =
-    [strips::DRAWER, sweep::DRAWER, curve::DRAWER, delay::DRAWER, chart::DRAWER, machine::DRAWER];
-
-/// What a drawer draws from.
-pub struct Scope<'r> {
-    /// The experiment's results.
-    pub results: &'r Results,
-    /// The figure that is asked for.
-    pub figure: &'r Figure,
-    /// Which data there is: `suite d1: 12 of 21 targets`.
-    pub note: String,
-}
-
-impl<'r> Scope<'r> {
-    /// The figure's checked keys.
-    fn params(&self) -> &'r FigureParams {
-        &self.figure.params
-    }
-
-    /// The value of a key that the figure's kind requires.
-    fn given<'p, T>(&self, key: &'static str, value: Option<&'p T>) -> Result<&'p T, DrawError> {
-        value.ok_or_else(|| DrawError::Key { name: self.figure.name.clone(), key })
-    }
-}
-
-/// What a drawer makes.
-pub enum Drawing {
-    /// A figure.
-    Plot {
-        /// The figure.
-        plot: Box<dyn Plot>,
-        /// Sentences for the end of its caption, each behind a blank; may be empty.
-        remark: String,
-    },
-    /// There is no data for it, for the reason given.
-    NoData(String),
-}
-
-impl Drawing {
-    /// A figure without a remark.
-    fn of(plot: impl Plot + 'static) -> Self {
-        Self::Plot { plot: Box::new(plot), remark: String::new() }
-    }
-}
+pub const DRAWERS: &[Drawer] =
+    &[strips::DRAWER, sweep::DRAWER, curve::DRAWER, delay::DRAWER, chart::DRAWER, machine::DRAWER];
 
 /// A figure that was drawn.
 pub struct DrawnFigure {
@@ -89,38 +41,6 @@ pub enum FigureOutcome {
     Drawn(DrawnFigure),
     /// There is no data for it, for the reason given.
     NoData(String),
-}
-
-/// A figure that could not be drawn although there is data for it.
-#[derive(Debug, thiserror::Error)]
-pub enum DrawError {
-    /// The results cannot be read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// The drawing failed.
-    #[error("figure {name}: {error}")]
-    Figure {
-        /// Name of the figure.
-        name: String,
-        /// What went wrong.
-        error: FigureError,
-    },
-    /// A key that the kind of figure requires was not checked for.
-    #[error("figure {name} has no `{key}`")]
-    Key {
-        /// Name of the figure.
-        name: String,
-        /// The key.
-        key: &'static str,
-    },
-    /// No drawer has the word of the figure's kind.
-    #[error("figure {name}: nothing draws the kind `{kind}`")]
-    Kind {
-        /// Name of the figure.
-        name: String,
-        /// Word of its kind.
-        kind: &'static str,
-    },
 }
 
 /// Draws one figure.

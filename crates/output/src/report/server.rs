@@ -10,7 +10,7 @@
 mod answer;
 pub mod request;
 
-use answer::{Answer, answer};
+use answer::{Answer, ServedFolders, answer};
 use request::{Refusal, read_request};
 use std::io::{ErrorKind, Read};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -58,13 +58,6 @@ fn port_hint(kind: ErrorKind) -> &'static str {
         ErrorKind::PermissionDenied => "; take one above 1023 with --port, or --port 0 for one that is free",
         _ => "",
     }
-}
-
-/// The folders that are shown.
-#[derive(Debug)]
-struct ServedFolders {
-    reports: PathBuf,
-    results: PathBuf,
 }
 
 /// A server that listens.

@@ -147,7 +147,7 @@ fn hostile_names_are_text() {
 }
 
 #[test]
-fn the_page_asks_for_nothing() {
+fn the_page_loads_nothing() {
     let html = render(&page("Girl")).expect("a page");
     assert_eq!(html.matches("http://").count(), 2, "the namespaces of two figures");
     assert_eq!(html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count(), 2);
@@ -211,7 +211,7 @@ fn values_differences_and_missing_values_are_shown() {
 }
 
 #[test]
-fn an_empty_page_is_a_page() {
+fn an_empty_page_is_rendered() {
     let html = render(&Page::default()).expect("a page");
     assert!(html.contains("<main") && !html.contains("<section"));
     assert_eq!(markdown(&Page::default()).expect("a page"), "#\n");
@@ -362,7 +362,7 @@ fn a_page_stays_small_whatever_is_in_it() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_name_leaves_the_structure(name in "\\PC{0,40}|[<>&\"'|`*_\\[\\]{}%#\\\\\\n\\x00-\\x1f]{0,40}") {
+    fn no_name_changes_the_structure(name in "\\PC{0,40}|[<>&\"'|`*_\\[\\]{}%#\\\\\\n\\x00-\\x1f]{0,40}") {
         // The name stands where our number does, and a number has its value beside it.
         prop_assume!(!name.is_empty() && name.parse::<f64>().is_err());
         let mut plain = page("Girl");

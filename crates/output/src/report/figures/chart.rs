@@ -1,7 +1,7 @@
 //! `chart`: a chart that an analysis makes, on every tracker.
 
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{NamedCurve, drawing, plain};
-use super::{DrawError, Drawer, Drawing, Scope};
 use crate::analysis::Chart;
 use crate::engine::execute::analyse::Analysed;
 use crate::figure::Curves;

@@ -1,7 +1,7 @@
 //! `curve`: one metric over another, such as a receiver operating curve.
 
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{NamedCurve, drawing, plain};
-use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{Curves, Range};
 use crate::results::Measure;
 use crate::results::Results;

@@ -1,7 +1,7 @@
 //! `delay`: how soon after an event it is found, as the share of events that a detection matched by then.
 
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{drawing, plain};
-use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{Curves, Range};
 use crate::results::{Results, ResultsError, TrackSeries};
 use crate::score::TrackScore;

@@ -1,6 +1,6 @@
 //! Figures made of curves.
 
-use super::Drawing;
+use super::drawer::Drawing;
 use crate::figure::{Curve, Curves, Range, Style};
 
 /// Points of a curve under its name.

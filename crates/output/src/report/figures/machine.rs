@@ -1,6 +1,6 @@
 //! `machine`: the conditions of a tracker that ARTE follows, drawn from its own table of transitions.
 
-use super::{DrawError, Drawer, Drawing, Scope};
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use crate::detector::Condition;
 use crate::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 use crate::figure::{Arrow, States};

@@ -1,7 +1,7 @@
 //! `strips`: series over the frames of sequences, below video frames.
 
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::panels::panel;
-use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::{BoxStyle, Panel, Still, Strip};
 use crate::region::Region;
 use crate::report::stills;

@@ -1,7 +1,7 @@
 //! `sweep`: a metric over a grid axis.
 
+use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{NamedCurve, drawing, plain};
-use super::{DrawError, Drawer, Drawing, Scope};
 use crate::figure::Curves;
 use crate::results::Measure;
 use crate::results::Results;

@@ -1,13 +1,21 @@
 //! What is sent back to a client.
 
-use super::ServedFolders;
 use super::request::{self, Refusal, Request, Target, find};
 use crate::engine::observe::progress;
 use crate::report::site;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The folders that are shown.
+#[derive(Debug)]
+pub struct ServedFolders {
+    /// Folder of the reports.
+    pub reports: PathBuf,
+    /// Folder of the results.
+    pub results: PathBuf,
+}
 
 /// An answer to a request.
 pub struct Answer {

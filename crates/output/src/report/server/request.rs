@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn only_this_machine_is_asked_for() {
+    fn only_names_of_this_machine_are_accepted_as_host() {
         for host in ["localhost", "LocalHost:80", "127.0.0.1:65535", "[::1]", "[::1]:8070"] {
             assert!(is_this_machine(host), "{host}");
         }
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_else_is() {
+    fn nothing_outside_or_hidden_is_found() {
         let root = folders();
         let reports = root.path().join("reports");
         let above = [
@@ -399,7 +399,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_may_lead_about_but_not_out() {
+    fn links_inside_the_folder_are_followed_and_no_others() {
         use std::os::unix::fs::symlink;
         let root = folders();
         let reports = root.path().join("reports");
@@ -432,7 +432,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_found_lies_below(path in "/([a-b./%\\\\]|%2e|%2f|%5c|secret|index.html|\\.\\.){0,12}") {
+        fn every_file_found_lies_below_the_folder(path in "/([a-b./%\\\\]|%2e|%2f|%5c|secret|index.html|\\.\\.){0,12}") {
             let root = folders();
             let reports = root.path().join("reports");
             if let Ok(Target::File(found)) = find(&reports, &path) {
@@ -441,7 +441,7 @@ mod tests {
         }
 
         #[test]
-        fn no_bytes_are_too_strange(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        fn any_bytes_are_read_without_a_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
             let _ = read_request(&mut &bytes[..]);
         }
     }

@@ -94,7 +94,7 @@ fn the_site_does_not_depend_on_the_order_of_reports() {
 }
 
 #[test]
-fn what_is_no_report_is_not_listed() {
+fn other_folders_are_not_listed() {
     let dir = tempfile::tempdir().unwrap();
     for name in [".trackfail-tmp-x/a", ".hidden", "With Capitals", "a/.b", "umläut"] {
         put(dir.path(), name, &json(&a("a")));
@@ -153,7 +153,7 @@ fn summaries_that_cannot_be_read_give_warnings() {
 }
 
 #[test]
-fn hostile_texts_are_texts() {
+fn hostile_texts_stay_texts() {
     let dir = tempfile::tempdir().unwrap();
     let of = |text: &str| {
         let text = text.to_string();
@@ -251,7 +251,7 @@ fn runs_are_shown_above_reports() {
 }
 
 #[test]
-fn a_page_of_somebody_else_is_left_alone() {
+fn pages_of_other_programs_are_not_replaced() {
     let dir = tempfile::tempdir().unwrap();
     put(dir.path(), "a", &json(&a("a")));
     let path = dir.path().join(INDEX);
@@ -275,7 +275,7 @@ fn a_page_of_somebody_else_is_left_alone() {
 }
 
 #[test]
-fn writers_at_once_lose_no_report() {
+fn concurrent_writers_lose_no_report() {
     let dir = tempfile::tempdir().unwrap();
     let names: Vec<String> = (0..8).map(|k| format!("e/{k}")).collect();
     std::thread::scope(|scope| {

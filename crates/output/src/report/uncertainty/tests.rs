@@ -67,7 +67,7 @@ fn pairs_by_hand() {
 
 // Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
 #[test]
-fn without_values_there_is_nothing_to_say() {
+fn missing_values_stay_empty() {
     let silent = |competes| competitor("silent", competes, &[[0, 0, 3]; 8]);
     let mut field = field();
     field.competitors.push(silent(true));
