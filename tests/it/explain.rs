@@ -61,11 +61,11 @@ fn a_number_is_taken_apart_down_to_its_frames() {
         for (name, total) in ["tp", "fp", "fn", "tn"].iter().zip(&counts) {
             assert_eq!(parts.iter().map(|p| of(p, name)).sum::<u64>(), *total, "{method} {name}");
         }
-        // A sequence moves a count by its own.
+        // A sequence moves a count by its own count.
         assert!(parts.iter().all(|p| p["moves"].as_f64() == p["tp"].as_f64()));
         assert!(parts.is_sorted_by_key(|p| std::cmp::Reverse(of(p, "tp"))));
 
-        // What is listed of each sequence is what was counted on it.
+        // The events listed for each sequence add up to its counts.
         for part in &parts {
             let name = part["sequence"].as_str().unwrap();
             let listed = rows(root, &["mine/small/t", "tp", method, "--sequence", name]);
@@ -81,7 +81,7 @@ fn a_number_is_taken_apart_down_to_its_frames() {
             assert_eq!(outcomes, ["tp", "fp", "fn"].map(|n| of(part, n)), "{method} {name}");
             let far = |r: &&Value| r["distance"].as_i64().is_some_and(|d| d.abs() > 5);
             assert!(!listed.iter().any(|r| far(&r)));
-            // Every detection is a frame that says so.
+            // Every detection is marked in its frame.
             for detection in listed.iter().filter_map(|r| r["detection"].as_u64()).take(3) {
                 let frame = detection.to_string();
                 let words = ["t", "tp", method, "--sequence", name, "--frames", &frame];
@@ -92,13 +92,13 @@ fn a_number_is_taken_apart_down_to_its_frames() {
             }
         }
     }
-    // The mean of all scores has no counts behind it; it is made again from the frames.
+    // The mean of all scores does not come from counts; it is computed again from the frames.
     let parts = rows(root, &["t", "score_mean", "level"]);
     assert!(parts.iter().any(|p| p["moves"].as_f64().is_some_and(|m| m != 0.0)));
 }
 
 #[test]
-fn names_that_there_are_not_are_told_with_the_nearest() {
+fn unknown_names_are_refused_with_the_nearest_known_one() {
     let root = tempfile::tempdir().unwrap();
     let root = root.path();
     let refused = |words: &[&str], what: &str| {

@@ -2,7 +2,7 @@
 
 use crate::tools::page::page_of_a_run;
 
-/// What the page says of a number is what the command says that it names.
+/// The page and the command that it names explain a number alike.
 #[test]
 fn numbers_are_explained_as_the_command_explains_them() {
     let root = tempfile::tempdir().unwrap();
@@ -38,12 +38,12 @@ fn numbers_are_explained_as_the_command_explains_them() {
     for title in titles {
         let [number, formula, command] = &title[..] else { panic!("{title:?}") };
         let typed = command.replacen("trackfail", env!("CARGO_BIN_EXE_trackfail"), 1);
-        let told =
+        let output =
             std::process::Command::new("sh").args(["-c", &typed]).current_dir(root.path()).output().unwrap();
-        let told = String::from_utf8(told.stdout).unwrap();
-        assert!(told.lines().any(|line| line.trim() == formula), "{number}: {formula}\n{told}");
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        assert!(stdout.lines().any(|line| line.trim() == formula), "{number}: {formula}\n{stdout}");
         let (method, tracker) = number.split_once(" is ").unwrap().0.split_once(" on ").unwrap();
-        assert!(told.starts_with(&format!("mine/page/t, tracker {tracker}: {method} is ")), "{told}");
-        assert_eq!(told.matches(", tracker ").count(), 1, "{told}");
+        assert!(stdout.starts_with(&format!("mine/page/t, tracker {tracker}: {method} is ")), "{stdout}");
+        assert_eq!(stdout.matches(", tracker ").count(), 1, "{stdout}");
     }
 }

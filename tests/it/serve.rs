@@ -1,4 +1,4 @@
-//! The page over all reports, and `trackfail serve`: what it shows, and what it keeps to itself.
+//! The page over all reports, and `trackfail serve`: what it shows, and what it refuses to show.
 
 #[path = "../tools/serve.rs"]
 mod helpers;
@@ -28,7 +28,7 @@ impl Server {
         stream
     }
 
-    /// Sends bytes and gives the head and the body of what comes back.
+    /// Sends bytes; returns the head and the body of the answer.
     fn send(&self, bytes: &[u8]) -> (String, Vec<u8>) {
         let mut stream = self.connect();
         stream.write_all(bytes).unwrap();
@@ -59,7 +59,7 @@ impl Server {
 }
 
 #[test]
-fn reports_are_served_and_nothing_else() {
+fn only_reports_are_served() {
     let root = tempfile::tempdir().unwrap();
     run(root.path(), "mine/a", "A <b>first</b> one");
     let reports = root.path().join("reports");
@@ -74,7 +74,7 @@ fn reports_are_served_and_nothing_else() {
     std::os::unix::fs::symlink("../../", reports.join("mine/up")).unwrap();
     let server = Server::start(root.path());
 
-    // Pages and files, with what they are.
+    // Pages and files, with their content types.
     let site = server.page("/");
     assert!(site.contains("A &lt;b&gt;first&lt;/b&gt; one") && site.contains("No experiment is running"));
     assert_eq!(site.matches("<script").count(), 1);
@@ -103,7 +103,7 @@ fn reports_are_served_and_nothing_else() {
     );
     assert_eq!(server.page("/progress.json").trim(), "[]");
 
-    // Nothing outside, however it is asked for.
+    // Nothing outside the folder, whatever the path.
     let outside = root.path().join("secret.txt").display().to_string();
     let mut paths: Vec<String> =
         ["/nothing", "/mine", "/mine/", "/mine/a/figures/", "/.hidden.txt", "/link.txt"]
@@ -131,7 +131,7 @@ fn reports_are_served_and_nothing_else() {
         assert_eq!(body, b"no such page\n", "{path}");
     }
 
-    // Nothing changes anything, and nobody else is answered.
+    // Requests that would change something, and those of other hosts, are refused.
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
         let (head, _) = server.ask(method, "/", "localhost");
         assert!(head.starts_with("HTTP/1.1 405 ") && head.contains("Allow: GET, HEAD"), "{head}");
@@ -160,14 +160,14 @@ fn reports_are_served_and_nothing_else() {
     let long = format!("GET /{} HTTP/1.1\r\nHost: localhost\r\n\r\n", "a".repeat(1 << 15));
     assert!(server.send(long.as_bytes()).0.starts_with("HTTP/1.1 431 "));
 
-    // Whoever says nothing keeps nobody else waiting.
+    // Clients that send nothing do not delay others.
     let silent: Vec<TcpStream> = (0..20).map(|_| server.connect()).collect();
     assert_eq!(server.status("/mine/a/"), "200");
     drop(silent);
 }
 
 #[test]
-fn the_site_has_every_run_and_is_made_again_from_results() {
+fn the_site_lists_every_run_and_can_be_rendered_again() {
     let root = tempfile::tempdir().unwrap();
     let reports = root.path().join("reports");
     let index = || std::fs::read_to_string(reports.join("index.html")).unwrap().replace("&#x2f;", "/");
@@ -187,7 +187,7 @@ fn the_site_has_every_run_and_is_made_again_from_results() {
     assert!(summary.synthetic && summary.present == summary.wanted && summary.best.len() == 1);
     let report =
         |names: &[&str]| trackfail().current_dir(root.path()).arg("report").args(names).output().unwrap();
-    // The same bytes, whatever was written last; nothing of the runs is left behind.
+    // The bytes do not depend on the order of writing, and finished runs leave no progress behind.
     assert!(report(&["mine/b"]).status.success());
     assert_eq!(index(), both);
     std::fs::remove_dir_all(&reports).unwrap();
@@ -196,45 +196,45 @@ fn the_site_has_every_run_and_is_made_again_from_results() {
     assert_eq!(progress::running(&root.path().join("results")), []);
     assert_eq!(std::fs::read_dir(root.path().join("results/.store/running")).unwrap().count(), 1);
 
-    // A report that was removed is gone, one with a broken summary is told.
+    // A removed report is missing, and one with a broken summary gives a warning.
     std::fs::remove_dir_all(reports.join("mine/a")).unwrap();
     std::fs::create_dir_all(reports.join("other")).unwrap();
     std::fs::write(reports.join("other/index.html"), "page").unwrap();
     std::fs::write(reports.join("other/summary.json"), "{\"format\": []").unwrap();
     let done = report(&["mine/b"]);
-    let told = String::from_utf8(done.stderr).unwrap();
-    assert!(done.status.success() && told.contains("warning: ") && told.contains("other"), "{told}");
+    let stderr = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success() && stderr.contains("warning: ") && stderr.contains("other"), "{stderr}");
     assert!(!index().contains("The first") && index().contains("href=\"other/index.html\""));
 }
 
 #[test]
-fn a_run_is_shown_while_it_goes_on() {
+fn running_experiments_are_shown() {
     let root = tempfile::tempdir().unwrap();
     let results = root.path().join("results");
     std::fs::create_dir_all(&results).unwrap();
     let server = Server::start(root.path());
     assert!(server.page("/").contains("no report yet"));
-    // Another run's, told by hand.
+    // The progress of another run, published by hand.
     let experiment = spec::parse("x.toml", &small("mine/slow", "</h3><script>alert(1)</script>")).unwrap();
     let watch = Arc::new(ProgressWatch::default());
     watch.all_cells(9);
     watch.cells(4);
     watch.stage("judging");
     let at = watch.enter("<i>Girl</i>");
-    let telling = progress::publish(&results, &experiment, "2/3".parse().ok(), &watch).unwrap();
+    let publisher = progress::publish(&results, &experiment, "2/3".parse().ok(), &watch).unwrap();
     let page = server.page("/");
     for part in
         ["mine/slow", "&lt;script&gt;alert(1)", "share <bdi>2/3</bdi>", "Running", "4 of 9", "&lt;i&gt;Girl"]
     {
         assert!(page.contains(part), "{part}\n{page}");
     }
-    let told: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
-    assert_eq!((&told[0]["alive"], &told[0]["cells"]), (&true.into(), &serde_json::json!([4, 9])));
+    let runs: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
+    assert_eq!((&runs[0]["alive"], &runs[0]["cells"]), (&true.into(), &serde_json::json!([4, 9])));
     drop(at);
-    drop(telling);
+    drop(publisher);
     assert!(server.page("/").contains("Stopped"));
 
-    // A real one is seen, stays behind when it is killed, and is gone when it was run again.
+    // A real run is shown, is shown as stopped when it is killed, and disappears when it is run again.
     std::fs::write(root.path().join("a.toml"), small("mine/real", "A real one")).unwrap();
     let real = || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
@@ -242,40 +242,40 @@ fn a_run_is_shown_while_it_goes_on() {
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command
     };
-    let seen = || -> Option<bool> {
-        let told: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
-        let mine = told.as_array().unwrap().iter().find(|run| run["experiment"] == "mine/real")?;
+    let alive = || -> Option<bool> {
+        let runs: serde_json::Value = serde_json::from_str(&server.page("/progress.json")).unwrap();
+        let mine = runs.as_array().unwrap().iter().find(|run| run["experiment"] == "mine/real")?;
         assert!(mine["cells"][1].as_u64().is_some_and(|all| all > 0), "{mine}");
         mine["alive"].as_bool()
     };
     let mut process = real().spawn().unwrap();
     let end = Instant::now() + Duration::from_secs(120);
-    while seen() != Some(true) {
-        assert!(process.try_wait().unwrap().is_none() && Instant::now() < end, "it was never seen");
+    while alive() != Some(true) {
+        assert!(process.try_wait().unwrap().is_none() && Instant::now() < end, "it was never shown");
         std::thread::sleep(Duration::from_millis(5));
     }
     process.kill().unwrap();
     process.wait().unwrap();
-    assert_eq!(seen(), Some(false));
+    assert_eq!(alive(), Some(false));
     assert!(real().status().unwrap().success());
-    assert_eq!(seen(), None);
+    assert_eq!(alive(), None);
     assert!(server.page("/").contains("href=\"mine/real/index.html\""));
 }
 
 #[test]
-fn a_port_that_is_taken_and_folders_that_are_absent_are_told() {
+fn taken_ports_and_absent_folders_are_errors() {
     let root = tempfile::tempdir().unwrap();
     let serve = |port: &str| {
         let done = trackfail().current_dir(root.path()).args(["serve", "--port", port]).output().unwrap();
         (done.status.code(), String::from_utf8(done.stderr).unwrap())
     };
-    let (code, told) = serve("0");
-    assert!(code == Some(2) && told.contains("run an experiment first"), "{told}");
+    let (code, stderr) = serve("0");
+    assert!(code == Some(2) && stderr.contains("run an experiment first"), "{stderr}");
     std::fs::create_dir(root.path().join("reports")).unwrap();
     let mut server = Server::start(root.path());
-    let (code, told) = serve(&server.port.to_string());
-    assert!(code == Some(1) && told.contains("--port 0"), "{told}");
-    // Ctrl-C is how it is meant to end.
+    let (code, stderr) = serve(&server.port.to_string());
+    assert!(code == Some(1) && stderr.contains("--port 0"), "{stderr}");
+    // Ctrl-C is the regular end.
     let id = server.process.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     assert_eq!(server.process.wait().unwrap().code(), Some(0));

@@ -1,4 +1,4 @@
-//! A server on this machine that answers as it is told, and remembers what it was asked.
+//! A server on this machine that answers as a test asks for, and records the requests.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -6,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// One request: its path, and its header fields by their names in small letters.
+/// A request: its path, and its header fields by their names in lower case.
 #[derive(Debug, Clone)]
 pub struct Request {
     pub path: String,
@@ -14,18 +14,18 @@ pub struct Request {
 }
 
 impl Request {
-    /// First byte that is asked for.
+    /// Index of the first byte that is asked for.
     pub fn from(&self) -> Option<usize> {
         self.headers.get("range")?.strip_prefix("bytes=")?.strip_suffix('-')?.parse().ok()
     }
 }
 
-/// What a server does with a connection, one after the other; it is closed then.
+/// A step of a server's answer; after the last one the connection is closed.
 #[derive(Debug, Clone)]
 pub enum Step {
     Send(Vec<u8>),
     Pause(u64),
-    /// Until the other side hangs up.
+    /// Waits until the client hangs up.
     Stall,
 }
 
@@ -109,7 +109,7 @@ pub fn full(status: &str, fields: &[(&str, &str)], body: &[u8]) -> Vec<Step> {
     vec![head(status, &fields), Step::Send(body.to_vec())]
 }
 
-/// What a good server answers for a file.
+/// The answer of a correct server for a file.
 pub fn file(request: &Request, body: &[u8], etag: &str) -> Vec<Step> {
     let same = request.headers.get("if-range").is_none_or(|mark| mark == etag);
     match request.from() {

@@ -96,7 +96,7 @@ fn parts_are_pooled_and_ranks_follow_the_measure() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_refused() {
+fn wrong_tables_are_refused() {
     let root = tempfile::tempdir().unwrap();
     for (from, to, what) in [
         ("metric = \"recall\"", "metric = \"score_mean\"", "not known attribute by attribute"),
