@@ -32,7 +32,7 @@ pub fn live_tracker(kind: &str, params: &str) -> Result<Named, Failure> {
         )));
     }
     let setup = entry.build_from_text(params).map_err(|e| {
-        let source = Source { file: "--params", text: params };
+        let source = Source::new("--params", params);
         Failure::Usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
     })?;
     Ok((entry, Arc::from(setup)))

@@ -100,10 +100,10 @@ const MOST_TOLD: usize = 50;
 /// When there is no such file, or it is wrong.
 pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<Experiment, Failure> {
     let path = Path::new(name);
-    let text = if path.is_file() {
-        spec::read_text(path).map_err(|e| Failure::Usage(e.to_string()))?
+    let experiment = if path.is_file() {
+        spec::read_file(path, catalog, Some(programs))
     } else if let Some((_, text)) = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name) {
-        (*text).to_string()
+        spec::parse_with(name, text, catalog, Some(programs))
     } else {
         let known = builtin::EXPERIMENTS.iter().map(|(known, _)| *known);
         return Err(Failure::Usage(format!(
@@ -111,7 +111,7 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
             plugin::unknown("built-in experiment", name, known)
         )));
     };
-    spec::parse_with(name, &text, catalog, Some(programs)).map_err(|e| Failure::Usage(e.to_string()))
+    experiment.map_err(|e| Failure::Usage(e.to_string()))
 }
 
 /// Runs the verb.

@@ -1,4 +1,4 @@
-//! Analyses of an experiment: a signal, the suites it is looked at on, and what is computed from it.
+//! Analyses of an experiment: what is computed from a signal, or from the regions of trackers, on whole suites.
 
 use super::error::{Source, SpecError};
 use super::method::{RawPlugin, SignalChoice};
@@ -34,13 +34,13 @@ impl Analysis {
         self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
     }
 
-    /// Names of what it finds out.
+    /// Names of the tables, charts and numbers that it computes.
     pub fn names(&self) -> Names {
         self.plugin.names(self.roles.len())
     }
 }
 
-/// Checks an `[[analysis]]`; `table` is the same as `wire`, with parameters still raw.
+/// Checks an `[[analysis]]`; `table` is the same item as `wire`, with the parameters of plugins not yet read.
 pub(super) fn read(
     source: Source<'_>,
     wire: &wire::Analysis,
@@ -78,10 +78,10 @@ pub(super) fn read(
             ));
         }
     }
-    let (fewest, most) = plugin.suites();
+    let (min, max) = plugin.suites();
     let roles = wire.suites.get_ref().clone();
-    if !(fewest..=most).contains(&roles.len()) {
-        let message = format!("{kind} takes {fewest} to {most} suites, not {}", roles.len());
+    if !(min..=max).contains(&roles.len()) {
+        let message = format!("{kind} takes {min} to {max} suites, not {}", roles.len());
         return Err(source.error(wire.suites.span(), message));
     }
     Ok(Analysis { name: wire.name.get_ref().clone(), kind, version, plugin, signal, roles, trackers: None })

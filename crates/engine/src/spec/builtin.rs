@@ -1,8 +1,8 @@
-//! What comes with the program: experiments and the methods of the papers.
+//! The experiments and published methods that come with the program.
 
 use super::SpecError;
 use super::error::Source;
-use super::limits::MOST_DETECTORS;
+use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
 use super::read::array_of_tables;
 use crate::score::PROTOCOLS;
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::DeTable;
 
-/// Name and text of every experiment that comes with the program.
+/// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("quickstart", include_str!("../../../../experiments/quickstart.toml")),
     ("khalid2016/table1", include_str!("../../../../experiments/khalid2016/table1.toml")),
@@ -61,7 +61,7 @@ pub const QUICKSTART: &str = "quickstart";
 const METHODS: &str = include_str!("methods.toml");
 
 static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
-    let source = Source { file: "methods.toml", text: METHODS };
+    let source = Source::new("methods.toml", METHODS);
     let document = DeTable::parse(METHODS).map_err(|e| source.toml(&e, 0..0));
     let tables = document.and_then(|d| array_of_tables(source, &d, "method")).unwrap_or_default();
     let name = |t: &Spanned<DeTable<'_>>| {
@@ -83,11 +83,11 @@ pub fn method_names() -> Vec<&'static str> {
 /// A published method by name, with its published threshold.
 ///
 /// # Errors
-/// When the catalogue itself is wrong, which the tests exclude.
+/// When the file of published methods is wrong, which the tests exclude.
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
-    let source = Source { file: "methods.toml", text: METHODS };
+    let source = Source::new("methods.toml", METHODS);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
-    Some(method::read(source, name, table, &PROTOCOLS[0], MOST_DETECTORS))
+    Some(method::read(source, name, table, &PROTOCOLS[0], MAX_DETECTORS))
 }
 
 #[cfg(test)]

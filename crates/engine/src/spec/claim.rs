@@ -8,8 +8,8 @@
 //!        | "finding" "[" ANALYSIS "." NUMBER { "," TRACKER } "]"
 //! ```
 //!
-//! A metric is pooled over the test suite; a finding is a number that an analysis computes. A claim that leaves the tracker out is tested for every
-//! tracker. A value that does not exist makes the claim untestable, never false.
+//! A metric is pooled over the test suite; a finding is a number that an analysis computes. A claim that names no
+//! tracker is tested for every tracker. A missing value makes the claim untestable, never false.
 
 use super::error::{Source, SpecError};
 use super::table::{Made, Words};
@@ -29,21 +29,21 @@ pub struct Claim {
     expression: Expr,
 }
 
-/// What number a claim speaks of.
+/// Kind of a number in a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
     /// A pooled metric of a method.
     Metric(Metric, String),
-    /// A number that an analysis found out.
+    /// A number that an analysis computes.
     Finding(Made),
 }
 
-/// One number that a claim speaks of.
+/// A number in a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// Which.
+    /// The metric or finding.
     pub quantity: Quantity,
-    /// The tracker; `None` stands for each in turn.
+    /// Label of the tracker; `None` for every tracker in turn.
     pub tracker: Option<String>,
     /// Grid axis -> value.
     pub point: Vec<(String, f64)>,
@@ -65,7 +65,7 @@ impl std::fmt::Display for Reference {
     }
 }
 
-/// What our numbers say of a claim.
+/// Outcome of testing a claim on the measured numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClaimVerdict {
     /// The predicate is true.
@@ -112,7 +112,7 @@ impl Op {
 }
 
 impl Claim {
-    /// Tests the claim for one tracker; `value` gives pooled numbers.
+    /// Tests the claim for one tracker; `value` gives the number of a reference, if there is one.
     pub fn test(&self, tracker: &str, value: &dyn Fn(&Reference) -> Option<f64>) -> ClaimVerdict {
         let bound = |r: &Reference| {
             let mut r = r.clone();
@@ -126,12 +126,12 @@ impl Claim {
         }
     }
 
-    /// Whether it must be tested for each tracker.
+    /// Whether it is tested for each tracker separately.
     pub fn is_per_tracker(&self) -> bool {
         self.references().iter().any(|r| r.tracker.is_none())
     }
 
-    /// The numbers it speaks of, in order, each once.
+    /// The numbers it refers to, in order, each once.
     pub fn references(&self) -> Vec<&Reference> {
         let mut found = Vec::new();
         collect(&self.expression, &mut found);
@@ -152,7 +152,7 @@ fn collect<'a>(e: &'a Expr, found: &mut Vec<&'a Reference>) {
     }
 }
 
-/// Truth is 1, falsehood 0; the parser has seen to it that the two are not mixed with numbers.
+/// Value of an expression. True is 1 and false is 0; the parser has kept truth values and numbers apart.
 fn eval(e: &Expr, value: &dyn Fn(&Reference) -> Result<f64, String>) -> Result<f64, String> {
     let truth = |b: bool| f64::from(u8::from(b));
     Ok(match e {
@@ -211,7 +211,7 @@ fn is_truth(e: &Expr) -> bool {
     }
 }
 
-/// Operators by rising strength; longer spellings first where one begins another.
+/// Operators, those that bind tighter last; where one spelling begins with another, the longer comes first.
 const LEVELS: [&[(&str, Op)]; 5] = [
     &[("||", Op::Or)],
     &[("&&", Op::And)],
@@ -227,8 +227,8 @@ const LEVELS: [&[(&str, Op)]; 5] = [
     &[("*", Op::Multiply), ("/", Op::Divide)],
 ];
 
-/// Deeper nesting than this is no conclusion but an attack on the stack.
-const DEEPEST: usize = 64;
+/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
+const MAX_DEPTH: usize = 64;
 
 struct Parser<'a> {
     rest: &'a str,
@@ -263,7 +263,7 @@ impl Parser<'_> {
 
     fn factor(&mut self) -> Result<Expr, String> {
         self.depth += 1;
-        if self.depth > DEEPEST {
+        if self.depth > MAX_DEPTH {
             return Err("the claim is nested too deeply".to_string());
         }
         let e = self.factor_inner();

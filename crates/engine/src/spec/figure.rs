@@ -9,7 +9,8 @@ mod panel;
 pub use panel::Panel;
 
 use super::error::{Source, SpecError};
-use super::table::{Made, Words, check_file_name, grid_axis, metric, read_methods};
+use super::name::check_file_name;
+use super::table::{Made, Words, grid_axis, metric, read_methods};
 use super::wire;
 use crate::score::Metric;
 use panel::read_panel;

@@ -1,8 +1,8 @@
-//! Methods: a signal and a detector under a name, with the grid of their parameters and with
-//! parameters that are trained instead of given.
+//! Methods: a signal and a detector under a name, with a grid of their parameters and with parameters that are
+//! trained instead of given.
 
 use super::error::{Source, SpecError};
-use super::limits::MOST_DETECTORS;
+use super::limits::MAX_DETECTORS;
 use super::wire;
 use crate::detector::{DETECTORS, Detector};
 use crate::direction::Direction;
@@ -23,7 +23,7 @@ pub struct Method {
     pub trackers: Option<Vec<String>>,
     /// How its labels are scored.
     pub protocol: &'static Protocol,
-    /// One entry a combination of the grid, in the order of the grid's values; a single one without.
+    /// One variant for each combination of the grid's values, in their order; a single one without a grid.
     pub variants: Vec<Variant>,
 }
 
@@ -45,7 +45,7 @@ impl Variant {
     }
 }
 
-/// A checked signal with what identifies it.
+/// A checked signal with its kind and version.
 #[derive(Clone)]
 pub struct SignalChoice {
     /// Plugin kind.
@@ -56,7 +56,7 @@ pub struct SignalChoice {
     pub signal: Arc<dyn Signal>,
 }
 
-/// A checked detector with what identifies it.
+/// A checked detector with its kind and version.
 #[derive(Clone)]
 pub struct FixedDetector {
     /// Plugin kind.
@@ -67,7 +67,7 @@ pub struct FixedDetector {
     pub detector: Arc<dyn Detector>,
 }
 
-/// A detector that is ready, or one of many to be chosen by training, or one that has to learn.
+/// A detector, or how it is trained.
 pub enum DetectorChoice {
     /// All parameters are given.
     Given(FixedDetector),
@@ -87,7 +87,7 @@ impl DetectorChoice {
         }
     }
 
-    /// The detector, or the one that stands for all that are tried.
+    /// The detector; of a trained one, one of its candidates.
     pub fn example(&self) -> &FixedDetector {
         match self {
             Self::Given(fixed) | Self::Learned(fixed) => fixed,
@@ -96,21 +96,21 @@ impl DetectorChoice {
     }
 }
 
-/// How a parameter is chosen.
+/// How a parameter is chosen on a suite.
 pub struct Training {
     /// The parameter's name.
     pub key: String,
     /// Role of the suite.
     pub role: String,
-    /// What is made as large as possible.
+    /// The metric that is maximized.
     pub maximise: Metric,
-    /// What is tried.
+    /// The values that are tried.
     pub candidates: Candidates,
-    /// One of the detectors, which stands for all.
+    /// One of the candidates, for what all have in common.
     pub example: FixedDetector,
 }
 
-/// The detector with a value of the trained parameter; in words, why it refuses the value.
+/// Builds the detector with a value of the trained parameter; an error says why it refuses the value.
 pub type Make = Arc<dyn Fn(f64) -> Result<FixedDetector, String> + Send + Sync>;
 
 /// Values that are tried in training.
@@ -120,15 +120,15 @@ pub enum Candidates {
     Listed(Vec<(f64, FixedDetector)>),
     /// Quantiles of the signal on the training suite.
     Quantiles {
-        /// How many.
+        /// Number of quantiles.
         count: usize,
-        /// Makes the detector of a value.
+        /// Builds the detector with a value.
         make: Make,
     },
 }
 
 impl Candidates {
-    /// How many there are at most.
+    /// Largest number of candidates.
     pub fn count(&self) -> usize {
         match self {
             Self::Listed(list) => list.len(),
@@ -143,7 +143,12 @@ impl Method {
         self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
     }
 
-    /// Number of its detectors, those counted that are tried in training.
+    /// Whether it has a variant for each of several parameters.
+    pub fn has_grid(&self) -> bool {
+        self.variants.iter().any(|v| !v.point.is_empty())
+    }
+
+    /// Number of its detectors, including the candidates of training.
     pub fn detectors(&self) -> usize {
         self.variants.iter().map(Variant::detectors).sum()
     }
@@ -158,13 +163,12 @@ impl Variant {
     }
 }
 
-/// At most this many combinations a method.
-const MOST_VARIANTS: usize = 10_000;
-/// At most this many values tried for one trained parameter.
-const MOST_CANDIDATES: usize = 1_000;
+/// Largest number of combinations of a method's grid.
+const MAX_VARIANTS: usize = 10_000;
+/// Largest number of candidates of a trained parameter.
+const MAX_CANDIDATES: usize = 1_000;
 
-/// A `[[method]]` table, checked, of at most `room` detectors; it is run on all trackers and scored by
-/// `protocol`.
+/// Checks a `[[method]]` of at most `room` detectors, which is run on all trackers and scored by `protocol`.
 pub fn read(
     source: Source<'_>,
     name: &str,
@@ -200,7 +204,7 @@ pub fn read(
         let variant = build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?;
         detectors += variant.detectors();
         if detectors > room {
-            let message = format!("the experiment tries more than {MOST_DETECTORS} detectors");
+            let message = format!("the experiment tries more than {MAX_DETECTORS} detectors");
             return Err(source.error(span, message));
         }
         variants.push(variant);
@@ -208,7 +212,7 @@ pub fn read(
     Ok(Method { name: name.to_string(), trackers: None, protocol, variants })
 }
 
-/// One grid axis: which plugin and key it sets, and its values.
+/// An axis of the grid: the parameter it sets, of the signal or the detector, and its values.
 struct Axis<'i> {
     name: String,
     of_signal: bool,
@@ -256,12 +260,12 @@ fn read_axes<'i>(
         let DeValue::Array(list) = values.get_ref() else {
             return Err(source.error(values.span(), format!("grid `{name}` must be a list of numbers")));
         };
-        // Before the values are looked at, each of which is held against all others.
+        // The check comes before the values are compared, each with all others.
         size = size.saturating_mul(list.len());
-        if list.is_empty() || size > MOST_VARIANTS {
+        if list.is_empty() || size > MAX_VARIANTS {
             return Err(source.error(
                 values.span(),
-                format!("the grid needs 1 to {MOST_VARIANTS} combinations, this makes {size}"),
+                format!("the grid needs 1 to {MAX_VARIANTS} combinations, this makes {size}"),
             ));
         }
         let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
@@ -348,9 +352,9 @@ fn train_choice(
         wire::Grid { from: Some(from), to: Some(to), step: Some(step), quantiles: None } => {
             let count = ((to - from) / step + 1e-9).floor();
             let usable = [*from, *to, *step].iter().all(|v| v.is_finite()) && *step > 0.0;
-            if !usable || !(0.0..MOST_CANDIDATES as f64).contains(&count) {
+            if !usable || !(0.0..MAX_CANDIDATES as f64).contains(&count) {
                 let message =
-                    format!("the grid needs from <= to, step > 0 and at most {MOST_CANDIDATES} values");
+                    format!("the grid needs from <= to, step > 0 and at most {MAX_CANDIDATES} values");
                 return Err(source.error(wire.grid.span(), message));
             }
             let values = (0..=count as usize).map(|i| build(from + i as f64 * step));
@@ -359,11 +363,11 @@ fn train_choice(
             (Candidates::Listed(list), first)
         }
         wire::Grid { from: None, to: None, step: None, quantiles: Some(count) } => {
-            if !(2..=MOST_CANDIDATES).contains(count) {
-                let message = format!("`quantiles` must be 2 to {MOST_CANDIDATES}, not {count}");
+            if !(2..=MAX_CANDIDATES).contains(count) {
+                let message = format!("`quantiles` must be 2 to {MAX_CANDIDATES}, not {count}");
                 return Err(source.error(wire.grid.span(), message));
             }
-            // What the parameter takes is seen with any number; the quantiles are not known yet.
+            // The quantiles are not known yet; any number shows whether the parameter takes one.
             let (_, example) = build(1.0)?;
             let (entry, key) = (raw.entry, key.to_string());
             let mut table = raw.with(set);
@@ -393,7 +397,7 @@ fn train_choice(
     }))
 }
 
-/// A plugin's table with its kind looked up and its parameters still raw.
+/// A plugin's table: its kind is known, its parameters are not yet read.
 pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
     pub(super) entry: &'static Entry<T>,
     table: Spanned<DeTable<'i>>,
@@ -440,7 +444,7 @@ impl<'i, T: ?Sized> RawPlugin<'i, T> {
         let mut table: Spanned<DeTable<'t>> = self.table.clone();
         for (key, value) in set {
             table.get_mut().remove(key);
-            // The key gets the value's place, so that a refused grid value is blamed on the grid.
+            // The key gets the value's place, so that the error of a refused grid value points at the grid.
             table.get_mut().insert(Spanned::new(value.span(), key.to_string().into()), value);
         }
         table
@@ -448,7 +452,7 @@ impl<'i, T: ?Sized> RawPlugin<'i, T> {
 }
 
 impl RawPlugin<'_, dyn Detector> {
-    /// A detector of this kind with what identifies it.
+    /// A detector of this kind, with kind and version.
     fn fixed(&self, detector: Arc<dyn Detector>) -> FixedDetector {
         FixedDetector { kind: self.entry.kind, version: self.entry.version, detector }
     }

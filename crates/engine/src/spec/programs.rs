@@ -1,8 +1,8 @@
-//! `plugins.toml`: the programs that may be run as trackers, see [`process`](crate::tracker::process). As
-//! strict as experiment files: unknown keys are errors with their line and the nearest word.
+//! `plugins.toml`: programs that may be run as trackers, see [`process`](crate::tracker::process). It is as strict as
+//! experiment files: an unknown key is an error with its line and the nearest valid word.
 
 use super::error::{Source, SpecError};
-use super::table::is_word;
+use super::name::is_word;
 use crate::dataset::{DatasetError, text};
 use crate::plugin::RawParams;
 use crate::tracker::process::{Program, Programs, Protocol, Regions};
@@ -14,11 +14,11 @@ use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Longest file that is read, in bytes.
-const LONGEST: u64 = 1 << 20;
+/// Largest file, in bytes.
+const MAX_BYTES: u64 = 1 << 20;
 /// Longest time limit, in seconds.
-const LONGEST_WAIT: f64 = 86_400.0;
-/// Variables that the programs find set.
+const MAX_WAIT: f64 = 86_400.0;
+/// Environment variables that are set for the programs.
 const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 
 #[derive(Deserialize)]
@@ -53,7 +53,7 @@ struct Wired {
 pub fn read(path: &Path) -> Result<Programs, SpecError> {
     let file = path.display().to_string();
     let whole = |message: String| SpecError { file: file.clone(), line: 1, message };
-    let bytes = text::read_at_most(path, LONGEST).map_err(|e| match e {
+    let bytes = text::read_at_most(path, MAX_BYTES).map_err(|e| match e {
         DatasetError::Io { source, .. } => whole(source.to_string()),
         DatasetError::Content { message, .. } => whole(message),
         e => whole(e.to_string()),
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Programs, SpecError> {
 /// # Errors
 /// The first thing that is wrong.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
-    let source = Source { file, text };
+    let source = Source::new(file, text);
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
     let whole = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
     let wire = Wire::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
@@ -131,8 +131,8 @@ fn check(
 fn seconds(source: Source<'_>, key: &str, value: Option<Spanned<f64>>) -> Result<Duration, SpecError> {
     let Some(value) = value else { return Ok(Duration::from_secs(30)) };
     let number = *value.get_ref();
-    if !(number > 0.0 && number <= LONGEST_WAIT) {
-        let message = format!("`{key}` must be above 0 and at most {LONGEST_WAIT} seconds, not {number}");
+    if !(number > 0.0 && number <= MAX_WAIT) {
+        let message = format!("`{key}` must be above 0 and at most {MAX_WAIT} seconds, not {number}");
         return Err(source.error(value.span(), message));
     }
     Ok(Duration::from_secs_f64(number))

@@ -1,20 +1,23 @@
-//! From the text of an experiment file to a checked [`Experiment`]. The first thing that is wrong ends
-//! the reading, with its line.
+//! Reads the text of an experiment file into a checked [`Experiment`]. Reading ends at the first error.
 
+use super::analysis::{self, Analysis};
 use super::error::{Source, SpecError};
+use super::extend::{self, Place};
 use super::figure::{Figure, read_figure};
-use super::limits::{self, LONGEST, MOST_DETECTORS};
-use super::table::{self, Words};
-use super::{Experiment, TEST, Tracker, analysis, claim, method, wire};
+use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
+use super::method::{self, Method};
+use super::name::{self, check_file_name, check_label, check_unique};
+use super::table::{self, Published, Table, Words};
+use super::{Experiment, TEST, Tracker, claim, wire};
 use crate::dataset::suite::Catalog;
-use crate::dataset::text;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
 use crate::tracker::TRACKERS;
 use crate::tracker::process::Programs;
 use crate::tracker::protocol::RunProtocol;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -22,11 +25,11 @@ use toml::de::{DeTable, DeValue};
 /// Version of the format.
 const SCHEMA: u32 = 1;
 
-/// Most repetitions of a tracker.
-const MOST_RUNS: u32 = 1000;
+/// Largest number of repetitions of a tracker.
+const MAX_RUNS: u32 = 1000;
 
-/// Reads and checks an experiment on built-in suites; `file` names it in messages. Programs that it names are not
-/// looked for and cannot be run.
+/// Reads and checks an experiment on built-in suites, which can extend built-in experiments only; `file` names it in
+/// messages. Programs that it names are not looked for and cannot be run.
 ///
 /// # Errors
 /// The first thing that is wrong.
@@ -44,171 +47,221 @@ pub fn parse_with(
     catalog: &Catalog,
     programs: Option<&Programs>,
 ) -> Result<Experiment, SpecError> {
-    let source = Source { file, text };
-    if text.len() > LONGEST {
-        return Err(source.error(0..0, format!("an experiment file has at most {LONGEST} bytes")));
-    }
-    let mut document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
-    let tracker_params = split_tracker_params(source, &mut document)?;
-    complete_methods(source, &mut document)?;
-    let methods_raw = array_of_tables(source, &document, "method")?;
-    let whole = Spanned::new(document.span(), DeValue::Table(document.get_ref().clone()));
-    let wire = wire::Experiment::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
+    Reader { catalog, programs }.read(file, text, Place::BuiltIn)
+}
 
-    if *wire.schema.get_ref() != SCHEMA {
-        let message = format!("schema {} is not known; this program reads {SCHEMA}", wire.schema.get_ref());
-        return Err(source.error(wire.schema.span(), message));
+/// Reads and checks an experiment file as [`parse_with`] does; it may extend files of its folder, too.
+///
+/// # Errors
+/// A file that cannot be read, and as [`parse_with`].
+pub fn read_file(
+    path: &Path,
+    catalog: &Catalog,
+    programs: Option<&Programs>,
+) -> Result<Experiment, SpecError> {
+    let text = limits::read_text(path)?;
+    let file = path.display().to_string();
+    let place = Place::of(path).map_err(|e| Source::new(&file, &text).error(0..0, e.to_string()))?;
+    Reader { catalog, programs }.read(&file, &text, place)
+}
+
+/// What an experiment may name.
+struct Reader<'a> {
+    catalog: &'a Catalog,
+    programs: Option<&'a Programs>,
+}
+
+impl Reader<'_> {
+    fn read(&self, file: &str, text: &str, place: Place) -> Result<Experiment, SpecError> {
+        let source = Source::new(file, text);
+        if text.len() > MAX_BYTES {
+            return Err(source.error(0..0, format!("an experiment file has at most {MAX_BYTES} bytes")));
+        }
+        let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
+        if extend::is_complete(document.get_ref()) {
+            return self.check(source, text, document);
+        }
+        let whole = extend::complete(file, text, place)?;
+        let source = Source::merged(file, &whole.text, &whole.map);
+        let document = DeTable::parse(&whole.text).map_err(|e| source.toml(&e, 0..0))?;
+        self.check(source, &whole.text, document)
     }
-    check_experiment_name(wire.name.get_ref()).map_err(|message| source.error(wire.name.span(), message))?;
-    limits::check_lists(source, &wire)?;
-    let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
-    let suites = read_suites(source, &wire, catalog)?;
-    let trackers = read_trackers(source, &wire, tracker_params, programs)?;
-    let mut methods: Vec<method::Method> = Vec::new();
-    let mut room = MOST_DETECTORS;
-    for (m, raw) in wire.method.get_ref().iter().zip(&methods_raw) {
+
+    /// Checks an experiment that needs no other file.
+    fn check(
+        &self,
+        source: Source<'_>,
+        text: &str,
+        mut document: Spanned<DeTable<'_>>,
+    ) -> Result<Experiment, SpecError> {
+        let tracker_params = split_tracker_params(source, &mut document)?;
+        complete_methods(source, &mut document)?;
+        let methods_raw = array_of_tables(source, &document, "method")?;
+        let whole = Spanned::new(document.span(), DeValue::Table(document.get_ref().clone()));
+        let wire =
+            wire::Experiment::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
+
+        if *wire.schema.get_ref() != SCHEMA {
+            let message =
+                format!("schema {} is not known; this program reads {SCHEMA}", wire.schema.get_ref());
+            return Err(source.error(wire.schema.span(), message));
+        }
+        name::check_experiment_name(wire.name.get_ref())
+            .map_err(|e| source.error(wire.name.span(), e.to_string()))?;
+        limits::check_lists(source, &wire)?;
+        let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
+        let suites = read_suites(source, &wire, self.catalog)?;
+        let trackers = read_trackers(source, &wire, tracker_params, self.programs)?;
+        let methods = read_methods(source, &wire, &methods_raw, protocol, &trackers)?;
+        let analyses = read_analyses(source, &wire, &document, &suites, &trackers, &methods)?;
+        if methods.is_empty() && analyses.is_empty() {
+            return Err(source.error(wire.method.span(), "there is no [[method]]"));
+        }
+        let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
+        limits::check_work(source, wire.method.span(), runs, &methods)?;
+        check_roles(source, &wire, &methods, &suites)?;
+
+        let words = words(self.catalog, &suites, &trackers, &methods, &analyses);
+        let tables = read_tables(source, &wire, &words)?;
+        let figures = read_figures(source, &wire, &words)?;
+        let published = read_published(source, &wire, &tables)?;
+        let claims =
+            wire.claim.iter().map(|c| claim::read(source, c, &words)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Experiment {
+            name: wire.name.into_inner(),
+            title: wire.title,
+            paper: wire.paper,
+            object: wire.object,
+            note: wire.note,
+            protocol,
+            seed: wire.seed,
+            suites,
+            catalog: self.catalog.clone(),
+            trackers,
+            methods,
+            analyses,
+            tables,
+            figures,
+            published,
+            claims,
+            source: text.to_string(),
+        })
+    }
+}
+
+fn read_methods(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    tables: &[Spanned<DeTable<'_>>],
+    protocol: Option<&'static Protocol>,
+    trackers: &[Tracker],
+) -> Result<Vec<Method>, SpecError> {
+    let mut methods: Vec<Method> = Vec::new();
+    let mut room = MAX_DETECTORS;
+    for (m, table) in wire.method.get_ref().iter().zip(tables) {
         let name = m.name.get_ref();
         check_label(source, &m.name)?;
-        if methods.iter().any(|known| known.name == *name) {
-            return Err(source.error(m.name.span(), format!("method `{name}` stands there twice")));
-        }
-        let own = m.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
-        let Some(scored_by) = own.or(protocol) else {
+        check_unique(source, "method", &m.name, methods.iter().map(|m| m.name.as_str()))?;
+        let its_own = m.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
+        let Some(scored_by) = its_own.or(protocol) else {
             let message = format!("`{name}` has no `protocol`, and neither has the experiment");
             return Err(source.error(m.name.span(), message));
         };
-        let mut method = method::read(source, name, raw, scored_by, room)?;
-        method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
+        let mut method = method::read(source, name, table, scored_by, room)?;
+        method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
         room -= method.detectors();
         methods.push(method);
     }
-    let mut analyses: Vec<analysis::Analysis> = Vec::new();
-    for (a, raw) in wire.analysis.iter().zip(array_of_tables(source, &document, "analysis")?) {
-        table::check_file_name(source, &a.name)?;
-        check_twice(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
-        let mut analysis = analysis::read(source, a, &raw, &suites)?;
-        analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, &trackers)).transpose()?;
-        let timed = |m: &&method::Method| m.variants.iter().all(|v| v.point.is_empty());
-        let known = || methods.iter().filter(timed).map(|m| m.name.as_str());
+    Ok(methods)
+}
+
+fn read_analyses(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    document: &Spanned<DeTable<'_>>,
+    suites: &BTreeMap<String, String>,
+    trackers: &[Tracker],
+    methods: &[Method],
+) -> Result<Vec<Analysis>, SpecError> {
+    let mut analyses: Vec<Analysis> = Vec::new();
+    for (a, table) in wire.analysis.iter().zip(array_of_tables(source, document, "analysis")?) {
+        check_file_name(source, &a.name)?;
+        check_unique(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
+        let mut analysis = analysis::read(source, a, &table, suites)?;
+        analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
+        let known = || methods.iter().filter(|m| !m.has_grid()).map(|m| m.name.as_str());
         if let Some(wrong) = analysis.plugin.timed().0.iter().find(|name| !known().any(|k| k == *name)) {
-            return Err(source.unknown(raw.span(), "method without a grid", wrong, known()));
+            return Err(source.unknown(table.span(), "method without a grid", wrong, known()));
         }
         analyses.push(analysis);
     }
-    if methods.is_empty() && analyses.is_empty() {
-        return Err(source.error(wire.method.span(), "there is no [[method]]"));
-    }
-    let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
-    limits::check_work(source, wire.method.span(), runs, &methods)?;
-    check_roles(source, &wire, &methods, &suites)?;
+    Ok(analyses)
+}
 
-    let mut axes: Vec<String> = methods
-        .iter()
-        .flat_map(|m| &m.variants)
-        .flat_map(|v| v.point.iter().map(|(axis, _)| axis.clone()))
-        .collect();
-    axes.sort();
-    axes.dedup();
-    let name = |m: &method::Method| m.name.clone();
-    let words = Words {
-        methods: methods.iter().map(|m| m.name.clone()).collect(),
+/// The names that tables, figures and claims may refer to.
+fn words(
+    catalog: &Catalog,
+    suites: &BTreeMap<String, String>,
+    trackers: &[Tracker],
+    methods: &[Method],
+    analyses: &[Analysis],
+) -> Words {
+    let axes: BTreeSet<&String> =
+        methods.iter().flat_map(|m| &m.variants).flat_map(|v| v.point.iter().map(|(axis, _)| axis)).collect();
+    let names =
+        |keep: fn(&Method) -> bool| methods.iter().filter(|m| keep(m)).map(|m| m.name.clone()).collect();
+    Words {
+        methods: names(|_| true),
         trackers: trackers.iter().map(|t| t.label.clone()).collect(),
-        axes,
+        axes: axes.into_iter().cloned().collect(),
         sequences: catalog.suite(&suites[TEST]).map_or_else(|_| Vec::new(), |s| s.sequence_names()),
-        drawn: methods.iter().filter(|m| m.variants.iter().all(|v| v.point.is_empty())).map(name).collect(),
-        with_signal: methods
-            .iter()
-            .filter(|m| m.variants.iter().any(|v| v.signal.is_some()))
-            .map(name)
-            .collect(),
+        drawn: names(|m| !m.has_grid()),
+        with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),
         analyses: analyses.iter().map(|a| (a.name.clone(), a.names())).collect(),
-    };
-    let mut tables = Vec::new();
+    }
+}
+
+fn read_tables(source: Source<'_>, wire: &wire::Experiment, words: &Words) -> Result<Vec<Table>, SpecError> {
+    let mut tables: Vec<Table> = Vec::new();
     for t in &wire.table {
-        check_twice(source, "table", &t.name, tables.iter().map(|t: &table::Table| t.name.as_str()))?;
-        tables.push(table::read_table(source, t, &words)?);
+        check_unique(source, "table", &t.name, tables.iter().map(|t| t.name.as_str()))?;
+        tables.push(table::read_table(source, t, words)?);
     }
-    let mut figures = Vec::new();
+    Ok(tables)
+}
+
+fn read_figures(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    words: &Words,
+) -> Result<Vec<Figure>, SpecError> {
+    let mut figures: Vec<Figure> = Vec::new();
     for f in &wire.figure {
-        check_twice(source, "figure", &f.name, figures.iter().map(|f: &Figure| f.name.as_str()))?;
-        figures.push(read_figure(source, f, &words)?);
+        check_unique(source, "figure", &f.name, figures.iter().map(|f| f.name.as_str()))?;
+        figures.push(read_figure(source, f, words)?);
     }
-    let mut published: Vec<table::Published> = Vec::new();
+    Ok(figures)
+}
+
+fn read_published(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    tables: &[Table],
+) -> Result<Vec<Published>, SpecError> {
+    let mut published: Vec<Published> = Vec::new();
     for p in &wire.published {
         check_label(source, &p.tracker)?;
-        let row = table::read_published(source, p, &tables)?;
+        let row = table::read_published(source, p, tables)?;
         if published.iter().any(|k| (&k.table, &k.tracker, &k.row) == (&row.table, &row.tracker, &row.row)) {
             let message = format!("`{}` of {} stands there twice", row.row, row.tracker);
             return Err(source.error(p.row.span(), message));
         }
         published.push(row);
     }
-    let claims = wire.claim.iter().map(|c| claim::read(source, c, &words)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Experiment {
-        name: wire.name.into_inner(),
-        title: wire.title,
-        paper: wire.paper,
-        object: wire.object,
-        note: wire.note,
-        protocol,
-        seed: wire.seed,
-        suites,
-        catalog: catalog.clone(),
-        trackers,
-        methods,
-        analyses,
-        tables,
-        figures,
-        published,
-        claims,
-        source: text.to_string(),
-    })
+    Ok(published)
 }
 
-fn check_twice<'k>(
-    source: Source<'_>,
-    what: &str,
-    name: &Spanned<String>,
-    mut known: impl Iterator<Item = &'k str>,
-) -> Result<(), SpecError> {
-    if known.any(|k| k == name.get_ref()) {
-        return Err(source.error(name.span(), format!("{what} `{}` stands there twice", name.get_ref())));
-    }
-    Ok(())
-}
-
-/// Names of methods and trackers appear in tables, claims and file columns.
-fn check_label(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
-    check_label_text(name.get_ref()).map_err(|message| source.error(name.span(), message))
-}
-
-fn check_label_text(name: &str) -> Result<(), String> {
-    let forbidden = |c: char| !text::is_plain(c) || "[]=,;+\"".contains(c);
-    // Spreadsheets take a field that begins with one of = + - @ for a formula.
-    let formula = name.starts_with(['-', '@']);
-    let length = name.chars().count();
-    if name.trim() != name || !(1..=64).contains(&length) || name.contains(forbidden) || formula {
-        let name = text::shorten_to(name, 64);
-        return Err(format!(
-            "the name {name:?} must have 1 to 64 characters, none of [ ] = , ; + \", no outer spaces, no \
-             control characters, and not begin with - or @"
-        ));
-    }
-    Ok(())
-}
-
-/// Whether a text can be the name of an experiment, and with it the path of its folders.
-///
-/// # Errors
-/// What a name must be.
-pub fn check_experiment_name(name: &str) -> Result<(), String> {
-    if name.len() > 128 || !name.split('/').all(table::is_word) {
-        return Err("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`".to_string());
-    }
-    Ok(())
-}
-
-/// Takes the plugin's own keys out of every `[[tracker]]`.
+/// Takes the parameters of the plugin out of every `[[tracker]]`.
 fn split_tracker_params<'i>(
     source: Source<'_>,
     document: &mut Spanned<DeTable<'i>>,
@@ -233,7 +286,7 @@ fn split_tracker_params<'i>(
     Ok(all)
 }
 
-/// Fills `signal` and `detector` of methods that give only a published name.
+/// Fills in `signal` and `detector` of methods that have neither, from the published method of their name.
 fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>) -> Result<(), SpecError> {
     let Some(methods) = document.get_mut().get_mut("method") else { return Ok(()) };
     let span = methods.span();
@@ -249,9 +302,9 @@ fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>)
         if table.contains_key("signal") || table.contains_key("detector") {
             continue;
         }
-        let catalogue = super::builtin::method_tables();
-        let Some(known) = catalogue.iter().find(|t| t.0 == name) else {
-            let names = catalogue.iter().map(|t| t.0.as_str());
+        let published = super::builtin::method_tables();
+        let Some(known) = published.iter().find(|t| t.0 == name) else {
+            let names = published.iter().map(|t| t.0.as_str());
             return Err(source.unknown(span, "published method", &name, names.clone()));
         };
         for (key, value) in known.1.get_ref() {
@@ -263,7 +316,7 @@ fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>)
     Ok(())
 }
 
-/// The tables of an array of tables, each with its place.
+/// Tables of an array of tables, each with its place in the file.
 pub(super) fn array_of_tables<'i>(
     source: Source<'_>,
     document: &Spanned<DeTable<'i>>,
@@ -287,7 +340,7 @@ fn read_protocol(source: Source<'_>, name: &Spanned<String>) -> Result<&'static 
     })
 }
 
-/// Labels of trackers of the experiment, at least one.
+/// Checks labels of trackers.
 fn read_labels(
     source: Source<'_>,
     list: &[Spanned<String>],
@@ -329,35 +382,35 @@ fn read_trackers(
         let kinds = TRACKERS.iter().map(|e| e.kind);
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
-        let mut setup = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
+        let mut config = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
         if let Some(programs) = programs {
-            setup.bind(programs).map_err(|e| source.params(&e, &params))?;
+            config.bind(programs).map_err(|e| source.params(&e, &params))?;
         }
         let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
         let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
             None => Ok(default),
-            Some(n) if (1..=MOST_RUNS).contains(n.get_ref()) => Ok(*n.get_ref()),
+            Some(n) if (1..=MAX_RUNS).contains(n.get_ref()) => Ok(*n.get_ref()),
             Some(n) => {
-                let message = format!("`{key}` must be 1 to {MOST_RUNS}, not {}", n.get_ref());
+                let message = format!("`{key}` must be 1 to {MAX_RUNS}, not {}", n.get_ref());
                 Err(source.error(n.span(), message))
             }
         };
         let runs = repetitions("runs", t.runs.as_ref(), protocol.runs().unwrap_or(1))?;
         let training_runs = repetitions("training_runs", t.training_runs.as_ref(), runs)?;
-        let span = t.label.as_ref().map_or(t.name.span(), Spanned::span);
-        let label = t.label.as_ref().map_or_else(|| entry.kind.to_string(), |l| l.get_ref().clone());
-        check_label_text(&label).map_err(|message| source.error(span.clone(), message))?;
+        let label = t.label.as_ref().unwrap_or(&t.name);
+        check_label(source, label)?;
+        let (span, label) = (label.span(), label.get_ref().clone());
         if trackers.iter().any(|known| known.label == label) {
             let message = format!("two trackers are called `{label}`; give one a `label`");
             return Err(source.error(span, message));
         }
         let (kind, version) = (entry.kind, entry.version);
-        let most = protocol.runs().unwrap_or(MOST_RUNS);
-        if runs.max(training_runs) > most {
-            let message = format!("`{}` has {most} runs", protocol.name());
+        let max_runs = protocol.runs().unwrap_or(MAX_RUNS);
+        if runs.max(training_runs) > max_runs {
+            let message = format!("`{}` has {max_runs} runs", protocol.name());
             return Err(source.error(t.runs.as_ref().map_or(span, Spanned::span), message));
         }
-        let setup = protocol.over(Arc::from(setup));
+        let setup = protocol.over(Arc::from(config));
         trackers.push(Tracker { label, kind, version, runs, training_runs, protocol, setup });
     }
     if trackers.is_empty() {
@@ -366,7 +419,7 @@ fn read_trackers(
     Ok(trackers)
 }
 
-/// How a tracker is run; results that are replayed were made under one already.
+/// Run protocol of a tracker; replayed results have theirs already.
 fn read_run_protocol(
     source: Source<'_>,
     kind: &str,
@@ -387,7 +440,7 @@ fn read_run_protocol(
 fn check_roles(
     source: Source<'_>,
     wire: &wire::Experiment,
-    methods: &[method::Method],
+    methods: &[Method],
     suites: &BTreeMap<String, String>,
 ) -> Result<(), SpecError> {
     for (m, wire) in methods.iter().zip(wire.method.get_ref()) {

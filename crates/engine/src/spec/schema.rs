@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 /// The schema, with the parameters of every tracker, signal, detector and analysis.
 pub fn schema() -> Value {
     let mut root = schemars::schema_for!(wire::Experiment).to_value();
+    add_shortcuts(&mut root);
     let signals = plugins("kind", crate::signal::SIGNALS);
     let detectors = plugins("kind", crate::detector::DETECTORS);
     let analyses = plugins("kind", crate::analysis::ANALYSES);
@@ -24,10 +25,44 @@ pub fn schema() -> Value {
             analysis["compute"] = json!({ "$ref": "#/$defs/Compute" });
         }
         if let Some(tracker) = definitions.get_mut("Tracker").and_then(Value::as_object_mut) {
-            tracker.insert("anyOf".into(), trackers["anyOf"].clone());
+            let mut kinds = trackers["anyOf"].clone();
+            if let Some(kinds) = kinds.as_array_mut() {
+                // A change of the base's tracker gives only its label.
+                kinds.push(json!({ "not": { "required": ["name"] } }));
+            }
+            tracker.insert("anyOf".into(), kinds);
         }
     }
     root
+}
+
+/// Keys of an item that tell it from the others; an experiment that extends another gives only these and what differs.
+const NAMES: [(&str, &[&str]); 7] = [
+    ("Tracker", &[]),
+    ("Method", &["name"]),
+    ("Analysis", &["name"]),
+    ("Table", &["name"]),
+    ("Figure", &["name"]),
+    ("Published", &["table", "tracker", "row"]),
+    ("Claim", &["text"]),
+];
+
+/// Adds the keys that make a file shorter, and requires of it only what every file must have.
+fn add_shortcuts(root: &mut Value) {
+    let mut shortcuts = schemars::schema_for!(wire::Shortcuts).to_value();
+    for part in ["properties", "$defs"] {
+        if let (Some(known), Some(more)) = (
+            root.get_mut(part).and_then(Value::as_object_mut),
+            shortcuts.get_mut(part).and_then(Value::as_object_mut),
+        ) {
+            known.append(more);
+        }
+    }
+    root["required"] = json!(["schema", "name"]);
+    root["anyOf"] = json!([{ "required": ["extends"] }, { "required": ["title", "suites"] }]);
+    for (definition, required) in NAMES {
+        root["$defs"][definition]["required"] = json!(required);
+    }
 }
 
 /// One alternative a kind: its parameters, and the word that chooses it.

@@ -3,6 +3,7 @@
 mod published;
 
 use super::error::{Source, SpecError};
+use super::name::check_file_name;
 use super::wire;
 use crate::analysis::Names;
 use crate::direction::Direction;
@@ -277,18 +278,4 @@ fn read_leaderboard(
         shows: None,
         column: None,
     })
-}
-
-/// Refuses a name that is not safe as a file name everywhere.
-pub(super) fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
-    if is_word(name.get_ref()) {
-        return Ok(());
-    }
-    Err(source.error(name.span(), format!("`{}` must be made of a-z, 0-9, `-` and `_`", name.get_ref())))
-}
-
-/// Whether a name is safe as a file name everywhere: `a-z`, `0-9`, `-`, `_`, at most 64 characters.
-pub fn is_word(name: &str) -> bool {
-    (1..=64).contains(&name.len())
-        && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_')
 }

@@ -1,4 +1,4 @@
-//! The shape of an experiment file, as serde reads it and as its JSON Schema describes it.
+//! The keys of an experiment file, as serde reads them and as the JSON Schema describes them.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -21,7 +21,7 @@ pub struct Experiment {
     pub paper: Option<String>,
     /// The paper's object, e.g. `Table 1`.
     pub object: Option<String>,
-    /// What a reader must know beside the numbers.
+    /// What a reader has to know to judge the numbers.
     pub note: Option<String>,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
     #[schemars(with = "Option<String>")]
@@ -62,16 +62,16 @@ pub struct Tracker {
     /// Kind of tracker.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// Name in tables; the kind where it is left out.
+    /// Name in tables; the kind if left out.
     #[schemars(with = "Option<String>")]
     pub label: Option<Spanned<String>>,
     /// Repetitions, at least 1.
     #[schemars(with = "Option<u32>")]
     pub runs: Option<Spanned<u32>>,
-    /// Repetitions on suites that models are learned from; as many as `runs` where it is left out.
+    /// Repetitions on suites that models are learned from; as many as `runs` if left out.
     #[schemars(with = "Option<u32>")]
     pub training_runs: Option<Spanned<u32>>,
-    /// How it is run: `one-pass` where it is left out, `vot-reset`, `otb-temporal` ...
+    /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
 }
@@ -92,10 +92,10 @@ pub struct Method {
     /// Parameter -> list of values; every combination is a method of its own.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub grid: Option<toml::Table>,
-    /// Labels of the trackers it is run on; all where it is left out.
+    /// Labels of the trackers it is run on; all if left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub trackers: Option<Vec<Spanned<String>>>,
-    /// How its labels are scored; as the experiment says where it is left out.
+    /// How its labels are scored; as the experiment says if left out.
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
 }
@@ -107,7 +107,7 @@ pub struct Train {
     /// Role of the suite it is chosen on.
     #[schemars(with = "String")]
     pub train: Spanned<String>,
-    /// The pooled measure that is made as large as possible; ties go to the first value.
+    /// The pooled metric that is maximized; ties go to the first value.
     #[schemars(with = "String")]
     pub maximise: Spanned<String>,
     /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, or `{ quantiles = 400 }`.
@@ -125,7 +125,7 @@ pub struct Grid {
     pub to: Option<f64>,
     /// Distance, above 0.
     pub step: Option<f64>,
-    /// So many quantiles of the signal's values on the training suite, the smallest and largest included.
+    /// Number of quantiles of the signal's values on the training suite, the smallest and largest value included.
     pub quantiles: Option<usize>,
 }
 
@@ -149,7 +149,7 @@ pub struct Analysis {
     /// Roles of the suites, in the order in which the analysis takes them.
     #[schemars(with = "Vec<String>")]
     pub suites: Spanned<Vec<String>>,
-    /// Labels of the trackers whose tracks are analysed; all where it is left out.
+    /// Labels of the trackers whose tracks are analyzed; all if left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub trackers: Option<Vec<Spanned<String>>>,
 }
@@ -181,7 +181,7 @@ pub struct Table {
     /// The metric shown when neither rows nor columns are metrics.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,
-    /// The methods shown; all where it is left out.
+    /// The methods shown; all if left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub methods: Option<Vec<Spanned<String>>>,
 }
@@ -194,16 +194,16 @@ pub struct Figure {
     #[schemars(with = "String")]
     pub name: Spanned<String>,
     /// `strips` (series over frames), `sweep` (a metric over a grid axis), `curve` (a metric over another), `delay`
-    /// (the share of events found so many frames after them), `chart` (of an analysis) or `machine` (the
+    /// (the share of events detected within a number of frames), `chart` (of an analysis) or `machine` (the
     /// conditions of a tracker that ARTE follows).
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Text below the figure.
     pub caption: Option<String>,
-    /// strips: label of the tracker; the first one where it is left out.
+    /// strips: label of the tracker; the first one if left out.
     #[schemars(with = "Option<String>")]
     pub tracker: Option<Spanned<String>>,
-    /// strips: sequences, side by side; where it is left out, the one with most events.
+    /// strips: sequences, side by side; if left out, the one with most events.
     #[serde(default)]
     #[schemars(with = "Vec<String>")]
     pub sequences: Vec<Spanned<String>>,
@@ -224,7 +224,7 @@ pub struct Figure {
     /// sweep: grid axis along x; curve: metric along x.
     #[schemars(with = "Option<String>")]
     pub x: Option<Spanned<String>>,
-    /// sweep, curve, delay: the methods shown; all where it is left out.
+    /// sweep, curve, delay: the methods shown; all if left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub methods: Option<Vec<Spanned<String>>>,
 }
@@ -259,4 +259,58 @@ pub struct Claim {
     /// Whether a run must meet it (exit code 5 otherwise).
     #[serde(default)]
     pub required: bool,
+}
+
+/// Keys of an experiment file that it may have beside those of [`Experiment`], to say only what differs from another
+/// one or to give several trackers or methods at once.
+#[derive(JsonSchema)]
+pub struct Shortcuts {
+    /// The experiment that this one changes: a built-in name, or a file beside this one whose name ends in `.toml`.
+    pub extends: Option<String>,
+    /// Names of items of the base that this experiment does not have, by kind.
+    pub without: Option<Without>,
+    /// Trackers that share keys.
+    #[schemars(rename = "tracker-group")]
+    pub tracker_group: Option<Vec<TrackerGroup>>,
+    /// Methods that share keys.
+    #[schemars(rename = "method-group")]
+    pub method_group: Option<Vec<MethodGroup>>,
+}
+
+/// Names of items of the base that an experiment does not have: `table = ["counts"]`.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct Without {
+    /// Labels of trackers, or names of groups.
+    pub tracker: Option<Vec<String>>,
+    /// Names of methods, or of groups.
+    pub method: Option<Vec<String>>,
+    /// Names of analyses.
+    pub analysis: Option<Vec<String>>,
+    /// Names of tables.
+    pub table: Option<Vec<String>>,
+    /// Names of figures.
+    pub figure: Option<Vec<String>>,
+    /// Names of tables whose published numbers are left out.
+    pub published: Option<Vec<String>>,
+    /// Texts of claims.
+    pub claim: Option<Vec<String>>,
+}
+
+/// One `[[tracker-group]]`; all other keys are shared by the trackers.
+#[derive(JsonSchema)]
+pub struct TrackerGroup {
+    /// Name that stands for all trackers of the group in lists of trackers.
+    pub group: Option<String>,
+    /// Kinds of trackers, or tables with the keys of a `[[tracker]]`.
+    pub trackers: Vec<serde_json::Value>,
+}
+
+/// One `[[method-group]]`; all other keys are shared by the methods.
+#[derive(JsonSchema)]
+pub struct MethodGroup {
+    /// Name that stands for all methods of the group in lists of methods.
+    pub group: Option<String>,
+    /// Names of methods, or tables with the keys of a `[[method]]`.
+    pub methods: Vec<serde_json::Value>,
 }

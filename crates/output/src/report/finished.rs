@@ -3,7 +3,7 @@
 use crate::plugin;
 use crate::results::manifest::FILE as MANIFEST;
 use crate::results::{Results, ResultsError};
-use crate::spec::read::check_experiment_name;
+use crate::spec::check_experiment_name;
 use std::path::{Path, PathBuf};
 
 /// Results of an experiment that are not there or cannot be read.

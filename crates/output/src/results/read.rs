@@ -16,7 +16,7 @@ use crate::engine::execute::supervise::catch;
 use crate::engine::store;
 use crate::image::{self, Frame};
 use crate::region::Region;
-use crate::spec::limits::LONGEST;
+use crate::spec::limits::MAX_BYTES;
 use crate::spec::{self, Experiment};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,7 @@ impl Results {
         }
         let manifest = manifest::parse(&path, &read_file(&path, MAX_MANIFEST)?)?;
         let spec = folder.join(SPEC);
-        let text = String::from_utf8(read_whole(folder, &manifest, SPEC, LONGEST as u64)?)
+        let text = String::from_utf8(read_whole(folder, &manifest, SPEC, MAX_BYTES as u64)?)
             .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
         let mut catalog = Catalog::default();
         if manifest.files.contains_key(USER_SUITES) {

@@ -30,12 +30,12 @@ fn long_files_are_refused_unread() {
     let error = read_text(&path).unwrap_err();
     assert_eq!((error.file, error.line), (path.display().to_string(), 1));
     assert_eq!(error.message, "an experiment file has at most 4194304 bytes");
-    std::fs::File::create(&path).unwrap().set_len(LONGEST as u64).unwrap();
-    assert_eq!(read_text(&path).unwrap().len(), LONGEST);
+    std::fs::File::create(&path).unwrap().set_len(MAX_BYTES as u64).unwrap();
+    assert_eq!(read_text(&path).unwrap().len(), MAX_BYTES);
     std::fs::write(&path, b"a\nb\xFF\n").unwrap();
     assert_eq!(read_text(&path).unwrap_err().line, 2);
     assert!(read_text(&dir.path().join("b.toml")).is_err() && read_text(dir.path()).is_err());
-    assert!(refused(&" ".repeat(LONGEST + 1)).message.contains("at most 4194304 bytes"));
+    assert!(refused(&" ".repeat(MAX_BYTES + 1)).message.contains("at most 4194304 bytes"));
 }
 
 #[cfg(unix)]

@@ -2,7 +2,7 @@
 
 use super::summary::{Summary, read_summary};
 use crate::report::files::{INDEX, OWNED, SUMMARY};
-use crate::spec::read::check_experiment_name;
+use crate::spec::check_experiment_name;
 use std::path::Path;
 
 /// All reports below a folder.

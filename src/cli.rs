@@ -1,7 +1,6 @@
-//! The command line: one file per verb, arguments and calls only.
+//! The command line: one file for each verb, with its arguments and calls of the layers below.
 //!
-//! Exit codes: 0 done; 1 a bug or an I/O error; 2 usage or experiment file; 3 data absent or not what
-//! was pinned; 4 some cells failed; 5 an expectation is not met; 130 interrupted, with what was done kept.
+//! [`Failure`] lists the exit codes.
 
 pub mod compare;
 pub mod data;
@@ -32,9 +31,9 @@ use std::path::{Path, PathBuf};
 #[command(
     version,
     about,
-    after_help = "Exit codes: 0 done, 1 a bug or an I/O error, 2 usage or experiment \
-file, 3 data absent or not what was pinned, 4 some cells failed, 5 an expectation is not met, 130 interrupted \
-(what was done is kept)."
+    after_help = "Exit codes: 0 success, 1 a bug or an I/O error, 2 wrong arguments or experiment file, \
+3 data missing or not as pinned in datasets.lock, 4 some cells failed, 5 a required claim does not hold, \
+130 interrupted (finished work is kept)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -45,29 +44,29 @@ pub struct Cli {
 enum Verb {
     /// Run experiments, print their tables, write results and report (without SPEC: the quickstart)
     Run(run::Args),
-    /// Render tables, figures and HTML from results alone
+    /// Render tables, figures and HTML pages again, from kept results alone
     Report(report::Args),
-    /// Show what there is: experiments, suites, trackers, signals, detectors, protocols
+    /// List experiments, suites, trackers, signals, detectors, analyses or protocols
     List(list::Args),
-    /// Look after datasets: what is here, and is it what was pinned
+    /// List, verify, download, add and pin the sequences of suites
     Data(data::Args),
-    /// Tell, frame by frame, whether your own tracker has failed
+    /// Tell, frame by frame, whether your own tracker has lost its target
     Detect(detect::Args),
     /// Write a synthetic suite to disk in OTB or VOT layout
     Render(render::Args),
-    /// Write, or submit, batch scripts that run experiments on a SLURM cluster
+    /// Write batch scripts that run experiments on a SLURM cluster, or submit them
     Slurm(slurm::Args),
-    /// Join the stores of runs with --shard into one
+    /// Merge the stores of several `run --shard` into one
     Merge(merge::Args),
-    /// Compare two trackers, methods or results folders, pair by pair, with intervals
+    /// Compare two trackers, methods or results folders on the same sequences, with confidence intervals
     Compare(compare::Args),
-    /// Show reports, and what runs are at, in a browser on this machine
+    /// Serve reports and the progress of runs to browsers on this machine
     Serve(serve::Args),
-    /// Let programs that speak TraX use a built-in tracker
+    /// Run a built-in tracker for a program that speaks the TraX protocol
     ServeTrax(serve_trax::Args),
-    /// Tell why cells would or would not be computed again
+    /// Explain why cells of an experiment would be computed again, or not
     Why(why::Args),
-    /// From a number of a table down to its sequences, events, detections and frames
+    /// Trace a number of a table down to its sequences, events, detections and frames
     Explain(explain::Args),
 }
 
@@ -75,7 +74,7 @@ impl Cli {
     /// Runs the verb.
     ///
     /// # Errors
-    /// What the verb ends with.
+    /// As the verb.
     pub fn run(&self) -> Result<(), Failure> {
         match &self.verb {
             Verb::Run(args) => run::run(args),
@@ -95,20 +94,20 @@ impl Cli {
     }
 }
 
-/// Does something on so many threads, or on one for each core.
+/// Runs `work` in a pool of `jobs` worker threads, by default one for each core.
 ///
 /// # Errors
-/// [`Failure::Io`] when they cannot be started.
+/// [`Failure::Io`] if the threads cannot be started.
 fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from)).build();
     let threads = threads.map_err(|e| Failure::Io(format!("cannot start worker threads: {e}")))?;
     Ok(threads.install(work))
 }
 
-/// The data root: what was given, else TRACKFAIL_DATA unless it is empty.
+/// Path of the data root: `--data-root`, else TRACKFAIL_DATA unless it is empty.
 ///
 /// # Errors
-/// [`Failure::Data`] when it is no folder.
+/// [`Failure::Data`] if it is no folder.
 fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
     let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
     let root = given.map(Path::to_path_buf).or(named);
@@ -121,7 +120,7 @@ fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
 /// The built-in suites and the user suites of a data root.
 ///
 /// # Errors
-/// [`Failure::Data`] when the data root's own datasets.lock cannot be read or is wrong.
+/// [`Failure::Data`] if the datasets.lock in the data root cannot be read or is wrong.
 fn catalog(data_root: Option<&Path>) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
     if let Some(root) = data_root {
@@ -130,24 +129,24 @@ fn catalog(data_root: Option<&Path>) -> Result<Catalog, Failure> {
     Ok(catalog)
 }
 
-/// The file of programs: what was given, else TRACKFAIL_PLUGINS unless it is empty, else `plugins.toml` in
-/// the current folder if it is there.
+/// Path of the file of programs: `--plugins`, else TRACKFAIL_PLUGINS unless it is empty, else `plugins.toml` in the
+/// current folder if there is one.
 fn plugins_file(given: Option<&Path>) -> Option<PathBuf> {
     let named = std::env::var_os("TRACKFAIL_PLUGINS").filter(|name| !name.is_empty()).map(PathBuf::from);
     let here = || Some(PathBuf::from("plugins.toml")).filter(|path| path.is_file());
     given.map(Path::to_path_buf).or(named).or_else(here)
 }
 
-/// The programs of [`plugins_file`].
+/// Reads the programs of [`plugins_file`]; none without such a file.
 ///
 /// # Errors
-/// [`Failure::Usage`] when it cannot be read or is wrong.
+/// [`Failure::Usage`] if the file cannot be read or is wrong.
 fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
     let read = |path: PathBuf| programs::read(&path).map_err(|e| Failure::Usage(e.to_string()));
     plugins_file(given).map_or_else(|| Ok(Programs::default()), read)
 }
 
-/// Why a verb ends without success; the exit code is the kind's.
+/// Why a verb ends without success; each variant has its exit code.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// A bug or an I/O error.

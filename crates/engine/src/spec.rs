@@ -1,17 +1,27 @@
 //! Experiments: one TOML file -> a checked [`Experiment`] -> cells.
 //!
-//! [`wire`] is the file's shape, [`read`] turns it into checked plugins, [`error`] tells where it is
-//! wrong, [`limits`] how large it may be, [`claim`] is the small language of conclusions, [`builtin`] holds the experiments and the
-//! methods that come with the program, [`programs`] reads what a user lets run as a tracker. A file can name only what the lists of trackers, signals,
-//! detectors and protocols know; it cannot run code or leave the data root.
+//! A file can name only what the lists of trackers, signals, detectors and protocols know; it cannot run code or
+//! leave its folder and the data root.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema |
+//! | `extend` | files that say only how they differ from another, put together to one text |
+//! | [`read`] | the way from the text to checked plugins |
+//! | [`method`], [`analysis`], [`table`], [`figure`], [`claim`] | the parts of an experiment |
+//! | [`name`], [`limits`], [`error`] | what names may be, how large a file may be, where it is wrong |
+//! | [`builtin`] | experiments and methods that come with the program |
+//! | [`programs`] | `plugins.toml`: programs that a user lets run as trackers |
 
 pub mod analysis;
 pub mod builtin;
 pub mod claim;
 pub mod error;
+mod extend;
 pub mod figure;
 pub mod limits;
 pub mod method;
+pub mod name;
 pub mod programs;
 pub mod read;
 pub mod schema;
@@ -19,8 +29,8 @@ pub mod table;
 pub mod wire;
 
 pub use error::SpecError;
-pub use limits::read_text;
-pub use read::{parse, parse_with};
+pub use name::check_experiment_name;
+pub use read::{parse, parse_with, read_file};
 
 use crate::dataset::suite::Catalog;
 use crate::score::Protocol;
@@ -34,7 +44,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use table::{Published, Table};
 
-/// Role of the suite that results are about.
+/// Role of the suite that methods are evaluated on.
 pub const TEST: &str = "test";
 
 /// A checked experiment.
@@ -47,9 +57,9 @@ pub struct Experiment {
     pub paper: Option<String>,
     /// The paper's object: `Table 1`.
     pub object: Option<String>,
-    /// What a reader must know beside the numbers.
+    /// What a reader has to know to judge the numbers.
     pub note: Option<String>,
-    /// How labels are scored, unless a method says otherwise; none where there is no method.
+    /// How labels are scored, unless a method names a protocol of its own; `None` without methods.
     pub protocol: Option<&'static Protocol>,
     /// Base of all seeds.
     pub seed: u64,
@@ -69,27 +79,27 @@ pub struct Experiment {
     pub figures: Vec<Figure>,
     /// Numbers that the paper prints.
     pub published: Vec<Published>,
-    /// Conclusions as predicates.
+    /// Conclusions of the paper, as predicates over the measured numbers.
     pub claims: Vec<Claim>,
-    /// The file's text, kept beside the results.
+    /// The whole text, with what it extends and its groups written out; kept beside the results.
     pub source: String,
 }
 
 impl Experiment {
-    /// Lowers the repetitions of all trackers to at most `most`.
-    pub fn limit_runs(&mut self, most: u32) {
+    /// Lowers the repetitions of all trackers to at most `max_runs`.
+    pub fn limit_runs(&mut self, max_runs: u32) {
         for tracker in &mut self.trackers {
-            tracker.runs = tracker.runs.min(most);
-            tracker.training_runs = tracker.training_runs.min(most);
+            tracker.runs = tracker.runs.min(max_runs);
+            tracker.training_runs = tracker.training_runs.min(max_runs);
         }
     }
 
-    /// How the labels of a method are scored.
+    /// Protocol that scores the labels of a method.
     pub fn protocol_of(&self, method: &str) -> Option<&'static Protocol> {
         self.methods.iter().find(|m| m.name == method).map(|m| m.protocol).or(self.protocol)
     }
 
-    /// How random detections match by a method's protocol.
+    /// How often random detections match events under a method's protocol.
     pub fn chance_of(&self, method: &str) -> Option<Chance> {
         self.protocol_of(method).map(|p| p.chance)
     }
@@ -107,7 +117,7 @@ pub struct Tracker {
     pub runs: u32,
     /// Repetitions on suites that models are learned from.
     pub training_runs: u32,
-    /// How it is run.
+    /// Run protocol: one pass, resets or shifted starts.
     pub protocol: RunProtocol,
     /// The checked tracker, under its protocol.
     pub setup: Arc<dyn TrackerConfig>,

@@ -1,0 +1,499 @@
+//! Extending and grouping change nothing but how much there is to write.
+
+use crate::dataset::suite::Catalog;
+use crate::spec::error::SpecError;
+use crate::spec::limits::MAX_BYTES;
+use crate::spec::{builtin, parse, read_file};
+use proptest::prelude::*;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Digests, their first 16 digits, of the built-in experiments that extend others or have groups, as they were
+/// when each file said everything itself: plans, addresses and manifests come from the same text as then.
+const FROZEN: [(&str, &str); 23] = [
+    ("compare/otb", "f5c95a674d95cec1"),
+    ("khalid2016/thresholds", "0aeda32f6d40ec70"),
+    ("khalid2016/thresholds-real", "895968de2bc59e5c"),
+    ("quickstart", "b889c3264f2feda1"),
+    ("sanmiguel2015/built-in-model", "5ef97aebe4f18bd8"),
+    ("sanmiguel2015/convolution-real", "552e144450a7559f"),
+    ("sanmiguel2015/fig13-d1", "1bbdc07c31be69b5"),
+    ("sanmiguel2015/fig13-d1-unsigned", "5cbb698e007cc17f"),
+    ("sanmiguel2015/fig13-d2", "32b89c96e86fff71"),
+    ("sanmiguel2015/fig13-real", "021ae2f1e5942e97"),
+    ("sanmiguel2015/fig14", "ed6fa492c3189548"),
+    ("sanmiguel2015/fig14-real", "dea0a0b17d64233a"),
+    ("sanmiguel2015/fig15", "1c2233d60b3ecf98"),
+    ("sanmiguel2015/model-real", "787c06a8f341e151"),
+    ("sanmiguel2015/start-up", "0046b177bab20b95"),
+    ("sanmiguel2015/table4", "1969eb41fb04ffc4"),
+    ("sanmiguel2015/table4-d2", "79334595ae0db411"),
+    ("sanmiguel2015/table5", "b3e9f62063c2887f"),
+    ("sanmiguel2015/table6", "4bd166393ffd6c7a"),
+    ("sanmiguel2015/table6-d2", "a6a2a685daf530fb"),
+    ("sanmiguel2015/table7", "2f19eef7e74c5642"),
+    ("sanmiguel2015/table7-d2", "0a282c477102eab7"),
+    ("sanmiguel2015/thresholds", "205a285bdf16925f"),
+];
+
+fn digest(text: &str) -> String {
+    Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn built_in_experiments_are_the_same_text_as_before_they_were_shortened() {
+    let mut shortened = Vec::new();
+    for (name, text) in builtin::EXPERIMENTS {
+        let experiment = parse(name, text).unwrap();
+        if experiment.source != *text {
+            shortened.push((*name, digest(&experiment.source)));
+        }
+    }
+    shortened.sort();
+    let frozen: Vec<(&str, String)> =
+        FROZEN.iter().map(|(name, digest)| (*name, digest.to_string())).collect();
+    assert_eq!(shortened, frozen);
+}
+
+#[test]
+fn kept_results_hold_the_text_that_is_run_today() {
+    let results = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results");
+    for (name, text) in builtin::EXPERIMENTS {
+        if let Ok(kept) = std::fs::read_to_string(Path::new(results).join(name).join("experiment.toml")) {
+            assert_eq!(parse(name, text).unwrap().source, kept, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_complete_text_needs_nothing_more() {
+    for (name, text) in builtin::EXPERIMENTS {
+        let once = parse(name, text).unwrap();
+        let again = parse(name, &once.source).unwrap();
+        assert_eq!(once.source, again.source, "{name}");
+    }
+}
+
+const BASE: &str = r#"schema = 1
+name = "base"
+title = "Base"
+protocol = "khalid2016/1"
+suites.test = "synthetic-vot"
+
+[[tracker-group]]
+group = "slow"
+runs = 3
+trackers = ["still", { name = "ncc", label = "NCC" }]
+
+[[method-group]]
+group = "anchors"
+methods = [{ name = "never", detector = { kind = "never" } }, { name = "always", detector = { kind = "always" } }]
+
+[[method-group]]
+trackers = ["slow"]
+grid = { below = [0.5, 0.9] }
+methods = ["RgbHist", { name = "RLHist", grid = { below = [0.8] } }]
+
+[[method]]
+name = "RAW"
+[method.signal]
+kind = "rgb-histogram"
+[method.detector]
+kind = "level"
+below = 0.9
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+methods = ["RAW", "anchors"]
+
+[[published]]
+table = "t"
+tracker = "SP"
+row = "recall"
+values = { RAW = ".1" }
+
+[[claim]]
+text = "more"
+holds = "recall[RAW] > 0"
+"#;
+
+/// Writes files into a folder and reads the first.
+fn read(files: &[(&str, &str)]) -> Result<crate::spec::Experiment, SpecError> {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = dir.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    let read = read_file(&dir.path().join(files[0].0), &Catalog::default(), None);
+    read.map_err(|e| {
+        let plain = |text: &str| text.replace(&format!("{}/", dir.path().display()), "");
+        SpecError { file: plain(&e.file), message: plain(&e.message), ..e }
+    })
+}
+
+#[test]
+fn groups_are_written_out() {
+    let expected = r#"schema = 1
+name = "base"
+title = "Base"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "still"
+runs = 3
+
+[[tracker]]
+name = "ncc"
+label = "NCC"
+runs = 3
+
+[[method]]
+name = "never"
+detector = { kind = "never" }
+
+[[method]]
+name = "always"
+detector = { kind = "always" }
+
+[[method]]
+name = "RgbHist"
+trackers = ["still", "NCC"]
+grid = { below = [0.5, 0.9] }
+
+[[method]]
+name = "RLHist"
+trackers = ["still", "NCC"]
+grid = { below = [0.8] }
+
+[[method]]
+name = "RAW"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+methods = ["RAW", "never", "always"]
+
+[[published]]
+table = "t"
+tracker = "SP"
+row = "recall"
+values = { RAW = ".1" }
+
+[[claim]]
+text = "more"
+holds = "recall[RAW] > 0"
+"#;
+    assert_eq!(read(&[("base.toml", BASE)]).unwrap().source, expected);
+}
+
+const CHILD: &str = r#"schema = 1
+extends = "base.toml"
+name = "child"
+seed = 7
+suites.train = "synthetic-d1"
+
+[without]
+method = ["RgbHist"]
+tracker = ["NCC"]
+
+[[tracker]]
+name = "kcf"
+
+[[method]]
+name = "RAW"
+detector = { kind = "level", below = 0.5 }
+
+# Beside the others.
+[[table]]
+name = "u"
+rows = ["precision"]
+columns = "method"
+methods = ["anchors"]
+
+[[table]]
+name = "t"
+caption = "Recall"
+
+[[figure]]
+name = "f"
+kind = "machine"
+
+[[claim]]
+text = "less"
+holds = "recall[RAW] < 1"
+"#;
+
+#[test]
+fn an_experiment_gives_what_differs() {
+    let expected = r#"schema = 1
+name = "child"
+title = "Base"
+protocol = "khalid2016/1"
+seed = 7
+
+[suites]
+test = "synthetic-vot"
+train = "synthetic-d1"
+
+[[tracker]]
+name = "still"
+runs = 3
+
+[[tracker]]
+name = "kcf"
+
+[[method]]
+name = "never"
+detector = { kind = "never" }
+
+[[method]]
+name = "always"
+detector = { kind = "always" }
+
+[[method]]
+name = "RLHist"
+trackers = ["still"]
+grid = { below = [0.8] }
+
+[[method]]
+name = "RAW"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.5 }
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+methods = ["RAW", "never", "always"]
+caption = "Recall"
+
+# Beside the others.
+[[table]]
+name = "u"
+rows = ["precision"]
+columns = "method"
+methods = ["never", "always"]
+
+[[published]]
+table = "t"
+tracker = "SP"
+row = "recall"
+values = { RAW = ".1" }
+
+[[claim]]
+text = "more"
+holds = "recall[RAW] > 0"
+
+[[claim]]
+text = "less"
+holds = "recall[RAW] < 1"
+
+[[figure]]
+name = "f"
+kind = "machine"
+"#;
+    assert_eq!(read(&[("child.toml", CHILD), ("base.toml", BASE)]).unwrap().source, expected);
+}
+
+#[test]
+fn a_chain_of_files_and_a_built_in_base_are_read() {
+    let third = "schema = 1\nextends = \"below/child.toml\"\nname = \"third\"\n";
+    let files = [("third.toml", third), ("below/child.toml", CHILD), ("below/base.toml", BASE)];
+    assert_eq!(read(&files).unwrap().name, "third");
+    let quick = "schema = 1\nextends = \"quickstart\"\nname = \"quick\"\n[[tracker-group]]\nruns = 2\ntrackers = [\"PF\"]\n";
+    let quick = parse("quick.toml", quick).unwrap();
+    let runs: Vec<(&str, &str, u32)> =
+        quick.trackers.iter().map(|t| (t.label.as_str(), t.kind, t.runs)).collect();
+    assert_eq!(runs, [("NCC", "ncc", 1), ("KCF", "kcf", 1), ("PF", "color-particle-filter", 2)]);
+}
+
+#[track_caller]
+fn refused(child: &str, files: &[(&str, &str)], words: &str) {
+    let all: Vec<(&str, &str)> = [("child.toml", child)].into_iter().chain(files.iter().copied()).collect();
+    let error = read(&all).err().unwrap_or_else(|| panic!("read: {child}")).to_string();
+    assert!(error.starts_with(words.split(" ... ").next().unwrap()), "{error}");
+    assert!(words.split(" ... ").all(|part| error.contains(part)), "{error}");
+}
+
+#[test]
+fn errors_name_both_files_and_their_lines() {
+    let base = [("base.toml", BASE)];
+    let child = |from: &str, to: &str| {
+        assert!(CHILD.contains(from));
+        CHILD.replacen(from, to, 1)
+    };
+    let broken = |from: &str, to: &str| BASE.replacen(from, to, 1);
+    refused(&child("seed", "sead"), &base, "child.toml:4: unknown field `sead` ... did you mean `seed`?");
+    refused(&child("0.5", "\"x\""), &base, "child.toml:16: ");
+    refused(
+        CHILD,
+        &[("base.toml", &broken("title", "tittle"))],
+        "base.toml:3: unknown field `tittle` ... (extended by child.toml:2)",
+    );
+    refused(
+        CHILD,
+        &[("base.toml", &broken("[0.8]", "0.8"))],
+        "base.toml:19: grid `below` must be a list ... (extended by child.toml:2)",
+    );
+    refused(
+        CHILD,
+        &[("base.toml", &broken("rgb-histogram", "rgb-histogran"))],
+        "base.toml:24: unknown signal `rgb-histogran`",
+    );
+    refused(CHILD, &[("base.toml", "schema = ")], "base.toml:1: ... (extended by child.toml:2)");
+    refused(&child("[\"RgbHist\"]", "[\"RAW\"]"), &base, "child.toml:14: method `RAW` needs a signal");
+    refused(&child("[\"RgbHist\"]", "[\"anchors\"]"), &base, "child.toml:23: nothing is left of");
+    refused(
+        &child("[\"RgbHist\"]", "[\"RgbHits\"]"),
+        &base,
+        "child.toml:8: unknown method of the base `RgbHits`; did you mean `RgbHist`?",
+    );
+    refused(
+        &child("method = [\"Rgb", "methods = [\"Rgb"),
+        &base,
+        "child.toml:8: unknown kind of items `methods`; did you mean `method`?",
+    );
+    refused(&child("[\"NCC\"]", "\"NCC\""), &base, "child.toml:9: `tracker` must be a list of names");
+    refused(
+        &child(
+            "[[figure]]",
+            "[[claim]]\ntext = \"less\"\nholds = \"1 > 0\"\n[[table]]\nname = \"u\"\n[[figure]]",
+        ),
+        &base,
+        "child.toml:33: table `u` stands there twice",
+    );
+    let third = "schema = 1\n\nextends = \"third.toml\"\n";
+    let bad = broken("name = \"base\"", "name = \"Base\"");
+    let third_base = bad.replacen("schema = 1", "schema = 1\nextends = \"last.toml\"", 1);
+    refused(
+        &CHILD.replacen("base.toml", "third.toml", 1).replace("name = \"child\"\n", ""),
+        &[("third.toml", &third_base), ("last.toml", BASE)],
+        "third.toml:3: `name` must be words ... (extended by child.toml:2)",
+    );
+    refused(
+        third,
+        &[("third.toml", "schema = 1\nextends = 3\n")],
+        "third.toml:2: `extends` must be text (extended by child.toml:3)",
+    );
+}
+
+#[test]
+fn bases_stay_in_the_folder_and_lead_nowhere_in_a_circle() {
+    let child = |base: &str| format!("schema = 1\nextends = \"{base}\"\n");
+    refused(&child("child.toml"), &[], "child.toml:2: `child.toml` extends itself");
+    let circle = child("child.toml");
+    refused(
+        &child("a.toml"),
+        &[("a.toml", &circle)],
+        "a.toml:2: `child.toml` extends itself (extended by child.toml:2)",
+    );
+    for outside in ["../a.toml", "/etc/a.toml", "./a/../../a.toml", "a/../a.toml"] {
+        refused(
+            &child(outside),
+            &[("a.toml", BASE)],
+            "child.toml:2: `extends` must name a file in the folder",
+        );
+    }
+    refused(&child("nowhere.toml"), &[], "child.toml:2: nowhere.toml: ");
+    refused(
+        &child("quikstart"),
+        &[],
+        "child.toml:2: unknown built-in experiment `quikstart`; did you mean `quickstart`?",
+    );
+    let names: Vec<String> = (0..9).map(|k| format!("f{k}.toml")).collect();
+    let texts: Vec<String> = (1..10).map(|k| child(&format!("f{k}.toml"))).collect();
+    let files: Vec<(&str, &str)> =
+        names.iter().map(String::as_str).zip(texts.iter().map(String::as_str)).collect();
+    refused(&child("f0.toml"), &files, "f6.toml:2: more than 8 files extend one another");
+    let unread = parse("a.toml", &child("b.toml")).err().unwrap();
+    assert_eq!(unread.message, "only an experiment that is read from a file can extend a file");
+    refused(
+        &format!("{BASE}[without]\ntable = [\"t\"]\n"),
+        &[],
+        "child.toml:45: [without] is for experiments",
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_does_not_lead_out_of_the_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("mine")).unwrap();
+    std::fs::write(dir.path().join("base.toml"), BASE).unwrap();
+    std::os::unix::fs::symlink("../base.toml", dir.path().join("mine/base.toml")).unwrap();
+    let path = dir.path().join("mine/child.toml");
+    std::fs::write(&path, CHILD).unwrap();
+    let error = read_file(&path, &Catalog::default(), None).err().unwrap();
+    assert!(error.message.starts_with("`extends` must name a file in the folder"), "{error}");
+}
+
+#[test]
+fn wrong_groups_are_refused() {
+    let with = |more: &str| format!("{BASE}{more}");
+    refused(
+        &with("[[method-group]]\ngroup = \"g\"\n"),
+        &[],
+        "child.toml:44: a [[method-group]] needs `methods`",
+    );
+    refused(
+        &with("[[method-group]]\nmethods = [1]\n"),
+        &[],
+        "child.toml:45: a member must be a name or a table",
+    );
+    refused(&with("[[method-group]]\nmethods = \"RAW\"\n"), &[], "child.toml:45: `methods` must be a list");
+    refused(
+        &with("[[method-group]]\nmethods = [\"RAW\"]\n"),
+        &[],
+        "child.toml:45: method `RAW` stands there twice",
+    );
+    refused(
+        &with("[[method-group]]\nshared = 1\nmethods = [\"CovF\"]\n"),
+        &[],
+        "child.toml:45: unknown field `shared`",
+    );
+    refused(
+        &with("[[method-group]]\ngroup = \"RAW\"\nmethods = [\"CovF\"]\n"),
+        &[],
+        "child.toml:45: `RAW` is the name of a method already",
+    );
+    refused(
+        &with("[[method-group]]\ngroup = \"anchors\"\nmethods = [\"CovF\"]\n"),
+        &[],
+        "child.toml:45: two groups are called `anchors`",
+    );
+    let table = BASE.replacen("[[tracker-group]]", "[tracker-group]", 1);
+    refused(&table, &[], "child.toml:7: groups are written as [[tracker-group]]");
+}
+
+#[test]
+fn what_grows_beyond_all_bounds_is_refused() {
+    let many = "\"a\",".repeat(100_000);
+    let long = "x".repeat(1000);
+    let text = format!("{BASE}[[method-group]]\nprotocol = \"{long}\"\nmethods = [{many}]\n");
+    assert!(parse("a.toml", &text).err().unwrap().message.contains(&format!("more than {MAX_BYTES} bytes")));
+}
+
+proptest! {
+    #[test]
+    fn damaged_experiments_are_put_together_or_refused(
+        at in any::<prop::sample::Index>(), length in 0..60_usize,
+        insert in "(\\PC{0,3}|\\[{1,9}|\"|\\[\\[method-group\\]\\]|\\[without\\]|#|=|\n)", which in 0..2_usize,
+    ) {
+        let whole: Vec<char> = [BASE, &CHILD.replace("base.toml", "quickstart")][which].chars().collect();
+        let at = at.index(whole.len());
+        let head: String = whole.iter().take(at).collect();
+        let tail: String = whole.iter().skip(at + length).collect();
+        if let Ok(experiment) = parse("a.toml", &format!("{head}{insert}{tail}")) {
+            prop_assert!(parse("a.toml", &experiment.source).is_ok());
+        }
+    }
+}
