@@ -1,5 +1,6 @@
-//! ARMA(1, 1) fits and forecasts, and the detector over a long track. The peer is
-//! `benches/peers/arma_statsmodels.py`, on the same window.
+//! Fits and forecasts of ARMA(1, 1), and the detector on a long track.
+//!
+//! `benches/peers/arma_statsmodels.py` does the same with statsmodels, on the same window.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -1,7 +1,7 @@
-//! Time a frame of the color particle filter: 400 particles on an ellipse of 40 x 80 pixels, one thread.
+//! Time per frame of the color particle filter: 400 particles on an ellipse of 40 x 80 pixels, one thread.
 //!
 //! `benches/peers/color_particle_filter.py` does the same in NumPy. The axes have no noise here, so that
-//! every frame costs the same.
+//! every frame takes the same time.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

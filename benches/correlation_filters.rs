@@ -1,5 +1,5 @@
-//! Time a frame of the correlation filter trackers: a target of 64 x 64 pixels in a frame of 640 x 480 that moves by
-//! three pixels a frame and back, one thread.
+//! Time per frame of the trackers with correlation filters, one thread: a target of 64 x 64 pixels that moves back and
+//! forth by three pixels per frame, in frames of 640 x 480 pixels.
 //!
 //! `benches/peers/opencv_trackers.py` times OpenCV's trackers on the same frames.
 

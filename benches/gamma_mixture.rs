@@ -1,5 +1,6 @@
-//! The fit of a mixture, the choice of its order on two million samples, and the quantile of a sum. The peer
-//! is `benches/peers/gamma_mixture.py`, on the same samples; for it `fit` keeps to one thread.
+//! Fit of a mixture of Gammas, choice of its order on two million samples, and quantile of a sum.
+//!
+//! `benches/peers/gamma_mixture.py` fits the same samples in NumPy; the bench `fit` uses one thread like it.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -1,7 +1,7 @@
-//! Time a frame of the trackers that are reconstructions, one thread: 400 particles with fragments on a
-//! target of 40 x 80 pixels, and all windows within 30 pixels, with learning, around a target of 64 x 64.
+//! Time per frame of the two reconstructed trackers, one thread: `fragments-particle-filter` with 400 particles on a
+//! target of 40 x 80 pixels, and `pixel-lut` with all windows within 30 pixels of a target of 64 x 64, learning included.
 //!
-//! `benches/peers/reconstructed_trackers.py` does the heavy part of both in NumPy.
+//! `benches/peers/reconstructed_trackers.py` does the most expensive part of both in NumPy.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

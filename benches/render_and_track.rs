@@ -1,4 +1,4 @@
-//! Frames a second: rendering a synthetic sequence, and tracking it by cross-correlation.
+//! Frames per second of rendering a synthetic sequence, and of tracking it by cross-correlation.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;

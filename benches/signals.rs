@@ -1,7 +1,7 @@
-//! Time a frame of each signal at three target sizes, on a textured frame.
+//! Time per frame of each signal at three target sizes, on a textured frame.
 //!
-//! `benches/peers/compare.py` sets these beside the same computations in other languages; both sides
-//! use the frame made here.
+//! `benches/peers/compare.py` sets these times beside the same computations in Python; both use the
+//! frame that is made here.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -1,7 +1,7 @@
-//! Time a frame of the trackers with 600 affine candidates on a target of 64 x 64 pixels, one thread.
+//! Time per frame of the trackers with 600 affine candidates on a target of 64 x 64 pixels, one thread.
 //!
-//! Each tracker first sees 40 frames, so that its model is complete, and then the same ones again and again: a
-//! textured target that moves and is hidden by a third now and then, under noise of +-12 values.
+//! Each tracker first follows 40 frames, so that its model is complete, and is then timed on the same frames again and
+//! again: a textured target that moves, a third of it hidden now and then, under noise of up to 12 pixel values.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 """Runs the peers and sets them beside the criterion benches: a line a measurement, with the ratio.
 
     pip install -r benches/peers/requirements.txt
-    cargo bench                                   # leaves estimates in target/criterion
+    cargo bench -p trackfail-benches              # leaves estimates in target/criterion
     python3 benches/peers/compare.py [PEER...]
 
 A peer is a script in this folder that prints JSON lines with `bench`, `size`, `peer` and `seconds`; it is
