@@ -3,6 +3,7 @@
 mod archives;
 mod bad_data;
 mod detect;
+mod docs;
 mod download;
 mod engine;
 mod errors;

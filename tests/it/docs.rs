@@ -1,0 +1,230 @@
+//! The documents: their shell blocks run, their quotes are the files, their links lead somewhere.
+
+use crate::tools::{needs, trackfail};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(name: &str) -> String {
+    std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The Markdown files of a reader, as paths from the checkout.
+fn documents() -> Vec<String> {
+    let pages = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let mut names: Vec<String> =
+        pages.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy())).collect();
+    names.sort();
+    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
+    others.map(String::from).into_iter().chain(names).collect()
+}
+
+/// A fenced block, with the comment before it that says whether and how it is run.
+struct Block {
+    place: String,
+    language: String,
+    text: String,
+    comment: Option<String>,
+}
+
+impl Block {
+    /// The text behind a word of the comment: `<!-- not-run: why -->`.
+    fn marked(&self, word: &str) -> Option<&str> {
+        let inside = self.comment.as_deref()?.strip_prefix("<!-- ")?.strip_suffix(" -->")?;
+        inside.strip_prefix(word)?.strip_prefix(": ")
+    }
+}
+
+fn blocks(document: &str) -> Vec<Block> {
+    let text = read(document);
+    let mut lines = text.lines().enumerate();
+    let (mut found, mut before) = (Vec::new(), String::new());
+    while let Some((number, line)) = lines.next() {
+        if let Some(language) = line.strip_prefix("```") {
+            let body: Vec<&str> = lines.by_ref().map(|(_, l)| l).take_while(|l| *l != "```").collect();
+            found.push(Block {
+                place: format!("{document}:{}", number + 1),
+                language: language.into(),
+                text: body.join("\n") + "\n",
+                comment: before.starts_with("<!--").then(|| before.clone()),
+            });
+        }
+        before = line.into();
+    }
+    found
+}
+
+fn shell_blocks(document: &str) -> Vec<Block> {
+    blocks(document).into_iter().filter(|block| block.language == "sh").collect()
+}
+
+#[test]
+fn every_shell_block_is_run_or_says_why_not() {
+    let languages = ["sh", "console", "text", "toml", "python", "rust"];
+    for document in documents() {
+        for block in blocks(&document) {
+            assert!(languages.contains(&&*block.language), "{}: `{}`", block.place, block.language);
+            let known = block.comment.is_none()
+                || block.marked("not-run").is_some_and(|reason| reason.len() > 10)
+                || block.marked("needs") == Some("real data")
+                || block
+                    .comment
+                    .as_deref()
+                    .is_some_and(|c| c.starts_with("<!-- BEGIN: ") || c == "<!-- END -->");
+            assert!(known, "{}: {:?}", block.place, block.comment);
+        }
+    }
+}
+
+/// A folder with what the documents' commands find: frames with boxes, an experiment, the kept quickstart.
+fn working_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let rendered = here.join("rendered-otb");
+    let arguments = ["render", "synthetic-otb", "--sequence", "Tennis"];
+    trackfail().args(arguments).arg(&rendered).assert().success();
+    let sequence = walkdir::WalkDir::new(&rendered).into_iter().map(|e| e.unwrap().into_path());
+    let truth = sequence.filter(|p| p.ends_with("groundtruth_rect.txt")).last().unwrap();
+    std::fs::rename(truth.with_file_name("img"), here.join("video")).unwrap();
+    std::fs::rename(truth, here.join("boxes.txt")).unwrap();
+    let experiment = blocks("docs/experiments.md").into_iter().find(|b| b.text.starts_with("schema = 1"));
+    std::fs::write(here.join("my.toml"), experiment.expect("a whole experiment").text).unwrap();
+    let kept = root().join("results/quickstart");
+    for entry in walkdir::WalkDir::new(&kept) {
+        let from = entry.unwrap().into_path();
+        let to = here.join("results/quickstart").join(from.strip_prefix(&kept).unwrap());
+        if from.is_dir() {
+            std::fs::create_dir_all(to).unwrap();
+        } else {
+            std::fs::copy(from, to).unwrap();
+        }
+    }
+    folder
+}
+
+/// Runs a block in a folder, each command of it until one fails.
+fn run(block: &Block, folder: &Path) {
+    let text =
+        block.text.replace("cargo run --release -- ", "trackfail ").replace("cargo run -- ", "trackfail ");
+    let script = format!("set -eu\ntrackfail() {{ \"$PROGRAM\" \"$@\"; }}\n{text}");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).current_dir(folder).env("PROGRAM", env!("CARGO_BIN_EXE_trackfail"));
+    shell.env_remove("TRACKFAIL_DATA").env_remove("TRACKFAIL_PLUGINS");
+    let output = shell.output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {}\n{told}", block.place, output.status);
+}
+
+#[cfg(unix)]
+#[test]
+fn shell_blocks_run() {
+    let folder = working_folder();
+    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    blocks.filter(|block| block.comment.is_none()).for_each(|block| run(&block, folder.path()));
+}
+
+#[cfg(unix)]
+#[needs(real_data)]
+#[test]
+fn shell_blocks_that_need_real_data_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = trackfail_testing::real_data().canonicalize().unwrap();
+    std::os::unix::fs::symlink(data, folder.path().join("DATA")).unwrap();
+    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("real data")).collect();
+    assert!(!blocks.is_empty());
+    blocks.iter().for_each(|block| run(block, folder.path()));
+}
+
+#[test]
+fn quoted_programs_are_the_files() {
+    let quotes = [
+        ("docs/your-own-tracker.md", "python", "examples/line_tracker.py"),
+        ("docs/adding-a-method.md", "rust", "docs/examples/deviation.rs"),
+    ];
+    for (document, language, file) in quotes {
+        let found = blocks(document).into_iter().any(|b| b.language == language && b.text == read(file));
+        assert!(found, "{document} does not quote {file} as it is");
+    }
+}
+
+/// The targets of `[text](target)` that are files, as paths from the checkout.
+fn links(document: &str) -> Vec<PathBuf> {
+    let text = read(document);
+    let folder = Path::new(document).parent().unwrap();
+    let targets = text.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
+    let targets = targets.map(|target| target.split('#').next().unwrap_or_default());
+    targets.filter(|t| !t.is_empty() && !t.contains("://")).map(|target| folder.join(target)).collect()
+}
+
+#[test]
+fn links_lead_to_files() {
+    for document in documents() {
+        for target in links(&document) {
+            assert!(root().join(&target).exists(), "{document}: {}", target.display());
+        }
+    }
+}
+
+#[test]
+fn the_book_has_every_page() {
+    let listed: BTreeSet<String> = links("docs/SUMMARY.md").iter().map(|p| p.display().to_string()).collect();
+    let pages = documents().into_iter().filter(|name| name.starts_with("docs/") && name != "docs/SUMMARY.md");
+    assert_eq!(listed, pages.collect());
+}
+
+#[test]
+fn the_readme_is_short() {
+    assert!(read("README.md").len() < 9 * 1024);
+}
+
+#[test]
+fn the_version_is_the_same_everywhere() {
+    let version = env!("CARGO_PKG_VERSION");
+    assert!(read("CITATION.cff").contains(&format!("\nversion: {version}\n")));
+    assert!(read("CHANGELOG.md").contains("\n## [Unreleased]\n"));
+}
+
+/// The rows of the table below a heading of ARCHITECTURE.md, without its head; backticks are left out.
+fn table(heading: &str) -> Vec<Vec<String>> {
+    let text = read("ARCHITECTURE.md");
+    let section = text.split(&format!("\n## {heading}\n")).nth(1).unwrap_or_else(|| panic!("{heading}"));
+    let section = section.split("\n## ").next().unwrap();
+    let rows = section.lines().filter(|line| line.starts_with('|')).skip(2);
+    rows.map(|row| row.trim_matches('|').split('|').map(|cell| cell.trim().replace('`', "")).collect())
+        .collect()
+}
+
+#[test]
+fn changes_go_where_the_map_says() {
+    let rows = table("Where each change goes");
+    assert!(rows.len() >= 10, "{}", rows.len());
+    for row in rows {
+        let [change, new, list, word] = &row[..] else { panic!("{row:?}") };
+        for file in [new, list].into_iter().filter(|file| !file.is_empty()) {
+            // `<name>` stands for a file that does not exist yet.
+            let path = if file.contains('<') { Path::new(file).parent().unwrap() } else { Path::new(file) };
+            assert!(root().join(path).exists(), "{change}: {file}");
+        }
+        if !list.is_empty() {
+            assert!(read(list).contains(&**word), "{change}: {list} has no `{word}`");
+        }
+    }
+}
+
+#[test]
+fn the_map_has_every_module() {
+    let text = read("ARCHITECTURE.md");
+    for folder in std::fs::read_dir(root().join("crates")).unwrap() {
+        let name = folder.unwrap().file_name().to_string_lossy().into_owned();
+        assert!(text.contains(&format!("`crates/{name}`")), "crates/{name}");
+    }
+    let map = read("src/lib.rs");
+    let modules = map.lines().filter_map(|l| l.strip_prefix("pub mod ")?.strip_suffix(';'));
+    modules.for_each(|module| assert!(text.contains(&format!("`{module}`")), "{module}"));
+}
