@@ -1,4 +1,4 @@
-//! Detectors: from a signal to a label a frame.
+//! Detectors: from a signal to a label for each frame.
 //!
 //! A plugin is one file with parameters, a [`Detector`] and an `ENTRY` in [`DETECTORS`].
 
@@ -35,43 +35,43 @@ pub use track_quality::{Check, Condition, Quality};
 use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
 
-/// Runs a tracker backwards in time, for detectors that hold a track against itself.
+/// Runs a tracker backwards in time, for detectors that compare a track with itself.
 pub trait Reverse {
-    /// Tracking error, in `[0, 1]`, between what the tracker said of frame `to` on its way forward and what it
-    /// says of it when it starts in the later frame `from` with what it believed there and goes back frame by
-    /// frame; frames count from 0, and 0 is agreement. The frames after `from` are not looked at.
+    /// Tracking error, in `[0, 1]`, between two regions of frame `to`: the one of the track, and the one that the
+    /// tracker gives when it starts in the later frame `from` with its state of that frame and goes back frame by
+    /// frame. Frames count from 0, and an error of 0 is agreement. Frames after `from` are not read.
     ///
-    /// `None` when the run breaks; whoever lent this throws the output away then.
+    /// `None` when the run breaks; the engine then discards the detector's output.
     fn error(&self, from: usize, to: usize) -> Option<f64>;
 }
 
-/// What a detector is given.
+/// Input of a detector: one track.
 #[derive(Clone, Copy)]
 pub struct Input<'a> {
-    /// One finite value a frame, from the track's first frame.
+    /// One finite value for each frame, from the track's first frame on.
     pub signal: &'a [f64],
-    /// Tracking error O_t a frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
-    /// anchor may look at it.
+    /// Tracking error O_t of each frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
+    /// anchor may read it.
     pub error: &'a [f64],
-    /// Seed made from names; only the `random` anchor uses it.
+    /// Seed that is made from names; only the `random` anchor uses it.
     pub seed: u64,
-    /// The tracker backwards, for detectors that [need](Detector::needs_reverse) it.
+    /// Runs the tracker backwards, for detectors that [need](Detector::needs_reverse) it.
     pub reverse: Option<&'a dyn Reverse>,
 }
 
-/// What a detector says, each field as long as the signal.
+/// Output of a detector for one track; every list has one value for each frame of the signal.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DetectorOutput {
-    /// The number that is compared with the threshold: the signal itself, or |z_t| of a forecast.
+    /// The number that is compared with the threshold, for example the signal itself or |z_t| of a forecast.
     pub score: Vec<f64>,
-    /// `true` where the track is called inconsistent (the tracker has failed).
+    /// `true` where the detector calls the track inconsistent (the tracker has failed).
     pub alarm: Vec<bool>,
-    /// The forecast of the signal, from detectors that make one; NaN where there is none yet.
+    /// The forecast of the signal, from detectors that make one; NaN in frames without a forecast.
     pub forecast: Option<Vec<f64>>,
     /// The changes (+1, -1, 0), from detectors that find them directly and may find two of one sign in a
-    /// row; elsewhere they are where the label changes.
+    /// row; `None` where they follow from the alarms.
     pub changes: Option<Vec<i32>>,
-    /// How it came to its labels, from detectors that follow the condition of the tracker.
+    /// Condition of the tracker and recovery checks, from detectors that follow them.
     pub quality: Option<Quality>,
 }
 
@@ -87,32 +87,32 @@ pub trait Detector: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
-    /// Whether it reads the signal at all; anchors do not.
+    /// Whether it reads the signal; anchors do not.
     fn needs_signal(&self) -> bool {
         true
     }
 
-    /// Whether its labels depend on the seed; where they do not, another seed recomputes nothing.
+    /// Whether its labels depend on the seed; if not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         false
     }
 
-    /// Whether it runs the tracker backwards; without [`Input::reverse`] no check of it succeeds.
+    /// Whether it runs the tracker backwards; without [`Input::reverse`] its checks are rejected.
     fn needs_reverse(&self) -> bool {
         false
     }
 
-    /// How it learns its model, for detectors that must have one before they can detect.
+    /// Learner of its model, for detectors that need a model before they can detect.
     fn learner(&self) -> Option<&dyn Learner> {
         None
     }
 
-    /// The threshold on the score that is drawn in figures, where there is one.
+    /// The threshold on the score, as figures draw it, where there is one.
     fn threshold(&self) -> Option<f64> {
         None
     }
 
-    /// Labels every frame.
+    /// Labels every frame of a track.
     fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }
 

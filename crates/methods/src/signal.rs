@@ -1,4 +1,4 @@
-//! Signals: one real number a frame, computed from the frame and the tracker's answer.
+//! Signals: one real number for each frame, computed from the frame and the tracker's state.
 //!
 //! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
 //! online: the value of frame `t` uses frames up to `t` only.
@@ -20,7 +20,7 @@ use crate::image::Frame;
 use crate::plugin::Entry;
 use crate::tracker::TrackerState;
 
-/// What a signal looks at.
+/// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
     /// The frame, and the tracker's region.
@@ -34,15 +34,15 @@ pub trait Signal: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
-    /// Which values speak for a failure.
+    /// Which values are good; the others speak for a failure.
     fn direction(&self) -> Direction;
 
-    /// What it looks at.
+    /// What it reads.
     fn reads(&self) -> Reads {
         Reads::Pixels
     }
 
-    /// Its letter in figures.
+    /// Its symbol in figures.
     fn symbol(&self) -> &'static str {
         "yₜ"
     }
@@ -50,13 +50,13 @@ pub trait Signal: Send + Sync {
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);
 
-    /// A fresh computation for one track.
+    /// Starts the computation for one track.
     fn start(&self) -> Box<dyn Session>;
 }
 
 /// A signal being computed; `push` is called once a frame, in order, from the first frame on.
 pub trait Session: Send {
-    /// The signal's value at this frame, finite unless the state has not what the signal reads.
+    /// The signal's value at this frame; not finite where the state lacks what the signal reads.
     fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64;
 }
 

@@ -1,4 +1,4 @@
-//! What holds for every analysis in the list, checked on drawn tracks.
+//! Laws that every analysis in the list obeys, checked on random tracks.
 
 use super::processing_time::{Spent, Timing};
 use super::*;
@@ -9,7 +9,7 @@ use crate::tracker::Status;
 use rand::RngExt;
 use sha2::{Digest, Sha256};
 
-/// Kind and digest of what it finds out; a change without a raised version is a mistake.
+/// Kind, version and digest of the findings; a change without a raised version is a mistake.
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("uncertainty-model", 1, "129873628bdc9b4f"),
     ("cut-values", 1, "00e7676b59366b45"),
@@ -111,7 +111,7 @@ fn digest(findings: &Findings) -> String {
 }
 
 #[test]
-fn what_is_promised_is_found_finite_and_golden() {
+fn findings_have_the_promised_names_are_finite_and_golden() {
     let (first, second) = (tracks("first", 0.05), tracks("second", 0.08));
     let drawn: Vec<Drawn> = (0..4).map(drawn).collect();
     let mut found = Vec::new();
@@ -184,7 +184,7 @@ fn suites_without_consistent_frames_are_an_error() {
 
 /// Two suites that are one: no distance, no difference.
 #[test]
-fn a_suite_is_as_far_from_itself_as_can_be_near() {
+fn a_suite_has_no_distance_from_itself() {
     let one = tracks("one", 0.05);
     let analysis = uncertainty_model::ENTRY.build_from_text("{}").unwrap();
     let findings = analysis.analyze(&[population("a", &one, &[]), population("b", &one, &[])]).unwrap();

@@ -40,7 +40,7 @@ pub struct Params {
     pub tau: f64,
     /// Lengths of the sums.
     pub lengths: Vec<usize>,
-    /// Lengths that are drawn.
+    /// Lengths that charts show.
     pub shown_lengths: [usize; 3],
     /// Rates of false alarms.
     pub alphas: Vec<f64>,
@@ -94,7 +94,7 @@ impl CutValues {
     }
 }
 
-/// The ways to a cut value, the empirical first.
+/// The three ways to compute a cut value, the empirical one first.
 const WAYS: [&str; 3] = ["empirical", "convolution", "CLT"];
 /// Points of a drawn distribution.
 const POINTS: usize = 200;
@@ -102,7 +102,7 @@ const POINTS: usize = 200;
 /// The distribution of the sum of one length, in three ways.
 struct Sum {
     length: usize,
-    /// Ascending; empty where no track is consistent for so long.
+    /// Ascending; empty where no track has so many consistent frames in a row.
     empirical: Vec<f64>,
     convolved: Accumulated,
     mean: f64,
@@ -138,7 +138,7 @@ impl Analysis for CutValues {
     }
 
     fn names(&self, _: usize) -> Names {
-        let own = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+        let owned = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
         let numbers = [
             "deviation-convolution",
             "deviation-clt",
@@ -146,7 +146,7 @@ impl Analysis for CutValues {
             "deviation-convolution-high",
         ];
         let mut names =
-            Names { numbers: own(&numbers), tables: own(&["cuts", "deviations"]), charts: Vec::new() };
+            Names { numbers: owned(&numbers), tables: owned(&["cuts", "deviations"]), charts: Vec::new() };
         for k in 1..=self.0.shown_lengths.len() {
             names.charts.extend([format!("distribution-{k}"), format!("cuts-{k}")]);
         }
@@ -182,7 +182,7 @@ impl CutValues {
         let alphas = &self.0.alphas;
         let mut rows = Vec::new();
         let mut deviations = [0.0; 3];
-        // Of the convolution, at the smallest and at the largest rate.
+        // Deviations of the convolution at the smallest and at the largest rate.
         let mut ends = [0.0; 2];
         for sum in sums {
             for (i, alpha) in alphas.iter().enumerate() {
@@ -221,7 +221,7 @@ impl CutValues {
     fn charts(&self, k: usize, sum: &Sum) -> [Chart; 2] {
         let least = self.0.alphas.first().copied().unwrap_or(0.001);
         let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);
-        // A curve a way, from the values of all three at each place.
+        // A curve for each way, from the values of all three at each place.
         let curves = |places: Vec<(f64, [Option<f64>; 3])>| -> Vec<(String, Vec<(f64, f64)>)> {
             let way = |w: usize| places.iter().filter_map(|(x, y)| Some((*x, y[w]?))).collect::<Vec<_>>();
             let named = WAYS.iter().enumerate().map(|(w, name)| (name.to_string(), way(w)));

@@ -1,28 +1,28 @@
-//! `processing-time`: what judging a track costs, split by stage, for methods side by side (SanMiguel and
+//! `processing-time`: the time that detection takes on a track, split by stage, for methods side by side (SanMiguel and
 //! Cavallaro, CVIU 131, 2015, Table 5).
 //!
 //! | stage | what is timed |
 //! |---|---|
 //! | `signal` | the signal that the method reads, from the tracker's answers |
-//! | `detection` | the detector, without what it has the tracker do again |
+//! | `detection` | the detector, without its runs of the tracker |
 //! | `reverse tracking` | the tracker run backwards |
 //! | `total` | the three together |
 //! | `tracking` | the tracker itself, the same for all methods; not in the total |
 //!
 //! Milliseconds a frame of the sequence, medians over `repeats`, each of which goes over all tracks, on one
-//! thread; frames are decoded before the clock starts. What a run backwards costs is what it costs a program
-//! that judges while it tracks: the tracker is not brought to its start anew. `ratio` is the median over the
+//! thread; frames are decoded before the clock starts. The cost of a run backwards is the cost for a program that
+//! detects while it tracks: bringing the tracker to the start of the run is not counted. `ratio` is the median over the
 //! repeats of the last method's total over the first one's.
 //!
-//! These are the only results with a clock in them: they differ from run to run and are never kept for the
-//! next one. `reverse runs` and `reverse frames` beside them are counts, per 1000 frames, and do not.
+//! These are the only results that depend on a clock: they differ from run to run and are never stored. `reverse
+//! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
 
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// In the list of analyses.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "processing-time",
     version: 1,
@@ -38,7 +38,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
 pub struct Params {
     /// Methods of the experiment without a grid, each once.
     pub methods: Vec<String>,
-    /// How often everything is timed, 1 to 1000.
+    /// Number of repeats, 1 to 1000.
     #[serde(default = "five")]
     pub repeats: usize,
 }
@@ -47,18 +47,18 @@ fn five() -> usize {
     5
 }
 
-/// Seconds that one method took on one track.
+/// Time of one method on one track, in seconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spent {
-    /// Its signal.
+    /// Time of its signal.
     pub signal: f64,
-    /// Its detector, the tracker's runs backwards left out.
+    /// Time of its detector, without the tracker's runs backwards.
     pub detection: f64,
-    /// Those runs.
+    /// Time of the runs backwards.
     pub reverse: f64,
-    /// How many there were.
+    /// Number of runs backwards.
     pub runs: u64,
-    /// Over how many frames.
+    /// Frames of these runs.
     pub frames: u64,
 }
 
@@ -69,9 +69,9 @@ pub struct Timing {
     pub repeat: usize,
     /// Frames of the track.
     pub frames: usize,
-    /// Seconds of the tracker.
+    /// Time of the tracker, in seconds.
     pub tracking: f64,
-    /// What each method took, in the order of the parameters.
+    /// Times of each method, in the order of the parameters.
     pub methods: Vec<Spent>,
 }
 

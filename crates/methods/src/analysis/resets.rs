@@ -19,7 +19,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// In the list of analyses.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "resets",
     version: 1,
@@ -33,9 +33,9 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// How areas are counted: `exact`, `raster-2014` or `vot-toolkit`.
+    /// How areas are measured: `exact`, `raster-2014` or `vot-toolkit`.
     pub areas: Areas,
-    /// Whether only what lies on the frame counts.
+    /// Whether only the part of a region on the frame counts.
     pub bounded: bool,
     /// Frames from a start on that do not count for the accuracy.
     pub burn_in: usize,
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn attributes_count_their_own_frames() {
         let square = |x: f64| Region::Rect(Rect::new(x, 0.0, 10.0, 10.0));
-        use Status::{Failed, Initialized as RunContext, Skipped, Tracked};
+        use Status::{Failed, Initialized as Started, Skipped, Tracked};
         let truth = vec![Some(square(0.0)); 4];
         let regions = [square(0.0), square(5.0), square(5.0), square(0.0)];
         let flags = vec![("occlusion".to_string(), vec![false, false, true, true])];
@@ -218,8 +218,8 @@ mod tests {
         };
         let resets = Resets::new(Params { burn_in: 1, ..Params::default() }).unwrap();
         let trajectories = vec![
-            trajectory(0, &[RunContext, Tracked, Tracked, Tracked]),
-            trajectory(1, &[RunContext, Tracked, Failed, Skipped]),
+            trajectory(0, &[Started, Tracked, Tracked, Tracked]),
+            trajectory(1, &[Started, Tracked, Failed, Skipped]),
         ];
         let population = Population { suite: "s", tracks: Vec::new(), trajectories, timings: vec![] };
         let findings = resets.analyze(&[population]).unwrap();

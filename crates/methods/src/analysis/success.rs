@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// In the list of analyses.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "success",
     version: 1,

@@ -48,9 +48,9 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
 pub struct Params {
     /// Error below which a frame is consistent, for the model.
     pub tau: f64,
-    /// The same, for the densities and the comparison of two suites; ascending.
+    /// Errors below which a frame is consistent, for the densities and the comparison of two suites; ascending.
     pub taus: Vec<f64>,
-    /// The same, for the rival families: low, middle and high.
+    /// Errors below which a frame is consistent, for the rival families: low, middle and high.
     pub family_taus: [f64; 3],
     /// Lengths of the sums that are compared.
     pub lengths: Vec<usize>,
@@ -135,19 +135,19 @@ impl Analysis for UncertaintyModel {
     }
 
     fn names(&self, suites: usize) -> Names {
-        let own = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+        let owned = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
         let numbers =
             ["samples", "floored", "components", "components-daic", "components-dbic", "gamma-best"];
         let mut names = Names {
-            numbers: own(&numbers),
-            tables: own(&["families", "orders", "components"]),
-            charts: own(&["densities", "criteria", "orders", "mixture"]),
+            numbers: owned(&numbers),
+            tables: owned(&["families", "orders", "components"]),
+            charts: owned(&["densities", "criteria", "orders", "mixture"]),
         };
-        names.charts.extend(own(&FITS));
+        names.charts.extend(owned(&FITS));
         if suites == 2 {
             names.numbers.push("different".to_string());
-            names.tables.extend(own(&["similarity", "cut-difference", "test"]));
-            names.charts.extend(own(&["similarity", "cut-difference"]));
+            names.tables.extend(owned(&["similarity", "cut-difference", "test"]));
+            names.charts.extend(owned(&["similarity", "cut-difference"]));
         }
         names
     }
@@ -185,7 +185,7 @@ fn histogram(sorted: &[f64], end: f64) -> Vec<(f64, f64)> {
 }
 
 /// A density at the centers of a histogram's bins, as the share of each bin over its width: a pole at 0 has
-/// no value of its own. Values far below all of the histogram's are left out, as nothing would be seen of it.
+/// no value of its own. Values far below all of the histogram's are left out, as they would hide its shape.
 fn binned(cdf: impl Fn(f64) -> f64, end: f64, histogram: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let least = histogram.iter().map(|p| p.1).fold(f64::INFINITY, f64::min) / 10.0;
     let width = end / BINS as f64;
@@ -196,7 +196,7 @@ fn binned(cdf: impl Fn(f64) -> f64, end: f64, histogram: &[(f64, f64)]) -> Vec<(
     (0..BINS).map(bin).filter(|p| p.1.is_finite() && p.1 >= least).collect()
 }
 
-/// Where drawing ends.
+/// Right end of a drawn histogram.
 fn end_of(sorted: &[f64]) -> f64 {
     accumulation::empirical_quantile(sorted, SHOWN).filter(|e| *e > 0.0).unwrap_or(1.0)
 }

@@ -1,6 +1,10 @@
 //! The anchor that alarms in every frame: one run of alarms, which begins in the first frame.
 //!
-//! It does not read the signal; its score is 1.0 in every frame.
+//! ```text
+//! alarm at t: always
+//! ```
+//!
+//! `t` is a 0-based frame. It does not read the signal; its score is 1.0 in every frame.
 
 use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, RawParams, read_params, show_params};
@@ -16,7 +20,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// It has no parameters.
+/// Parameters: none.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {}

@@ -13,7 +13,7 @@
 //! defaults are the paper's values for its tests on OTB.
 //!
 //! The paper leaves open, and the parameters choose: which origin serves which frame (`scheme`; default
-//! `block`, since it says of its naive rival that it forecasts "at time t for the complete forecast
+//! `block`, since the paper says that its naive rival forecasts "at time t for the complete forecast
 //! length"), and the responses before the window (`start`; default `backcast`, as its software does). If
 //! a window cannot be fitted because its values overflow, its last value is the forecast.
 

@@ -14,7 +14,7 @@
 //!
 //! `u` is the spatial uncertainty of the tracker (`uncertainty` of the center, `components = [0, 1]`); a
 //! constant factor of it cancels. The changes have no unit; `t` is a 0-based frame, and windows are cut off
-//! at the track's start. What the events do is in [`super::track_quality::machine`], what a recovery check is
+//! at the track's start. The effect of the events is in [`super::track_quality::machine`], the recovery check
 //! in [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is the
 //! larger of the two increases, high is suspicious, the threshold is `tau_1`. Frame t is labeled from frames
 //! up to t alone.
@@ -35,7 +35,7 @@
 //! As in [`crate::signal::uncertainty_change`], frames whose uncertainty is at its floor are no reference: they
 //! are left out of the mean, and S_t, which is the floor where nothing else is left, is no reference then.
 //! As a current value it stays, and is a large fall. `settling` frames at the start of a track enter
-//! neither means nor windows and change nothing, as a filter that starts on the annotation needs some 20
+//! neither means nor windows and cause no event, as a filter that starts on the annotation needs some 20
 //! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
 
 use super::track_quality::Rules;
@@ -55,7 +55,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// What a fall is divided by.
+/// Divisor of a fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Decrease {
@@ -75,28 +75,28 @@ pub struct Params {
     pub short: usize,
     /// Frames that the uncertainty is averaged over, 1 to 100000.
     pub smoothing: usize,
-    /// A larger increase is large; above 0.
+    /// Threshold of a large increase; above 0.
     pub tau_1: f64,
-    /// A change below this is a large decrease; below 0, -tau_1 when left out.
+    /// Threshold of a large decrease; below 0, -tau_1 when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_2: Option<f64>,
-    /// A sudden change below this is a small decrease; below 0, -tau_1 / 2 when left out.
+    /// Threshold of a small decrease in the short window; below 0, -tau_1 / 2 when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_3: Option<f64>,
-    /// What a fall is divided by.
+    /// Divisor of a fall.
     pub decrease: Decrease,
-    /// Frames at the start of a track that are no reference and change nothing, 0 to 100000.
+    /// Frames at the start of a track that are no reference and cause no event, 0 to 100000.
     pub settling: usize,
     /// The floor of the signal, 1e-100 to 1; frames that are not above it are no reference.
     pub floor: f64,
     /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
     pub accept_below: f64,
-    /// Frames that the tracker is run backwards at most, 0 to 100000.
+    /// Largest number of frames of a run backwards, 0 to 100000.
     pub reverse_limit: usize,
-    /// Frames after which LOCKING-IN ends, 1 to 100000; `long` when left out.
+    /// Frames after which LOCKING-IN ends, 1 to 100000; `long` when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub locking_in_limit: Option<usize>,
-    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    /// Frames from a check's reference to the frame in which the track was lost, 1 to 100000.
     pub reference_lag: usize,
 }
 

@@ -10,8 +10,8 @@
 //!
 //! `c` is the change signal c_t (`uncertainty-change`) of the full state, without unit and not smoothed; `t`
 //! is a 0-based frame, and a track counts as consistent before its first. `s`, `beta_1` and how it is learned
-//! are those of [`super::accumulated_validation`], Eq. 12 to 24; beta_1 can be given as `beta`. What the
-//! events do is in [`super::track_quality::machine`], what a recovery check is in
+//! are those of [`super::accumulated_validation`], Eq. 12 to 24; beta_1 can be given as `beta`. The
+//! effect of the events is in [`super::track_quality::machine`], the recovery check in
 //! [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is s_t,
 //! high is suspicious, the threshold is beta_1. Frame t is labeled from frames up to t alone.
 //!
@@ -49,7 +49,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
 pub enum Second {
     /// Half of beta_1.
     Half,
-    /// Half of what beta_1 is for a sum of one value; only with a learned model.
+    /// Half of the beta_1 of a sum of one value; only with a learned model.
     HalfOfOne,
 }
 
@@ -61,7 +61,7 @@ pub struct Params {
     pub length: usize,
     /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
     pub alpha: f64,
-    /// The threshold beta_1 itself; nothing is learned then.
+    /// The threshold beta_1 itself; with it nothing is learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
     /// Role of the suite to learn from.
@@ -73,11 +73,11 @@ pub struct Params {
     pub beta_2: Second,
     /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
     pub accept_below: f64,
-    /// Frames that the tracker is run backwards at most, 0 to 100000.
+    /// Largest number of frames of a run backwards, 0 to 100000.
     pub reverse_limit: usize,
     /// Frames after which LOCKING-IN ends, 1 to 100000.
     pub locking_in_limit: usize,
-    /// Frames from a check's reference to the change in which the track was lost, 1 to 100000.
+    /// Frames from a check's reference to the frame in which the track was lost, 1 to 100000.
     pub reference_lag: usize,
 }
 
@@ -99,7 +99,7 @@ impl Default for Params {
     }
 }
 
-/// The detector; silent until it has thresholds.
+/// The detector; without alarms until it has thresholds.
 #[derive(Debug, Clone)]
 pub struct ArteStar {
     params: Params,
@@ -142,7 +142,7 @@ impl ArteStar {
     }
 }
 
-/// AVU with the parameters that both have.
+/// Parameters of AVU, from those that both detectors have.
 fn validation_params(p: &Params, length: usize) -> avu::Params {
     let Params { alpha, beta, tau, .. } = *p;
     avu::Params { length, alpha, beta, train: p.train.clone(), tau, ..avu::Params::default() }

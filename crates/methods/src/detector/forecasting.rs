@@ -1,4 +1,4 @@
-//! What detectors that forecast the signal share: when forecasts are made, and how they are judged.
+//! Shared by the detectors that forecast the signal: when forecasts are made, and how they become alarms.
 //!
 //! Frames are 0-based. A forecast made at origin `o` knows frames up to `o` and no later one. The first
 //! origin is `window - 1`, the first frame that has `window` values behind it.
@@ -19,7 +19,7 @@ pub enum Scheme {
     Rolling,
 }
 
-/// Refuses what no forecasting detector can run with; `least` is the smallest window of the model.
+/// Checks the parameters that all forecasting detectors have; `least` is the smallest window of the model.
 pub(super) fn check(window: usize, least: usize, horizon: usize, threshold: f64) -> Result<(), ParamError> {
     if !(least..=100_000).contains(&window) {
         return Err(ParamError::out_of_range("window", &format!("from {least} to 100000 frames"), window));
@@ -34,8 +34,8 @@ pub(super) fn check(window: usize, least: usize, horizon: usize, threshold: f64)
     Ok(())
 }
 
-/// The forecast of every frame, NaN where there is none yet. `model` gets the last `window` values up to
-/// the origin and how many frames to forecast, and answers with that many.
+/// The forecast of every frame, NaN where there is none yet. `model` takes the last `window` values up to
+/// the origin and the number of frames to forecast, and returns that many values.
 pub(super) fn forecasts(
     signal: &[f64],
     window: usize,
@@ -80,7 +80,7 @@ pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> Detec
 mod tests {
     use super::*;
 
-    /// Answers with the origin's value and how far ahead it looks: value + k / 10.
+    /// Forecasts the origin's value plus k / 10 for the frame k ahead.
     fn echo(window: &[f64], horizon: usize) -> Vec<f64> {
         (1..=horizon).map(|k| window[window.len() - 1] + k as f64 / 10.0).collect()
     }

@@ -29,7 +29,7 @@
 //! samples the bank is run anew from the first frame on in every frame, with the variance of the samples so
 //! far; from then on it is the offline bank.
 //!
-//! How many changes it finds hangs on R2: on noise from a Gamma distribution of shape 0.7 and scale 1, whose
+//! The number of changes depends on R2: on noise from a Gamma distribution of shape 0.7 and scale 1, whose
 //! level never changes, about 13 in 1000 frames with R2 estimated, and 280 with R2 fixed at 0.05 and no jumps
 //! merged.
 //!
@@ -58,7 +58,7 @@ pub struct Params {
     pub jump_probability: f64,
     /// Filters M that are kept, at least `life` + 2, at most 1000.
     pub models: usize,
-    /// Frames that a new filter lives at least, 0 to 998.
+    /// Smallest number of frames that a new filter is kept, 0 to 998.
     pub life: usize,
     /// Variance P of the level before the first frame, 1e-12 to 1e12.
     pub start_variance: f64,
@@ -99,7 +99,7 @@ impl Default for Params {
 }
 
 /// Largest magnitude of a sample.
-const LARGEST: f64 = 1e100;
+const MAX_MAGNITUDE: f64 = 1e100;
 
 /// The detector.
 #[derive(Debug, Clone)]
@@ -141,7 +141,7 @@ impl MatchedKalmanBank {
         if p.merge == 0 {
             return Err(ParamError::out_of_range("merge", "at least 1 frame", p.merge));
         }
-        if let Some(level) = p.start_level.filter(|level| !(-LARGEST..=LARGEST).contains(level)) {
+        if let Some(level) = p.start_level.filter(|level| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(level)) {
             return Err(ParamError::out_of_range("start_level", "from -1e100 to 1e100", level));
         }
         Ok(Self(params))
@@ -166,14 +166,14 @@ fn variance(samples: &[f64]) -> f64 {
     samples.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
-/// When a filter's level has last jumped, and from where.
+/// Last jump of a filter's level: its frame, and the level before it.
 #[derive(Debug, Clone, Copy)]
 struct Jump {
     frame: usize,
     from: f64,
 }
 
-/// One hypothesis.
+/// One hypothesis of when the level has jumped.
 #[derive(Debug, Clone, Copy)]
 struct Filter {
     level: f64,
@@ -265,7 +265,7 @@ impl Detector for MatchedKalmanBank {
 impl MatchedKalmanBank {
     fn follow(&self, signal: &[f64]) -> DetectorOutput {
         let Params { noise_variance, start_window, merge, .. } = self.0;
-        let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-LARGEST, LARGEST)).collect();
+        let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE)).collect();
         let starting = if noise_variance.is_some() { 1 } else { start_window };
         let mut bank = self.run(&[]);
         let mut reported: Vec<usize> = Vec::new();

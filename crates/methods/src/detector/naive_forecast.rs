@@ -8,8 +8,8 @@
 //! `y` is the signal, `o` the origin of the forecast and `t` a 0-based frame; `y`, `y^` and `threshold`
 //! are in the signal's unit. High values of `|z|` are bad.
 //!
-//! Paper to code: l is `horizon`; the threshold is the paper's, trained on its set D1. The model needs no
-//! past but the origin's value. `window` (20 by default) only says where the first forecast is made, so
+//! Paper to code: l is `horizon`; the threshold is the paper's, trained on its set D1. The model needs
+//! the origin's value alone. `window` (20 by default) only says where the first forecast is made, so
 //! that this detector and `arma-forecast` start in the same frame; the paper does not say where its own
 //! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
 

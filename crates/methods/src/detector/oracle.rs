@@ -14,7 +14,7 @@ use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
-/// What still counts as an error of 1.
+/// Smallest error that counts as 1.
 const FAILURE: f64 = 1.0 - 1e-12;
 
 /// The list's entry.
@@ -27,7 +27,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// It has no parameters.
+/// Parameters: none.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {}

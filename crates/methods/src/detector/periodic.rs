@@ -5,8 +5,8 @@
 //! ```
 //!
 //! `t` is a 0-based frame. With a period of 2 or more every alarm is a detection of its own, and a period
-//! of `2 r + 1` puts one within `r` frames of nearly every event: its recall is what a tolerance of `r`
-//! frames gives away. It does not read the signal; its score is 1 in alarms and 0 elsewhere.
+//! of `2 r + 1` puts one within `r` frames of nearly every event: its recall shows what a tolerance of `r`
+//! frames gives for free. It does not read the signal; its score is 1 in alarms and 0 elsewhere.
 
 use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};

@@ -10,8 +10,7 @@
 //! touch, each is a detection of its own: the expected number of detections in n frames is exactly `n
 //! rate`. Frames drawn independently would run together and give fewer.
 //!
-//! It does not read the signal; its score is 1 in alarms and 0 elsewhere. Its draws come from the seed it
-//! is given.
+//! It does not read the signal; its score is 1 in alarms and 0 elsewhere. Its draws come from its seed alone.
 
 use super::{Detector, DetectorOutput, Input};
 use crate::num::seed;

@@ -1,6 +1,6 @@
 //! Track quality without ground truth: the condition of a tracker, and whether its track can be trusted
 //! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; SanMiguel and Cavallaro, CVIU 131, 2015,
-//! section 6). What `arte` and `arte-star` have in common.
+//! section 6). Shared by `arte` and `arte-star`.
 
 pub mod machine;
 pub mod recovery;
@@ -26,7 +26,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// The number that stands for it in files and figures.
+    /// Its number in files and figures.
     pub fn level(self) -> f64 {
         match self {
             Self::LockedOn => 1.0,
@@ -35,7 +35,7 @@ impl Condition {
         }
     }
 
-    /// In words.
+    /// Its name in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::LockedOn => "locked-on",
@@ -45,20 +45,20 @@ impl Condition {
     }
 }
 
-/// A try to find out, by running backwards, whether the tracker has recovered.
+/// A recovery check: whether the tracker has recovered, by a run backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// The frame in which it was made, from 0.
     pub frame: usize,
-    /// The frame that was run back to, the last one before the track was lost.
+    /// The frame that the run goes back to, the last one before the track was lost; from 0.
     pub reference: usize,
-    /// Tracking error there between both ways, in `[0, 1]`; `None` where nothing was run.
+    /// Tracking error in that frame between the way forward and the way back, in `[0, 1]`; `None` without a run.
     pub error: Option<f64>,
-    /// Whether the track is taken to be successful again.
+    /// Whether the track counts as successful again.
     pub accepted: bool,
 }
 
-/// How a detector came to its labels.
+/// The steps by which a detector came to its labels.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// The condition in each frame.
@@ -70,19 +70,19 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// How much the tracker was run backwards.
+    /// The runs of the tracker backwards.
     pub fn effort(&self) -> Effort {
         let run = self.checks.iter().filter(|c| c.error.is_some());
         run.map(|c| Effort { runs: 1, frames: (c.frame - c.reference) as u64 }).sum()
     }
 }
 
-/// What a detector had its trackers do again.
+/// Runs of trackers backwards in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
-    /// How often a tracker was run backwards.
+    /// Number of runs.
     pub runs: u64,
-    /// Over how many frames, together.
+    /// Number of frames of all runs together.
     pub frames: u64,
 }
 
@@ -92,7 +92,7 @@ impl std::iter::Sum for Effort {
     }
 }
 
-/// What follows from events, whatever they are found in.
+/// Settings of the machine and of its recovery checks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
     recovery: Recovery,
@@ -126,7 +126,7 @@ impl Rules {
         Ok(Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag })
     }
 
-    /// Whether the track is unsuccessful, frame by frame, and how that came about; as long as `events`.
+    /// Labels each frame whether the track is unsuccessful, and gives the steps that led there; as long as `events`.
     pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
         let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
         let mut quality = Quality::default();

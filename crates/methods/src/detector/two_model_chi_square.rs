@@ -39,7 +39,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// What is compared.
+/// The statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Test {
@@ -63,7 +63,7 @@ pub struct Params {
     pub alpha: f64,
     /// Smallest variance, in the square of the signal's unit, finite and above 0.
     pub variance_floor: f64,
-    /// What is compared.
+    /// The statistic.
     pub test: Test,
 }
 

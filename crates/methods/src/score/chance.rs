@@ -1,4 +1,4 @@
-//! What F is by chance: the F of a detector with the same number of detections, placed at random.
+//! Expected F1 score of a detector with the same number of detections, placed at random.
 //!
 //! ```text
 //! E = TP + FN events      D = TP + FP detections      N = TP + FP + FN + TN frames      m frames of a window
@@ -26,7 +26,7 @@
 
 use super::counts::Counts;
 
-/// How a protocol's matches come about by chance.
+/// How detections at random match events by the rules of a protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Chance {
     /// Frames around an event in which a detection matches it.
@@ -36,7 +36,7 @@ pub struct Chance {
 }
 
 impl Chance {
-    /// Matching of any detection within `tolerance` frames.
+    /// Any detection within `tolerance` frames of an event matches it.
     pub const fn within(tolerance: usize) -> Self {
         Self { window: 2 * tolerance as u64 + 1, is_signed: false }
     }
@@ -61,14 +61,14 @@ impl Chance {
         ((tp + fn_) as f64 * hit.clamp(0.0, 1.0)).min(detections)
     }
 
-    /// F_0, the expected F of as many detections at random; none where F has no value.
+    /// F_0, the expected F1 of as many detections at random; `None` where F1 has no value.
     pub fn expected_f1(&self, counts: &Counts) -> Option<f64> {
         counts.f_score()?;
         let both = 2 * counts.tp + counts.fp + counts.fn_;
         Some(2.0 * self.expected_true_positives(counts) / both as f64)
     }
 
-    /// (F - F_0) / (1 - F_0); none where F has no value or chance alone reaches 1.
+    /// (F - F_0) / (1 - F_0); `None` where F1 has no value or chance alone reaches 1.
     pub fn f_over_chance(&self, counts: &Counts) -> Option<f64> {
         let (f, chance) = (counts.f_score()?, self.expected_f1(counts)?);
         (chance < 1.0).then(|| (f - chance) / (1.0 - chance))

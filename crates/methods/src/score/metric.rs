@@ -198,15 +198,35 @@ fn expected(pooled: &Pooled) -> f64 {
     pooled.chance.map_or(f64::NAN, |chance: Chance| chance.expected_true_positives(&pooled.counts))
 }
 
-const SUM: &str = "sum over sequences and runs";
-const SCORES: &str = "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own \
-                      minimum and maximum; runs of constant score are left out";
-const EFFORT: &str =
-    "sum over sequences and runs; counted while the tracker was run backwards, see checks.csv";
+/// Common to counts that are summed.
+const SUMMED: Metric = Metric {
+    name: "",
+    heading: "",
+    direction: Neither,
+    unit: "",
+    kind: Kind::Count,
+    source: Source::Counts,
+    formula: "sum over sequences and runs",
+    filled: |_| String::new(),
+    value: |_| None,
+};
 
-fn nothing(_: &Pooled) -> String {
-    String::new()
-}
+/// Common to the metrics of scores.
+const SCORED: Metric = Metric {
+    kind: Kind::Real,
+    source: Source::Scores,
+    formula: "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own minimum \
+              and maximum; runs of constant score are left out",
+    ..SUMMED
+};
+
+/// Common to the metrics of reverse runs.
+const REVERSED: Metric = Metric {
+    direction: LowerIsBetter,
+    source: Source::Effort,
+    formula: "sum over sequences and runs; counted while the tracker was run backwards, see checks.csv",
+    ..SUMMED
+};
 
 /// Every metric of detectors, by name.
 pub const METRICS: &[Metric] = &[
@@ -269,79 +289,53 @@ pub const METRICS: &[Metric] = &[
     Metric {
         name: "score_mean",
         heading: "mean of the normalized scores",
-        direction: Neither,
-        unit: "",
-        kind: Kind::Real,
-        source: Source::Scores,
-        formula: SCORES,
-        filled: nothing,
         value: |p| p.score.map(|s| s.0),
+        ..SCORED
     },
     Metric {
         name: "score_std",
         heading: "standard deviation of the normalized scores",
-        direction: Neither,
-        unit: "",
-        kind: Kind::Real,
-        source: Source::Scores,
-        formula: SCORES,
-        filled: nothing,
         value: |p| p.score.map(|s| s.1),
+        ..SCORED
     },
     Metric {
         name: "score_mean_std",
         heading: "mean and standard deviation of the normalized scores",
-        direction: Neither,
-        unit: "",
         kind: Kind::MeanAndDeviation,
-        source: Source::Scores,
-        formula: SCORES,
-        filled: nothing,
         value: |p| p.score.map(|s| s.0),
+        ..SCORED
     },
     Metric {
         name: "tp",
         heading: "true positives",
         direction: HigherIsBetter,
         unit: "detections",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: SUM,
-        filled: nothing,
         value: |p| Some(p.counts.tp as f64),
+        ..SUMMED
     },
     Metric {
         name: "fp",
         heading: "false positives",
         direction: LowerIsBetter,
         unit: "detections",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: SUM,
-        filled: nothing,
         value: |p| Some(p.counts.fp as f64),
+        ..SUMMED
     },
     Metric {
         name: "fn",
         heading: "false negatives",
         direction: LowerIsBetter,
         unit: "events",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: SUM,
-        filled: nothing,
         value: |p| Some(p.counts.fn_ as f64),
+        ..SUMMED
     },
     Metric {
         name: "tn",
         heading: "true negatives",
         direction: Neither,
         unit: "frames",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: SUM,
-        filled: nothing,
         value: |p| Some(p.counts.tn as f64),
+        ..SUMMED
     },
     Metric {
         name: "events",
@@ -402,24 +396,16 @@ pub const METRICS: &[Metric] = &[
     Metric {
         name: "reverse_runs",
         heading: "runs backwards in time",
-        direction: LowerIsBetter,
         unit: "runs",
-        kind: Kind::Count,
-        source: Source::Effort,
-        formula: EFFORT,
-        filled: nothing,
         value: |p| Some(p.effort.runs as f64),
+        ..REVERSED
     },
     Metric {
         name: "reverse_frames",
         heading: "frames of all runs backwards",
-        direction: LowerIsBetter,
         unit: "frames",
-        kind: Kind::Count,
-        source: Source::Effort,
-        formula: EFFORT,
-        filled: nothing,
         value: |p| Some(p.effort.frames as f64),
+        ..REVERSED
     },
     Metric {
         name: "f_by_chance",

@@ -11,11 +11,11 @@
 use crate::region::Region;
 use crate::tracker::{Status, TrackerState};
 
-/// Version of the tracking error; part of the address of whatever uses it.
+/// Version of the tracking error; part of the address of every result that uses it.
 /// - 1: first version.
 pub const OVERLAP: u32 = 1;
 
-/// Errors this near to 1 are 1: what clipping leaves of polygons that only touch is rounding, and events
+/// Errors this near to 1 are rounded to 1: clipping leaves tiny areas of polygons that only touch, and events
 /// are frames in which the error is exactly 1.
 const ROUNDING: f64 = 1e-12;
 
@@ -27,8 +27,8 @@ pub fn error(tracked: &Region, truth: &Region) -> f64 {
 }
 
 /// O_t of every frame: NaN where the target is not annotated, and 1 in frames that a reset protocol
-/// marked as failed or skipped, because their files do not hold the region that failed. NaN, too, before a
-/// tracker that starts later.
+/// marked as failed or skipped, because their files do not hold the region that failed. NaN also in the
+/// frames before a tracker that starts later.
 pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
     states
         .iter()

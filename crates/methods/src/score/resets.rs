@@ -27,21 +27,21 @@ use super::trajectory::{Trajectory, mean};
 use crate::region::Areas;
 use crate::tracker::Status;
 
-/// How overlaps are counted.
+/// Rules of the measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// How areas are counted.
+    /// How areas are measured.
     pub areas: Areas,
-    /// Whether only what lies on the frame counts.
+    /// Whether only the part of a region on the frame counts.
     pub bounded: bool,
     /// Frames from a start on that do not count for the accuracy.
     pub burn_in: usize,
 }
 
-/// The measures of one track.
+/// Measures of one track.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Mean overlap of the frames that count, none where none does.
+    /// Mean overlap of the frames that count; `None` where no frame counts.
     pub accuracy: Option<f64>,
     /// Number of failures.
     pub failures: usize,
@@ -81,13 +81,14 @@ impl Rules {
     }
 }
 
-/// Means of one sequence's repetitions: accuracy (0 where no frame counts) and failures.
+/// Mean accuracy (0 where no frame counts) and mean number of failures of one sequence's repetitions; `None`
+/// without repetitions.
 pub fn of_sequence(runs: &[&Measured]) -> Option<(f64, f64)> {
     let accuracy = mean(runs.iter().map(|m| m.accuracy.unwrap_or(0.0)))?;
     Some((accuracy, mean(runs.iter().map(|m| m.failures as f64))?))
 }
 
-/// One run from a start on.
+/// The frames from a start to a failure, or to the end of the sequence.
 struct Run<'a> {
     overlaps: &'a [f64],
     failed: bool,
@@ -112,7 +113,7 @@ fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<Run<'a>>
     all
 }
 
-/// E(N) for N = 0, 1 ... up to the longest run; none where no run is that long. E(0) is 0.
+/// E(N) for N = 0, 1 ... up to the longest run; `None` where no run is that long. E(0) is 0.
 pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64>> {
     let all: Vec<Run<'_>> =
         tracks.iter().flat_map(|(trajectory, measured)| runs(trajectory, measured)).collect();
@@ -133,7 +134,7 @@ pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64
     sums.iter().zip(&counts).map(|(s, n)| (*n > 0).then(|| s / *n as f64)).collect()
 }
 
-/// Mean of E(N) over `low ..= high`, as far as the curve goes; none where it does not reach `low`.
+/// Mean of E(N) over `low ..= high`, as far as the curve goes; `None` where it does not reach `low`.
 pub fn expected_average_overlap(curve: &[Option<f64>], low: usize, high: usize) -> Option<f64> {
     let part = curve.get(low..(high + 1).min(curve.len()))?;
     mean(part.iter().flatten().copied())

@@ -12,8 +12,8 @@
 //! * TN = the remaining frames from the second on: those that are neither a detection nor an unmatched
 //!   event. The paper gives none; precision, recall and F do not use them.
 //!
-//! Measures pool these counts over a suite. How the paper pairs detections with changes is not said
-//! beyond the window of 5 frames; signs are the likely reading, since it names both directions. Nearest
+//! Measures pool these counts over a suite. The paper does not say how it pairs detections with
+//! changes beyond the window of 5 frames; signs are the likely reading, since it names both directions. Nearest
 //! first takes the best pair, not the most pairs, so the unsigned protocol can find fewer than the signed
 //! one where changes of both signs are within 10 frames, though never less than half.
 

@@ -2,13 +2,13 @@
 //! stretches that cannot (SanMiguel and Cavallaro, CVIU 131, 2015, Section 7, "temporal segmentation").
 //!
 //! * Every annotated frame counts. It is positive when the track is successful in it, e_t < 1 (Eq. 18), and
-//!   it is said to be positive when the detector raises no alarm.
-//! * TP: successful and said to be so; FP: lost, but said to be successful; FN: successful, but in doubt; TN:
-//!   lost and in doubt. Recall is the paper's TPR, FPR its FPR.
+//!   the detector calls it positive when it raises no alarm.
+//! * TP: successful without alarm; FP: lost without alarm; FN: successful with alarm; TN: lost with alarm. Recall
+//!   is the paper's TPR, FPR its FPR.
 //! * For figures and lists, events are the changes of e_t = 1, detections those of the label, in both
-//!   directions, and they match as in `sanmiguel2015/1`; the counts have nothing to do with them.
+//!   directions, and they match as in `sanmiguel2015/1`; the counts do not use them.
 //!
-//! Which class is the positive one the paper does not say. That it is success follows from its text: a change that
+//! The paper does not say which class is the positive one. That it is success follows from its text: a change that
 //! is noticed late costs false positives there, and fewer false alarms give true positives (section 7.3, 7.4),
 //! both of which hold for that choice only. With the other one, TPR and FPR are 1 - FPR and 1 - TPR of
 //! this one, and accuracy and informedness are the same.
@@ -18,7 +18,7 @@ use super::counts::Counts;
 use super::protocol::{Protocol, TrackScore};
 use super::sanmiguel2015::SIGNED;
 
-/// The entry.
+/// The protocol's entry.
 pub const PROTOCOL: Protocol = Protocol {
     name: "sanmiguel2015-segmentation/1",
     summary: "frames said to be successfully tracked against those with e_t < 1",
@@ -66,7 +66,7 @@ mod tests {
     }
 
     proptest! {
-        // What `always` and `never` say has nothing to do with the truth, what the oracle says is the truth.
+        // The labels of `always` and `never` are independent of the truth, those of the oracle are the truth.
         #[test]
         fn anchors_have_their_closed_forms(track in track()) {
             let error: Vec<f64> = track.iter().map(|t| t.0).collect();

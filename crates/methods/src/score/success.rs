@@ -9,7 +9,7 @@
 //! centers in pixels, n the number of all frames. High is good. Both are computed for every sequence and
 //! then averaged with equal weights (Wu, Lim, Yang, CVPR 2013 and TPAMI 37(9), 2015).
 //!
-//! The programs agree on that and differ in the rest, so that the same boxes have different scores:
+//! The programs agree on these formulas and differ in the rules below, so that the same boxes have different scores:
 //!
 //! | | `otb-matlab/1` | `pysot/1` | `got10k/1` |
 //! |---|---|---|---|
@@ -37,7 +37,7 @@ pub const ERRORS: usize = 51;
 /// The error threshold that trackers are compared at, in pixels.
 pub const PRECISION_AT: usize = 20;
 
-/// What the programs differ in.
+/// Rules of one evaluation program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rules {
     /// Name and version.
@@ -51,12 +51,12 @@ pub struct Rules {
     /// Whether a tracker without a box keeps its last one.
     keeps_box: bool,
     /// Which annotations count.
-    counts: Counts,
+    counts: Annotated,
 }
 
 /// Which annotations count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Counts {
+enum Annotated {
     /// Those that are positive in all four 1-based numbers.
     Positive,
     /// Those with a positive size and, for the error, with a positive 1-based center.
@@ -73,7 +73,7 @@ pub static RULES: &[Rules] = &[
         replaces_first: true,
         absent_is_hit: true,
         keeps_box: true,
-        counts: Counts::Positive,
+        counts: Annotated::Positive,
     },
     Rules {
         name: "pysot/1",
@@ -81,7 +81,7 @@ pub static RULES: &[Rules] = &[
         replaces_first: false,
         absent_is_hit: true,
         keeps_box: false,
-        counts: Counts::PositiveCenter,
+        counts: Annotated::PositiveCenter,
     },
     Rules {
         name: "got10k/1",
@@ -89,7 +89,7 @@ pub static RULES: &[Rules] = &[
         replaces_first: true,
         absent_is_hit: false,
         keeps_box: false,
-        counts: Counts::All,
+        counts: Annotated::All,
     },
 ];
 
@@ -98,7 +98,7 @@ pub static RULES: &[Rules] = &[
 pub struct Curves {
     /// Share of frames with an overlap above each threshold.
     pub success: Vec<f64>,
-    /// Share of frames with an error of at most so many pixels.
+    /// Share of frames with a center error of at most 0, 1, ... 50 pixels.
     pub precision: Vec<f64>,
 }
 
@@ -113,7 +113,7 @@ impl Curves {
         self.precision[PRECISION_AT]
     }
 
-    /// Mean of several runs or sequences, none of none.
+    /// Mean of several runs or sequences; `None` without any.
     pub fn mean<'c>(curves: impl IntoIterator<Item = &'c Self>) -> Option<Self> {
         let mut sum = Self { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
         let mut count = 0;
@@ -127,7 +127,7 @@ impl Curves {
     }
 }
 
-/// Overlap threshold number `i`. As the programs have it, `i / 20` and not a sum of twentieths.
+/// Overlap threshold number `i`, from 0. It is `i / 20` and not a sum of twentieths, as in the programs.
 pub fn overlap_threshold(i: usize) -> f64 {
     i as f64 / (OVERLAPS - 1) as f64
 }
@@ -139,7 +139,7 @@ fn iou(a: &Rect, b: &Rect) -> f64 {
 }
 
 impl Rules {
-    /// Success and precision of one run; of a run without frames all are 0.
+    /// Success and precision of one run; all 0 for a run without frames.
     pub fn curves(&self, trajectory: &Trajectory<'_>) -> Curves {
         let started = trajectory.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0);
         let boxes: Vec<Option<Rect>> = trajectory.regions[started..]
@@ -152,7 +152,7 @@ impl Rules {
         self.of_boxes(&boxes, &truth)
     }
 
-    /// The same of plain boxes, `None` where there is none.
+    /// Success and precision of plain boxes, `None` in frames without a box.
     pub fn of_boxes(&self, boxes: &[Option<Rect>], truth: &[Option<Rect>]) -> Curves {
         let mut hits = Curves { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
         let mut last = None;
@@ -190,17 +190,17 @@ impl Rules {
         hits
     }
 
-    /// The annotation as it counts for the overlap and for the error.
+    /// The annotation that counts for the overlap, and the one that counts for the error.
     fn annotated(&self, truth: Option<&Rect>) -> (Option<Rect>, Option<Rect>) {
         let Some(truth) = truth else { return (None, None) };
         let keep = |good: bool| good.then_some(*truth);
         match self.counts {
-            Counts::All => (keep(true), keep(true)),
-            Counts::Positive => {
+            Annotated::All => (keep(true), keep(true)),
+            Annotated::Positive => {
                 let good = truth.x + 1.0 > 0.0 && truth.y + 1.0 > 0.0;
                 (keep(good), keep(good))
             }
-            Counts::PositiveCenter => {
+            Annotated::PositiveCenter => {
                 let (x, y) = truth.center();
                 (keep(true), keep(x + 0.5 > 0.0 && y + 0.5 > 0.0))
             }

@@ -1,18 +1,18 @@
-//! What a tracker did over a sequence, as tracking protocols look at it.
+//! The regions of a tracker over a sequence with their ground truth, the input of tracking protocols.
 
 use crate::region::Region;
 use crate::tracker::Status;
 
-/// One track with its ground truth; all lists have an entry a frame.
+/// One track with its ground truth; every list has one entry for each frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Trajectory<'a> {
     /// Name of the sequence.
     pub sequence: &'a str,
     /// Repetition, from 0.
     pub run: u32,
-    /// Where the tracker said the target was.
+    /// The tracker's region in each frame.
     pub regions: &'a [Region],
-    /// What happened in each frame.
+    /// Status of the tracker in each frame.
     pub status: &'a [Status],
     /// Ground truth; `None` where the target is not annotated.
     pub truth: &'a [Option<Region>],
@@ -36,7 +36,7 @@ impl Trajectory<'_> {
     }
 }
 
-/// Mean of the numbers, `None` of none.
+/// Mean of the numbers; `None` without numbers.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
     (count > 0).then(|| sum / count as f64)

@@ -1,4 +1,4 @@
-//! What every signal of the list must do, and the laws they obey.
+//! Laws that every signal in the list obeys.
 
 use super::{SIGNALS, Signal};
 use crate::image::Frame;
@@ -149,7 +149,7 @@ fn outputs_are_those_of_the_version() {
     assert_eq!(found, golden, "a signal's output changed: raise its `version` and record the new digest");
 }
 
-/// Runs on frames and boxes of `f`, a map of the scene, and compares with the scene itself.
+/// Compares the values on two scenes, of which one is a map of the other.
 fn same(kind: &str, params: &str, a: (&[Frame], &[Rect]), b: (&[Frame], &[Rect]), tolerance: f64) {
     let signal = build(kind, params);
     let (a, b) = (run(signal.as_ref(), a.0, a.1), run(signal.as_ref(), b.0, b.1));

@@ -43,7 +43,7 @@ use crate::tracker::TrackerState;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "distribution-field",
     version: 1,
@@ -53,7 +53,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// How the printed sigma_1 = (1, 2) is read.
+/// Reading of the printed sigma_1 = (1, 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothingRule {
@@ -73,7 +73,7 @@ pub enum LayerRule {
     Dft,
 }
 
-/// What surrounds a patch when it is smoothed.
+/// Values around a patch when it is smoothed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BorderRule {
@@ -104,11 +104,11 @@ pub enum Displacement {
     Printed,
 }
 
-/// What a window outside the frame shows.
+/// Values of a window outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outside {
-    /// It is shifted inside first.
+    /// The window is shifted inside first.
     Shift,
     /// Repeated border pixels of the frame.
     Replicate,
@@ -148,13 +148,13 @@ pub struct Params {
     pub smoothing: SmoothingRule,
     /// How a value becomes a layer.
     pub layer_rule: LayerRule,
-    /// What surrounds a patch when it is smoothed.
+    /// Values around a patch when it is smoothed.
     pub border: BorderRule,
     /// Where the four background windows lie.
     pub regions: Regions,
     /// Which displacements are averaged.
     pub displacement: Displacement,
-    /// What a window outside the frame shows.
+    /// Values of a window outside the frame.
     pub outside: Outside,
     /// The channel weights when all channel means agree.
     pub equal_means: EqualMeans,
@@ -363,7 +363,7 @@ impl Session for Quality {
     }
 }
 
-/// The window of a box; of boxes that are no numbers it is one pixel.
+/// The window of a box; one pixel for a box whose numbers are not finite.
 fn place(r: &Rect, frame: &Frame, outside: Outside) -> Window {
     let window = Window::from_rect(r);
     let window = Window { w: window.w.max(1), h: window.h.max(1), ..window };

@@ -1,11 +1,11 @@
-//! What the two histogram signals share: weights, which frame is compared, and the coefficient.
+//! Shared by the two histogram signals: weights, the frame that is compared with, and the coefficient.
 
 use crate::image::Window;
 use crate::plugin::ParamError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a frame's histogram is compared with.
+/// Histogram that a frame's is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reference {
@@ -45,7 +45,7 @@ pub fn bhattacharyya(p: &[u64], q: &[u64]) -> f64 {
     (common / (all_p * all_q).sqrt()).min(1.0)
 }
 
-/// The histograms a track has had: the reference, and room for the next one.
+/// Histograms of a track: the reference, and room for the next one.
 pub struct Memory {
     rule: Reference,
     reference: Vec<u64>,

@@ -25,7 +25,7 @@ use nalgebra::{Cholesky, Matrix5, Vector5};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "region-covariance",
     version: 1,
@@ -42,12 +42,13 @@ pub struct Params {
     /// Added to every variance, relative to w h (positions) and 255^2 (colors); 1e-9 to 1.
     pub ridge: f64,
     /// Added to every variance of an all-gray box, relative to that variance; 0 to 1.
-    pub grey_ridge: f64,
+    #[serde(rename = "grey_ridge")]
+    pub gray_ridge: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { ridge: 1e-6, grey_ridge: 1e-3 }
+        Self { ridge: 1e-6, gray_ridge: 1e-3 }
     }
 }
 
@@ -63,8 +64,8 @@ impl RegionCovariance {
         if !(1e-9..=1.0).contains(&p.ridge) {
             return Err(ParamError::out_of_range("ridge", "1e-9 to 1", p.ridge));
         }
-        if !(0.0..=1.0).contains(&p.grey_ridge) {
-            return Err(ParamError::out_of_range("grey_ridge", "0 to 1", p.grey_ridge));
+        if !(0.0..=1.0).contains(&p.gray_ridge) {
+            return Err(ParamError::out_of_range("grey_ridge", "0 to 1", p.gray_ridge));
         }
         Ok(Self(p))
     }
@@ -133,7 +134,7 @@ fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     let position = p.ridge * (window.w * window.h) as f64;
     let color = p.ridge * 255.0 * 255.0;
     for (a, unit) in [position, position, color, color, color].into_iter().enumerate() {
-        c[(a, a)] += unit + if gray { p.grey_ridge * c[(a, a)] } else { 0.0 };
+        c[(a, a)] += unit + if gray { p.gray_ridge * c[(a, a)] } else { 0.0 };
     }
     c
 }
@@ -175,7 +176,7 @@ mod tests {
     #[test]
     fn parameters_are_checked() {
         assert!(RegionCovariance::new(Params { ridge: 0.0, ..Params::default() }).is_err());
-        assert!(RegionCovariance::new(Params { grey_ridge: f64::NAN, ..Params::default() }).is_err());
+        assert!(RegionCovariance::new(Params { gray_ridge: f64::NAN, ..Params::default() }).is_err());
     }
 
     fn matrix() -> impl Strategy<Value = Matrix5<f64>> {

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! `q` is the histogram of frame t - 1 or of the first frame (`reference`); rho is 1 in the first frame.
-//! Bins, weights and joint binning follow the authors' published demonstration as described in public;
-//! what DTEF compares with is not printed. The frame before is chosen: against a fixed first frame the
+//! Bins, weights and joint binning follow the authors' published demonstration as described in public.
+//! The paper does not say which frame DTEF compares with. The frame before is chosen: against a fixed first frame the
 //! coefficient soon stays below the printed threshold 0.88. Boxes that leave the frame are shifted
 //! inside, larger ones cut to the frame.
 
@@ -21,7 +21,7 @@ use crate::tracker::TrackerState;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "rgb-histogram",
     version: 1,
@@ -37,7 +37,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
 pub struct Params {
     /// Bins a channel, 1 to 64; the histogram has the third power of it.
     pub bins: usize,
-    /// What a frame is compared with.
+    /// Frame that a frame is compared with.
     pub reference: Reference,
 }
 

@@ -27,7 +27,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "rgb-lbp-histogram",
     version: 1,
@@ -55,7 +55,7 @@ pub struct Params {
     pub blue_bins: usize,
     /// How much brighter a neighbor must be for its bit, in gray values, 0 to 255.
     pub lbp_threshold: f64,
-    /// What a frame is compared with.
+    /// Frame that a frame is compared with.
     pub reference: Reference,
 }
 

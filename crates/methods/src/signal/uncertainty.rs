@@ -27,7 +27,7 @@ use crate::tracker::{Moments, TrackerState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "uncertainty",
     version: 1,
@@ -37,10 +37,11 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// The size that uncertainty is divided by.
+/// The size C that uncertainty is divided by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Normalise {
+#[schemars(rename = "Normalise")]
+pub enum Normalize {
     /// C = 1.
     None,
     /// A quarter of the area of the region's rectangle in the first frame.
@@ -57,14 +58,15 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<Vec<usize>>,
     /// The size C.
-    pub normalise: Normalise,
+    #[serde(rename = "normalise")]
+    pub normalize: Normalize,
     /// Smallest value, 1e-100 to 1.
     pub floor: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { components: None, normalise: Normalise::FirstSize, floor: 1e-12 }
+        Self { components: None, normalize: Normalize::FirstSize, floor: 1e-12 }
     }
 }
 
@@ -132,14 +134,14 @@ pub(super) struct Spread {
 impl Session for Spread {
     fn push(&mut self, _: &Frame, state: &TrackerState) -> f64 {
         let quarter = state.region.rect().area() / 4.0;
-        let size = match self.params.normalise {
-            Normalise::None => 1.0,
-            Normalise::FirstSize => *self.first_size.get_or_insert(quarter),
-            Normalise::CurrentSize => quarter,
+        let size = match self.params.normalize {
+            Normalize::None => 1.0,
+            Normalize::FirstSize => *self.first_size.get_or_insert(quarter),
+            Normalize::CurrentSize => quarter,
         };
         let components = self.params.components.as_deref();
         let root = state.posterior.as_ref().and_then(|m| root_determinant(m, components));
-        // 0 / 0, x / 0 and overflow must not hide behind the floor.
+        // 0 / 0, x / 0 and overflow must not be replaced by the floor.
         match root.map(|root| root / size) {
             Some(u) if u.is_finite() => u.max(self.params.floor),
             _ => f64::NAN,

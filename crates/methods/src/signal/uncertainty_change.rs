@@ -23,7 +23,7 @@
 //! had no such start. `settling` frames at the start of a track are therefore no reference and have
 //! c_t = 0; 0, the default, takes the formulas as they stand.
 
-use super::uncertainty::{self, Normalise, Spread, Uncertainty};
+use super::uncertainty::{self, Normalize, Spread, Uncertainty};
 use super::{Direction, Reads, Session, Signal};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
@@ -32,7 +32,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// In the list of signals.
+/// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "uncertainty-change",
     version: 1,
@@ -68,16 +68,17 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<Vec<usize>>,
     /// The size that uncertainty is divided by.
-    pub normalise: Normalise,
+    #[serde(rename = "normalise")]
+    pub normalize: Normalize,
     /// Smallest uncertainty, 1e-100 to 1.
     pub floor: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        let uncertainty::Params { components, normalise, floor } = uncertainty::Params::default();
+        let uncertainty::Params { components, normalize, floor } = uncertainty::Params::default();
         let form = Form::Absolute;
-        Self { window: 25, settling: 0, form, skip_degenerate: true, components, normalise, floor }
+        Self { window: 25, settling: 0, form, skip_degenerate: true, components, normalize, floor }
     }
 }
 
@@ -99,8 +100,8 @@ impl UncertaintyChange {
         if p.settling > 100_000 {
             return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
         }
-        let Params { components, normalise, floor, .. } = p.clone();
-        let uncertainty = Uncertainty::new(uncertainty::Params { components, normalise, floor })?;
+        let Params { components, normalize, floor, .. } = p.clone();
+        let uncertainty = Uncertainty::new(uncertainty::Params { components, normalize, floor })?;
         Ok(Self { params: p, uncertainty })
     }
 }

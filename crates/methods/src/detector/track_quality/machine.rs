@@ -21,7 +21,7 @@
 //! reconstruction, as the paper's own was not at hand. Its choices:
 //!
 //! * LOCKING-IN ends after `locking_in_limit` frames without an increase (`waiting over`), as a slow
-//!   re-acquisition, which never is a large decrease, could not be credited otherwise;
+//!   re-acquisition, which is never a large decrease, would not be checked otherwise;
 //! * increases come before decreases. After a rise and half a fall the uncertainty can be well above the
 //!   least and well below the largest of one window; the tracker is then not taken to be locked on again.
 //!   This is what the second row is for: without it the machine would swing between LOCKED-ON and SCANNING
@@ -34,7 +34,7 @@
 
 use super::Condition::{self, LockedOn, LockingIn, Scanning};
 
-/// What can happen in a frame.
+/// An event of a frame that the machine reacts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Event {
     /// The uncertainty has risen much: from consistent to inconsistent.
@@ -43,12 +43,12 @@ pub enum Event {
     LargeDecrease,
     /// The uncertainty has fallen: the hypotheses become more accurate.
     SmallDecrease,
-    /// LOCKING-IN has lasted to its limit; the machine itself knows.
+    /// LOCKING-IN has lasted to its limit; the machine sets this event itself.
     WaitingOver,
 }
 
 impl Event {
-    /// In words.
+    /// Its name in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::LargeIncrease => "large increase",
@@ -64,31 +64,31 @@ impl Event {
 pub struct Events(u8);
 
 impl Events {
-    /// These and, if it `holds`, one more.
+    /// Adds an event if it `holds`.
     #[must_use]
     pub fn with(self, event: Event, holds: bool) -> Self {
         Self(self.0 | u8::from(holds) << event as u8)
     }
 
-    /// Whether an event is among them.
+    /// Whether the event happened.
     pub fn contains(self, event: Event) -> bool {
         self.0 >> event as u8 & 1 == 1
     }
 }
 
-/// What is done on a transition.
+/// Action of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Action {
     /// A successful track becomes unsuccessful, and the frame before is the reference.
     Lose,
     /// Recovery check: the track is successful if it is accepted, unsuccessful if not.
     Check,
-    /// Nothing.
+    /// No action.
     Nothing,
 }
 
 impl Action {
-    /// In words.
+    /// Its name in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lose => "track lost",
@@ -103,11 +103,11 @@ impl Action {
 pub struct Transition {
     /// The condition before.
     pub from: Condition,
-    /// What must happen.
+    /// The event that triggers it.
     pub on: Event,
     /// The condition from this frame on.
     pub to: Condition,
-    /// What is done.
+    /// The action.
     pub then: Action,
 }
 
@@ -115,7 +115,7 @@ const fn row(from: Condition, on: Event, to: Condition, then: Action) -> Transit
     Transition { from, on, to, then }
 }
 
-/// The machine; of the rows that fit in a frame the first counts.
+/// The machine; the first row that fits in a frame is taken.
 pub static TRANSITIONS: &[Transition] = &[
     row(LockedOn, Event::LargeIncrease, Scanning, Action::Lose),
     row(Scanning, Event::LargeIncrease, Scanning, Action::Nothing),
@@ -166,8 +166,8 @@ impl Machine {
         self.reference
     }
 
-    /// Takes the events of frame `t`, which grows from step to step, and gives the row that was taken. If
-    /// that row makes a recovery check, `check` is called with the reference and says whether it is accepted.
+    /// Takes the events of frame `t`, which grows from step to step, and returns the row that was taken. If
+    /// that row makes a recovery check, `check` is called with the reference frame and returns whether it is accepted.
     pub fn step(
         &mut self,
         t: usize,

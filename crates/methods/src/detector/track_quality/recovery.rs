@@ -6,7 +6,7 @@
 //! ```
 //!
 //! `e`, without unit and in `[0, 1]`, 0 best, is the tracking error in frame `reference` between the estimate
-//! on the way forward and that of the same tracker, run back from `frame` with what it believed there
+//! on the way forward and that of the same tracker, run back from `frame` with its state of that frame
 //! ([`Reverse::error`]); both frames count from 0. `reference` is the last frame before the track was lost.
 //!
 //! Paper to code: tau_4 is `accept_below`, 0.8, the default in the authors' released program; that it is this
@@ -19,17 +19,17 @@
 use super::Check;
 use crate::detector::Reverse;
 
-/// How recovery checks are made.
+/// Settings of recovery checks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recovery {
     /// Error below which a check is accepted, tau_4.
     pub accept_below: f64,
-    /// Frames that the tracker is run backwards at most.
+    /// Largest number of frames of a run backwards.
     pub reverse_limit: usize,
 }
 
 impl Recovery {
-    /// Checks in `frame` whether the tracker has recovered what it followed in the earlier frame `reference`.
+    /// Checks in `frame` whether the tracker follows again the target of the earlier frame `reference`.
     pub fn check(&self, reverse: Option<&dyn Reverse>, frame: usize, reference: usize) -> Check {
         let near = frame.saturating_sub(reference) <= self.reverse_limit;
         let error = reverse.filter(|_| near).and_then(|reverse| reverse.error(frame, reference));

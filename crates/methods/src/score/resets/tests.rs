@@ -8,7 +8,7 @@ fn square(x: f64) -> Region {
     Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
 }
 
-/// A course over a target that stands still at 0.
+/// A trajectory over a target that stands still at 0.
 fn trajectory<'a>(
     regions: &'a [Region],
     status: &'a [Status],
@@ -33,9 +33,8 @@ fn trajectory<'a>(
 // is longer than 4 frames.
 #[test]
 fn a_track_worked_by_hand() {
-    use Status::{Failed, Initialized as RunContext, Skipped, Tracked};
-    let status =
-        [RunContext, Tracked, Tracked, Tracked, Failed, Skipped, RunContext, Tracked, Tracked, Tracked];
+    use Status::{Failed, Initialized as Started, Skipped, Tracked};
+    let status = [Started, Tracked, Tracked, Tracked, Failed, Skipped, Started, Tracked, Tracked, Tracked];
     let shift = [0.0, 0.0, 2.5, 5.0, 5.0, 5.0, 0.0, 0.0, 0.0, 0.0];
     let (regions, truth) = (shift.map(square), vec![Some(square(0.0)); 10]);
     let trajectory = trajectory(&regions, &status, &truth);
@@ -55,30 +54,30 @@ fn a_track_worked_by_hand() {
 
 #[test]
 fn a_failed_run_goes_on_with_nothing_and_a_finished_one_leaves() {
-    use Status::{Failed, Initialized as RunContext, Tracked};
+    use Status::{Failed, Initialized as Started, Tracked};
     let truth = vec![Some(square(0.0)); 5];
     let regions = vec![square(0.0); 5];
-    let failed = trajectory(&regions[..3], &[RunContext, Tracked, Failed], &truth[..3]);
-    let finished = trajectory(&regions, &[RunContext, Tracked, Tracked, Tracked, Tracked], &truth);
+    let failed = trajectory(&regions[..3], &[Started, Tracked, Failed], &truth[..3]);
+    let finished = trajectory(&regions, &[Started, Tracked, Tracked, Tracked, Tracked], &truth);
     let with = |list: &[Trajectory<'_>]| {
         expected_overlap(&list.iter().map(|c| (*c, RULES.measure(c))).collect::<Vec<_>>())
     };
     assert_eq!(with(&[failed, finished]), [0.0, 1.0, 0.75, (1.0 / 3.0 + 1.0) / 2.0, 0.625].map(Some));
-    let short = trajectory(&regions[..2], &[RunContext, Tracked], &truth[..2]);
+    let short = trajectory(&regions[..2], &[Started, Tracked], &truth[..2]);
     assert_eq!(with(&[short, finished]), [0.0, 1.0, 1.0, 1.0, 1.0].map(Some));
     assert!(expected_overlap(&[]).is_empty());
 }
 
 #[test]
 fn frames_without_truth_or_a_start_do_not_count() {
-    use Status::{Initialized as RunContext, Tracked, Waiting};
+    use Status::{Initialized as Started, Tracked, Waiting};
     let truth = [None, Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None];
     let regions = vec![square(0.0); 5];
     let measured =
-        RULES.measure(&trajectory(&regions, &[Waiting, RunContext, Tracked, Tracked, Tracked], &truth));
+        RULES.measure(&trajectory(&regions, &[Waiting, Started, Tracked, Tracked, Tracked], &truth));
     assert_eq!(measured.counts, [false, false, false, true, false]);
     assert_eq!((measured.accuracy, measured.failures), (Some(1.0), 0));
-    let nothing = RULES.measure(&trajectory(&regions[..1], &[RunContext], &truth[1..2]));
+    let nothing = RULES.measure(&trajectory(&regions[..1], &[Started], &truth[1..2]));
     assert_eq!(nothing.accuracy, None);
     assert_eq!(of_sequence(&[&measured, &nothing]), Some((0.5, 0.0)));
 }
