@@ -1,7 +1,9 @@
 //! `trackfail data fetch`: downloads what is missing, with the user's consent, and checks it.
 
 use super::{Failure, output};
-use crate::dataset::fetch::{self, FetchError, Fetched, Job, Options, Plan, Wanted, Watch, Workspace};
+use crate::dataset::fetch::{
+    self, FetchError, FetchJob, FetchOptions, FetchPlan, FetchWatch, Fetched, WantedSequences, Workspace,
+};
 use crate::dataset::suite::{Catalog, Finding, Suite};
 use crate::plugin::unknown;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -37,7 +39,7 @@ pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Fa
     let wanted = chosen(catalog, &args.wanted)?;
     let plan = fetch::plan(&wanted, root);
     output::write(&known(&plan))?;
-    let options = Options { mirror: args.mirror.clone(), ..Options::default() };
+    let options = FetchOptions { mirror: args.mirror.clone(), ..FetchOptions::default() };
     let failed = if plan.jobs.is_empty() {
         Failed::default()
     } else {
@@ -57,10 +59,10 @@ pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Fa
 }
 
 /// Suites and sequences by name.
-fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Wanted>, Failure> {
+fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, Failure> {
     let all: Vec<String> = catalog.names().map(String::from).collect();
     let names = if names.is_empty() { &all } else { names };
-    let mut chosen: Vec<Wanted> = Vec::new();
+    let mut chosen: Vec<WantedSequences> = Vec::new();
     for name in names {
         let (suite, sequence) = match name.split_once('/') {
             Some((suite, sequence)) => (suite, Some(sequence)),
@@ -80,14 +82,14 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Wanted>, Failure> {
         };
         match chosen.iter_mut().find(|w| w.suite.name() == suite.name()) {
             Some(wanted) => wanted.sequences.extend(sequences),
-            None => chosen.push(Wanted { suite, sequences }),
+            None => chosen.push(WantedSequences { suite, sequences }),
         }
     }
     Ok(chosen)
 }
 
 /// What needs no download, and what cannot be downloaded.
-fn known(plan: &Plan) -> String {
+fn known(plan: &FetchPlan) -> String {
     let mut text = String::new();
     for name in &plan.here {
         text += &format!("{name}  is here\n");
@@ -102,7 +104,7 @@ fn known(plan: &Plan) -> String {
 }
 
 /// The suites that have something to download, each with its licence text.
-fn suites_of<'w>(plan: &Plan, wanted: &'w [Wanted]) -> Vec<(&'w str, String)> {
+fn suites_of<'w>(plan: &FetchPlan, wanted: &'w [WantedSequences]) -> Vec<(&'w str, String)> {
     let downloads = |suite: &Suite| {
         let prefix = format!("{}/", suite.name());
         plan.jobs.iter().flat_map(|job| &job.sequences).any(|name| name.starts_with(&prefix))
@@ -159,7 +161,7 @@ struct Failed {
 
 /// Fetches one archive after the other; one that fails does not keep the next from being fetched, unless the
 /// disk is to blame.
-fn download(space: &Workspace, jobs: &[Job], options: &Options) -> Result<Failed, Failure> {
+fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Result<Failed, Failure> {
     let mut failed = Failed::default();
     for job in jobs {
         let name = &job.archive.name;
@@ -181,7 +183,7 @@ fn download(space: &Workspace, jobs: &[Job], options: &Options) -> Result<Failed
     Ok(failed)
 }
 
-fn brought(job: &Job, fetched: &Fetched) -> String {
+fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     let pinned = if job.archive.sha256.is_some() { "as pinned" } else { "not pinned yet" };
     let mut text =
         format!("{}: {} bytes, sha256 = \"{}\", {pinned}\n", job.archive.name, fetched.size, fetched.sha256);
@@ -195,9 +197,14 @@ fn brought(job: &Job, fetched: &Fetched) -> String {
 }
 
 /// Compares what has been fetched with what is pinned.
-fn check(wanted: &[Wanted], jobs: &[Job], failed: &mut Failed, root: &Path) -> Result<(), Failure> {
+fn check(
+    wanted: &[WantedSequences],
+    jobs: &[FetchJob],
+    failed: &mut Failed,
+    root: &Path,
+) -> Result<(), Failure> {
     let gone = |name: &String| failed.network.contains(name) || failed.data.contains(name);
-    let arrived = |job: &&Job| !gone(&job.archive.name);
+    let arrived = |job: &&FetchJob| !gone(&job.archive.name);
     let names: BTreeSet<&String> = jobs.iter().filter(arrived).flat_map(|job| &job.sequences).collect();
     let of = |suite: &Suite| names.iter().any(|n| n.split('/').next() == Some(suite.name()));
     for suite in wanted.iter().map(|w| &w.suite).filter(|suite| of(suite)) {
@@ -219,7 +226,7 @@ fn check(wanted: &[Wanted], jobs: &[Job], failed: &mut Failed, root: &Path) -> R
     Ok(())
 }
 
-fn verdict(plan: &Plan, failed: &Failed) -> Result<(), Failure> {
+fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
     let mut parts = Vec::new();
     let mut list = |what: &str, names: &[String]| {
         if !names.is_empty() {
@@ -262,7 +269,7 @@ impl Bar {
     }
 }
 
-impl Watch for Bar {
+impl FetchWatch for Bar {
     fn arrived(&self, _: &str, bytes: u64, total: Option<u64>) {
         if let Some(total) = total {
             self.0.set_length(total);
@@ -299,11 +306,11 @@ mod tests {
         url
     }
 
-    fn wanted() -> Vec<Wanted> {
+    fn wanted() -> Vec<WantedSequences> {
         chosen(&Catalog::default(), &["vot2014/diving".into()]).unwrap()
     }
 
-    fn job(url: String) -> Job {
+    fn job(url: String) -> FetchJob {
         let archive = Archive {
             name: "vot2014-diving".into(),
             url,
@@ -313,7 +320,7 @@ mod tests {
             into: "vot2014".into(),
             below: None,
         };
-        Job { archive, folders: vec!["vot2014/diving".into()], sequences: vec!["vot2014/diving".into()] }
+        FetchJob { archive, folders: vec!["vot2014/diving".into()], sequences: vec!["vot2014/diving".into()] }
     }
 
     /// Fetches `vot2014/diving` packed from a folder.
@@ -325,7 +332,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let space = Workspace::open(root.path()).unwrap();
         let jobs = [job(serve(bytes))];
-        let mut failed = download(&space, &jobs, &Options::default()).unwrap();
+        let mut failed = download(&space, &jobs, &FetchOptions::default()).unwrap();
         check(&wanted(), &jobs, &mut failed, root.path()).unwrap();
         (root, failed)
     }
@@ -368,7 +375,7 @@ mod tests {
 
     #[test]
     fn the_licence_is_that_of_suites_with_downloads() {
-        let plan = Plan { jobs: vec![job(String::new())], ..Plan::default() };
+        let plan = FetchPlan { jobs: vec![job(String::new())], ..FetchPlan::default() };
         let all = chosen(&Catalog::default(), &[]).unwrap();
         let texts = suites_of(&plan, &all);
         assert_eq!(texts.len(), 1);
@@ -394,14 +401,14 @@ mod tests {
         drop(listener);
         let root = tempfile::tempdir().unwrap();
         let space = Workspace::open(root.path()).unwrap();
-        let mut options = Options::default();
+        let mut options = FetchOptions::default();
         options.patience.pause = std::time::Duration::ZERO;
         let failed = download(&space, &[dead, job(serve(b"no archive".to_vec()))], &options).unwrap();
         assert_eq!((failed.network.len(), failed.data.len()), (1, 1));
-        assert_eq!(verdict(&Plan::default(), &failed).unwrap_err().code(), 1);
-        let by_hand = Plan { by_hand: vec![("a/b".into(), "x".into())], ..Plan::default() };
+        assert_eq!(verdict(&FetchPlan::default(), &failed).unwrap_err().code(), 1);
+        let by_hand = FetchPlan { by_hand: vec![("a/b".into(), "x".into())], ..FetchPlan::default() };
         assert_eq!(verdict(&by_hand, &Failed::default()).unwrap_err().code(), 3);
-        assert!(verdict(&Plan::default(), &Failed::default()).is_ok());
+        assert!(verdict(&FetchPlan::default(), &Failed::default()).is_ok());
         assert_eq!(download(&space, &[job("ftp://h/a".into())], &options).unwrap_err().code(), 2);
     }
 

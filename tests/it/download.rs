@@ -6,7 +6,7 @@ use crate::tools::files;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use trackfail::dataset::archive::Packing;
-use trackfail::dataset::fetch::{FetchError, Job, Options};
+use trackfail::dataset::fetch::{FetchError, FetchJob, FetchOptions};
 
 fn download(root: &Path) -> (PathBuf, PathBuf) {
     let folder = root.join(".trackfail/downloads");
@@ -27,7 +27,10 @@ fn leave(root: &Path, server: &Server, bytes: &[u8], etag: &str) {
 }
 
 #[track_caller]
-pub fn fails(server: &Server, change: impl Fn(&mut Job, &mut Options)) -> (FetchError, tempfile::TempDir) {
+pub fn fails(
+    server: &Server,
+    change: impl Fn(&mut FetchJob, &mut FetchOptions),
+) -> (FetchError, tempfile::TempDir) {
     let root = tempfile::tempdir().unwrap();
     let (mut job, mut options) = (job(&format!("{}/a.zip", server.url), Packing::Zip), options());
     change(&mut job, &mut options);
@@ -355,7 +358,7 @@ fn without_a_network_it_says_so() {
 fn a_mirror_is_asked_instead() {
     let root = tempfile::tempdir().unwrap();
     let server = Server::file(sample(), "\"1\"");
-    let options = Options { mirror: Some(format!("{}/copy/", server.url)), ..options() };
+    let options = FetchOptions { mirror: Some(format!("{}/copy/", server.url)), ..options() };
     run(root.path(), &job("http://nowhere.invalid/seq/a.zip", Packing::Zip), &options).unwrap();
     whole(root.path());
     assert_eq!(server.asked()[0].path, "/copy/a.zip");

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 use trackfail::dataset::archive::{Archive, Packing};
 use trackfail::dataset::fetch::{
-    Caps, FetchError, Fetched, Job, MARKER, Options, Patience, Watch, Workspace, fetch,
+    Caps, FetchError, FetchJob, FetchOptions, FetchWatch, Fetched, MARKER, Patience, Workspace, fetch,
 };
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
@@ -20,7 +20,7 @@ use trackfail::dataset::suite::Catalog;
 #[derive(Default)]
 pub struct Told(pub RefCell<Vec<String>>);
 
-impl Watch for Told {
+impl FetchWatch for Told {
     fn arrived(&self, _: &str, _: u64, _: Option<u64>) {}
     fn note(&self, text: &str) {
         self.0.borrow_mut().push(text.to_owned());
@@ -28,7 +28,7 @@ impl Watch for Told {
 }
 
 /// Pauses that cost no time; nothing here waits for a timeout unless a test makes one short.
-pub fn options() -> Options {
+pub fn options() -> FetchOptions {
     let long = Duration::from_secs(60);
     let patience = Patience {
         connect: long,
@@ -42,10 +42,10 @@ pub fn options() -> Options {
         gain: 1,
         limit: 1 << 20,
     };
-    Options { mirror: None, patience, caps: Caps::default() }
+    FetchOptions { mirror: None, patience, caps: Caps::default() }
 }
 
-pub fn job(url: &str, packing: Packing) -> Job {
+pub fn job(url: &str, packing: Packing) -> FetchJob {
     let archive = Archive {
         name: "try".into(),
         url: url.into(),
@@ -55,11 +55,11 @@ pub fn job(url: &str, packing: Packing) -> Job {
         into: "otb".into(),
         below: None,
     };
-    Job { archive, folders: vec!["otb/seq".into()], sequences: Vec::new() }
+    FetchJob { archive, folders: vec!["otb/seq".into()], sequences: Vec::new() }
 }
 
 /// Fetches into a new workspace in `root`.
-pub fn run(root: &Path, job: &Job, options: &Options) -> Result<Fetched, FetchError> {
+pub fn run(root: &Path, job: &FetchJob, options: &FetchOptions) -> Result<Fetched, FetchError> {
     fetch(&Workspace::open(root)?, job, options, &Told::default())
 }
 

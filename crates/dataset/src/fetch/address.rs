@@ -4,7 +4,7 @@
 //! 5.2, without dot segments: a server that wants those removed can send them removed); it never leads from
 //! https to http.
 
-use super::FetchError;
+use super::error::FetchError;
 use ureq::http::Uri;
 
 /// A complete http or https address.

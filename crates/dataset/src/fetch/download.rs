@@ -7,8 +7,8 @@
 //! other status ends it. Nothing is written beyond the size that is expected.
 
 use super::address::{Address, of_archive};
+use super::error::FetchError;
 use super::part::Part;
-use super::{FetchError, Watch};
 use crate::archive::Archive;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -17,8 +17,16 @@ use std::time::{Duration, Instant};
 use ureq::http::{HeaderMap, Response, header};
 use ureq::{Agent, Body};
 
-/// Redirects that are followed.
-const REDIRECTS: u32 = 10;
+/// Most redirects that are followed.
+const MAX_REDIRECTS: u32 = 10;
+
+/// Observer of a download.
+pub trait FetchWatch {
+    /// Called as bytes arrive: those on disk, and those of the whole file if its size is known.
+    fn arrived(&self, archive: &str, bytes: u64, total: Option<u64>);
+    /// Called with a line of text that users should see.
+    fn note(&self, text: &str);
+}
 
 /// Patience with a server.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,7 +91,7 @@ pub(super) fn download(
     archive: &Archive,
     mirror: Option<&str>,
     patience: &Patience,
-    watch: &dyn Watch,
+    watch: &dyn FetchWatch,
 ) -> Result<Download, FetchError> {
     let address = of_archive(&archive.url, mirror)?;
     let url = address.text();
@@ -95,7 +103,7 @@ pub(super) fn download(
         part.reset()?;
     }
     if part.note.sha256.is_none() {
-        Asking { archive, address: &address, patience, watch, part: &mut part }.until_whole()?;
+        ActiveDownload { archive, address: &address, patience, watch, part: &mut part }.until_whole()?;
     }
     let size = part.len()?;
     if let Some(expected) = archive.size
@@ -124,35 +132,44 @@ pub(super) fn discard(folder: &Path, archive: &Archive) -> Result<(), FetchError
     Part::open(folder, &archive.name, "", false)?.reset()
 }
 
-struct Asking<'a> {
+/// A download that is under way.
+struct ActiveDownload<'a> {
     archive: &'a Archive,
     address: &'a Address,
     patience: &'a Patience,
-    watch: &'a dyn Watch,
+    watch: &'a dyn FetchWatch,
     part: &'a mut Part,
 }
 
-/// How an attempt ended that is no error for good.
-enum Turn {
-    /// All is there.
+/// End of an attempt that is no final error.
+enum AttemptOutcome {
+    /// The file is whole.
     Whole,
-    /// Something that may be better next time.
+    /// A failure that may not happen again.
     Again { what: String, wait: Option<Duration>, answered: bool },
 }
 
-impl Turn {
+/// Answer to a request.
+enum Reply {
+    /// A response that is no redirect, and the address that gave it.
+    Response(Address, Response<Body>),
+    /// The server could not be reached, which may be different next time.
+    Unreachable(AttemptOutcome),
+}
+
+impl AttemptOutcome {
     fn again(what: impl Into<String>) -> Self {
         Self::Again { what: what.into(), wait: None, answered: true }
     }
 }
 
-impl Asking<'_> {
+impl ActiveDownload<'_> {
     fn until_whole(&mut self) -> Result<(), FetchError> {
         let (mut failures, mut most, mut heard) = (0_u32, self.part.len()?, false);
         loop {
             let (what, wait) = match self.attempt()? {
-                Turn::Whole => return Ok(()),
-                Turn::Again { what, wait, answered } => {
+                AttemptOutcome::Whole => return Ok(()),
+                AttemptOutcome::Again { what, wait, answered } => {
                     heard |= answered;
                     (what, wait)
                 }
@@ -173,10 +190,10 @@ impl Asking<'_> {
         }
     }
 
-    fn attempt(&mut self) -> Result<Turn, FetchError> {
+    fn attempt(&mut self) -> Result<AttemptOutcome, FetchError> {
         let mut have = self.part.len()?;
         if have > 0 && self.part.note.total == Some(have) {
-            return Ok(Turn::Whole);
+            return Ok(AttemptOutcome::Whole);
         }
         let pinned = self.archive.sha256.is_some();
         let too_long = self.archive.size.is_some_and(|size| have > size);
@@ -185,8 +202,8 @@ impl Asking<'_> {
             have = 0;
         }
         let (from, mut response) = match self.ask(have)? {
-            Ok(answer) => answer,
-            Err(turn) => return Ok(turn),
+            Reply::Response(from, response) => (from, response),
+            Reply::Unreachable(outcome) => return Ok(outcome),
         };
         let status = response.status().as_u16();
         let headers = response.headers();
@@ -204,7 +221,7 @@ impl Asking<'_> {
             206 if have > 0 => {
                 let Some((first, total)) = content_range(headers) else {
                     self.part.reset()?;
-                    return Ok(Turn::again("a part of the file that is not said to be which"));
+                    return Ok(AttemptOutcome::again("a part of the file that is not said to be which"));
                 };
                 let known = self.part.note.total;
                 let etag = text(headers, header::ETAG);
@@ -213,7 +230,7 @@ impl Asking<'_> {
                 if first != have || other_etag || known.is_some_and(|known| total.is_some_and(|t| t != known))
                 {
                     self.part.reset()?;
-                    return Ok(Turn::again(
+                    return Ok(AttemptOutcome::again(
                         "the file has changed on the server, it is fetched from its start",
                     ));
                 }
@@ -226,10 +243,10 @@ impl Asking<'_> {
                     .and_then(|t| t.strip_prefix("bytes */").and_then(|n| n.parse::<u64>().ok()));
                 let known = self.part.note.total.or(self.archive.size);
                 if total == Some(have) && known.is_none_or(|known| known == have) {
-                    return Ok(Turn::Whole);
+                    return Ok(AttemptOutcome::Whole);
                 }
                 self.part.reset()?;
-                Ok(Turn::again("the file has changed on the server, it is fetched from its start"))
+                Ok(AttemptOutcome::again("the file has changed on the server, it is fetched from its start"))
             }
             408 | 425 | 429 | 500..=599 => {
                 let wait = text(headers, header::RETRY_AFTER).and_then(|t| t.trim().parse().ok());
@@ -237,16 +254,20 @@ impl Asking<'_> {
                 if status == 429 && wait.is_some_and(|wait| wait > self.patience.longest) {
                     return Err(FetchError::Status { url: from.text(), status });
                 }
-                Ok(Turn::Again { what: format!("the server answers {status}"), wait, answered: true })
+                Ok(AttemptOutcome::Again {
+                    what: format!("the server answers {status}"),
+                    wait,
+                    answered: true,
+                })
             }
             _ => Err(FetchError::Status { url: from.text(), status }),
         }
     }
 
     /// Asks for what is behind the first `have` bytes, following redirects.
-    fn ask(&self, have: u64) -> Result<Result<(Address, Response<Body>), Turn>, FetchError> {
+    fn ask(&self, have: u64) -> Result<Reply, FetchError> {
         let mut address = self.address.clone();
-        for _ in 0..=REDIRECTS {
+        for _ in 0..=MAX_REDIRECTS {
             let agent = agent(&address, self.patience);
             let mut request = agent.get(address.uri());
             if have > 0 {
@@ -262,11 +283,12 @@ impl Asking<'_> {
                 }
                 Err(e) => {
                     let what = format!("no answer ({e})");
-                    return Ok(Err(Turn::Again { what, wait: None, answered: false }));
+                    let again = AttemptOutcome::Again { what, wait: None, answered: false };
+                    return Ok(Reply::Unreachable(again));
                 }
             };
             if !matches!(response.status().as_u16(), 301 | 302 | 303 | 307 | 308) {
-                return Ok(Ok((address, response)));
+                return Ok(Reply::Response(address, response));
             }
             let location = text(response.headers(), header::LOCATION).unwrap_or_default();
             address = address.redirected(&location)?;
@@ -296,7 +318,7 @@ impl Asking<'_> {
         response: &mut Response<Body>,
         mut have: u64,
         total: Option<u64>,
-    ) -> Result<Turn, FetchError> {
+    ) -> Result<AttemptOutcome, FetchError> {
         let mut file: File = self.part.append()?;
         let mut body = response.body_mut().as_reader();
         let mut buffer = vec![0; 1 << 16];
@@ -306,7 +328,7 @@ impl Asking<'_> {
                 Ok(0) => break,
                 Ok(n) => n,
                 Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-                Err(e) => return Ok(Turn::again(format!("cut after {have} bytes ({e})"))),
+                Err(e) => return Ok(AttemptOutcome::again(format!("cut after {have} bytes ({e})"))),
             };
             let end = have + n as u64;
             if let Some(expected) = self.archive.size.or(total).filter(|expected| end > *expected) {
@@ -323,14 +345,19 @@ impl Asking<'_> {
             self.watch.arrived(&self.archive.name, have, total.or(self.archive.size));
             if since.elapsed() >= self.patience.window {
                 if arrived < self.patience.slow {
-                    return Ok(Turn::again(format!("too slow, {arrived} bytes in {:.0?}", since.elapsed())));
+                    return Ok(AttemptOutcome::again(format!(
+                        "too slow, {arrived} bytes in {:.0?}",
+                        since.elapsed()
+                    )));
                 }
                 (since, arrived) = (Instant::now(), 0);
             }
         }
         match total.or(self.archive.size) {
-            Some(total) if have < total => Ok(Turn::again(format!("cut after {have} of {total} bytes"))),
-            _ => Ok(Turn::Whole),
+            Some(total) if have < total => {
+                Ok(AttemptOutcome::again(format!("cut after {have} of {total} bytes")))
+            }
+            _ => Ok(AttemptOutcome::Whole),
         }
     }
 }

@@ -4,9 +4,9 @@
 //! a limit on their length. Whatever else would make one reader see other members than the next (a size in an
 //! extended header, sparse files, global paths) is refused.
 
-use super::FetchError;
+use super::error::FetchError;
 use super::member::Why;
-use super::unpack::{Metered, Sink, damaged};
+use super::sink::{Metered, Sink, damaged};
 use flate2::read::MultiGzDecoder;
 use std::cell::Cell;
 use std::fs::File;

@@ -1,9 +1,9 @@
 //! Zip files, by their central directory; two passes, so that nothing is written of one that is refused for
 //! its names, kinds or announced sizes.
 
-use super::FetchError;
+use super::error::FetchError;
 use super::member::Why;
-use super::unpack::{Metered, Sink};
+use super::sink::{Metered, Sink};
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::fs::File;

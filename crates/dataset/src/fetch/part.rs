@@ -3,7 +3,7 @@
 //! A part belongs to one state of the file at one address; the note beside it has the address and the server's
 //! mark of that state (ETag, else Last-Modified), so that the rest of another state is never added to it.
 
-use super::FetchError;
+use super::error::FetchError;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs::{self, File, OpenOptions};

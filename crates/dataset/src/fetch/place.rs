@@ -1,7 +1,7 @@
 //! The working folder `.trackfail` of a data root, and how unpacked folders get from it to where they belong.
 
-use super::FetchError;
-use super::unpack::join;
+use super::error::FetchError;
+use super::layout::join;
 use rayon::prelude::*;
 use std::fs::{self, File, TryLockError};
 use std::io::Write;

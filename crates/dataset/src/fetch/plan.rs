@@ -1,4 +1,4 @@
-//! What has to be downloaded for the sequences someone wants.
+//! The downloads that the wanted sequences need.
 
 use super::address::Address;
 use crate::archive::{Archive, Packing};
@@ -9,14 +9,14 @@ use std::path::Path;
 
 /// Sequences of a suite that are wanted.
 #[derive(Clone)]
-pub struct Wanted {
+pub struct WantedSequences {
     /// The suite.
     pub suite: Suite,
     /// Their names; all if there is none.
     pub sequences: BTreeSet<String>,
 }
 
-impl Wanted {
+impl WantedSequences {
     fn has(&self, name: &str) -> bool {
         self.sequences.is_empty() || self.sequences.contains(name)
     }
@@ -24,21 +24,20 @@ impl Wanted {
 
 /// One archive and what it is fetched for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Job {
+pub struct FetchJob {
     /// The archive.
     pub archive: Archive,
-    /// Every folder under the data root that comes in it, wanted or not: who has downloaded it needs no
-    /// second download for the rest.
+    /// Every folder under the data root that comes in it, wanted or not, so that none needs a second download.
     pub folders: Vec<String>,
     /// The wanted sequences that are missing and come in it, as `suite/sequence`.
     pub sequences: Vec<String>,
 }
 
-/// What is to be done for the wanted sequences, in their order.
+/// The work for the wanted sequences, in their order.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Plan {
+pub struct FetchPlan {
     /// Downloads.
-    pub jobs: Vec<Job>,
+    pub jobs: Vec<FetchJob>,
     /// Sequences that cannot be downloaded, with the way to get them.
     pub by_hand: Vec<(String, String)>,
     /// Sequences that are there.
@@ -47,10 +46,10 @@ pub struct Plan {
     pub broken: Vec<(String, String)>,
 }
 
-/// Compares what is wanted with what is under `root`.
-pub fn plan(wanted: &[Wanted], root: &Path) -> Plan {
+/// Plans the downloads of the wanted sequences that are missing under `root`.
+pub fn plan(wanted: &[WantedSequences], root: &Path) -> FetchPlan {
     let folders = folders_by_archive();
-    let mut plan = Plan::default();
+    let mut plan = FetchPlan::default();
     for wanted in wanted {
         let loaded = wanted.suite.load(Some(root));
         for entry in wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)) {
@@ -79,18 +78,18 @@ pub fn plan(wanted: &[Wanted], root: &Path) -> Plan {
     plan
 }
 
-impl Plan {
+impl FetchPlan {
     fn add(&mut self, name: &str, archive: &Archive, folders: Option<&BTreeSet<&str>>) {
         if let Some(job) = self.jobs.iter_mut().find(|job| job.archive.name == archive.name) {
             job.sequences.push(name.to_owned());
             return;
         }
         let folders = folders.into_iter().flatten().map(|f| String::from(*f)).collect();
-        self.jobs.push(Job { archive: archive.clone(), folders, sequences: vec![name.to_owned()] });
+        self.jobs.push(FetchJob { archive: archive.clone(), folders, sequences: vec![name.to_owned()] });
     }
 }
 
-/// Whether what is no archive, but a file, is there already.
+/// Whether an archive that is a single file is there already.
 fn is_here(archive: &Archive, root: &Path) -> bool {
     let name = Address::parse(&archive.url).map(|address| address.file_name().to_owned());
     archive.packing == Packing::File && name.is_ok_and(|name| below(root, &archive.into).join(name).exists())

@@ -2,11 +2,11 @@
 //!
 //! Everything happens in `<data root>/.trackfail` until it is whole:
 //!
-//! | there | what |
+//! | file | content |
 //! |---|---|
 //! | `lock` | held by the one process that fetches |
-//! | `downloads/<archive>.part`, `.json` | a download and what is known of it; goes on where it was cut |
-//! | `unpack-*` | an archive that is being unpacked; what a killed fetch left is removed by the next one |
+//! | `downloads/<archive>.part`, `.json` | a download and its state, from which it goes on after a cut |
+//! | `unpack-*` | an archive that is being unpacked; the next fetch removes what a killed one left |
 //! | `licence-<suite>` | the licence text that was agreed to |
 //!
 //! A sequence's folder is unpacked below `unpack-*`, flushed, given the file [`MARKER`] as its last one, and
@@ -22,27 +22,29 @@ mod download;
 mod error;
 mod from_tar;
 mod from_zip;
+mod layout;
 mod member;
 mod part;
 mod place;
 mod plan;
+mod sink;
 mod unpack;
 
-pub use download::Patience;
+pub use download::{FetchWatch, Patience};
 pub use error::FetchError;
 pub use member::Why;
 pub use place::{MARKER, Placed, Workspace};
-pub use plan::{Job, Plan, Wanted, plan};
-pub use unpack::Caps;
+pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
+pub use sink::Caps;
 
 use crate::archive::{Archive, Packing};
+use layout::{ArchiveLayout, entry_parts};
 use std::path::Path;
-use unpack::{Layout, entry_parts};
 
 /// Settings of [`fetch`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Options {
-    /// Start of addresses that are asked instead of the pinned ones: the file name is put behind it.
+pub struct FetchOptions {
+    /// Start of the addresses that are asked instead of the pinned ones; the file name is appended.
     pub mirror: Option<String>,
     /// Patience with servers.
     pub patience: Patience,
@@ -50,15 +52,7 @@ pub struct Options {
     pub caps: Caps,
 }
 
-/// Who is told how it goes.
-pub trait Watch {
-    /// Bytes of a download that are here, of the whole file where its size is known.
-    fn arrived(&self, archive: &str, bytes: u64, total: Option<u64>);
-    /// Something worth a line.
-    fn note(&self, text: &str);
-}
-
-/// What a fetch has brought.
+/// A fetched archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fetched {
     /// Bytes of the archive.
@@ -69,10 +63,10 @@ pub struct Fetched {
     pub placed: Placed,
 }
 
-/// Unpacks what belongs to `folders` of an archive that is here into an empty folder.
+/// Unpacks the members of an archive on disk that belong to `folders` into an empty folder.
 ///
 /// # Errors
-/// Any member that is refused, wanted or not; the folder is then to be thrown away.
+/// Any member that is refused, wanted or not; the caller then deletes the folder.
 pub fn unpack(
     file: &Path,
     archive: &Archive,
@@ -80,26 +74,26 @@ pub fn unpack(
     caps: &Caps,
     into: &Path,
 ) -> Result<(), FetchError> {
-    unpack::unpack(file, archive, &Layout::new(archive, folders)?, caps, into)
+    unpack::unpack(file, archive, &ArchiveLayout::new(archive, folders)?, caps, into)
 }
 
 /// Downloads an archive, unpacks it, and puts its folders in place.
 ///
 /// # Errors
-/// See [`FetchError`]. Nothing is left of an archive that is refused; what has arrived of a download that was
-/// cut stays for the next call.
+/// See [`FetchError`]. Nothing is left of an archive that is refused; the part of a download that was cut stays for
+/// the next call.
 pub fn fetch(
     space: &Workspace,
-    job: &Job,
-    options: &Options,
-    watch: &dyn Watch,
+    job: &FetchJob,
+    options: &FetchOptions,
+    watch: &dyn FetchWatch,
 ) -> Result<Fetched, FetchError> {
     let archive = &job.archive;
     let fail = |why| FetchError::Entry { archive: archive.name.clone(), name: archive.name.clone(), why };
     if entry_parts(archive, &archive.name)?.len() != 1 {
         return Err(fail(Why::Deep(1)));
     }
-    let layout = Layout::new(archive, &job.folders)?;
+    let layout = ArchiveLayout::new(archive, &job.folders)?;
     let downloads = space.downloads();
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;
     let temporary = space.temporary()?;
