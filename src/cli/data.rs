@@ -234,7 +234,7 @@ fn overview(suites: &[Suite], root: Option<&Path>) -> String {
             column.set_cell_alignment(comfy_table::CellAlignment::Right);
         }
     }
-    let note = if root.is_none() { "no data root given (--data-root or TRACKFAIL_DATA)\n" } else { "" };
+    let note = if root.is_none() { format!("{}\n", suite::NO_DATA_ROOT) } else { String::new() };
     let shown = table.trim_fmt();
     format!("{shown}\n{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
 }
@@ -312,7 +312,9 @@ fn verify(
     }
     if !missing.is_empty() && !allow_missing {
         let count = missing.len();
-        return Err(Failure::Data(format!("{count} sequences are missing; --allow-missing goes on without")));
+        return Err(Failure::Data(format!(
+            "{count} sequences are missing; give --allow-missing to accept that"
+        )));
     }
     Ok(())
 }
@@ -320,7 +322,7 @@ fn verify(
 fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
         return Err(Failure::Usage(
-            "`data add` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
+            "`data add` needs a data root; give --data-root DIR or set TRACKFAIL_DATA".into(),
         ));
     };
     let data = |e: DatasetError| Failure::Data(e.to_string());
@@ -353,7 +355,7 @@ fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Pa
 fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
         return Err(Failure::Usage(
-            "`data lock` needs a data root; give --data-root or TRACKFAIL_DATA".into(),
+            "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA".into(),
         ));
     };
     let fail = |e: DatasetError| Failure::Data(e.to_string());

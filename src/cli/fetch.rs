@@ -33,7 +33,8 @@ pub struct Args {
 /// [`Failure::Io`] for network and disk.
 pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
-        let what = "`data fetch` needs a data root; make a folder and give --data-root or TRACKFAIL_DATA";
+        let what =
+            "`data fetch` needs a data root; make a folder and give --data-root DIR or set TRACKFAIL_DATA";
         return Err(Failure::Usage(what.into()));
     };
     let wanted = chosen(catalog, &args.wanted)?;
@@ -213,7 +214,7 @@ fn check(
             let name = full(&checked.name);
             let word = match checked.finding {
                 Finding::Same => "ok".to_owned(),
-                Finding::NoDigestPinned => "fetched; no digest is pinned to compare with".to_owned(),
+                Finding::NoDigestPinned => "fetched, but no digest is pinned to compare with".to_owned(),
                 Finding::Missing(_) => "is still missing".to_owned(),
                 Finding::Differs(fact) => format!("differs: {fact}"),
             };
@@ -234,11 +235,11 @@ fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
         }
     };
     let names = |pairs: &[(String, String)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    list("not fetched for want of a connection (run the same again)", &failed.network);
+    list("not fetched because the connection failed (run the same again)", &failed.network);
     list("not fetched (see above)", &failed.data);
     list("not as pinned", &failed.differing);
-    list("here but not readable (remove the folder to have it fetched anew)", &names(&plan.broken));
-    list("to be got by hand (see above)", &names(&plan.by_hand));
+    list("there but not readable (remove the folder and fetch again)", &names(&plan.broken));
+    list("to be downloaded by hand (see above)", &names(&plan.by_hand));
     match (parts.is_empty(), failed.network.is_empty()) {
         (true, _) => Ok(()),
         (false, true) => Err(Failure::Data(parts.join("; "))),

@@ -2,7 +2,7 @@
 
 use super::output::{self, Format};
 use super::{Failure, export};
-use crate::dataset::suite::{Catalog, Loaded};
+use crate::dataset::suite::{Catalog, Loaded, NO_DATA_ROOT};
 use crate::engine::CellError;
 use crate::engine::Shard;
 use crate::engine::observe::progress::{self, ProgressWatch};
@@ -317,23 +317,23 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
         if let Some(first) = suite.missing.first()
             && (!args.allow_missing || suite.sequences.is_empty())
         {
-            let root = match &args.data_root {
-                Some(root) => format!("under {}", root.display()),
-                None => "(no --data-root was given, and TRACKFAIL_DATA is not set)".to_string(),
-            };
             let names: Vec<&str> = suite.missing.iter().map(|m| m.name.as_str()).collect();
+            let names = names.join(", ");
+            let reason = match &args.data_root {
+                Some(root) => format!("are missing under {}: {names}", root.display()),
+                None => format!("are missing: {NO_DATA_ROOT}.\nThey are {names}"),
+            };
+            let how = first.how_to_get.trim_start_matches(NO_DATA_ROOT).trim_start_matches("; ");
             let hint = if suite.sequences.is_empty() {
                 ""
             } else {
                 "\nOr run on what is there with --allow-missing."
             };
             return Err(Failure::Data(format!(
-                "{} of {} sequences of suite {name} are not {root}: {}\nFor {}: {}.{hint}",
+                "{} of {} sequences of suite {name} {reason}\nFor {}: {how}.{hint}",
                 suite.missing.len(),
                 suite.wanted,
-                names.join(", "),
                 first.folder,
-                first.how_to_get,
             )));
         }
     }

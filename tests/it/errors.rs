@@ -176,7 +176,8 @@ fn exit_codes_are_the_documented_ones() {
     let (code, _, text) = output(&["run", "khalid2016/table2"]);
     assert_eq!(code, 3, "{text}");
     assert!(
-        text.contains("25 of 25 sequences of suite vot2014") && text.contains("votchallenge.net"),
+        text.contains("25 of 25 sequences of suite vot2014 are missing: no data root is set")
+            && text.contains("votchallenge.net"),
         "{text}"
     );
     let (code, _, text) = output(&["run", "khalid2016/table2", "--data-root", "/nonexistent"]);

@@ -19,7 +19,7 @@ mod verify;
 
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
-pub use load::{Broken, Loaded, Missing};
+pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT};
 pub use user::{USER_LOCK, UserSuiteNameError, check_name, with_sections};
 pub use verify::{Checked, Finding};
 

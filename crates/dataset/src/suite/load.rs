@@ -5,6 +5,9 @@ use crate::lock::{Entry, PinnedSuite, attribute_words};
 use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
 
+/// Why all sequences on disk are missing without a data root, and what to do.
+pub const NO_DATA_ROOT: &str = "no data root is set (give --data-root DIR or set TRACKFAIL_DATA)";
+
 /// A sequence that is absent, in whole or in part, from the data root.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing {
@@ -99,7 +102,7 @@ impl PinnedSuite {
             }))
         };
         let Some(root) = data_root else {
-            return missing("no data root given (--data-root or TRACKFAIL_DATA); ");
+            return missing(&format!("{NO_DATA_ROOT}; "));
         };
         let folder = entry.path(root);
         if !folder.is_dir() {
