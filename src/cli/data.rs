@@ -20,36 +20,36 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(subcommand)]
     verb: Verb,
-    /// Folder that holds the sequences (`otb/David`, `vot2014/ball` ...); TRACKFAIL_DATA otherwise
+    /// Folder that holds the sequences (`otb/David`, `vot2014/ball` ...); by default TRACKFAIL_DATA
     #[arg(long, global = true, value_name = "DIR")]
     data_root: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// What is here and what is missing: of all suites a line each, of a SUITE each sequence
+    /// Show which sequences are here and which are missing: all suites a line each, a SUITE by sequence
     List {
-        /// Suites to show sequence by sequence; CSV and JSON show all so by default
+        /// Suites to show by sequence; without SUITE, CSV and JSON show all suites that way
         suites: Vec<String>,
         /// How to print
         #[arg(long, value_enum, default_value_t = Format::Table)]
         format: Format,
     },
-    /// Hashes local sequences and compares them with datasets.lock
+    /// Hash local sequences and compare them with datasets.lock
     Verify {
-        /// Suites; all that are read from disk by default
+        /// Suites; by default all that are read from disk
         suites: Vec<String>,
         /// Missing sequences are no failure
         #[arg(long)]
         allow_missing: bool,
     },
-    /// Downloads missing sequences, unpacks and checks them
+    /// Download missing sequences, unpack and check them
     Fetch(super::fetch::Args),
-    /// Makes a suite of sequences of your own, in a datasets.lock in the data root
+    /// Make a suite of your own sequences, in a datasets.lock in the data root
     Add(AddArgs),
-    /// Prints the lines of datasets.lock and datasets.files for local sequences, with digests
+    /// Print the lines of datasets.lock and datasets.files for local sequences, with digests
     Lock {
-        /// Suites; all that are read from disk by default
+        /// Suites; by default all that are read from disk
         suites: Vec<String>,
     },
 }
@@ -61,10 +61,10 @@ struct AddArgs {
     name: String,
     /// Folder under the data root that has the sequences, up to three folders down: `lasot/test`
     folder: String,
-    /// Layout of the sequences
+    /// Format of the sequences
     #[arg(long, value_parser = addable_formats())]
     format: &'static FormatEntry,
-    /// File with the names of the sequences to take, one a line; all that are there otherwise
+    /// File with the names of the sequences to take, one a line; by default all are taken
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
     /// One line about the suite

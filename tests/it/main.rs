@@ -12,7 +12,6 @@ mod fetch;
 mod hostile;
 mod learning;
 mod needs;
-mod own_data;
 mod packed;
 #[cfg(unix)]
 mod page;
@@ -27,3 +26,4 @@ mod synthetic;
 mod tables;
 mod tools;
 mod track_quality;
+mod user_suites;

@@ -116,10 +116,10 @@ pub fn file_digest(path: &Path) -> Result<String, DatasetError> {
 }
 
 /// No frame, text or video is larger.
-const LARGEST: u64 = 1 << 30;
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
 fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    text::read_at_most(path, LARGEST)
+    text::read_at_most(path, MAX_FILE_BYTES)
 }
 
 /// SHA-256 in hexadecimal of pixels, frame numbers, truth and attributes, whatever files they came in.

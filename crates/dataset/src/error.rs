@@ -11,7 +11,7 @@ pub enum DatasetError {
     Io {
         /// File or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A frame that cannot be decoded.
@@ -19,7 +19,7 @@ pub enum DatasetError {
     Image {
         /// The image file.
         path: PathBuf,
-        /// What the decoder says.
+        /// Error of the decoder.
         source: ImageError,
     },
     /// A frame of another size than the sequence's first.
@@ -42,7 +42,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What is wrong and what would be right.
+        /// What is wrong and what is expected.
         message: String,
     },
     /// A file or folder as a whole.
@@ -50,10 +50,10 @@ pub enum DatasetError {
     Content {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong and what would be right.
+        /// What is wrong and what is expected.
         message: String,
     },
-    /// A suite that nobody knows, with the nearest word.
+    /// An unknown suite; the message names the nearest one.
     #[error("{0}")]
     UnknownSuite(String),
     /// A frame number outside the sequence.

@@ -1,7 +1,7 @@
 //! Frames from disk: which files of a folder they are, and decoding one.
 //!
 //! Links to images and to folders of them are followed; what they lead to must be a file of at most
-//! [`image::MAX_FILE_BYTES`] bytes, so that neither a device nor a pipe is waited for.
+//! [`image::MAX_FILE_BYTES`] bytes, so that reading never waits for a device or a pipe.
 
 use super::{DatasetError, Frames, Sequence, text};
 use crate::image::{self, Frame};
@@ -10,7 +10,7 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Image files in order, and the size of the first one once somebody has asked for it.
+/// Image files in order, and the size of the first one once it is known.
 #[derive(Debug, Clone, Default)]
 pub struct ImageFiles {
     paths: Vec<PathBuf>,
@@ -157,7 +157,7 @@ pub(crate) fn take_range(
         .collect()
 }
 
-/// The first of the named folders that is there; otherwise the folder itself.
+/// The first of the named folders that exists in a folder, or the folder itself.
 pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
     let inside = names.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
     inside.unwrap_or_else(|| folder.to_path_buf())

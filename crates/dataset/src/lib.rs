@@ -34,12 +34,12 @@ pub trait Render: Send + Sync {
     fn render(&self, t: usize) -> Frame;
 }
 
-/// Where a sequence's frames come from.
+/// Source of a sequence's frames.
 #[derive(Clone)]
 pub enum Frames {
     /// Image files in order.
     Files(ImageFiles),
-    /// Frames of a video file, decoded into image files when they are first asked for.
+    /// Frames of a video file, decoded into image files at their first use.
     Video(Arc<video::Video>),
     /// A renderer and the number of its frames.
     Rendered(Arc<dyn Render>, usize),
@@ -55,7 +55,7 @@ impl std::fmt::Debug for Frames {
     }
 }
 
-/// How a dataset numbers the frames of a sequence, for readers of result files.
+/// Frame numbers of a sequence in its dataset, for readers of result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Numbering {
     /// Number of the sequence's first frame here.

@@ -54,11 +54,11 @@ pub struct RenderedSuite {
     pub summary: &'static str,
     /// Layout that `trackfail render` writes.
     pub layout: RenderLayout,
-    plans: fn() -> &'static [scene::Plan],
+    plans: fn() -> &'static [scene::ScenePlan],
 }
 
 impl RenderedSuite {
-    fn plans(&self) -> &'static [scene::Plan] {
+    fn plans(&self) -> &'static [scene::ScenePlan] {
         (self.plans)()
     }
 

@@ -14,9 +14,9 @@ use std::io::Read;
 use std::path::Path;
 
 /// Largest text or JSON file that is read, in bytes; real ones stay below one MiB.
-pub const LARGEST_TEXT: u64 = 16 << 20;
+pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Longest line that is read, in bytes: a polygon of hundreds of corners.
-pub const LONGEST_LINE: usize = 16 << 10;
+pub const MAX_LINE_BYTES: usize = 16 << 10;
 
 /// The bytes of a file of at most `limit` bytes; of a larger one, no more than that is read.
 ///
@@ -41,18 +41,18 @@ pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
     if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
 }
 
-/// The bytes of a file of at most [`LARGEST_TEXT`] bytes.
+/// The bytes of a file of at most [`MAX_TEXT_BYTES`] bytes.
 ///
 /// # Errors
 /// I/O errors and larger files.
 pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    read_at_most(path, LARGEST_TEXT)
+    read_at_most(path, MAX_TEXT_BYTES)
 }
 
 /// Reads a text file and takes off a byte-order mark.
 ///
 /// # Errors
-/// I/O errors, files above [`LARGEST_TEXT`], and bytes that are not UTF-8, with their line.
+/// I/O errors, files above [`MAX_TEXT_BYTES`], and bytes that are not UTF-8, with their line.
 pub fn read(path: &Path) -> Result<String, DatasetError> {
     Ok(decode(path, &read_capped(path)?)?.to_owned())
 }
@@ -72,7 +72,7 @@ pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError>
 /// One value a line.
 ///
 /// # Errors
-/// As [`decode`] and [`lines`], and what `read_line` says of a line.
+/// As [`decode`] and [`lines`], and errors of `read_line`.
 pub fn rows<T>(
     path: &Path,
     bytes: &[u8],
@@ -85,19 +85,19 @@ pub fn rows<T>(
 /// The lines of `text` with their numbers from 1, without empty lines at the end.
 ///
 /// # Errors
-/// A text without any line, an empty line among the others, and a line above [`LONGEST_LINE`].
+/// A text without any line, an empty line among the others, and a line above [`MAX_LINE_BYTES`].
 pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
     let body = text.trim_end();
     if body.is_empty() {
         return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
     }
     let lines: Vec<_> = body.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
-    match lines.iter().find(|(_, l)| l.is_empty() || l.len() > LONGEST_LINE) {
+    match lines.iter().find(|(_, l)| l.is_empty() || l.len() > MAX_LINE_BYTES) {
         Some(&(line, "")) => {
             Err(DatasetError::line(path, line, "an empty line; lines are frames, so none may be empty"))
         }
         Some(&(line, long)) => {
-            let message = format!("{} bytes; a line has at most {LONGEST_LINE}", long.len());
+            let message = format!("{} bytes; a line has at most {MAX_LINE_BYTES}", long.len());
             Err(DatasetError::line(path, line, message))
         }
         None => Ok(lines),
@@ -194,10 +194,10 @@ mod tests {
     #[test]
     fn huge_files_are_refused() {
         let f = tempfile::NamedTempFile::new().unwrap();
-        f.as_file().set_len(LARGEST_TEXT + 1).unwrap();
+        f.as_file().set_len(MAX_TEXT_BYTES + 1).unwrap();
         assert!(matches!(read(f.path()), Err(DatasetError::Content { .. })));
-        assert!(read_at_most(f.path(), LARGEST_TEXT + 1).is_ok());
-        assert!(read_at_most(f.path(), LARGEST_TEXT).unwrap_err().to_string().contains("16 MiB"));
+        assert!(read_at_most(f.path(), MAX_TEXT_BYTES + 1).is_ok());
+        assert!(read_at_most(f.path(), MAX_TEXT_BYTES).unwrap_err().to_string().contains("16 MiB"));
     }
 
     // A device has no length that could be looked at beforehand.
@@ -210,8 +210,8 @@ mod tests {
     #[test]
     fn long_lines_are_refused() {
         let path = Path::new("a.txt");
-        let line = "1,".repeat(LONGEST_LINE / 2 - 1) + "12";
-        assert_eq!(line.len(), LONGEST_LINE);
+        let line = "1,".repeat(MAX_LINE_BYTES / 2 - 1) + "12";
+        assert_eq!(line.len(), MAX_LINE_BYTES);
         assert!(lines(path, &format!("1\n{line}\n")).is_ok());
         let error = lines(path, &format!("1\n{line}3\n")).unwrap_err();
         assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{error}");

@@ -11,8 +11,8 @@
 //!
 //! The `ffmpeg` on the PATH is run without a shell. The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
-//! Time, frames and bytes are limited ([`Limits`]). Every decoded frame is written, none is repeated or dropped
-//! to keep a rate. Colours are converted by the exact, slower way, but another version of ffmpeg may still
+//! Time, frames and bytes are limited ([`VideoLimits`]). Every decoded frame is written, none is repeated or dropped
+//! to keep a rate. Colors are converted by the exact, slower way, but another version of ffmpeg may still
 //! give other pixels: the files digest of a sequence pins the video, not what was made of it.
 
 use super::digest::file_digest;
@@ -27,14 +27,14 @@ use std::time::{Duration, Instant};
 /// Containers that are opened, by ffmpeg's names.
 pub const FORMATS: &str = "mpeg,mpegvideo,mpegts,avi,mov,matroska,webm";
 
-/// Where the frames of the videos under a data root are.
+/// Folder of the decoded frames of the videos under a data root.
 pub fn cache(data_root: &Path) -> PathBuf {
     data_root.join(".trackfail").join("frames")
 }
 
-/// What a video may cost.
+/// Limits on decoding a video.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits {
+pub struct VideoLimits {
     /// Time for decoding.
     pub time: Duration,
     /// Number of frames.
@@ -43,8 +43,9 @@ pub struct Limits {
     pub bytes: u64,
 }
 
-/// Limits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB).
-pub const LIMITS: Limits = Limits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30 };
+/// VideoLimits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB).
+pub const DEFAULT_LIMITS: VideoLimits =
+    VideoLimits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30 };
 
 /// A range of a video's frames.
 #[derive(Debug)]
@@ -75,7 +76,7 @@ impl Video {
             return Ok(files);
         }
         let folder = self.decoded.join(file_digest(&self.path)?);
-        decode(&self.path, &folder, OsStr::new("ffmpeg"), LIMITS)?;
+        decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS)?;
         let (first, last) = self.range;
         let files: Vec<PathBuf> = (first..=last).map(|n| folder.join(frame_name(n))).collect();
         if let Some(absent) = files.iter().position(|f| !f.is_file()) {
@@ -96,7 +97,7 @@ fn frame_name(n: u32) -> String {
 }
 
 /// Decodes all frames of `video` into `folder` unless that is there.
-fn decode(video: &Path, folder: &Path, program: &OsStr, limits: Limits) -> Result<(), DatasetError> {
+fn decode(video: &Path, folder: &Path, program: &OsStr, limits: VideoLimits) -> Result<(), DatasetError> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     if folder.is_dir() {
@@ -140,7 +141,7 @@ fn decode(video: &Path, folder: &Path, program: &OsStr, limits: Limits) -> Resul
     }
 }
 
-fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limits: Limits) -> Command {
+fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limits: VideoLimits) -> Command {
     let mut url = std::ffi::OsString::from("file:");
     url.push(input);
     let mut command = Command::new(program);
@@ -161,7 +162,7 @@ fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limi
 }
 
 /// Waits for the end, within the limits; what it said on stderr is in the message of a failure.
-fn wait(mut child: Child, output: &Path, limits: Limits) -> Result<(), String> {
+fn wait(mut child: Child, output: &Path, limits: VideoLimits) -> Result<(), String> {
     let stderr = child.stderr.take();
     let said = std::thread::spawn(move || stderr.map(last_words).unwrap_or_default());
     let until = Instant::now() + limits.time;

@@ -50,7 +50,7 @@ impl Address {
         self.0.path().rsplit('/').next().unwrap_or_default()
     }
 
-    /// Where a `Location` sends.
+    /// The address that a `Location` header gives.
     ///
     /// # Errors
     /// [`FetchError::Redirect`] when it is not to be followed.

@@ -69,7 +69,7 @@ pub enum FetchError {
         expected: u64,
         /// Bytes found.
         got: u64,
-        /// Who expects them.
+        /// Source of the expected size.
         source_of: &'static str,
     },
     /// More bytes than any archive should have.
@@ -124,15 +124,15 @@ pub enum FetchError {
         /// Some of the archive's own top folders.
         found: Vec<String>,
     },
-    /// The operating system refused.
+    /// An I/O error.
     #[error("{}: {source}; make room and check that the folder can be written to", path.display())]
     Disk {
         /// File or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// Another process is at it.
+    /// Another process fetches into the data root.
     #[error("{}: another fetch is using this data root; wait until it has ended", path.display())]
     Busy {
         /// The lock file.
@@ -145,8 +145,8 @@ impl FetchError {
         Self::Disk { path: path.into(), source }
     }
 
-    /// Whether what is there is absent or not what was pinned; otherwise the disk, the network or the
-    /// arguments are to blame.
+    /// Whether the data at the address are absent or not as pinned; other errors come from the disk, the network or
+    /// the arguments.
     pub fn is_data(&self) -> bool {
         !matches!(self, Self::Address { .. } | Self::Network { .. } | Self::Disk { .. } | Self::Busy { .. })
     }

@@ -15,7 +15,7 @@ use std::rc::Rc;
 use tar::{Archive, EntryType};
 
 /// Most bytes of one extended header.
-const EXTENDED: u64 = 1 << 16;
+const MAX_HEADER: u64 = 1 << 16;
 
 /// Bytes of headers and padding that are granted to each member beside its content.
 const GRANTED: u64 = 2048;
@@ -84,9 +84,9 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
 /// The name an extended header gives to the next member.
 fn extended(entry: &mut impl Read, kind: EntryType) -> Result<Option<Vec<u8>>, Why> {
     let mut text = Vec::new();
-    entry.take(EXTENDED + 1).read_to_end(&mut text).map_err(damaged)?;
-    if text.len() as u64 > EXTENDED {
-        return Err(Why::Large(EXTENDED));
+    entry.take(MAX_HEADER + 1).read_to_end(&mut text).map_err(damaged)?;
+    if text.len() as u64 > MAX_HEADER {
+        return Err(Why::Large(MAX_HEADER));
     }
     if kind == EntryType::GNULongName {
         let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
@@ -104,7 +104,7 @@ fn extended(entry: &mut impl Read, kind: EntryType) -> Result<Option<Vec<u8>>, W
     Ok(name)
 }
 
-/// Whether a record is about times, owners and the like, which are not taken over.
+/// Whether a record gives times, owners and the like, which are ignored.
 fn is_harmless(key: &str) -> bool {
     let plain =
         ["mtime", "atime", "ctime", "uid", "gid", "uname", "gname", "comment", "charset", "hdrcharset"];

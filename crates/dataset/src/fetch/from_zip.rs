@@ -69,7 +69,7 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
     Ok(())
 }
 
-/// Whether a member is a file; it is a folder otherwise.
+/// Whether a member is a file (`true`) or a folder.
 fn kind(entry: &ZipFileEntry) -> Result<bool, Why> {
     let is_folder = entry.name_raw().ends_with(b"/");
     match (entry.external_attributes() >> 16) & KIND {

@@ -10,7 +10,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// What is known of a part.
+/// Facts about a download.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Note {
     /// The address asked, before redirects.
@@ -26,13 +26,13 @@ pub(super) struct Note {
 }
 
 impl Note {
-    /// What tells this state of the file from another.
+    /// The server's mark of this state of the file.
     pub fn mark(&self) -> Option<&str> {
         self.etag.as_deref().or(self.modified.as_deref())
     }
 }
 
-/// A file that is arriving.
+/// A download on disk.
 #[derive(Debug)]
 pub(super) struct Part {
     path: PathBuf,
@@ -41,8 +41,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// What is there of a download, nothing if it is from another address. A note that cannot be read tells
-    /// nothing: what it was about is dropped.
+    /// Opens a download; its bytes are dropped if they are from another address, or if its note cannot be read.
     pub fn open(folder: &Path, name: &str, url: &str, pinned: bool) -> Result<Self, FetchError> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
         let read = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -83,7 +82,7 @@ impl Part {
         Ok(())
     }
 
-    /// Writes the note; it must be there before the bytes it is about.
+    /// Writes the note, which must be on disk before the bytes that it describes.
     pub fn write_note(&self) -> Result<(), FetchError> {
         let text = serde_json::to_vec(&self.note).map_err(|e| FetchError::disk(&self.beside, e.into()))?;
         fs::write(&self.beside, text).map_err(|e| FetchError::disk(&self.beside, e))

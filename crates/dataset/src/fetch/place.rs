@@ -8,14 +8,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Name of the file in a fetched folder that tells where it came from. Readers of sequences take no notice of
-/// it.
+/// Name of the file in a fetched folder that names its archive. Readers of sequences ignore it.
 pub const MARKER: &str = ".trackfail-complete";
 
 /// Start of the names of folders that are being unpacked.
 const UNPACK: &str = "unpack-";
 
-/// A data root that is being fetched into, by this process alone.
+/// A data root that this process alone fetches into.
 #[derive(Debug)]
 pub struct Workspace {
     root: PathBuf,
@@ -33,7 +32,7 @@ impl Drop for Workspace {
 }
 
 impl Workspace {
-    /// Takes hold of a data root, and clears away what a fetch that was killed has left half unpacked.
+    /// Locks a data root, and removes what a killed fetch has left half unpacked.
     ///
     /// # Errors
     /// [`FetchError::Busy`] while another process fetches; [`FetchError::Disk`].
@@ -93,12 +92,12 @@ impl Workspace {
     }
 }
 
-/// What became of the folders of an archive.
+/// The folders or the file of an archive, by whether they were there before.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Placed {
     /// New under the data root.
     pub new: Vec<String>,
-    /// There before, and left as they are.
+    /// Already there, and left as they are.
     pub kept: Vec<String>,
 }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 pub struct WantedSequences {
     /// The suite.
     pub suite: Suite,
-    /// Their names; all if there is none.
+    /// Their names; empty for all.
     pub sequences: BTreeSet<String>,
 }
 

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! XML frame `n` is image `n + 1`, and the `n + 1`-th frame of the video. One object (`target`) of the file is a
-//! sequence; frames in which it is not annotated have no truth (`None`). Boxes are centre and size in
+//! sequence; frames in which it is not annotated have no truth (`None`). Boxes are center and size in
 //! continuous pixels; neither dataset says whether its pixels count from 0 or 1, they are taken as written.
 //!
 //! Without a target the object annotated in most frames is taken, of several the one with the smallest id.

@@ -85,7 +85,7 @@ pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Opt
     truth(path, bytes, absent, one_based)
 }
 
-/// What `meta_info.ini` says of the target; nothing without the file.
+/// The attributes of the target in `meta_info.ini`; none without the file.
 fn meta(path: &Path) -> Result<Vec<String>, DatasetError> {
     if !path.exists() {
         return Ok(Vec::new());

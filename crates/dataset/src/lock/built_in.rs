@@ -78,7 +78,7 @@ pub(crate) struct RenderedEntry {
     pub frames: usize,
     /// Width and height in pixels.
     pub size: (usize, usize),
-    /// What the target is.
+    /// Type of the target.
     pub target_type: TargetType,
     /// Codes of OTB attributes.
     pub attributes: Vec<String>,
@@ -141,7 +141,7 @@ pub(crate) fn pinned_suite(name: &str) -> Option<&'static PinnedSuite> {
     sections().pinned.iter().find(|s| s.name == name).map(Section::parsed)
 }
 
-/// The sequences of the rendered suite of a name; none where there is no such suite.
+/// The sequences of the rendered suite of a name; none if there is no such suite.
 pub(crate) fn rendered_entries(name: &str) -> &'static [RenderedEntry] {
     let section = sections().rendered.iter().find(|s| s.name == name);
     section.map_or(&[], |s| &s.parsed().sequence)

@@ -7,9 +7,8 @@
 //!   9f2c1c6d5e0a...                      their digits one after the other, as many a line as fit
 //! ```
 //!
-//! Lines of a folder start with one space, lines of digits with two; `#` starts a comment. The digits are
-//! there to name the first file that differs; what a sequence must be is decided by the digest in
-//! `datasets.lock`. A folder is listed once, whatever suites use it.
+//! Lines of a folder start with one space, lines of digits with two; `#` starts a comment. The digits
+//! name the first file that differs; the digest in `datasets.lock` decides whether a sequence is as pinned. A folder is listed once, whatever suites use it.
 
 use crate::DatasetError;
 use crate::digest::file_digest;
@@ -23,11 +22,11 @@ use std::sync::OnceLock;
 
 const FILES: &str = include_str!("../../../../datasets.files");
 
-/// Digits that are kept of a file's SHA-256.
+/// Listed digits of a file's SHA-256.
 const DIGITS: usize = 8;
 
 /// Digests a line.
-const A_LINE: usize = 14;
+const DIGESTS_PER_LINE: usize = 14;
 
 /// The sections of [`FILES`] by folder.
 fn sections() -> &'static BTreeMap<&'static str, &'static str> {
@@ -121,7 +120,7 @@ fn write(files: &[(String, String)]) -> String {
         match pattern(name).filter(|_| length > 1) {
             Some((pattern, first)) => {
                 text += &format!(" {pattern} {first}-{}\n", first as usize + length - 1);
-                for line in run.chunks(A_LINE) {
+                for line in run.chunks(DIGESTS_PER_LINE) {
                     let digits: String = line.iter().map(|(_, digest)| digest.as_str()).collect();
                     text += &format!("  {digits}\n");
                 }

@@ -9,7 +9,7 @@ use super::load::{LoadError, Missing};
 use crate::lock::{Entry, PinnedSuite};
 use std::path::Path;
 
-/// How a local copy compares with what is pinned.
+/// Result of comparing a local copy with what is pinned.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Finding {
     /// As pinned.

@@ -1,11 +1,11 @@
 //! What moves in a scene: people, faces, cars, motorcycles, balls, fish, and things to hide behind.
 //!
-//! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a colour.
+//! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a color.
 
-use super::noise::{Colour, mix, octaves, pick, shade, smoothstep, unit};
+use super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
 use super::surveillance::figures;
 
-/// What is drawn.
+/// Kind of a drawn object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A walking person, twice to three times as high as wide.
@@ -41,7 +41,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// How many pictures its pose is divided into.
+    /// Number of pictures that its pose is divided into.
     pub fn phases(self) -> usize {
         match self {
             Self::Person | Self::Fish => 8,
@@ -62,8 +62,8 @@ impl Kind {
         }
     }
 
-    /// Colour at `(u, v)` in phase `phase` of an individual `look`; `aspect` is width over height.
-    pub fn paint(self, look: u32, phase: usize, aspect: f64, u: f64, v: f64) -> Option<Colour> {
+    /// Color at `(u, v)` in phase `phase` of an individual `look`; `aspect` is width over height.
+    pub fn paint(self, look: u32, phase: usize, aspect: f64, u: f64, v: f64) -> Option<Color> {
         let x = (u - 0.5) * aspect;
         match self {
             Self::Person => person(look, phase as f64 / 8.0, x, v, aspect),
@@ -85,7 +85,7 @@ impl Kind {
     }
 }
 
-const CLOTHES: [Colour; 10] = [
+const CLOTHES: [Color; 10] = [
     [180.0, 40.0, 44.0],
     [36.0, 60.0, 120.0],
     [226.0, 222.0, 210.0],
@@ -97,10 +97,10 @@ const CLOTHES: [Colour; 10] = [
     [150.0, 120.0, 90.0],
     [205.0, 110.0, 120.0],
 ];
-const SKIN: [Colour; 4] =
+const SKIN: [Color; 4] =
     [[224.0, 180.0, 150.0], [196.0, 148.0, 114.0], [148.0, 100.0, 70.0], [236.0, 196.0, 168.0]];
-const HAIR: [Colour; 4] = [[44.0, 32.0, 26.0], [96.0, 64.0, 36.0], [180.0, 148.0, 90.0], [30.0, 28.0, 30.0]];
-const PAINT: [Colour; 7] = [
+const HAIR: [Color; 4] = [[44.0, 32.0, 26.0], [96.0, 64.0, 36.0], [180.0, 148.0, 90.0], [30.0, 28.0, 30.0]];
+const PAINT: [Color; 7] = [
     [170.0, 34.0, 36.0],
     [40.0, 74.0, 140.0],
     [206.0, 206.0, 204.0],
@@ -123,7 +123,7 @@ fn segment(x: f64, y: f64, a: (f64, f64), b: (f64, f64)) -> f64 {
     (ex * ex + ey * ey).sqrt()
 }
 
-fn person(look: u32, phase: f64, x: f64, v: f64, aspect: f64) -> Option<Colour> {
+fn person(look: u32, phase: f64, x: f64, v: f64, aspect: f64) -> Option<Color> {
     let half = aspect / 2.0;
     let (skin, hair) = (pick(&SKIN, look, 1, 0), pick(&HAIR, look, 2, 0));
     let (shirt, trousers) = (pick(&CLOTHES, look, 3, 0), shade(pick(&CLOTHES, look, 4, 0), 0.6));
@@ -170,7 +170,7 @@ fn person(look: u32, phase: f64, x: f64, v: f64, aspect: f64) -> Option<Colour> 
     (arm(-swing) < 0.032).then(|| shade(if v > 0.44 { skin } else { shirt }, 0.6 * light * cloth))
 }
 
-fn face(look: u32, yaw: f64, u: f64, v: f64) -> Option<Colour> {
+fn face(look: u32, yaw: f64, u: f64, v: f64) -> Option<Color> {
     let (skin, hair) = (pick(&SKIN, look, 1, 0), pick(&HAIR, look, 2, 0));
     let strand = 0.7 + 0.6 * octaves(look ^ 5, u * 30.0, v * 6.0, 3);
     if ellipse(u, v, 0.5, 0.55, 0.41, 0.44) > 1.0 {
@@ -220,7 +220,7 @@ fn face(look: u32, yaw: f64, u: f64, v: f64) -> Option<Colour> {
     Some(shade(mix(skin, [226.0, 130.0, 116.0], 0.3 * cheek), light * pores))
 }
 
-fn wheel(x: f64, y: f64, cx: f64, cy: f64, r: f64, cycles: f64) -> Option<Colour> {
+fn wheel(x: f64, y: f64, cx: f64, cy: f64, r: f64, cycles: f64) -> Option<Color> {
     let d = ellipse(x, y, cx, cy, r, r);
     if d > 1.0 {
         return None;
@@ -236,7 +236,7 @@ fn wheel(x: f64, y: f64, cx: f64, cy: f64, r: f64, cycles: f64) -> Option<Colour
     Some(if spoke { [200.0, 200.0, 204.0] } else { [92.0, 92.0, 98.0] })
 }
 
-fn car(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
+fn car(look: u32, u: f64, v: f64, aspect: f64) -> Option<Color> {
     let paint = pick(&PAINT, look, 1, 0);
     let x = u * aspect;
     for cx in [0.21, 0.79] {
@@ -287,7 +287,7 @@ fn car(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
     None
 }
 
-fn rear(look: u32, u: f64, v: f64) -> Option<Colour> {
+fn rear(look: u32, u: f64, v: f64) -> Option<Color> {
     let paint = pick(&PAINT, look, 1, 0);
     let out = (u - 0.5).abs();
     let gloss = 0.78 + 0.3 * (1.0 - v) + 0.14 * octaves(look ^ 3, u * 6.0, v * 6.0, 3);
@@ -317,7 +317,7 @@ fn rear(look: u32, u: f64, v: f64) -> Option<Colour> {
     Some(shade(paint, if (v - 0.46).abs() < 0.012 { 0.55 } else { gloss }))
 }
 
-fn rider(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
+fn rider(look: u32, u: f64, v: f64, aspect: f64) -> Option<Color> {
     let x = u * aspect;
     let at = |a: f64| a * aspect;
     let (paint, suit) = (pick(&PAINT, look, 1, 0), pick(&CLOTHES, look, 2, 0));
@@ -351,7 +351,7 @@ fn rider(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
     (ellipse(x, v, at(0.5), 0.74, 0.16, 0.1) < 1.0).then(|| shade([84.0, 84.0, 90.0], cloth))
 }
 
-fn ball(look: u32, u: f64, v: f64) -> Option<Colour> {
+fn ball(look: u32, u: f64, v: f64) -> Option<Color> {
     let d = ellipse(u, v, 0.5, 0.5, 0.495, 0.495);
     if d > 1.0 {
         return None;
@@ -373,7 +373,7 @@ fn ball(look: u32, u: f64, v: f64) -> Option<Colour> {
     Some(shade(c, light * (0.9 + 0.2 * octaves(look ^ 3, u * 20.0, v * 20.0, 2))))
 }
 
-fn fish(look: u32, phase: f64, u: f64, v: f64) -> Option<Colour> {
+fn fish(look: u32, phase: f64, u: f64, v: f64) -> Option<Color> {
     let (base, stripe) = (pick(&CLOTHES, look, 1, 0), pick(&CLOTHES, look, 2, 1));
     // The body bends more towards the tail, which is on the left.
     let bend = 0.13 * (1.0 - u) * (1.0 - u) * super::motion::sin_cos(phase + 0.4 * u).0;
@@ -396,7 +396,7 @@ fn fish(look: u32, phase: f64, u: f64, v: f64) -> Option<Colour> {
     Some(shade(c, light * scales * if gill { 0.55 } else { 1.0 }))
 }
 
-fn card(look: u32, u: f64, v: f64) -> Option<Colour> {
+fn card(look: u32, u: f64, v: f64) -> Option<Color> {
     let (paper, ink) = (pick(&PAINT, look, 1, 0), pick(&CLOTHES, look, 2, 0));
     let grain = 0.85 + 0.3 * octaves(look ^ 3, u * 12.0, v * 12.0, 3);
     if v < 0.24 {
@@ -411,7 +411,7 @@ fn card(look: u32, u: f64, v: f64) -> Option<Colour> {
     Some(shade(paper, grain * if line { 0.4 } else { 1.05 }))
 }
 
-fn post(look: u32, u: f64, v: f64) -> Option<Colour> {
+fn post(look: u32, u: f64, v: f64) -> Option<Color> {
     let bark = octaves(look, u * 5.0, v * 18.0, 4);
     let side = 1.0 - 2.2 * (u - 0.42) * (u - 0.42);
     let knot = smoothstep(0.7, 0.8, octaves(look ^ 2, u * 3.0, v * 9.0, 2));
@@ -419,7 +419,7 @@ fn post(look: u32, u: f64, v: f64) -> Option<Colour> {
     Some(shade(base, side * (0.55 + 0.8 * bark) * (1.0 - 0.5 * knot)))
 }
 
-fn bush(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
+fn bush(look: u32, u: f64, v: f64, aspect: f64) -> Option<Color> {
     let rough = 0.35 * (octaves(look, u * 7.0 * aspect, v * 7.0, 3) - 0.5);
     if ellipse(u, v, 0.5, 0.56, 0.48, 0.5) + rough > 0.98 {
         return None;
@@ -432,7 +432,7 @@ fn bush(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
     ))
 }
 
-fn hoarding(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
+fn hoarding(look: u32, u: f64, v: f64, aspect: f64) -> Option<Color> {
     let (base, ink) = (pick(&PAINT, look, 1, 0), pick(&CLOTHES, look, 2, 0));
     let dirt = 0.75 + 0.4 * octaves(look ^ 3, u * 6.0 * aspect, v * 8.0, 4);
     let rib = (u * aspect * 9.0).rem_euclid(1.0) < 0.12 || !(0.04..0.96).contains(&v);

@@ -1,9 +1,9 @@
 //! Backgrounds: a large picture, painted once a sequence, that the camera scrolls over.
 
-use super::noise::{Colour, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
+use super::noise::{Color, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
 use super::surveillance::places;
 
-/// What the scene plays in front of.
+/// Background of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ground {
     /// Houses, a pavement and a road.
@@ -93,7 +93,7 @@ impl Picture {
     }
 }
 
-const PLASTER: [Colour; 6] = [
+const PLASTER: [Color; 6] = [
     [196.0, 176.0, 140.0],
     [170.0, 110.0, 84.0],
     [188.0, 188.0, 180.0],
@@ -102,7 +102,7 @@ const PLASTER: [Colour; 6] = [
     [132.0, 120.0, 118.0],
 ];
 
-fn street(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+fn street(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
     let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 2) - 0.5;
     if v < 0.55 {
@@ -148,7 +148,7 @@ fn street(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
     if line { mix(asphalt, [226.0, 224.0, 214.0], 0.85) } else { asphalt }
 }
 
-fn meadow(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+fn meadow(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
     let hedge = 0.24 + 0.08 * octaves(seed ^ 1, x / 36.0, 0.0, 3);
     let leaves = octaves(seed ^ 2, x / 9.0, y / 8.0, 4);
@@ -171,7 +171,7 @@ fn meadow(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
     mix(grass, gravel, path)
 }
 
-fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
     let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 3);
     if v > 0.84 {
@@ -198,7 +198,7 @@ fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
     shade(brick, 0.6 + 0.4 * grain + 0.4 * weather)
 }
 
-fn room(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+fn room(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
     let grain = octaves(seed ^ 1, x / 4.0, y / 4.0, 2);
     if v > 0.82 {
@@ -249,7 +249,7 @@ fn room(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
     wall
 }
 
-const SPINES: [Colour; 7] = [
+const SPINES: [Color; 7] = [
     [150.0, 40.0, 40.0],
     [40.0, 70.0, 120.0],
     [60.0, 100.0, 70.0],
@@ -259,7 +259,7 @@ const SPINES: [Colour; 7] = [
     [60.0, 60.0, 66.0],
 ];
 
-fn water(seed: u32, x: f64, y: f64) -> Colour {
+fn water(seed: u32, x: f64, y: f64) -> Color {
     let bend = 14.0 * octaves(seed ^ 1, x / 60.0, y / 24.0, 3);
     let swell = octaves(seed ^ 2, (x + bend) / 70.0, (y + bend) / 14.0, 4);
     let ripple = octaves(seed ^ 3, (x + bend) / 13.0, (y + bend) / 4.0, 3);
@@ -269,7 +269,7 @@ fn water(seed: u32, x: f64, y: f64) -> Colour {
     mix(base, [228.0, 236.0, 236.0], 0.85 * crest)
 }
 
-fn plaza(seed: u32, x: f64, y: f64) -> Colour {
+fn plaza(seed: u32, x: f64, y: f64) -> Color {
     let row = (y / 17.0).floor();
     let along = x / 27.0 + unit(seed ^ 1, row as i32, 0);
     let (fu, fv) = (along - along.floor(), y / 17.0 - row);

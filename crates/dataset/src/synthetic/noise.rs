@@ -1,7 +1,7 @@
-//! Hashes of places, value noise made of them, and colours.
+//! Hashes of places, value noise made of them, and colors.
 
-/// A colour, red, green and blue in 0..=255.
-pub type Colour = [f64; 3];
+/// A color, red, green and blue in 0..=255.
+pub type Color = [f64; 3];
 
 /// 32 well mixed bits of a seed and a place (finaliser of MurmurHash3).
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
@@ -53,18 +53,18 @@ pub fn smoothstep(a: f64, b: f64, x: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
-/// Two colours mixed.
-pub fn mix(a: Colour, b: Colour, s: f64) -> Colour {
+/// Two colors mixed.
+pub fn mix(a: Color, b: Color, s: f64) -> Color {
     [lerp(a[0], b[0], s), lerp(a[1], b[1], s), lerp(a[2], b[2], s)]
 }
 
-/// A colour made brighter or darker.
-pub fn shade(c: Colour, factor: f64) -> Colour {
+/// A color made brighter or darker.
+pub fn shade(c: Color, factor: f64) -> Color {
     c.map(|v| v * factor)
 }
 
 /// One of a palette by hash.
-pub fn pick(palette: &[Colour], seed: u32, x: i32, y: i32) -> Colour {
+pub fn pick(palette: &[Color], seed: u32, x: i32, y: i32) -> Color {
     palette[hash(seed, x, y) as usize % palette.len()]
 }
 

@@ -2,18 +2,18 @@
 
 use super::actor::Kind;
 use super::ground::Ground;
-use super::scene::{Actor, Plan};
+use super::scene::{Actor, ScenePlan};
 
 const A: Actor = Actor::STILL;
-const P: Plan = Plan::EMPTY;
+const P: ScenePlan = ScenePlan::EMPTY;
 /// A walking person of about the size most plans use.
 const WALKER: Actor = Actor { kind: Kind::Person, size: (25.0, 74.0), cadence: 0.045, ..A };
 
 /// The sequences, in the order of their names.
 #[rustfmt::skip]
-pub const PLANS: &[Plan] = &[
+pub const PLANS: &[ScenePlan] = &[
     // A fish among fish of its kind.
-    Plan {
+    ScenePlan {
         name: "Aquarium",
         attributes: &["background-clutter", "deformation", "out-of-plane-rotation", "scale-change"],
         frames: 180, ground: Ground::Water,
@@ -38,7 +38,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A motorcycle that bushes hide in part.
-    Plan {
+    ScenePlan {
         name: "Bushes",
         attributes: &["background-clutter", "in-plane-rotation", "occlusion", "out-of-plane-rotation"],
         size: (360, 240), frames: 200, ground: Ground::Meadow,
@@ -62,7 +62,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A car seen from behind that drives off and is caught up with.
-    Plan {
+    ScenePlan {
         name: "CarAway",
         attributes: &["illumination-change", "occlusion", "scale-change"],
         frames: 220, ground: Ground::Street,
@@ -84,7 +84,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Two alike who walk together, seen by a camera that is thrown about.
-    Plan {
+    ScenePlan {
         name: "Couple",
         attributes: &["background-clutter", "deformation", "fast-motion", "scale-change"],
         frames: 150, ground: Ground::Street,
@@ -106,7 +106,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A crossing of people, one of them dressed like the target.
-    Plan {
+    ScenePlan {
         name: "Crowd",
         attributes: &["background-clutter", "deformation", "occlusion"],
         frames: 210, ground: Ground::Meadow,
@@ -129,7 +129,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A small face in a room that turns, behind which and before which others pass.
-    Plan {
+    ScenePlan {
         name: "Girl",
         attributes: &["in-plane-rotation", "occlusion", "out-of-plane-rotation", "scale-change"],
         size: (160, 120), frames: 250, ground: Ground::Room,
@@ -150,7 +150,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A face that jumps up and down before a camera too slow for it.
-    Plan {
+    ScenePlan {
         name: "Jumping",
         attributes: &["fast-motion", "motion-blur"],
         size: (352, 288), frames: 140, ground: Ground::Bricks,
@@ -164,7 +164,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A face under lights that go on and off, with a shadow over half of it.
-    Plan {
+    ScenePlan {
         name: "Lights",
         attributes: &["illumination-change", "in-plane-rotation", "out-of-plane-rotation", "scale-change"],
         frames: 200, ground: Ground::Room,
@@ -181,7 +181,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Somebody who walks behind a parked lorry, comes out and goes back.
-    Plan {
+    ScenePlan {
         name: "Lorry",
         attributes: &["deformation", "occlusion"],
         frames: 240, ground: Ground::Street,
@@ -198,7 +198,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A reader whom the magazine covers.
-    Plan {
+    ScenePlan {
         name: "Magazine",
         attributes: &["occlusion"],
         size: (352, 288), frames: 240, ground: Ground::Room,
@@ -216,7 +216,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Everything at once: distance, a tree, shadow, people.
-    Plan {
+    ScenePlan {
         name: "Marathon",
         attributes: &["background-clutter", "deformation", "illumination-change", "occlusion", "scale-change"],
         size: (480, 270), frames: 250, ground: Ground::Meadow,
@@ -242,7 +242,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A pan along a road with lamp posts before the car.
-    Plan {
+    ScenePlan {
         name: "Pan",
         attributes: &["motion-blur", "occlusion"],
         frames: 150, ground: Ground::Street,
@@ -261,7 +261,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A car that drives past parked cars of the same make.
-    Plan {
+    ScenePlan {
         name: "Parking",
         attributes: &["background-clutter", "fast-motion", "occlusion"],
         size: (352, 240), frames: 160, ground: Ground::Street,
@@ -287,7 +287,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A book that is turned, tilted, brought near, and swapped before another.
-    Plan {
+    ScenePlan {
         name: "Reader",
         attributes: &["background-clutter", "in-plane-rotation", "scale-change"],
         frames: 190, ground: Ground::Room,
@@ -305,7 +305,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Somebody who walks through bands of sun and shadow.
-    Plan {
+    ScenePlan {
         name: "Shade",
         attributes: &["deformation", "illumination-change", "occlusion"],
         frames: 180, ground: Ground::Plaza,
@@ -322,7 +322,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A motorcycle that turns over in the air.
-    Plan {
+    ScenePlan {
         name: "Somersault",
         attributes: &["background-clutter", "illumination-change", "in-plane-rotation", "motion-blur"],
         size: (400, 225), frames: 160, ground: Ground::Bricks,
@@ -335,7 +335,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Travellers before a wall.
-    Plan {
+    ScenePlan {
         name: "Subway",
         attributes: &["background-clutter", "deformation", "occlusion"],
         size: (352, 288), frames: 175, ground: Ground::Bricks,
@@ -357,7 +357,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A ball that is hit to and fro.
-    Plan {
+    ScenePlan {
         name: "Tennis",
         attributes: &["fast-motion", "in-plane-rotation", "motion-blur"],
         frames: 190, ground: Ground::Meadow,
@@ -373,7 +373,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // A few pixels of a person, far away.
-    Plan {
+    ScenePlan {
         name: "Tower",
         attributes: &["background-clutter", "low-resolution", "occlusion"],
         size: (360, 240), frames: 200, ground: Ground::Plaza,
@@ -393,7 +393,7 @@ pub const PLANS: &[Plan] = &[
         ..P
     },
     // Somebody who walks up and down behind two pillars.
-    Plan {
+    ScenePlan {
         name: "Walker",
         attributes: &["deformation", "occlusion"],
         frames: 180, ground: Ground::Bricks,

@@ -19,15 +19,15 @@ use std::sync::{Arc, OnceLock};
 /// One thing that is drawn, and its path.
 #[derive(Debug, Clone, Copy)]
 pub struct Actor {
-    /// What it is.
+    /// Kind of the object.
     pub kind: Kind,
-    /// Which individual: colours and patterns.
+    /// Which individual: colors and patterns.
     pub look: u32,
     /// Width and height in pixels at scale 1.
     pub size: (f64, f64),
-    /// World column of its centre.
+    /// World column of its center.
     pub x: Curve,
-    /// World row of its centre.
+    /// World row of its center.
     pub y: Curve,
     /// Magnification, 1 by default.
     pub scale: Curve,
@@ -83,7 +83,7 @@ impl Actor {
 
 /// Everything about a sequence.
 #[derive(Debug, Clone, Copy)]
-pub struct Plan {
+pub struct ScenePlan {
     /// Name of the sequence.
     pub name: &'static str,
     /// Attributes of the whole sequence, sorted.
@@ -94,11 +94,11 @@ pub struct Plan {
     pub frames: usize,
     /// Background.
     pub ground: Ground,
-    /// What is drawn before the target, in this order.
+    /// Objects drawn before the target, in this order.
     pub behind: &'static [Actor],
     /// The target.
     pub target: Actor,
-    /// What is drawn over the target.
+    /// Objects drawn over the target.
     pub front: &'static [Actor],
     /// World column of the frame's left border, 0 by default.
     pub camera_x: Curve,
@@ -115,13 +115,13 @@ pub struct Plan {
     /// Part of the frame interval during which the shutter is open; 0 for no motion blur, above 1 for
     /// more blur than a real shutter gives.
     pub exposure: f64,
-    /// Amplitude of the sensor noise, largest deviation in grey levels.
+    /// Amplitude of the sensor noise, largest deviation in gray levels.
     pub noise: f64,
     /// Ground truth as the turned box (VOT) instead of an upright rectangle (OTB).
     pub polygon: bool,
 }
 
-impl Plan {
+impl ScenePlan {
     /// A plan to be completed.
     pub const EMPTY: Self = Self {
         name: "",
@@ -146,7 +146,7 @@ impl Plan {
 
 /// A plan that can be rendered. Background and sprites are painted when the first frame is asked for.
 struct Scene {
-    plan: Plan,
+    plan: ScenePlan,
     seed: u32,
     assets: OnceLock<Assets>,
 }
@@ -160,7 +160,7 @@ struct Assets {
 }
 
 /// The finest division of a frame's exposure.
-const MOST_SUBFRAMES: usize = 8;
+const MAX_SUBFRAMES: usize = 8;
 
 impl Scene {
     fn camera(&self, t: f64) -> (f64, f64) {
@@ -232,7 +232,7 @@ impl Scene {
         let (p, q) = (self.plan.target.pose_at(t - half, a), self.plan.target.pose_at(t + half, b));
         let travel =
             [b.0 - a.0, b.1 - a.1, q.x - p.x, q.y - p.y].map(f64::abs).into_iter().fold(0.0, f64::max);
-        ((travel / 1.5).ceil() as usize).clamp(1, MOST_SUBFRAMES)
+        ((travel / 1.5).ceil() as usize).clamp(1, MAX_SUBFRAMES)
     }
 
     fn truth(&self, t: usize) -> Region {
@@ -245,7 +245,7 @@ impl Scene {
         Region::Rect(Rect::new(snap(pose.x - rx), snap(pose.y - ry), snap(2.0 * rx), snap(2.0 * ry)))
     }
 
-    /// How much of the target lies behind something, 0 to 1, over an 8 x 8 grid in its box.
+    /// Share of the target behind other objects, 0 to 1, over an 8 x 8 grid in its box.
     fn occluded(&self, t: usize) -> f64 {
         let t = t as f64;
         let camera = self.camera(t);
@@ -262,7 +262,7 @@ impl Scene {
         f64::from(covered) / 64.0
     }
 
-    /// Brightness at the target's centre.
+    /// Brightness at the target's center.
     fn brightness(&self, t: f64) -> f64 {
         let p = &self.plan;
         at(p.light, t, 1.0) * self.shadow_gain(at(p.target.x, t, 0.0), t)
@@ -304,7 +304,7 @@ impl Scene {
     }
 }
 
-/// The attributes a frame of `synthetic-vot` can have. Of the target's centre, size and brightness:
+/// The attributes a frame of `synthetic-vot` can have. Of the target's center, size and brightness:
 ///
 /// * `occlusion`: more than a fifth of its box is behind something;
 /// * `illum_change`: its brightness differs from that of frame 0 by a quarter;
@@ -361,7 +361,7 @@ impl Scene {
 
 /// The sequence of a plan. Its `digest` is the SHA-256 of the names and `version`, which stand for the
 /// pixels: a test sees to it that the version is raised when they change.
-pub fn sequence(suite: &str, version: u32, plan: &Plan) -> Sequence {
+pub fn sequence(suite: &str, version: u32, plan: &ScenePlan) -> Sequence {
     let bits = seed(0, &["synthetic", suite, plan.name]);
     let scene = Scene { plan: *plan, seed: (bits ^ (bits >> 32)) as u32, assets: OnceLock::new() };
     let truth = (0..plan.frames).map(|t| Some(scene.truth(t))).collect();

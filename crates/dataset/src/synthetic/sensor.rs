@@ -5,7 +5,7 @@ use super::noise::hash;
 /// Unity in the fixed-point numbers of gains.
 const ONE: i32 = 256;
 
-/// Multiplies the columns of `rgb` by `gains` (256 is 1) and adds noise of at most `noise` (0 to 100) grey
+/// Multiplies the columns of `rgb` by `gains` (256 is 1) and adds noise of at most `noise` (0 to 100) gray
 /// levels, triangular on both sides of 0, from a hash of `seed` and the place.
 pub fn expose(rgb: &mut [u8], gains: &[i32], noise: f64, seed: u32) {
     let width = gains.len();
@@ -55,7 +55,7 @@ pub fn expose(rgb: &mut [u8], gains: &[i32], noise: f64, seed: u32) {
 mod tests {
     use super::*;
 
-    /// Grey 128, `gain` everywhere.
+    /// Gray 128, `gain` everywhere.
     fn exposed(gain: i32, noise: f64) -> Vec<u8> {
         let mut rgb = vec![128; 3 * 300 * 100];
         expose(&mut rgb, &[gain; 300], noise, 7);

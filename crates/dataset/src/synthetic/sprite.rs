@@ -1,7 +1,7 @@
 //! Sprites: small pictures with transparency, drawn moved, scaled and turned.
 
 use super::motion::sin_cos;
-use super::noise::Colour;
+use super::noise::Color;
 
 /// A sprite at full, half, quarter ... resolution.
 pub struct Sprite {
@@ -15,12 +15,12 @@ struct Level {
     rgba: Vec<[f32; 4]>,
 }
 
-/// Where a sprite is drawn: its centre in frame pixels, its size there and its turn.
+/// Placement of a sprite: its center in frame pixels, its size there and its turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// Centre column.
+    /// Center column.
     pub x: f64,
-    /// Centre row.
+    /// Center row.
     pub y: f64,
     /// Width before turning.
     pub w: f64,
@@ -60,9 +60,9 @@ impl Pose {
 }
 
 impl Sprite {
-    /// Paints a sprite of `width` x `height` pixels; `paint` gives the colour at `(u, v)` in the box,
+    /// Paints a sprite of `width` x `height` pixels; `paint` gives the color at `(u, v)` in the box,
     /// `None` for transparent. Four samples a pixel smooth the edges.
-    pub fn paint(width: usize, height: usize, paint: impl Fn(f64, f64) -> Option<Colour>) -> Self {
+    pub fn paint(width: usize, height: usize, paint: impl Fn(f64, f64) -> Option<Color>) -> Self {
         let mut pixels = Vec::with_capacity(width * height);
         for j in 0..height {
             for i in 0..width {
@@ -218,7 +218,7 @@ fn mean(above: &[[f32; 4]], below: &[[f32; 4]], i: usize, fx: f32, fy: f32) -> [
     out
 }
 
-/// Lays a premultiplied colour over a pixel.
+/// Lays a premultiplied color over a pixel.
 fn blend(pixel: &mut [u8], [r, g, b, a]: [f32; 4]) {
     if a > 0.5 {
         let keep = 1.0 - a / 255.0;

@@ -5,16 +5,16 @@
 //! CAVIAR, PETS2001, PETS2010, CLEMSON, VISOR, AVSS2007, TRECVID and MIT TRAFFIC; which clips, frames and
 //! targets they are is not published. These suites have the same numbers of targets, about as many frames,
 //! the same three types of target (`target-car`, `target-person`, `target-face`) and the difficulties that
-//! the paper names: total and partial occlusion by scenery and by others, clutter of similar colours, changes
-//! of light and of scale; limbs swing and heads turn, so that a target's own colours change too. **None of the
+//! the paper names: total and partial occlusion by scenery and by others, clutter of similar colors, changes
+//! of light and of scale; limbs swing and heads turn, so that a target's own colors change too. **None of the
 //! paper's video is in them**, and no number found on them is a number about the paper's sets.
 //!
 //! How they differ: cameras stand still but for a few pans; every target is annotated in every frame, also
 //! where it is hidden (the paper does not say what it does there); it is whole and in full view in the first
 //! 25 frames; textures and gaits are simpler than in video. `synthetic-d1` has more people and cars of the
-//! target's own colours about, so that a lost colour tracker often finds something, at times the target again;
+//! target's own colors about, so that a lost color tracker often finds something, at times the target again;
 //! `synthetic-d2` has calmer scenes with fewer look-alikes and longer ways behind scenery, after which a
-//! tracker stays lost. They were set so that a colour particle filter with the paper's parameters changes
+//! tracker stays lost. They were set so that a color particle filter with the paper's parameters changes
 //! between "no overlap with the ground truth" and "some overlap" about as often a target as the paper counts
 //! (1.21 on D1, 0.92 on D2). The suites have 18 targets in 3630 frames and 51 in 7560.
 //!
@@ -29,24 +29,24 @@ pub mod places;
 use super::actor::Kind;
 use super::ground::Ground;
 use super::motion::{Curve, at};
-use super::scene::{Actor, Plan};
+use super::scene::{Actor, ScenePlan};
 use crate::lock::{self, RenderedEntry};
 use std::sync::OnceLock;
 
-/// What happens in a sequence. Frames are 0-based, lengths and places in pixels.
+/// Script of a sequence. Frames are 0-based, lengths and places in pixels.
 #[derive(Debug, Clone, Copy)]
 struct Script {
     /// Its name, as in `datasets.lock`.
     name: &'static str,
-    /// Where it plays.
+    /// Its background.
     ground: Ground,
-    /// What the target is.
+    /// Kind of the target.
     kind: Kind,
     /// Which individual.
     look: u32,
     /// Width and height of the target at scale 1.
     size: (f64, f64),
-    /// Frame, column and row of the target's centre.
+    /// Frame, column and row of the target's center.
     path: &'static [(f64, f64, f64)],
     /// Magnification of the target.
     scale: Curve,
@@ -56,7 +56,7 @@ struct Script {
     turn: Curve,
     /// For cars that drive to the left.
     mirrored: bool,
-    /// Who and what else is there, from far to near.
+    /// The other people and objects, from far to near.
     others: &'static [Other],
     /// World column of the frame's left border.
     camera: Curve,
@@ -64,7 +64,7 @@ struct Script {
     light: Curve,
     /// World column of the middle of a shadow, and its width.
     shadow: (Curve, f64),
-    /// Largest deviation of the sensor noise in grey levels.
+    /// Largest deviation of the sensor noise in gray levels.
     noise: f64,
 }
 
@@ -98,10 +98,10 @@ const CAR: Script = Script { kind: Kind::Car, size: (62.0, 30.0), ..S };
 /// A head of a person in a room.
 const HEAD: Script = Script { kind: Kind::Head, ground: Ground::Room, size: (38.0, 48.0), ..S };
 
-/// Somebody or something beside the target.
+/// A person or an object beside the target.
 #[derive(Debug, Clone, Copy)]
 struct Other {
-    /// What it is; of the target's kind and size where it is not said.
+    /// Kind and size; without them, those of the target.
     own: Option<(Kind, (f64, f64))>,
     look: u32,
     scale: f64,
@@ -110,7 +110,7 @@ struct Other {
     before: bool,
 }
 
-/// Where somebody else is.
+/// Place of a person or an object.
 #[derive(Debug, Clone, Copy)]
 enum Course {
     /// Always at this place.
@@ -165,7 +165,7 @@ const fn along(look: u32, dx: Curve, dy: Curve) -> Other {
     Other::new(None, look, Course::Along(dx, dy))
 }
 
-/// Where the target is at frame `t`.
+/// Place of the target at frame `t`.
 type Way = (Curve, Curve);
 
 /// Kept for as long as the program runs, as the plans are that point to it.
@@ -249,7 +249,7 @@ fn with_shoulders(head: Actor, (x, y): Way, frames: f64) -> Vec<Actor> {
 }
 
 /// The plan of a script with the facts that `datasets.lock` has.
-fn plan(script: &Script, entry: &'static RenderedEntry) -> Plan {
+fn plan(script: &Script, entry: &'static RenderedEntry) -> ScenePlan {
     let column =
         |pick: fn(&(f64, f64, f64)) -> f64| kept(script.path.iter().map(|p| (p.0, pick(p))).collect());
     let way: Way = (column(|p| p.1), column(|p| p.2));
@@ -274,7 +274,7 @@ fn plan(script: &Script, entry: &'static RenderedEntry) -> Plan {
     let front: Vec<Actor> = cast(true).flat_map(|o| o.cast(script, way, length)).collect();
     let words = crate::sorted(lock::attribute_words(&entry.attributes, Some(entry.target_type)));
     let attributes: Vec<&'static str> = words.into_iter().map(|word| &*word.leak()).collect();
-    Plan {
+    ScenePlan {
         name: script.name,
         attributes: attributes.leak(),
         size: entry.size,
@@ -288,26 +288,26 @@ fn plan(script: &Script, entry: &'static RenderedEntry) -> Plan {
         shadow: script.shadow.0,
         shadow_width: script.shadow.1,
         noise: script.noise,
-        ..Plan::EMPTY
+        ..ScenePlan::EMPTY
     }
 }
 
 /// The plans of the suite `name`: a script for each entry of `datasets.lock`, in its order.
-fn plans(name: &str, scripts: &'static [Script]) -> Vec<Plan> {
+fn plans(name: &str, scripts: &'static [Script]) -> Vec<ScenePlan> {
     let entries = lock::rendered_entries(name);
     let script = |e: &'static RenderedEntry| scripts.iter().find(|s| s.name == e.name).map(|s| plan(s, e));
     entries.iter().filter_map(script).collect()
 }
 
 /// The plans of `synthetic-d1`.
-pub fn d1() -> &'static [Plan] {
-    static PLANS: OnceLock<Vec<Plan>> = OnceLock::new();
+pub fn d1() -> &'static [ScenePlan] {
+    static PLANS: OnceLock<Vec<ScenePlan>> = OnceLock::new();
     PLANS.get_or_init(|| plans("synthetic-d1", d1::SCRIPTS))
 }
 
 /// The plans of `synthetic-d2`.
-pub fn d2() -> &'static [Plan] {
-    static PLANS: OnceLock<Vec<Plan>> = OnceLock::new();
+pub fn d2() -> &'static [ScenePlan] {
+    static PLANS: OnceLock<Vec<ScenePlan>> = OnceLock::new();
     PLANS.get_or_init(|| plans("synthetic-d2", d2::SCRIPTS))
 }
 

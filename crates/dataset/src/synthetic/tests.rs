@@ -1,4 +1,4 @@
-use super::scene::{Actor, Plan};
+use super::scene::{Actor, ScenePlan};
 use super::*;
 use crate::Frames;
 use crate::image::Frame;
@@ -67,7 +67,7 @@ fn suites_are_well_formed() {
         for (t, region) in q.truth.iter().enumerate() {
             let region = region.as_ref().unwrap();
             assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == RenderLayout::Vot);
-            // The target's centre never leaves the frame.
+            // The target's center never leaves the frame.
             let (x, y) = region.rect().center();
             let inside = (0.0..f.width() as f64).contains(&x) && (0.0..f.height() as f64).contains(&y);
             assert!(inside, "{} {t}: {x} {y}", q.name);
@@ -120,8 +120,8 @@ fn frames_do_not_depend_on_the_order() {
 fn the_truth_is_where_the_target_is() {
     for suite in SUITES {
         suite.plans().par_iter().for_each(|plan| {
-            let bare = Plan { front: &[], light: &[], shadow: &[], exposure: 0.0, noise: 0.0, ..*plan };
-            let gone = Plan { target: Actor { x: &[(0.0, -1e5)], ..bare.target }, ..bare };
+            let bare = ScenePlan { front: &[], light: &[], shadow: &[], exposure: 0.0, noise: 0.0, ..*plan };
+            let gone = ScenePlan { target: Actor { x: &[(0.0, -1e5)], ..bare.target }, ..bare };
             let with = scene::sequence(suite.name, VERSION, &bare);
             let without = scene::sequence(suite.name, VERSION, &gone);
             for t in [0, plan.frames / 3, plan.frames / 2, plan.frames - 1] {

@@ -2,15 +2,15 @@
 
 use super::actor::Kind;
 use super::ground::Ground;
-use super::scene::{Actor, Plan};
+use super::scene::{Actor, ScenePlan};
 
 const A: Actor = Actor::STILL;
-const P: Plan = Plan { polygon: true, ..Plan::EMPTY };
+const P: ScenePlan = ScenePlan { polygon: true, ..ScenePlan::EMPTY };
 
 /// The sequences, in the order of their names.
 #[rustfmt::skip]
-pub const PLANS: &[Plan] = &[
-    Plan {
+pub const PLANS: &[ScenePlan] = &[
+    ScenePlan {
         name: "ball",
         frames: 180, ground: Ground::Plaza,
         target: Actor { kind: Kind::Ball, look: 7, size: (36.0, 36.0),
@@ -22,7 +22,7 @@ pub const PLANS: &[Plan] = &[
         shake: 1.5, exposure: 0.5,
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "bicycle",
         frames: 200, ground: Ground::Street,
         target: Actor { kind: Kind::Rider, look: 25, size: (54.0, 46.0),
@@ -40,7 +40,7 @@ pub const PLANS: &[Plan] = &[
         shake: 1.5,
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "car",
         size: (360, 240), frames: 190, ground: Ground::Street,
         behind: &[
@@ -60,7 +60,7 @@ pub const PLANS: &[Plan] = &[
         shadow: &[(0.0, 150.0)],
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "diver",
         size: (320, 256), frames: 170, ground: Ground::Water,
         target: Actor { kind: Kind::Person, look: 111, size: (28.0, 82.0),
@@ -72,7 +72,7 @@ pub const PLANS: &[Plan] = &[
         exposure: 0.4,
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "face",
         frames: 200, ground: Ground::Room,
         target: Actor { kind: Kind::Face, look: 33, size: (56.0, 70.0),
@@ -89,7 +89,7 @@ pub const PLANS: &[Plan] = &[
         light: &[(0.0, 1.0), (40.0, 1.0), (60.0, 0.5), (100.0, 0.6), (130.0, 1.2), (200.0, 1.0)],
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "fish",
         frames: 190, ground: Ground::Water,
         behind: &[
@@ -108,7 +108,7 @@ pub const PLANS: &[Plan] = &[
         ],
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "motocross",
         size: (360, 240), frames: 180, ground: Ground::Meadow,
         target: Actor { kind: Kind::Rider, look: 36, size: (70.0, 56.0), x: &[(0.0, 70.0), (180.0, 900.0)],
@@ -128,7 +128,7 @@ pub const PLANS: &[Plan] = &[
         shake: 2.0, exposure: 0.5,
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "poster",
         frames: 160, ground: Ground::Bricks,
         target: Actor { kind: Kind::Card, look: 54, size: (56.0, 70.0),
@@ -139,7 +139,7 @@ pub const PLANS: &[Plan] = &[
         shake: 1.0,
         ..P
     },
-    Plan {
+    ScenePlan {
         name: "walking",
         frames: 210, ground: Ground::Meadow,
         behind: &[

@@ -56,7 +56,7 @@ impl Results {
             .map_err(|_| store::StoreError::new(&spec, "is not UTF-8 text"))?;
         let mut catalog = Catalog::default();
         if manifest.files.contains_key(USER_SUITES) {
-            let suites = read_whole(folder, &manifest, USER_SUITES, text::LARGEST_TEXT)?;
+            let suites = read_whole(folder, &manifest, USER_SUITES, text::MAX_TEXT_BYTES)?;
             catalog.add_file(&folder.join(USER_SUITES), &suites)?;
         }
         let experiment = spec::parse_with(&spec.display().to_string(), &text, &catalog, None)?;

@@ -11,7 +11,7 @@
 //! </dataset>
 //! ```
 //!
-//! `xc`, `yc` are the centre, `w`, `h` the size, in pixels; four zeros stand for an object that is not annotated.
+//! `xc`, `yc` are the center, `w`, `h` the size, in pixels; four zeros stand for an object that is not annotated.
 //! Everything else (groups, appearance, roles, hypotheses of CAVIAR) is passed over. The document is read tag
 //! by tag; its size, depth and number of boxes are limited, and entities of its own are refused, so that no
 //! document takes more memory than its own size warrants.
@@ -24,13 +24,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Deepest nesting of elements; CVML needs 8.
-const DEEPEST: usize = 32;
+const MAX_DEPTH: usize = 32;
 
 /// Most boxes of a file; the longest of CAVIAR has some thousands.
-const MOST_BOXES: usize = 1_000_000;
+const MAX_BOXES: usize = 1_000_000;
 
 /// Largest coordinate and size, in pixels.
-const LARGEST: f64 = 1e6;
+const MAX_COORDINATE: f64 = 1e6;
 
 /// Largest frame number.
 const LAST_FRAME: u32 = 10_000_000;
@@ -72,7 +72,7 @@ impl Annotation {
     }
 }
 
-/// What an open element is.
+/// Kind of an open element.
 #[derive(Clone, Copy, PartialEq)]
 enum Open {
     Dataset,
@@ -141,8 +141,8 @@ struct State {
 impl State {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
         let name = tag.name().into_inner();
-        if self.open.len() == DEEPEST {
-            return Err(format!("elements nested more than {DEEPEST} deep"));
+        if self.open.len() == MAX_DEPTH {
+            return Err(format!("elements nested more than {MAX_DEPTH} deep"));
         }
         let element = match (self.open.last(), name) {
             (None, _) if self.closed => return Err("text after the end of the document".into()),
@@ -204,8 +204,8 @@ impl State {
         }
         self.has_box = true;
         self.boxes += 1;
-        if self.boxes > MOST_BOXES {
-            return Err(format!("more than {MOST_BOXES} boxes"));
+        if self.boxes > MAX_BOXES {
+            return Err(format!("more than {MAX_BOXES} boxes"));
         }
         let [xc, yc, w, h] = [pixels(tag, "xc")?, pixels(tag, "yc")?, pixels(tag, "w")?, pixels(tag, "h")?];
         if [xc, yc, w, h] == [0.0; 4] {
@@ -246,7 +246,7 @@ fn pixels(tag: &BytesStart<'_>, key: &str) -> Result<f64, String> {
         .trim()
         .parse()
         .map_err(|_| format!("{key} is `{}`, which is no number", text::shorten(&value)))?;
-    if !number.is_finite() || number.abs() > LARGEST {
+    if !number.is_finite() || number.abs() > MAX_COORDINATE {
         return Err(format!("{key} is {}; no image has such a pixel", text::shorten(&value)));
     }
     Ok(number)

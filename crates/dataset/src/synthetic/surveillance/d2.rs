@@ -265,7 +265,7 @@ pub const SCRIPTS: &[Script] = &[
         path: &[(0.0, 50.0, 138.0), (75.0, 140.0, 140.0), (150.0, 270.0, 138.0)],
         others: &[vehicle(Kind::Hoarding, 6, 100.0, (3.2, 0.0), (170.0, 96.0))],
         ..S },
-    // Two others of other colours cross.
+    // Two others of other colors cross.
     Script { name: "person-trio", ground: Ground::Plaza, look: 106,
         path: &[(0.0, 60.0, 110.0), (75.0, 150.0, 124.0), (150.0, 250.0, 112.0)],
         others: &[crosses(110, 60.0, (-1.4, 0.5)), crosses(106, 90.0, (-1.0, -0.8))],

@@ -1,9 +1,9 @@
 //! Figures that only the surveillance suites have: heads, shoulders, cars from above, plain walls.
 
 use super::super::motion::sin_cos;
-use super::super::noise::{Colour, mix, octaves, pick, shade, smoothstep, unit};
+use super::super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
 
-const SHIRTS: [Colour; 8] = [
+const SHIRTS: [Color; 8] = [
     [52.0, 70.0, 128.0],
     [164.0, 52.0, 50.0],
     [214.0, 212.0, 206.0],
@@ -13,11 +13,11 @@ const SHIRTS: [Colour; 8] = [
     [92.0, 132.0, 176.0],
     [196.0, 160.0, 72.0],
 ];
-const SKIN: [Colour; 4] =
+const SKIN: [Color; 4] =
     [[226.0, 178.0, 148.0], [204.0, 150.0, 116.0], [156.0, 106.0, 76.0], [236.0, 194.0, 166.0]];
-const HAIR: [Colour; 5] =
+const HAIR: [Color; 5] =
     [[46.0, 34.0, 28.0], [98.0, 62.0, 34.0], [182.0, 146.0, 88.0], [32.0, 30.0, 32.0], [150.0, 146.0, 142.0]];
-const PAINT: [Colour; 9] = [
+const PAINT: [Color; 9] = [
     [172.0, 34.0, 36.0],
     [38.0, 72.0, 146.0],
     [212.0, 212.0, 210.0],
@@ -34,7 +34,7 @@ const PAINT: [Colour; 9] = [
 /// The box is a sphere pressed into an ellipse. A place on it, turned back, says what is there: hair on
 /// the back and above the hair line, else skin with eyes, nose and mouth. So skin gives way to hair as
 /// the head turns.
-pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Colour> {
+pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Color> {
     let (skin, hair) = (pick(&SKIN, look, 1, 0), pick(&HAIR, look, 2, 0));
     let (x, y) = ((u - 0.5) / 0.485, (v - 0.5) / 0.49);
     let rest = 1.0 - x * x - y * y;
@@ -82,7 +82,7 @@ pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Colour> {
 }
 
 /// What is below a head, from the neck to the knees; mostly the shoulders are in view.
-pub fn shoulders(look: u32, u: f64, v: f64) -> Option<Colour> {
+pub fn shoulders(look: u32, u: f64, v: f64) -> Option<Color> {
     let (skin, shirt) = (pick(&SKIN, look, 1, 0), pick(&SHIRTS, look, 5, 0));
     let out = (u - 0.5).abs();
     if v < 0.07 && out < 0.11 {
@@ -105,7 +105,7 @@ pub fn shoulders(look: u32, u: f64, v: f64) -> Option<Colour> {
 }
 
 /// A car from above, its bonnet to the right; about twice as long as wide.
-pub fn roof(look: u32, u: f64, v: f64) -> Option<Colour> {
+pub fn roof(look: u32, u: f64, v: f64) -> Option<Color> {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     let (a2, b2) = (a * a, b * b);
     if a2 * a2 * a2 + b2 * b2 * b2 > 0.98 {
@@ -135,9 +135,9 @@ pub fn roof(look: u32, u: f64, v: f64) -> Option<Colour> {
     Some(shade(paint, gloss * if seam { 0.6 } else { lit }))
 }
 
-/// A plain wall, kiosk or bridge deck: slabs of one colour with stains.
-pub fn wall(look: u32, u: f64, v: f64, aspect: f64) -> Option<Colour> {
-    const STONE: [Colour; 4] =
+/// A plain wall, kiosk or bridge deck: slabs of one color with stains.
+pub fn wall(look: u32, u: f64, v: f64, aspect: f64) -> Option<Color> {
+    const STONE: [Color; 4] =
         [[150.0, 148.0, 142.0], [124.0, 120.0, 114.0], [172.0, 160.0, 138.0], [112.0, 118.0, 126.0]];
     let stain = 0.78 + 0.4 * octaves(look ^ 3, u * 5.0 * aspect, v * 5.0, 4);
     let joint = (u * aspect * 3.0).rem_euclid(1.0) < 0.03 || (v * 3.0).rem_euclid(1.0) < 0.04;

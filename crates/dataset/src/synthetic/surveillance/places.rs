@@ -1,9 +1,9 @@
 //! Places that only the surveillance suites have: a road from above and a station's hall.
 
-use super::super::noise::{Colour, mix, octaves, pick, shade, smoothstep, unit};
+use super::super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
 
 /// Four lanes from above between pavements and lawn.
-pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
+pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
     let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 2) - 0.5;
     let out = (v - 0.5).abs();
@@ -37,8 +37,8 @@ pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
 }
 
 /// A hall with shop windows along its far wall and a floor of polished tiles.
-pub fn hall(seed: u32, x: f64, y: f64, scale: f64) -> Colour {
-    const SIGNS: [Colour; 5] = [
+pub fn hall(seed: u32, x: f64, y: f64, scale: f64) -> Color {
+    const SIGNS: [Color; 5] = [
         [150.0, 60.0, 56.0],
         [60.0, 92.0, 132.0],
         [196.0, 172.0, 96.0],

@@ -14,15 +14,15 @@ fn suite(name: &str) -> &'static RenderedSuite {
 }
 
 /// Without light and noise, so that a pixel is what is drawn there.
-fn bare(plan: &Plan) -> Plan {
-    Plan { light: &[], shadow: &[], noise: 0.0, ..*plan }
+fn bare(plan: &ScenePlan) -> ScenePlan {
+    ScenePlan { light: &[], shadow: &[], noise: 0.0, ..*plan }
 }
 
-fn without_target(plan: &Plan) -> Plan {
-    Plan { target: Actor { x: &[(0.0, -1e5)], ..plan.target }, ..*plan }
+fn without_target(plan: &ScenePlan) -> ScenePlan {
+    ScenePlan { target: Actor { x: &[(0.0, -1e5)], ..plan.target }, ..*plan }
 }
 
-fn sequence(plan: &Plan) -> Sequence {
+fn sequence(plan: &ScenePlan) -> Sequence {
     scene::sequence("test", VERSION, plan)
 }
 
@@ -90,7 +90,7 @@ fn a_target_is_what_its_entry_says() {
 fn starts_in_full_view() {
     for name in NAMES {
         suite(name).plans().par_iter().for_each(|plan| {
-            let alone = Plan { front: &[], ..bare(plan) };
+            let alone = ScenePlan { front: &[], ..bare(plan) };
             let [all, all_gone, own, own_gone] =
                 [bare(plan), without_target(&bare(plan)), alone, without_target(&alone)]
                     .map(|p| sequence(&p));
@@ -107,7 +107,7 @@ fn starts_in_full_view() {
 }
 
 /// How many frames the target is wholly hidden, counted on every fourth one.
-fn hidden(plan: &Plan) -> usize {
+fn hidden(plan: &ScenePlan) -> usize {
     let (with, without) = (sequence(&bare(plan)), sequence(&without_target(&bare(plan))));
     (0..plan.frames).step_by(4).filter(|&t| frame(&with, t) == frame(&without, t)).count() * 4
 }
