@@ -73,10 +73,10 @@ pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError>
 ///
 /// # Errors
 /// As [`decode`] and [`lines`], and errors of `read_line`.
-pub fn rows<T>(
+pub fn rows<T, E: Into<String>>(
     path: &Path,
     bytes: &[u8],
-    read_line: impl Fn(&str) -> Result<T, String>,
+    read_line: impl Fn(&str) -> Result<T, E>,
 ) -> Result<Vec<T>, DatasetError> {
     let rows = lines(path, decode(path, bytes)?)?;
     rows.into_iter().map(|(n, row)| read_line(row).map_err(|m| DatasetError::line(path, n, m))).collect()
@@ -104,19 +104,36 @@ pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, Da
     }
 }
 
-/// The numbers of one line; `NaN` and `inf` are numbers here.
+/// Why a line is no list of numbers.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NumbersError {
+    /// Nothing stands between two separators.
+    #[error("an empty column; write one number between two separators")]
+    EmptyColumn,
+    /// A word, shortened, that is no number.
+    #[error("`{0}` is no number")]
+    NotANumber(String),
+}
+
+impl From<NumbersError> for String {
+    fn from(error: NumbersError) -> Self {
+        error.to_string()
+    }
+}
+
+/// The numbers of one line, separated by commas, semicolons or blanks; `NaN` and `inf` are numbers here.
 ///
 /// # Errors
-/// A message about the first word that is no number, or about an empty column.
-pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
+/// The first word that is no number, or an empty column.
+pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
     let mut values = Vec::with_capacity(8);
     for column in line.split([',', ';']) {
         let mut words = column.split_whitespace().peekable();
         if words.peek().is_none() {
-            return Err("an empty column; write one number between two separators".into());
+            return Err(NumbersError::EmptyColumn);
         }
         for word in words {
-            values.push(word.parse().map_err(|_| format!("`{}` is no number", shorten(word)))?);
+            values.push(word.parse().map_err(|_| NumbersError::NotANumber(shorten(word)))?);
         }
     }
     Ok(values)

@@ -55,7 +55,7 @@ pub fn parse_from(
             Some(region) => Ok(TrackerState { region, status, posterior: None }),
             None => Err(fault("the run does not begin with an initialization (a line `1`)")),
         };
-        let values = text::numbers(row).map_err(|m| fault(&m))?;
+        let values = text::numbers(row).map_err(|e| fault(&e.to_string()))?;
         states.push(match values[..] {
             [1.0] => match truth {
                 Some(region) => TrackerState::initialized(region.clone()),
