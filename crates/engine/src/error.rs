@@ -20,7 +20,7 @@ impl From<TrackerError> for CellError {
     fn from(e: TrackerError) -> Self {
         match e {
             TrackerError::Missing(m) => Self::Missing(m),
-            TrackerError::Broken(m) => Self::Failed(m),
+            broken => Self::Failed(broken.to_string()),
         }
     }
 }

@@ -29,7 +29,7 @@ mod conformance;
 #[cfg(test)]
 mod testing;
 
-use crate::dataset::Sequence;
+use crate::dataset::{DatasetError, Sequence};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError};
 use crate::region::Region;
@@ -92,12 +92,27 @@ impl TrackerState {
 }
 
 /// Why a tracker gave no track.
-#[derive(Debug, Clone, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum TrackerError {
-    /// Its result files are not there.
+    /// Its result files or its program are absent.
     #[error("{0}")]
     Missing(String),
-    /// Its result files, or it itself, are at fault.
+    /// Its result files have faults.
+    #[error(transparent)]
+    Results(#[from] DatasetError),
+    /// Its program did not answer in a frame.
+    #[error("{program}: frame {frame} of {sequence}: {source}")]
+    Program {
+        /// Name of the program in `plugins.toml`.
+        program: String,
+        /// Number of the frame, as the dataset counts.
+        frame: u64,
+        /// Name of the sequence.
+        sequence: String,
+        /// The fault.
+        source: process::ProgramFault,
+    },
+    /// The tracker itself broke.
     #[error("{0}")]
     Broken(String),
 }

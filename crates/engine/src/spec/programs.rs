@@ -176,10 +176,12 @@ version = "2026-01"
         let other = programs.find("other").unwrap();
         assert_eq!((other.protocol, other.deterministic), (Protocol::Trax, false));
         assert_eq!((other.start_timeout.as_secs(), other.answer_timeout.as_secs()), (30, 30));
-        let unknown = programs.find("my-traker").unwrap_err();
+        let unknown = programs.find("my-traker").unwrap_err().to_string();
         assert_eq!(unknown, "plugins.toml: unknown program `my-traker`; did you mean `my-tracker`?");
-        assert!(read("").unwrap().find("x").unwrap_err().contains("plugins.toml names none"));
-        assert!(Programs::default().find("x").unwrap_err().contains("there is no plugins.toml here"));
+        assert!(read("").unwrap().find("x").unwrap_err().to_string().contains("plugins.toml names none"));
+        assert!(
+            Programs::default().find("x").unwrap_err().to_string().contains("there is no plugins.toml here")
+        );
     }
 
     #[test]

@@ -60,13 +60,15 @@
 //! outlives this one, however that ends (on Unix; what leaves its process group is not found).
 
 mod child;
+mod fault;
 mod images;
 mod peer;
 mod programs;
 #[cfg(test)]
 mod tests;
 
-pub use programs::{Program, Programs, Protocol, Regions};
+pub use fault::ProgramFault;
+pub use programs::{Program, Programs, Protocol, Regions, UnknownProgram};
 
 use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::Frames;
@@ -121,9 +123,9 @@ impl TrackerConfig for Process {
     }
 
     fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        let found = programs.find(&self.params.program);
-        self.program =
-            Some(found.map_err(|message| ParamError { message, key: Some("program"), span: None })?);
+        let unknown =
+            |e: UnknownProgram| ParamError { message: e.to_string(), key: Some("program"), span: None };
+        self.program = Some(programs.find(&self.params.program).map_err(unknown)?);
         Ok(())
     }
 
@@ -175,10 +177,10 @@ struct Place {
 
 impl Place {
     /// The error of a fault in the frame of an index.
-    fn error(&self, index: usize, fault: String) -> TrackerError {
-        let Self { program, sequence, first } = self;
-        let number = u64::from(*first) + index as u64;
-        TrackerError::Broken(format!("{program}: frame {number} of {sequence}: {fault}"))
+    fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
+        let (program, sequence) = (self.program.clone(), self.sequence.clone());
+        let frame = u64::from(self.first) + index as u64;
+        TrackerError::Program { program, frame, sequence, source }
     }
 }
 

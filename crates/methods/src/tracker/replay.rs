@@ -33,7 +33,7 @@
 //!
 //! All files are read at the start, whose answer is the file's first state, whatever region it is given.
 
-use super::results::{Base, Boxes, got10k, official_span, otb_json, otb_text, vot};
+use super::results::{Base, BoxError, Boxes, got10k, official_span, otb_json, otb_text, vot};
 use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::image::Frame;
@@ -101,8 +101,8 @@ impl Replay {
     /// The states of every frame of a sequence in one run.
     ///
     /// # Errors
-    /// [`TrackerError::Missing`] where no file or no data root is there, [`TrackerError::Broken`] where the
-    /// file is at fault.
+    /// [`TrackerError::Missing`] without a file or a data root, [`TrackerError::Broken`] if there are two files,
+    /// [`TrackerError::Results`] for a file with faults.
     pub fn read(
         &self,
         sequence: &Sequence,
@@ -110,7 +110,7 @@ impl Replay {
         data_root: Option<&Path>,
     ) -> Result<Vec<TrackerState>, TrackerError> {
         let source = self.find(sequence, run, data_root)?;
-        self.states(&source, sequence, run).map_err(|e| TrackerError::Broken(e.to_string()))
+        Ok(self.states(&source, sequence, run)?)
     }
 
     fn states(
@@ -206,7 +206,7 @@ impl Replay {
                 (Err(_), Some(region)) if self.0.without_area == WithoutArea::Repeat => {
                     TrackerState { region, status: Status::Skipped, posterior: None }
                 }
-                (Err(message), _) => return Err(DatasetError::content(path, message)),
+                (Err(e), _) => return Err(DatasetError::content(path, e.to_string())),
             });
         }
         Ok(states)
@@ -256,7 +256,8 @@ fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Res
         }
     };
     let regions = rows.into_iter().map(|(line, row)| {
-        Region::from_numbers(&row).map(|r| base.to_zero(r)).map_err(|e| format!("line {line}: {e}"))
+        let at = || format!("line {line}");
+        Region::from_numbers(&row).map(|r| base.to_zero(r)).map_err(|source| BoxError { at: at(), source })
     });
     Ok(Boxes { first: start, regions: regions.collect() })
 }

@@ -1,6 +1,6 @@
-//! Result files of trackers: who writes them how, and which frame each line belongs to.
+//! Result files of trackers: their formats, and the frame that each line belongs to.
 //!
-//! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with a box that is no
+//! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with numbers that are not a
 //! box, is an error that names the file and the line or entry.
 
 pub mod got10k;
@@ -12,15 +12,62 @@ pub mod write;
 pub use otb_text::{Base, parse_boxes, read_boxes};
 
 use crate::dataset::Numbering;
-use crate::region::Region;
+use crate::region::{Region, RegionError};
 
 /// A tracker's regions from some frame on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boxes {
     /// The dataset's number of the first frame.
     pub first: u32,
-    /// One region a frame, 0-based; an `Err` says why the numbers are none.
-    pub regions: Vec<Result<Region, String>>,
+    /// One region per frame, in 0-based pixels, or the error in its numbers.
+    pub regions: Vec<Result<Region, BoxError>>,
+}
+
+/// Numbers of a result file that do not make a region.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{at}: {source}")]
+pub struct BoxError {
+    /// Place in the file.
+    pub at: String,
+    /// The error in the numbers.
+    pub source: RegionError,
+}
+
+/// Why the frames of a result cannot be told.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum AlignError {
+    /// Both readings fit.
+    #[error(
+        "frames {start} to {end} may be the dataset's own numbers or counted from 1; give results of the whole \
+         official range {first} to {last}"
+    )]
+    Ambiguous {
+        /// First frame that the result states.
+        start: u32,
+        /// Last frame that the result states.
+        end: u32,
+        /// First official frame.
+        first: u32,
+        /// Last official frame.
+        last: u32,
+    },
+    /// Neither reading fits.
+    #[error(
+        "frames {start} to {end} lie neither in the official range {first} to {last} nor, counted from 1, in 1 to \
+         {span}"
+    )]
+    Outside {
+        /// First frame that the result states.
+        start: u32,
+        /// Last frame that the result states.
+        end: u32,
+        /// First official frame.
+        first: u32,
+        /// Last official frame.
+        last: u32,
+        /// Number of official frames.
+        span: u64,
+    },
 }
 
 /// The dataset's number of a result's first frame, from the numbers the result states.
@@ -30,26 +77,20 @@ pub struct Boxes {
 /// the official range are taken where only one of the two readings lies inside it.
 ///
 /// # Errors
-/// A message when neither reading fits or both do.
-pub fn align((start, end): (u32, u32), numbering: Numbering) -> Result<u32, String> {
+/// When neither reading fits or both do.
+pub fn align((start, end): (u32, u32), numbering: Numbering) -> Result<u32, AlignError> {
     let (first, last) = numbering.official;
     let span = official_span(numbering);
-    let own = start >= first && end <= last;
+    let by_dataset = start >= first && end <= last;
     let from_one = start >= 1 && u64::from(end) <= span;
-    match (own, from_one) {
+    match (by_dataset, from_one) {
         (true, _) if first == 1 => Ok(start),
         (true, false) => Ok(start),
         (false, true) => Ok(first + (start - 1)),
         (true, true) if end == last => Ok(start),
         (true, true) if u64::from(end) == span => Ok(first + (start - 1)),
-        (true, true) => Err(format!(
-            "frames {start} to {end} may be the dataset's own numbers or counted from 1; \
-             give results of the whole official range {first} to {last}"
-        )),
-        (false, false) => Err(format!(
-            "frames {start} to {end} lie neither in the official range {first} to {last} nor, counted \
-             from 1, in 1 to {span}"
-        )),
+        (true, true) => Err(AlignError::Ambiguous { start, end, first, last }),
+        (false, false) => Err(AlignError::Outside { start, end, first, last, span }),
     }
 }
 

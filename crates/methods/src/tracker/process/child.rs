@@ -1,10 +1,11 @@
-//! A child process that is asked and answers, and that may do anything instead.
+//! A child process that gets lines and answers them, and that may misbehave in any way.
 //!
-//! Its three streams have a thread each, so that nothing here waits longer than it wants to; what is held
-//! of them is bounded. The process leads a group of its own. A small shell guards the group: it waits for
-//! the end of its stdin, a pipe that only we hold, then kills the group and deletes the folder of images. So
-//! the end of this process, whatever its cause, is the end of the child, and killing it is closing the pipe.
+//! Each of its three streams has a thread, so that no call here waits longer than its time limit; buffers are
+//! bounded. The process leads a group of its own. A small shell guards the group: it waits for
+//! the end of its stdin, a pipe that only this program holds, then kills the group and deletes the folder of images. So
+//! the end of this program, whatever its cause, ends the child, and closing the pipe kills it.
 
+use super::fault::ProgramFault;
 use crate::dataset::text::{shorten_to, visible};
 use std::collections::VecDeque;
 use std::io::{BufReader, Read, Write};
@@ -14,40 +15,41 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TryS
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// So many bytes of stderr are remembered, and so many lines and characters a line are told.
+/// Bytes of stderr that are kept, and lines and characters per line that messages quote.
 const MAX_STDERR_BYTES: usize = 4 << 10;
 const MAX_LINES: usize = 5;
 const MAX_LINE_CHARS: usize = 200;
-/// Messages on their way to it or from it; there is one at a time, unless it does what it should not.
+/// Messages under way to it or from it; there is one at a time, unless it misbehaves.
 const MAX_QUEUED: usize = 4;
-/// How long a process may take to end after it was asked to, or after its stdout has.
+/// Time that a process has to end after it was asked to, or after its stdout has ended.
 const GRACE: Duration = Duration::from_secs(2);
-/// How long the end of stderr is waited for, which a process that has left the group may hold open.
+/// Time limit of waiting for the end of stderr, which a process that has left the group may hold open.
 const STDERR_GRACE: Duration = Duration::from_millis(300);
 const TICK: Duration = Duration::from_millis(5);
 
-/// A child whose answers are `T`.
+/// A child process whose answers are of type `T`.
 pub struct Child<T> {
     process: std::process::Child,
     guard: Option<Guard>,
     ask: Option<SyncSender<String>>,
-    answers: Receiver<Result<T, String>>,
+    answers: Receiver<Result<T, ProgramFault>>,
     stderr: Arc<Mutex<VecDeque<u8>>>,
     stderr_ended: Receiver<()>,
 }
 
 impl<T: Send + 'static> Child<T> {
-    /// Starts it. `read` takes one answer from its stdout, `None` at the end; `folder` is deleted if we die.
+    /// Starts the process. `read` takes one answer from its stdout, `None` at the end; `folder` is deleted if this
+    /// program dies.
     pub fn start(
         mut command: Command,
         folder: &Path,
-        mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, String>> + Send + 'static,
-    ) -> Result<Self, String> {
+        mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, ProgramFault>> + Send + 'static,
+    ) -> Result<Self, ProgramFault> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let name = command.get_program().to_string_lossy().into_owned();
-        let mut process = command.spawn().map_err(|e| format!("cannot start `{name}`: {e}"))?;
+        let mut process = command.spawn().map_err(|source| ProgramFault::Start { program: name, source })?;
         let guard = Guard::new(process.id(), folder);
         let (ask, asked) = sync_channel::<String>(MAX_QUEUED);
         let (answer, answers) = sync_channel(MAX_QUEUED);
@@ -55,7 +57,7 @@ impl<T: Send + 'static> Child<T> {
         let stderr = Arc::new(Mutex::new(VecDeque::new()));
         if let Some(mut stdin) = process.stdin.take() {
             std::thread::spawn(move || {
-                // Writing fails when it reads no more; that it then does not answer is noticed.
+                // Writing fails when the process reads no more; the missing answer is noticed elsewhere.
                 while let Ok(line) = asked.recv() {
                     if stdin.write_all(line.as_bytes()).and_then(|()| stdin.flush()).is_err() {
                         break;
@@ -84,14 +86,14 @@ impl<T: Send + 'static> Child<T> {
         Ok(Self { process, guard, ask: Some(ask), answers, stderr, stderr_ended })
     }
 
-    /// Sends a line that is not answered.
-    pub fn tell(&mut self, line: String) -> Result<(), String> {
+    /// Sends a line without waiting for the answer.
+    pub fn send(&mut self, line: String) -> Result<(), ProgramFault> {
         match self.answers.try_recv() {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
-            Ok(Err(said)) => return Err(self.fault(said)),
+            Ok(Err(e)) => return Err(self.fault(e.to_string())),
             Ok(Ok(_)) => {
-                let twice = "it answered without being asked; one answer a frame was expected";
-                return Err(self.fault(twice.into()));
+                let unasked = "it answered without being asked; one answer a frame was expected";
+                return Err(self.fault(unasked.into()));
             }
         }
         match self.ask.as_ref().map(|ask| ask.try_send(line)) {
@@ -100,11 +102,11 @@ impl<T: Send + 'static> Child<T> {
         }
     }
 
-    /// The next answer, `expected` in words.
-    pub fn hear(&mut self, expected: &str, within: Duration) -> Result<T, String> {
-        let said = match self.answers.recv_timeout(within) {
+    /// Waits for the next answer; `expected` describes it in messages.
+    pub fn receive(&mut self, expected: &str, within: Duration) -> Result<T, ProgramFault> {
+        let message = match self.answers.recv_timeout(within) {
             Ok(Ok(answer)) => return Ok(answer),
-            Ok(Err(said)) => format!("{said}; expected {expected}"),
+            Ok(Err(e)) => format!("{e}; expected {expected}"),
             Err(RecvTimeoutError::Timeout) => {
                 format!("no answer within {} s; expected {expected}", within.as_secs_f64())
             }
@@ -113,11 +115,11 @@ impl<T: Send + 'static> Child<T> {
                 None => format!("it closed its stdout; expected {expected}"),
             },
         };
-        Err(self.fault(said))
+        Err(self.fault(message))
     }
 
-    /// Kills it and adds its last words to what is said of it.
-    pub fn fault(&mut self, said: String) -> String {
+    /// Kills the process; the error is `message` with the last lines of its stderr.
+    pub fn fault(&mut self, message: String) -> ProgramFault {
         self.kill();
         let _ = self.stderr_ended.recv_timeout(STDERR_GRACE);
         let bytes: Vec<u8> =
@@ -126,16 +128,16 @@ impl<T: Send + 'static> Child<T> {
         let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
         let last = &lines[lines.len().saturating_sub(MAX_LINES)..];
         if last.is_empty() {
-            return said;
+            return ProgramFault::Conduct(message);
         }
         let last: Vec<_> = last.iter().map(|l| shorten_to(&visible(l.trim_end()), MAX_LINE_CHARS)).collect();
-        format!("{said}; its stderr ends with: {}", last.join(" | "))
+        ProgramFault::Conduct(format!("{message}; its stderr ends with: {}", last.join(" | ")))
     }
 
-    /// Asks it to end, and waits a moment for that.
+    /// Sends `line`, which asks the process to end, and gives it [`GRACE`].
     pub fn quit(&mut self, line: String) {
         let Some(ask) = self.ask.take() else { return };
-        // Its stdin is closed behind the line.
+        // Its stdin is closed after the line.
         if ask.try_send(line).is_ok() {
             drop(ask);
             self.ended(GRACE);
@@ -143,11 +145,11 @@ impl<T: Send + 'static> Child<T> {
         self.kill();
     }
 
-    /// How it ended, if it does within a time.
+    /// The exit status, if it ends within a time.
     fn ended(&mut self, within: Duration) -> Option<ExitStatus> {
         let end = Instant::now() + within;
         loop {
-            // It may be waiting for room to say something more.
+            // It may be blocked on a full pipe.
             while self.answers.try_recv().is_ok() {}
             match self.process.try_wait() {
                 Ok(Some(status)) => return Some(status),
@@ -162,7 +164,7 @@ impl<T> Child<T> {
     fn kill(&mut self) {
         self.ask = None;
         drop(self.guard.take());
-        // Where there is no guard; a process that has ended already is not harmed.
+        // Needed if there is no guard; harmless if the process has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
@@ -174,7 +176,7 @@ impl<T> Drop for Child<T> {
     }
 }
 
-/// Keeps the end of a stream.
+/// Reads a stream to its end and keeps its last bytes.
 fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
     let mut buffer = [0; 8 << 10];
     loop {
@@ -191,20 +193,20 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
     }
 }
 
-/// Kills a process group when it is dropped, or when we are gone.
+/// Kills a process group when it is dropped, or when this program dies.
 struct Guard {
     shell: std::process::Child,
 }
 
 impl Guard {
-    /// `None` where there is no such shell.
+    /// `None` if the shell cannot be started.
     #[cfg(unix)]
     fn new(group: u32, folder: &Path) -> Option<Self> {
         use std::os::unix::process::CommandExt as _;
         const SCRIPT: &str = r#"while read -r _; do :; done; kill -s KILL -- "-$1"; rm -rf -- "$2""#;
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", SCRIPT, "sh", &group.to_string()]).arg(folder).current_dir("/");
-        // A group of its own, too: Ctrl-C on the terminal is not meant for it.
+        // In a group of its own as well, since Ctrl-C on the terminal must not end it.
         shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
         Some(Self { shell: shell.spawn().ok()? })
     }

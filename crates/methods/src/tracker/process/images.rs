@@ -1,12 +1,13 @@
-//! Frames as files that a program can be told of.
+//! Image files of frames, for programs that read images by path.
 
+use super::fault::ProgramFault;
 use crate::image::{Frame, encode_png};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// So many written frames are kept, the one being asked about among them.
-const KEPT: usize = 2;
+/// Number of written frames that are kept, the newest included.
+const MAX_WRITTEN: usize = 2;
 
 /// A temporary folder for frames without a file.
 pub struct Images {
@@ -17,31 +18,30 @@ pub struct Images {
 
 impl Images {
     /// An empty folder.
-    pub fn new() -> Result<Self, String> {
+    pub fn new() -> Result<Self, ProgramFault> {
         let folder = tempfile::Builder::new().prefix("trackfail-frames-").tempdir();
-        let folder = folder.map_err(|e| format!("no temporary folder for its images: {e}"))?;
-        Ok(Self { folder, written: VecDeque::new(), count: 0 })
+        Ok(Self { folder: folder.map_err(ProgramFault::Folder)?, written: VecDeque::new(), count: 0 })
     }
 
-    /// The folder.
+    /// The folder that the frames are written to.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// A path that stands for the frame: its file, where it has one whose path can be said on a line.
-    pub fn path(&mut self, file: Option<&Path>, frame: &Frame) -> Result<PathBuf, String> {
+    /// Path of an image of the frame: its own file if the path has no control characters, else a new PNG file.
+    pub fn path(&mut self, file: Option<&Path>, frame: &Frame) -> Result<PathBuf, ProgramFault> {
         let file = file.and_then(|file| std::path::absolute(file).ok());
         if let Some(file) = file.filter(|f| f.to_str().is_some_and(|t| !t.contains(char::is_control))) {
             return Ok(file);
         }
-        while self.written.len() >= KEPT {
-            // What cannot be removed now goes with the folder.
+        while self.written.len() >= MAX_WRITTEN {
+            // A file that cannot be removed now is deleted with the folder.
             let _ = self.written.pop_front().map(std::fs::remove_file);
         }
         let path = self.folder.path().join(format!("{:08}.png", self.count));
-        let told = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-        let bytes = encode_png(frame).map_err(|e| told(&e))?;
-        std::fs::write(&path, bytes).map_err(|e| told(&e))?;
+        let bytes =
+            encode_png(frame).map_err(|source| ProgramFault::Encode { path: path.clone(), source })?;
+        std::fs::write(&path, bytes).map_err(|source| ProgramFault::Write { path: path.clone(), source })?;
         self.count += 1;
         self.written.push_back(path.clone());
         Ok(path)

@@ -1,6 +1,7 @@
-//! The two protocols, on our side.
+//! The client's side of the two protocols.
 
 use super::child::Child;
+use super::fault::ProgramFault;
 use super::programs::{Program, Protocol, Regions};
 use crate::dataset::text::{shorten_to, visible};
 use crate::region::Region;
@@ -10,19 +11,19 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// A program that is talked to. Errors are in words, and the program is dead after one.
+/// A running program. After an error it is dead.
 pub trait Peer: Send {
-    /// Starts (again) on an image.
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String>;
+    /// Starts tracking on an image.
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault>;
 
-    /// The next image.
-    fn frame(&mut self, image: &Path) -> Result<Region, String>;
+    /// Tracks the target in the next image.
+    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault>;
 }
 
-/// Starts a program; `folder` is deleted if we die.
-pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, String> {
-    let Some((name, arguments)) = program.command.split_first() else { return Err("no command".into()) };
-    // A bare name is looked for on the PATH, all others from the folder.
+/// Starts a program; `folder` is deleted if this program dies.
+pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, ProgramFault> {
+    let Some((name, arguments)) = program.command.split_first() else { return Err(ProgramFault::NoCommand) };
+    // A bare name is looked up on the PATH, all others are relative to the folder.
     let is_bare = Path::new(name).components().count() == 1 && !name.contains('/');
     let mut command = match is_bare {
         true => Command::new(name),
@@ -43,30 +44,33 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
     }
 }
 
-/// What a program is told of a region.
-fn as_told(region: &Region, regions: Regions) -> Region {
+/// The region in the form that a program reads.
+fn as_sent(region: &Region, regions: Regions) -> Region {
     match regions {
         Regions::Rectangle => Region::Rect(region.rect()),
         Regions::Polygon => Region::Polygon(region.corners()),
     }
 }
 
-/// Longest answer in lines, in bytes.
+/// Longest answer in the lines protocol, in bytes.
 const MAX_LINE_BYTES: u64 = 16 << 10;
 
 /// The next line without its end.
-fn read_line(stream: &mut impl BufRead) -> Option<Result<String, String>> {
+fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
     let mut bytes = Vec::new();
     match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
-        Err(e) => return Some(Err(format!("its stdout broke: {e}"))),
+        Err(e) => return Some(Err(ProgramFault::Conduct(format!("its stdout broke: {e}")))),
         Ok(0) => return None,
         Ok(n) if n as u64 == MAX_LINE_BYTES => {
-            return Some(Err(format!("received a line of {MAX_LINE_BYTES} bytes and more")));
+            let message = format!("received a line of {MAX_LINE_BYTES} bytes and more");
+            return Some(Err(ProgramFault::Conduct(message)));
         }
         Ok(_) => {}
     }
-    let line = String::from_utf8(bytes).map_err(|e| received(&String::from_utf8_lossy(e.as_bytes())));
-    Some(line.map(|line| line.trim_end().to_string()))
+    let not_text = |e: std::string::FromUtf8Error| {
+        ProgramFault::Conduct(received(&String::from_utf8_lossy(e.as_bytes())))
+    };
+    Some(String::from_utf8(bytes).map(|line| line.trim_end().to_string()).map_err(not_text))
 }
 
 fn received(text: &str) -> String {
@@ -80,22 +84,22 @@ struct Lines {
     regions: Regions,
 }
 
-/// What an answer looks like.
+/// Form of an answer, for messages.
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence behind";
 
 impl Lines {
-    fn ask(&mut self, line: String) -> Result<Region, String> {
-        self.child.tell(line)?;
-        let answer = self.child.hear(LINE, self.within)?;
+    fn ask(&mut self, line: String) -> Result<Region, ProgramFault> {
+        self.child.send(line)?;
+        let answer = self.child.receive(LINE, self.within)?;
         self.within = self.later;
         parse_answer(&answer).map_err(|why| {
-            let said = format!("{} ({why}); expected {LINE}", received(&answer));
-            self.child.fault(said)
+            let message = format!("{} ({why}); expected {LINE}", received(&answer));
+            self.child.fault(message)
         })
     }
 }
 
-/// The region of an answer; its confidence is only checked.
+/// The region of an answer, or why there is none; its confidence is only checked.
 fn parse_answer(line: &str) -> Result<Region, String> {
     let mut words = line.split_whitespace();
     let region = words.next().ok_or("an empty line")?;
@@ -115,12 +119,12 @@ fn parse_answer(line: &str) -> Result<Region, String> {
 }
 
 impl Peer for Lines {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String> {
-        let region = trax::numbers(&as_told(region, self.regions));
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault> {
+        let region = trax::numbers(&as_sent(region, self.regions));
         self.ask(format!("init\t{}\t{region}\n", image.display()))
     }
 
-    fn frame(&mut self, image: &Path) -> Result<Region, String> {
+    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault> {
         self.ask(format!("frame\t{}\n", image.display()))
     }
 }
@@ -139,43 +143,43 @@ struct Trax {
 }
 
 impl Trax {
-    fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, String> {
-        let read = |stream: &mut _| trax::Reader::new(stream).read().map_err(|e| e.to_string()).transpose();
+    fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, ProgramFault> {
+        let read = |stream: &mut _| trax::Reader::new(stream).read().map_err(ProgramFault::from).transpose();
         let mut child = Child::start(command, folder, read)?;
         let expected = "`hello` of a TraX tracker, version 1 to 4";
-        let hello = match child.hear(expected, program.start_timeout)? {
+        let hello = match child.receive(expected, program.start_timeout)? {
             Message::Hello(hello) => hello,
             other => return Err(child.fault(format!("{}; expected {expected}", in_words(&other)))),
         };
         let knows = |list: &[String], word: &str| list.iter().any(|w| w == word);
         if !knows(&hello.images, "path") {
             let images = listed(&hello.images.join(", "));
-            let said = format!("it reads images as {images}; expected `path` among them");
-            return Err(child.fault(said));
+            let message = format!("it reads images as {images}; expected `path` among them");
+            return Err(child.fault(message));
         }
         if !knows(&hello.regions, "rectangle") && !knows(&hello.regions, "polygon") {
             let regions = listed(&hello.regions.join(", "));
-            let said = format!("it reads regions as {regions}; expected rectangle or polygon");
-            return Err(child.fault(said));
+            let message = format!("it reads regions as {regions}; expected rectangle or polygon");
+            return Err(child.fault(message));
         }
         let channels = hello.properties.get("trax.channels").map_or("", String::as_str);
         if channels.split(';').any(|channel| !channel.is_empty() && !channel.eq_ignore_ascii_case("color")) {
-            let said = format!("it needs the image channels {}; expected `color` alone", listed(channels));
-            return Err(child.fault(said));
+            let message = format!("it needs the image channels {}; expected `color` alone", listed(channels));
+            return Err(child.fault(message));
         }
         Ok(Self { child, within: program.answer_timeout, hello, last: None })
     }
 
-    fn tell(&mut self, message: &Message) -> Result<(), String> {
+    fn send(&mut self, message: &Message) -> Result<(), ProgramFault> {
         let line = trax::write(message).map_err(|e| self.child.fault(e.to_string()))?;
-        self.child.tell(line)
+        self.child.send(line)
     }
 
-    fn hear(&mut self) -> Result<Region, String> {
+    fn receive(&mut self) -> Result<Region, ProgramFault> {
         let expected = "`state` with a rectangle or polygon";
-        let region = match self.child.hear(expected, self.within)? {
+        let region = match self.child.receive(expected, self.within)? {
             Message::TrackerState { answer: Answer::Region(region), .. } => region,
-            // The tracker has no place to tell.
+            // A code has no region.
             Message::TrackerState { answer: Answer::Code(code), .. } => match &self.last {
                 Some(last) => last.clone(),
                 None => {
@@ -189,12 +193,12 @@ impl Trax {
     }
 }
 
-/// What it lists, for messages.
+/// Words from the program, quoted for messages.
 fn listed(words: &str) -> String {
     format!("`{}`", visible(&shorten_to(words, 80)))
 }
 
-/// A message of another kind than was expected.
+/// Describes a message of another kind than was expected.
 fn in_words(message: &Message) -> String {
     match message {
         Message::Quit { properties } => match properties.get("trax.reason") {
@@ -211,26 +215,26 @@ fn in_words(message: &Message) -> String {
 }
 
 impl Peer for Trax {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, String> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault> {
         let reads = |word: &str| self.hello.regions.iter().any(|w| w == word);
         let polygon = matches!(region, Region::Polygon(_)) && reads("polygon") || !reads("rectangle");
-        let told = as_told(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
-        self.last = Some(told.clone());
+        let sent = as_sent(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
+        self.last = Some(sent.clone());
         let (image, properties) = (image.to_path_buf(), Properties::new());
         if self.hello.version < 4 {
-            self.tell(&Message::Initialize { image: Some(image), region: told, properties })?;
+            self.send(&Message::Initialize { image: Some(image), region: sent, properties })?;
         } else {
             let initialize =
-                Message::Initialize { image: None, region: told, properties: properties.clone() };
-            self.tell(&initialize)?;
-            self.tell(&Message::Frame { image, properties })?;
+                Message::Initialize { image: None, region: sent, properties: properties.clone() };
+            self.send(&initialize)?;
+            self.send(&Message::Frame { image, properties })?;
         }
-        self.hear()
+        self.receive()
     }
 
-    fn frame(&mut self, image: &Path) -> Result<Region, String> {
-        self.tell(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
-        self.hear()
+    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault> {
+        self.send(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
+        self.receive()
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a program speaks.
+/// Protocol between this program and another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
@@ -20,7 +20,7 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// The word for it.
+    /// The word for it in `plugins.toml`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Trax => "trax",
@@ -29,48 +29,48 @@ impl Protocol {
     }
 }
 
-/// What regions a program reads that speaks lines.
+/// Form of the regions that a program reads in the lines protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Regions {
     /// `x,y,w,h`.
     #[default]
     Rectangle,
-    /// Corners.
+    /// Corners, `x1,y1,x2,y2,...`.
     Polygon,
 }
 
-/// A program, checked.
+/// A checked program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// What experiments call it.
+    /// Its name in experiments.
     pub name: String,
-    /// Program and arguments, at least one.
+    /// Program and arguments, at least one word.
     pub command: Vec<String>,
-    /// Where it is started, absolute.
+    /// Absolute path of the folder that it is started in.
     pub folder: PathBuf,
-    /// What it speaks.
+    /// Its protocol.
     pub protocol: Protocol,
     /// Raised by its owner whenever its answers change.
     pub version: String,
-    /// Longest time until it is ready.
+    /// Time limit until it is ready.
     pub start_timeout: Duration,
-    /// Longest time until it has answered to a frame.
+    /// Time limit of an answer to a frame.
     pub answer_timeout: Duration,
-    /// What it reads, where it speaks lines.
+    /// Form of the regions that it reads, in the lines protocol.
     pub regions: Regions,
     /// Whether its answers depend neither on the seed nor on the run.
     pub deterministic: bool,
-    /// Added to the environment.
+    /// Variables that are added to the environment.
     pub environment: BTreeMap<String, String>,
-    /// Files whose bytes are part of a track's address, absolute.
+    /// Absolute paths of the files whose bytes are part of a track's address.
     pub digest: Vec<PathBuf>,
 }
 
 /// The programs of one file.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
-    /// The file as the user named it; empty where there is none.
+    /// The file as the user named it; empty if there is none.
     pub file: String,
     /// Its programs, sorted by name.
     pub list: Vec<Arc<Program>>,
@@ -80,20 +80,51 @@ impl Programs {
     /// A program by name.
     ///
     /// # Errors
-    /// In words, with the nearest name there is.
-    pub fn find(&self, name: &str) -> Result<Arc<Program>, String> {
+    /// When there is no program of this name.
+    pub fn find(&self, name: &str) -> Result<Arc<Program>, UnknownProgram> {
         if let Some(program) = self.list.iter().find(|p| p.name == name) {
             return Ok(program.clone());
         }
-        let name = shorten_to(name, 64);
-        if self.list.is_empty() {
-            let file = if self.file.is_empty() { "there is no plugins.toml here" } else { &self.file };
-            return Err(format!(
-                "unknown program `{name}`: {file}{}; programs are named in a file of one's own, see --plugins",
-                if self.file.is_empty() { "" } else { " names none" },
-            ));
-        }
-        let unknown = plugin::unknown("program", &name, self.list.iter().map(|p| p.name.as_str()));
-        Err(format!("{}: {unknown}", self.file))
+        let (name, file) = (shorten_to(name, 64), self.file.clone());
+        Err(match (file.is_empty(), self.list.is_empty()) {
+            (true, _) => UnknownProgram::NoFile { name },
+            (false, true) => UnknownProgram::NoneNamed { name, file },
+            (false, false) => {
+                let known = self.list.iter().map(|p| p.name.as_str());
+                UnknownProgram::OthersNamed { file, message: plugin::unknown("program", &name, known) }
+            }
+        })
     }
+}
+
+/// Why a program cannot be found.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnknownProgram {
+    /// There is no file of programs.
+    #[error(
+        "unknown program `{name}`: there is no plugins.toml here; programs are named in a file of one's own, see \
+         --plugins"
+    )]
+    NoFile {
+        /// The name.
+        name: String,
+    },
+    /// The file names no program.
+    #[error(
+        "unknown program `{name}`: {file} names none; programs are named in a file of one's own, see --plugins"
+    )]
+    NoneNamed {
+        /// The name.
+        name: String,
+        /// The file of programs.
+        file: String,
+    },
+    /// The file names others.
+    #[error("{file}: {message}")]
+    OthersNamed {
+        /// The file of programs.
+        file: String,
+        /// The name, with the nearest one or all that there are.
+        message: String,
+    },
 }

@@ -5,8 +5,8 @@
 //!    "res": [[x, y, w, h], ...], ... }]
 //! ```
 //!
-//! `rect` boxes count pixels from 1, unless the caller says otherwise. `ivtAff` and `affine_ivt` rows are six affine values `p` that map a
-//! template of `tmplsize` = `(w, h)` into the image, as that code draws them:
+//! `rect` boxes count pixels from 1, unless the caller gives another [`Base`]. `ivtAff` and `affine_ivt` rows are six
+//! affine values `p` that map a template of `tmplsize` = `(w, h)` into the image, as that code draws them:
 //!
 //! ```text
 //! corner(u, v) = (p1 + p3 u + p4 v, p2 + p5 u + p6 v)      u = -w/2, w/2     v = -h/2, h/2
@@ -15,7 +15,7 @@
 //! Trackers start with the center at `x + w/2` of the 1-based box, so the corners are 1-based like the box
 //! and are shifted by one like it. Other kinds of rows are refused.
 
-use super::{Base, Boxes, align};
+use super::{Base, BoxError, Boxes, align};
 use crate::dataset::{DatasetError, Numbering, text};
 use crate::region::Region;
 use serde::Deserialize;
@@ -36,7 +36,7 @@ struct Wire {
 /// Entry `run` (0-based) of a file: a segment of a temporal-robustness run, or a repetition.
 ///
 /// # Errors
-/// Anything but such a file; a run that is not in it; a number of rows that is not the stated range's; a
+/// A file of another format; a run that is not in it; a number of rows that is not the stated range's; a
 /// range that cannot be aligned with the sequence's frame numbers (see [`align`]).
 pub fn read(path: &Path, run: u32, numbering: Numbering) -> Result<Boxes, DatasetError> {
     parse(path, &text::read_capped(path)?, run, numbering)
@@ -50,7 +50,7 @@ pub fn parse(path: &Path, bytes: &[u8], run: u32, numbering: Numbering) -> Resul
     parse_from(path, bytes, run, numbering, Base::One)
 }
 
-/// As [`parse`]; `base` is what the file calls the left top pixel.
+/// As [`parse`]; `base` is the file's index of the left top pixel.
 ///
 /// # Errors
 /// As [`read`].
@@ -83,7 +83,7 @@ pub fn parse_from(
             entry.res.len()
         )));
     }
-    let first = align((start, end), numbering).map_err(fault)?;
+    let first = align((start, end), numbering).map_err(|e| fault(e.to_string()))?;
     let affine = match entry.res_type.as_str() {
         "rect" => None,
         "ivtAff" | "affine_ivt" => match entry.tmplsize.as_deref() {
@@ -107,10 +107,8 @@ pub fn parse_from(
             None => Region::from_numbers(row),
             Some(template) => Region::from_numbers(&affine_corners(row, template)),
         };
-        regions.push(region.map(|r| base.to_zero(r)).map_err(|e| {
-            // Where it stands, for whoever needs this very frame.
-            format!("entry {}, box {}: {e}", run + 1, i + 1)
-        }));
+        let at = || format!("entry {}, box {}", run + 1, i + 1);
+        regions.push(region.map(|r| base.to_zero(r)).map_err(|source| BoxError { at: at(), source }));
     }
     Ok(Boxes { first, regions })
 }
@@ -205,7 +203,7 @@ mod tests {
         let empty = format!("[{}]", entry(1, 2, "rect", "[1,1,4,4],[1,1,0,4]"));
         let boxes = read_text(empty.as_bytes(), 0).unwrap();
         assert!(boxes.regions[0].is_ok());
-        assert!(boxes.regions[1].as_ref().unwrap_err().contains("entry 1, box 2"));
+        assert!(boxes.regions[1].as_ref().unwrap_err().to_string().contains("entry 1, box 2"));
     }
 
     const VALID: &[u8] = br#"[{"startFrame":1,"endFrame":2,"resType":"rect","res":[[1,1,4,4],[2.5,1,4,4]]},

@@ -10,7 +10,7 @@ use crate::region::Region;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What the left top pixel is called; `0` or `1` in a file.
+/// Index of the left top pixel; `0` or `1` in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(try_from = "u8", into = "u8")]
 #[schemars(extend("enum" = [0, 1]))]
@@ -31,20 +31,25 @@ impl From<Base> for u8 {
     }
 }
 
-impl TryFrom<u8> for Base {
-    type Error = String;
+/// A number that pixels are not counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{0}; pixels are counted from 0 or from 1")]
+pub struct BaseError(pub u8);
 
-    fn try_from(number: u8) -> Result<Self, String> {
+impl TryFrom<u8> for Base {
+    type Error = BaseError;
+
+    fn try_from(number: u8) -> Result<Self, BaseError> {
         match number {
             0 => Ok(Self::Zero),
             1 => Ok(Self::One),
-            other => Err(format!("{other}; pixels are counted from 0 or from 1")),
+            other => Err(BaseError(other)),
         }
     }
 }
 
 impl Base {
-    /// A region as it is kept in memory, counted from 0.
+    /// Converts a region of a file to 0-based pixels.
     pub fn to_zero(self, region: Region) -> Region {
         match self {
             Self::Zero => region,
@@ -52,7 +57,7 @@ impl Base {
         }
     }
 
-    /// A region that is kept in memory as it is written.
+    /// Converts a region of 0-based pixels to those of a file.
     pub fn from_zero(self, region: &Region) -> Region {
         match self {
             Self::Zero => region.clone(),
