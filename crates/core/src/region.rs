@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn rejects_what_is_no_region() {
+    fn rejects_numbers_that_are_not_a_region() {
         assert_eq!(Region::from_numbers(&[0.0, f64::NAN, 1.0, 1.0]), Err(RegionError::NotFinite));
         assert_eq!(Region::from_numbers(&[0.0, 0.0, 0.0, 1.0]), Err(RegionError::Empty));
         assert_eq!(Region::from_numbers(&[0.0, 0.0, 1e-200, 1e-200]), Err(RegionError::Empty));

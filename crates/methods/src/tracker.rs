@@ -35,7 +35,7 @@ use crate::plugin::{Entry, ParamError};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
-/// What happened in a frame.
+/// Event of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// The tracker was (re)initialized with the ground truth.
@@ -43,12 +43,12 @@ pub enum Status {
     Initialized,
     /// An ordinary frame.
     Tracked,
-    /// A reset protocol declared failure in this frame; the region is the one that failed, or repeats the last
-    /// one where result files do not hold it.
+    /// A reset protocol found a failure in this frame. The region is the one that failed; for result files without it,
+    /// the last one again.
     Failed,
     /// A reset protocol skipped this frame; the region repeats the last one.
     Skipped,
-    /// The tracker starts later; the region is where it will.
+    /// The tracker has not started yet; the region is the one that it will start with.
     Waiting,
 }
 
@@ -63,17 +63,16 @@ pub struct Moments {
     pub effective_samples: f64,
     /// Likelihood of the estimate.
     pub likelihood: f64,
-    /// The particles, a row of `d` state values and the weight each; empty unless the tracker was asked
-    /// to keep them.
+    /// The particles, each a row of `d` state values and the weight; empty unless the parameters ask for them.
     pub particles: Vec<f64>,
 }
 
 /// A tracker's answer for one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackerState {
-    /// Where it says the target is.
+    /// Region of the target.
     pub region: Region,
-    /// What happened.
+    /// Event of the frame.
     pub status: Status,
     /// Posterior moments, from trackers that have them.
     pub posterior: Option<Moments>,
@@ -91,7 +90,7 @@ impl TrackerState {
     }
 }
 
-/// Why a tracker gave no track.
+/// Why a tracker gives no track.
 #[derive(Debug, thiserror::Error)]
 pub enum TrackerError {
     /// Its result files or its program are absent.
@@ -140,34 +139,35 @@ pub trait TrackerConfig: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
-    /// Whether its tracks depend on the seed; where they do not, another seed recomputes nothing.
+    /// Whether its tracks depend on the seed; if not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         true
     }
 
-    /// Whether its tracks depend on the run's number in another way than by the seed.
+    /// Whether its tracks depend on the number of the run in another way than by the seed.
     fn uses_run(&self) -> bool {
         false
     }
 
-    /// Whether it answers from the ground truth or from results for a known sequence, so that it cannot
-    /// follow frames that are just coming in.
+    /// Whether it answers from the ground truth or from results of a known sequence, so that it cannot
+    /// track new frames.
     fn needs_truth(&self) -> bool {
         false
     }
 
-    /// Gives it the programs that this computer's user allows, where it runs one of them.
+    /// Binds a configuration that names a program to that program, one of those that the user of this computer
+    /// allows.
     ///
     /// # Errors
-    /// When the one it names is not among them.
+    /// When the program is not among them.
     fn bind(&mut self, _programs: &process::Programs) -> Result<(), ParamError> {
         Ok(())
     }
 
-    /// The files it reads besides the frames; their digests are part of a track's address.
+    /// The files that it reads besides the frames; their digests are part of a track's address.
     ///
     /// # Errors
-    /// When it has none for this sequence and run.
+    /// When there is none for this sequence and run.
     fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
         Ok(Vec::new())
     }
@@ -196,7 +196,7 @@ pub trait Tracker: Send {
     /// Given the frames before this one in reverse order, the copy tracks backwards in time. It draws the same
     /// random numbers as the original would or, with `seed`, those of a track of that seed.
     ///
-    /// `None` from trackers that cannot be copied; those that give a [`Moments`] can.
+    /// `None` from trackers that cannot be copied; all trackers with [`Moments`] can.
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
         None
     }

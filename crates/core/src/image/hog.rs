@@ -410,7 +410,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn contrast_changes_nothing_and_ranges_hold(
+        fn features_do_not_depend_on_contrast_and_keep_their_range(
             cell in 1_usize..6, width in 1_usize..30, height in 1_usize..30, doublings in 1..5,
         ) {
             // Powers of two, so that gradients between two orientations stay on their side.

@@ -96,7 +96,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn windows_hold_what_direct_counting_finds(
+        fn windows_agree_with_direct_counts(
             (width, codes) in (1_usize..9, 0_usize..9)
                 .prop_flat_map(|(w, h)| (Just(w), prop::collection::vec(0_u16..7, w * h))),
             before in prop::collection::vec(0_u16..7, 12),

@@ -219,7 +219,7 @@ mod tests {
     // By hand: a template of twice the image's pixels has the outer half of the border pixels around it, and
     // one of four times its size nothing beyond.
     #[test]
-    fn borders_repeat_for_half_a_pixel_and_then_are_nothing() {
+    fn borders_repeat_for_half_a_pixel_and_then_are_0() {
         let image = image(2, 1, |j, _| [10, 30][j]);
         let at = |w: f64| {
             let region = Region::Rect(Rect::new(1.0 - w / 2.0, 0.0, w, 1.0));

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_maximum_is_refused() {
+    fn samples_without_a_maximum_are_refused() {
         for family in Family::ALL {
             assert_eq!(fit(family, &[1.0]), Err(DistributionError::TooFew(1)));
             assert_eq!(fit(family, &[0.5; 9]), Err(DistributionError::Equal(0.5)));

@@ -221,7 +221,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn there_and_back_is_where_it_was(
+        fn backward_inverts_forward(
             width in 1_usize..40, height in 1_usize..40,
             values in prop::collection::vec(-100.0_f32..100.0, 1600),
         ) {

@@ -183,7 +183,7 @@ mod tests {
     // X=(np.sin(1.3*k*t+.2*j)*np.cos(.7*k*j)/k).sum(2)+.1*np.arange(12)
     // U,D,V=np.linalg.svd(X-X.mean(0)); print(D); print(V[0]*np.sign(V[0,0]),X.mean(0))
     #[test]
-    fn batches_give_what_numpy_gives_at_once() {
+    fn batches_agree_with_numpy() {
         for sizes in [&[20][..], &[5, 5, 5, 5], &[1, 13, 6]] {
             let pca = batches(sizes, 1.0, 99);
             assert_eq!(pca.singular_values().len(), SINGULAR.len());
@@ -258,7 +258,7 @@ mod tests {
     ];
 
     #[test]
-    fn what_has_no_spread_has_no_components() {
+    fn equal_vectors_have_no_components() {
         let mut pca = IncrementalPca::new(3);
         for _ in 0..3 {
             pca.update(&[vec![1.0, 2.0, 4.0], vec![1.0, 2.0, 4.0]], 1.0, 9);

@@ -136,7 +136,7 @@ mod tests {
 
     // SciPy 1.17.1: scipy.stats.wilcoxon(d, method="exact").pvalue; without ties.
     #[test]
-    fn is_scipys_without_ties() {
+    fn agrees_with_scipy_without_ties() {
         let d = [0.12, -0.30, 0.45, 0.07, 0.51, -0.02, 0.33, 0.21];
         assert_eq!(wilcoxon(&d), Some(0.109375));
         let p = wilcoxon(&SIXTY).unwrap();
@@ -155,7 +155,7 @@ mod tests {
     ];
 
     #[test]
-    fn nothing_and_no_difference() {
+    fn empty_lists_and_zero_differences() {
         assert_eq!(wilcoxon(&[0.0, 0.0]), None);
         assert_eq!(compare(&[], 0.95, 100, 1), None);
         let same = compare(&[(0.5, 0.5), (0.2, 0.2)], 0.95, 100, 1).unwrap();

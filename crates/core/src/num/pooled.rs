@@ -162,7 +162,7 @@ mod tests {
     // scipy.stats.permutation_test((arange(8), arange(8, 16)), lambda x, y: f(x) - f(y),
     //     permutation_type="samples", n_resamples=inf, vectorized=False)
     #[test]
-    fn the_exact_test_is_scipys() {
+    fn the_exact_test_agrees_with_scipy() {
         let tested = permutation(&pairs(), f, 0, 1).unwrap();
         assert!((tested.difference - 0.16788124156545214).abs() < 1e-15);
         assert_eq!((tested.p, tested.is_exact), (0.046875, true));
@@ -184,7 +184,7 @@ mod tests {
 
     // scipy.stats.bootstrap((arange(8),), f, method="percentile", n_resamples=200000, rng=1): .34483 to .72727.
     #[test]
-    fn the_interval_is_scipys() {
+    fn the_interval_agrees_with_scipy() {
         let (low, high) = interval(&A, f, 0.95, 30_000, 3).unwrap();
         assert!((low - 0.3448).abs() < 0.006 && (high - 0.7273).abs() < 0.006, "{low} {high}");
         assert_eq!(interval(&A, f, 0.95, 30_000, 3), Some((low, high)));
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_interval_and_no_test() {
+    fn without_units_there_is_no_interval_and_no_test() {
         assert_eq!(interval(&[], f, 0.95, 10, 1), None);
         assert_eq!(interval(&[[0, 0, 0]; 5], f, 0.95, 10, 1), None);
         assert_eq!(permutation(&[([0, 0, 0], [1, 0, 0])], f, 10, 1), None);

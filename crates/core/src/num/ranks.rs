@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_ranked() {
+    fn blocks_that_cannot_be_ranked_have_no_result() {
         assert_eq!(friedman(&[], true), None);
         assert_eq!(friedman(&[vec![1.0]], true), None);
         assert_eq!(friedman(&[vec![1.0, 2.0], vec![1.0]], true), None);

@@ -74,7 +74,7 @@ pub struct Params {
     pub lambda: f64,
     /// Largest violation of the conditions of a minimum that a code may have, from 1e-6 to 1.
     pub tolerance: f64,
-    /// Most rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
+    /// Maximum number of rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
     pub rounds: usize,
     /// Signs of the coefficients `c` and of the errors in the update of the templates: `non-negative` as in the
     /// authors' program, which keeps the new template nearer to the mean and depends on the arbitrary signs
@@ -84,7 +84,7 @@ pub struct Params {
     pub weight_exponent: f64,
     /// Frames between updates, from 1 to 1000.
     pub batch: usize,
-    /// Most principal components, from 1 to 256.
+    /// Maximum number of principal components, from 1 to 256.
     pub max_basis: usize,
 }
 
@@ -196,7 +196,7 @@ struct Target {
     templates: Vec<Vec<f32>>,
     dictionary: Dictionary,
     pca: IncrementalPca,
-    /// Windows of length 1 that are not taken in yet.
+    /// Windows of length 1 that the principal components have not taken in yet.
     kept: Vec<Vec<f64>>,
 }
 
@@ -256,7 +256,7 @@ impl Target {
     }
 }
 
-/// The template, from 0, that goes for a uniform number in `[0, 1)`: 1 to 9, each twice as likely as the
+/// Index of the template that a uniform number in `[0, 1)` replaces: 1 to 9, each twice as likely as the
 /// one before.
 fn replaced(uniform: f64) -> usize {
     let mut upto = 0.0;
@@ -293,7 +293,7 @@ impl Tracker for Tracking {
             normalize(&mut window);
             confidences.push(target.dictionary.confidence(&window, coder, work));
         }
-        // A confidence of 0 has a logarithm far below all others.
+        // A confidence of 0 gets a logarithm far below all others.
         let logarithm = |f: &f64| params.weight_exponent * f.max(1e-300).ln();
         let (weights, best) = weigh(&confidences.iter().map(logarithm).collect::<Vec<_>>());
         let chosen = if collecting { nearest.1 } else { best };

@@ -1,5 +1,5 @@
-//! What trackers share that look at a fixed number of affine windows around their last estimate: the
-//! windows, their weights and the moments of these.
+//! A fixed number of affine windows around the last estimate, their weights and their moments: the common part of
+//! the trackers on sparse appearance models.
 //!
 //! ```text
 //! g_i = g + diag(d) n_i,  n_i ~ N(0, I),  i = 1..N          g: the last estimate, as in `image::warp`
@@ -7,9 +7,9 @@
 //! m = sum w g_i,  C = sum w (g_i - m)(g_i - m)'              of the components with d > 0, in their order
 //! ```
 //!
-//! Nothing is carried over from frame to frame but the estimate: the covariance tells how sharp the
-//! likelihood is around it, not how uncertain a history has become. Components without noise are left
-//! out, since their variance 0 would make every covariance singular.
+//! Only the estimate is carried over from frame to frame: the covariance tells how sharp the
+//! likelihood is around it, not how uncertainty has grown. Components without noise are left
+//! out, since their variance of 0 would make every covariance singular.
 
 use super::Moments;
 use crate::image::Frame;
@@ -18,14 +18,14 @@ use crate::plugin::ParamError;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
-/// Side of the square template of these trackers, in pixels.
+/// Side of the square template, in pixels.
 pub const SIDE: usize = 32;
 /// The template.
 pub const TEMPLATE: Template = Template { width: SIDE, height: SIDE };
 /// Number of its pixels.
 pub const PIXELS: usize = SIDE * SIDE;
 
-/// Sides of the target, in pixels, that candidates keep to.
+/// Bounds of the target's sides, in pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct SideLimits {
     longest: f64,
@@ -46,10 +46,10 @@ impl SideLimits {
     }
 }
 
-/// Candidates and the noise they are drawn with.
+/// Candidates and the noise that they are drawn with.
 #[derive(Debug, Clone)]
 pub struct Candidates {
-    /// N geometries.
+    /// Geometries of the N candidates.
     pub states: Vec<Geometry>,
     deviations: Geometry,
     /// The components with noise.
@@ -118,7 +118,7 @@ impl Candidates {
     }
 }
 
-/// Weights that sum to 1 from the logarithms of likelihoods, which are finite, and the first of the best.
+/// Weights that sum to 1, from finite logarithms of likelihoods, and the index of the first best one.
 pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
     let mut best = 0;
     for (i, l) in logarithms.iter().enumerate() {

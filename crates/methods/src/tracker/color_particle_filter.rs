@@ -21,12 +21,12 @@
 //! posterior's likelihood is that of the mean, without the factor `1 / (sqrt(2 pi) sigma_c)`.
 //!
 //! The start is the annotation: half its width and height with `theta = 0`, of a turned quadrilateral its
-//! mean sides and its angle; all particles are there unless `initial_spread` says otherwise, so the first
+//! mean sides and its angle; all particles are there unless `initial_spread` is above 0, so the first
 //! covariance is 0 and the effective number N. One random stream a track, from its seed, is drawn from in a fixed
 //! order (start, particles in order, resampling).
 //!
 //! From the paper (experimental setup): the state, 8 x 8 x 8 bins, RGB for pedestrians and cars and HSV
-//! for faces, N = 400, the five noise numbers, `sigma_c = 0.2`. Choices where it says nothing:
+//! for faces, N = 400, the five noise numbers, `sigma_c = 0.2`. Choices that it leaves open:
 //! - The paper calls the noise numbers variances but writes them as deviations in pixels and degrees; they are
 //!   deviations here, unless `noise_is_variance`.
 //! - Kernel and its pixels (all inside, instead of random points), resampling rule and scheme, no update
@@ -60,7 +60,7 @@ use serde::{Deserialize, Serialize};
 /// The sequence attribute of faces.
 const FACE: &str = "target-face";
 
-/// Where colors are binned.
+/// Color space of the bins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorSpace {
@@ -72,7 +72,7 @@ pub enum ColorSpace {
     Hsv,
 }
 
-/// What a pixel of an ellipse counts.
+/// Weight of a pixel of an ellipse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {
@@ -85,7 +85,7 @@ pub enum Kernel {
     Points,
 }
 
-/// The form of the answer.
+/// Form of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Output {
@@ -115,7 +115,7 @@ pub struct Params {
     pub sigma_axes: f64,
     /// Deviation of the orientation's noise, in degrees a frame, from 0 to 180.
     pub sigma_orientation: f64,
-    /// Takes the three numbers above as variances (square pixels, square degrees).
+    /// Reads the three numbers above as variances (square pixels, square degrees).
     pub noise_is_variance: bool,
     /// Deviation `sigma_c` of the color likelihood, from 0.01 to 10.
     pub sigma_color: f64,
@@ -375,7 +375,7 @@ fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness
     }
 }
 
-/// What keeps ellipses within bounds.
+/// Bounds of ellipses.
 #[derive(Debug, Clone, Copy)]
 struct EllipseLimits {
     /// Shortest half axis in pixels.

@@ -1,7 +1,7 @@
-//! What holds for every tracker in the list, checked on short synthetic sequences.
+//! Properties of every tracker in the list, checked on short synthetic sequences.
 //!
 //! `replay` and `process` are not run here: one needs result files, the other a program. Their
-//! parameters are checked as everybody's.
+//! parameters are checked like those of the others.
 
 use super::testing::{context, track};
 use super::*;

@@ -1,4 +1,4 @@
-//! What correlation filter trackers share: labels, peaks, and the kernelized filter of Henriques et al.
+//! The common part of correlation filter trackers: labels, peaks, and the kernelized filter of Henriques et al.
 //! ("High-speed tracking with kernelized correlation filters", PAMI 37(3), 2015).
 //!
 //! ```text
@@ -8,7 +8,7 @@
 //! f(z)       = F^-1(K^{xz} A),   its peak is the shift from x to z                               eq. 22
 //! ```
 //!
-//! `x` is the model, `z` a new look, both `c` channels of `w x h` cells times a Hann window; capitals are Fourier
+//! `x` is the model, `z` a new sample ("look"), both `c` channels of `w x h` cells times a Hann window; capitals are Fourier
 //! transforms; `n` is the number of values, `w h c`. After a look both `A` and `X` are blended with what
 //! it gives, at the rate `r`: `A <- (1 - r) A + r A'` (`linear`), or, as the VOT2014 entry is said to do,
 //! numerator and denominator on their own (`fraction`; Danelljan et al., CVPR 2014, eq. 5 and 6):
@@ -17,7 +17,7 @@
 //! A_N <- (1 - r) A_N + r Y K^{xx}      A_D <- (1 - r) A_D + r K^{xx} (K^{xx} + lambda)      A = A_N / A_D
 //! ```
 //!
-//! A look without any contrast neither moves nor teaches the filter: its response would be rounding errors.
+//! A look without any contrast neither moves nor trains the filter: its response would be rounding errors.
 
 use crate::image::Frame;
 use crate::image::patch::halved;
@@ -25,13 +25,13 @@ use crate::num::fourier::{Complex, Fourier, hann_plane};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// How a filter follows the target's look.
+/// How a filter follows the target's appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Update {
-    /// The filter is blended.
+    /// The filter itself is blended.
     Linear,
-    /// Its numerator and denominator are.
+    /// Its numerator and denominator are blended separately.
     Fraction,
 }
 
@@ -71,14 +71,14 @@ pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
     Peak { value: best.1, x: signed(best.0 % width, width), y: signed(best.0 / width, height) }
 }
 
-/// Where a parabola through a peak `c` and its neighbors has its top, in `[-0.5, 0.5]`.
+/// Position of the top of a parabola through a peak `c` and its neighbors, in `[-0.5, 0.5]`.
 pub fn parabola(left: f32, c: f32, right: f32) -> f64 {
     let bend = 2.0 * f64::from(c) - f64::from(left) - f64::from(right);
     if bend > 0.0 { (0.5 * (f64::from(right) - f64::from(left)) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
-/// How often a frame is halved for a target of `side` pixels (root of its area): once from 100 on, as the
-/// published trackers do, and again while more than 400 are left, which bounds the time of a frame.
+/// Number of times that a frame is halved for a target of `side` pixels (root of its area): once from 100 on, as the
+/// published trackers do, and again while 400 or more are left, which bounds the time of a frame.
 pub fn halvings(side: f64) -> u32 {
     let mut times = u32::from(side >= 100.0);
     while times < 16 && side / f64::from(1_u32 << times) >= 400.0 {
@@ -87,12 +87,12 @@ pub fn halvings(side: f64) -> u32 {
     times
 }
 
-/// The frame, halved so many times.
+/// The frame, halved `times` times.
 pub fn reduced(frame: &Frame, times: u32) -> Cow<'_, Frame> {
     (0..times).fold(Cow::Borrowed(frame), |f, _| Cow::Owned(halved(&f)))
 }
 
-/// What a filter is made with.
+/// Parameters of a filter.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
     /// Deviation `s` of the label, in cells, above 0.
@@ -103,7 +103,7 @@ pub struct Settings {
     pub lambda: f64,
     /// Share `r` of the newest look.
     pub rate: f64,
-    /// What is blended.
+    /// How the newest look is blended in.
     pub update: Update,
 }
 
@@ -128,7 +128,7 @@ pub struct KernelFilter {
 }
 
 impl KernelFilter {
-    /// An untaught filter for looks of `channels` channels with `width` x `height` cells.
+    /// An untrained filter for looks of `channels` channels with `width` x `height` cells.
     pub fn new(width: usize, height: usize, channels: usize, settings: Settings) -> Self {
         let mut fourier = Fourier::new(width, height);
         let empty = vec![Complex::default(); fourier.spectrum_len()];
@@ -151,7 +151,7 @@ impl KernelFilter {
         }
     }
 
-    /// Where `features` (channel after channel, without the window) respond most; `None` without contrast.
+    /// The peak of the response to `features` (channel after channel, without the window); `None` without contrast.
     pub fn respond(&mut self, features: &[f32]) -> Option<Peak> {
         let z = self.transform(features);
         let x = self.energy;
@@ -190,7 +190,7 @@ impl KernelFilter {
         (peak.x as f64 + dx, peak.y as f64 + dy)
     }
 
-    /// Blends in the look at the target's place; the first one counts fully.
+    /// Blends in the look at the target's place; the first one sets the filter.
     pub fn learn(&mut self, features: &[f32]) {
         let x = self.transform(features);
         if x <= 0.0 {
@@ -286,7 +286,7 @@ mod tests {
     const FRACTION: ([f32; 4], (i64, i64)) = ([0.897018, 0.897018, 0.540386, 0.209704], (0, 0));
 
     #[test]
-    fn without_contrast_it_says_nothing() {
+    fn without_contrast_there_is_no_response() {
         let mut filter = KernelFilter::new(8, 8, 1, SETTINGS);
         assert_eq!(filter.respond(&texture(64, 1)), None, "untaught");
         filter.learn(&[0.0; 64]);

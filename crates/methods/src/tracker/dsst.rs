@@ -8,7 +8,7 @@
 //!
 //! `X_l` is the Fourier transform of channel `l` of a sample times a Hann window, `Y` that of a Gaussian label.
 //!
-//! - *Place*: samples are the window of twice the target's size, at the present scale, resized to that at scale 1; 28
+//! - *Place*: samples are windows of twice the target's size, at the present scale, resized to that at scale 1; 28
 //!   channels: gray `/ 255 - 0.5` and the first 27 of [`crate::image::hog`] with cells of one pixel (strongest color). The
 //!   label has the deviation `label_width` times the root of the target's area. The place moves by the peak's shift
 //!   times the scale, rounded to whole pixels.
@@ -47,7 +47,7 @@ use serde::{Deserialize, Serialize};
 const GRADIENTS: usize = 27;
 /// Side of a cell of the scale's samples.
 const CELL: usize = 4;
-/// Largest window, in square pixels.
+/// Largest area of the window, in square pixels.
 const MAX_WINDOW_AREA: f64 = 262_144.0;
 
 /// Parameters.
@@ -157,11 +157,11 @@ struct Tracking {
 
 /// The target and its model.
 struct Target {
-    /// The first region as a rectangle, and the scale that it was given.
+    /// The first region as a rectangle, and its scale.
     first: Rect,
     first_scale: f64,
     scale: f64,
-    /// Pixel of the center, and how far the center is from its left top corner.
+    /// Pixel of the center, and the offset of the center from the pixel's left top corner.
     pixel: (i64, i64),
     offset: (f64, f64),
     colors: Colors,
@@ -227,7 +227,7 @@ impl Target {
         Window { x: self.pixel.0 + 1 - (w / 2) as i64, y: self.pixel.1 + 1 - (h / 2) as i64, w, h }
     }
 
-    /// Makes `features` the sample of the place.
+    /// Computes `features`, the sample of the place.
     fn look(&mut self, frame: &Frame) {
         let window = self.window(self.size, self.scale);
         let mut patch = Patch::resized(frame, &window, self.size.0, self.size.1, self.colors);
@@ -246,7 +246,7 @@ impl Target {
         self.features.extend_from_slice(&self.cells);
     }
 
-    /// Makes `features` the samples of the scale: for each feature a line over the scales.
+    /// Computes `features`, the samples of the scale: for each feature a line over the scales.
     fn look_at_scales(&mut self, p: &Params, frame: &Frame) {
         let lines = CHANNELS * (self.sample.0 / CELL) * (self.sample.1 / CELL);
         self.features.clear();
@@ -365,7 +365,7 @@ impl Filter {
         &self.plane
     }
 
-    /// Blends in a sample; the first one counts fully.
+    /// Blends in a sample; the first one sets the filter.
     fn learn(&mut self, sample: &[f32], rate: f64) {
         let (n, m) = (self.plane.len(), self.sum.len());
         let rate = if self.taught { rate as f32 } else { 1.0 };

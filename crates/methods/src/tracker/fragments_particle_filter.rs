@@ -55,7 +55,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-/// What is counted in a fragment.
+/// Histogram of a fragment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Histogram {
@@ -66,13 +66,13 @@ pub enum Histogram {
     Rgb,
 }
 
-/// How fragments make one likelihood.
+/// How the fragments are combined to one likelihood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fusion {
-    /// `sum_k r_k L_k`: a hidden fragment costs its own vote only.
+    /// `sum_k r_k L_k`: a hidden fragment only loses its own vote.
     Votes,
-    /// `prod_k L_k^r_k`: every fragment may object.
+    /// `prod_k L_k^r_k`: every fragment can veto.
     Product,
 }
 
@@ -88,7 +88,7 @@ pub struct Params {
     pub layout: FragmentLayout,
     /// Cells a side of the layout `grid`, from 1 to 16.
     pub cells: u8,
-    /// How fragments make one likelihood.
+    /// How the fragments are combined to one likelihood.
     pub fusion: Fusion,
     /// Rate `tau` at which reliabilities follow the fragments' likelihoods, from 0 (fixed) to 1.
     pub reliability_rate: f64,

@@ -5,7 +5,7 @@
 //! L_i = exp(-|d - U U'd|^2 / c)         d = mu - y_i, high is good; the estimate has the highest
 //! ```
 //!
-//! All else, from candidates and posterior to the units, is as there, and every estimate is learned as it is. Choices:
+//! Everything else, from candidates and posterior to the units, is as there, and every estimate is learned as it is. Choices:
 //! the defaults are those of SP, so that the two differ in the L1 term alone; Ross et al. recommend
 //! `forgetting = 0.95`. Their prior of the next state is the same Gaussian, from the last estimate instead of from
 //! weighted particles, as in their program's default, and the likelihood has no factor for the distance
@@ -28,11 +28,11 @@ pub struct Params {
     pub noise: [f64; 6],
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
     pub likelihood_scale: f64,
-    /// Most basis vectors, from 1 to 256.
+    /// Maximum number of basis vectors, from 1 to 256.
     pub max_basis: usize,
     /// Windows that are taken in together, from 1 to 1000.
     pub batch: usize,
-    /// Weight of what is known when new windows come, above 0 and at most 1.
+    /// Weight of old windows when new ones come, above 0 and at most 1.
     pub forgetting: f64,
 }
 

@@ -1,8 +1,8 @@
 //! KCF (Henriques, Caseiro, Martins and Batista, "High-speed tracking with kernelized correlation filters",
 //! PAMI 37(3), 2015): a kernel ridge regression over all cyclic shifts of a window around the target.
 //!
-//! The filter and its equations are in `tracker/correlation.rs`. In every frame the window at the last place
-//! is looked at, the target moves by the shift of the highest response times the side of a cell, and the filter
+//! The filter and its equations are in `tracker/correlation.rs`. In every frame the filter responds to the window at
+//! the last place, the target moves by the shift of the highest response times the side of a cell, and the filter
 //! learns the window at the new place.
 //!
 //! Two presets; every parameter can be set on its own as well:
@@ -20,7 +20,7 @@
 //! center itself. The region keeps its size (times the scale) and its offset from the tracked pixel, while the
 //! release moves boxes with odd sides by half a pixel.
 //!
-//! Choices where the sources say nothing, or for safety: halved pixels are means of four (the release: a
+//! Choices that the sources leave open, or made for safety: halved pixels are means of four (the release: a
 //! bicubic filter), and frames are halved again while the target has 400 pixels or more; the window has at least 3
 //! cells each way; targets larger than the frame are tracked as one of its size; a target stays in touch
 //! with the frame and, if scaled, between 4 pixels and the frame's size; a window without contrast leaves it where it was.
@@ -34,7 +34,7 @@ use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, sho
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
-/// Where defaults come from.
+/// Source of the defaults.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
@@ -45,7 +45,7 @@ pub enum Preset {
     Vot,
 }
 
-/// What the filter sees.
+/// Features of the filter.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Features {
@@ -57,13 +57,13 @@ pub enum Features {
     Gray,
 }
 
-/// Parameters as they are given; what is left out is the preset's.
+/// Parameters; the preset supplies those that are left out.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Where defaults come from.
+    /// Source of the defaults.
     pub preset: Preset,
-    /// What the filter sees; `hog`.
+    /// Features of the filter; `hog`.
     pub features: Features,
     /// Side of a cell of `hog` in pixels, from 1 to 16; 4.
     pub cell: Option<usize>,
@@ -82,7 +82,7 @@ pub struct Params {
     pub lambda: Option<f64>,
     /// Share of the newest look, 0 to 1; `tpami` 0.02 (`grey` 0.075), `vot` 0.012.
     pub rate: Option<f64>,
-    /// What is blended; `tpami` `linear`, `vot` `fraction`.
+    /// How the newest look is blended in; `tpami` `linear`, `vot` `fraction`.
     pub update: Option<Update>,
     /// Ratio of two of the three scales, from 1 (no other scales) to 1.5; `tpami` 1, `vot` 1.05.
     pub scale_step: Option<f64>,
@@ -92,7 +92,7 @@ pub struct Params {
     pub sub_cell: Option<bool>,
 }
 
-/// Checked parameters, all filled in.
+/// Checked parameters with all defaults filled in.
 #[derive(Debug, Clone, Serialize)]
 struct Checked {
     preset: Preset,
@@ -123,7 +123,7 @@ impl Kcf {
     pub fn new(p: Params) -> Result<Self, ParamError> {
         let vot = p.preset == Preset::Vot;
         let hog = p.features == Features::Hog;
-        let own = |tpami: f64, gray: f64, of_vot: f64| match (vot, hog) {
+        let by_preset = |tpami: f64, gray: f64, of_vot: f64| match (vot, hog) {
             (true, _) => of_vot,
             (_, true) => tpami,
             _ => gray,
@@ -135,12 +135,12 @@ impl Kcf {
             color: p.color.unwrap_or(vot),
             window: p.window.unwrap_or(2.5),
             template: p.template.unwrap_or(if vot { 96 } else { 0 }),
-            label_width: p.label_width.unwrap_or(own(0.1, 0.1, 0.125)),
-            kernel_width: p.kernel_width.unwrap_or(own(0.5, 0.2, 0.6)),
+            label_width: p.label_width.unwrap_or(by_preset(0.1, 0.1, 0.125)),
+            kernel_width: p.kernel_width.unwrap_or(by_preset(0.5, 0.2, 0.6)),
             lambda: p.lambda.unwrap_or(1e-4),
-            rate: p.rate.unwrap_or(own(0.02, 0.075, 0.012)),
+            rate: p.rate.unwrap_or(by_preset(0.02, 0.075, 0.012)),
             update: p.update.unwrap_or(if vot { Update::Fraction } else { Update::Linear }),
-            scale_step: p.scale_step.unwrap_or(own(1.0, 1.0, 1.05)),
+            scale_step: p.scale_step.unwrap_or(by_preset(1.0, 1.0, 1.05)),
             scale_weight: p.scale_weight.unwrap_or(0.95),
             sub_cell: p.sub_cell.unwrap_or(vot),
         };
@@ -212,7 +212,7 @@ struct Target {
     first: Rect,
     moved: (f64, f64),
     scale: f64,
-    /// Frames are halved so often.
+    /// Number of times that frames are halved.
     halvings: u32,
     /// Columns and rows of the window, and how many pixels of the halved frame one of them is at scale 1.
     size: (usize, usize),
@@ -271,7 +271,7 @@ impl Target {
         }
     }
 
-    /// Makes `features` what is seen around the target at a scale.
+    /// Computes `features` of the window around the target at a scale.
     fn look(&mut self, p: &Checked, frame: &Frame, scale: f64) {
         let factor = f64::from(1_u32 << self.halvings);
         let (cx, cy) = self.first.center();
@@ -342,7 +342,7 @@ impl Target {
         };
         let (x, y) = (self.moved.0, self.moved.1);
         let inside = (touch(center.0, x, w * self.scale, width), touch(center.1, y, h * self.scale, height));
-        // Only what is outside is changed, so that moves by whole pixels stay exact.
+        // Only coordinates that were outside change, so that moves by whole pixels stay exact.
         let keep =
             |old: f64, new: f64, c: f64| if (old - new).abs() > 1e-9 * c.abs().max(1.0) { new } else { old };
         self.moved = (keep(x, inside.0, center.0), keep(y, inside.1, center.1));

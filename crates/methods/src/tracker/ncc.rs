@@ -107,10 +107,10 @@ struct Tracking {
 /// The target and its model.
 struct Target {
     region: Region,
-    /// Window of the template at the first frame and how far it has moved since.
+    /// Window of the template in the first frame and its shift since, in pixels.
     window: Window,
     moved: (i64, i64),
-    /// How far is searched in every direction, in pixels.
+    /// Search radius in every direction, in pixels.
     radius: i64,
     /// Template as a running mean.
     template: Vec<f64>,
@@ -172,7 +172,7 @@ impl Tracker for Tracking {
                 }
             }
         }
-        // No place is left when the target was put outside the frame: it stays there.
+        // A target that starts outside the frame has no place to go: it stays.
         if let Some((_, _, (dx, dy))) = best {
             t.moved = (t.moved.0 + dx, t.moved.1 + dy);
         }
@@ -205,8 +205,8 @@ fn gray(frame: &Frame, w: &Window) -> Vec<u8> {
 
 /// Scores of templates of one size over search areas of one size.
 ///
-/// Both are written row by row with the search area's width as stride, which makes the plane's
-/// correlation that of two lines: the template at `(dx, dy)` is the template at lag `dy * width + dx`.
+/// Both are stored row by row with the search area's width as stride, which turns the correlation of planes
+/// into that of two lines: the template at `(dx, dy)` is the template at lag `dy * width + dx`.
 struct Correlator {
     w: usize,
     h: usize,

@@ -59,16 +59,16 @@ use colors::Colors;
 use model::{Example, Model, Pattern};
 use serde::{Deserialize, Serialize};
 
-/// Rate at which the usual score follows.
+/// Rate at which the running mean of the score follows.
 const FOLLOW: f32 = 0.05;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Most cells a side of the template, from 2 to 64.
+    /// Maximum number of cells per side of the template, from 2 to 64.
     pub cells: usize,
-    /// How far is searched in every direction, in pixels, from 1 to 100.
+    /// Search radius in every direction, in pixels, from 1 to 100.
     pub search_radius: usize,
     /// Pixels whose gradient is shorter are flat, in gray levels over two pixels, from 0 to 400.
     pub flat_below: f64,
@@ -78,7 +78,7 @@ pub struct Params {
     pub violators: usize,
     /// Frames that are rehearsed, from 2 to 500; the first is always among them.
     pub memory: usize,
-    /// Every how many frames one is remembered, from 1 to 1000.
+    /// Interval at which frames are remembered, from 1 to 1000 frames.
     pub remember_every: usize,
     /// Steps through the newest frame's windows, from 1 to 100.
     pub rounds: usize,
@@ -238,11 +238,11 @@ struct Target {
     memory: Vec<Example>,
     frames: usize,
     usual: f32,
-    /// What the first frame's box measured.
+    /// Extent of the target in the first frame, in cells.
     extent: Option<(f64, f64)>,
 }
 
-/// Where the cells of the unshifted box are.
+/// Pixels of the cells of the unshifted box.
 struct Grid {
     /// Left top pixel of the block that is coded.
     origin: (i64, i64),

@@ -1,8 +1,8 @@
-//! A program of one's own, in any language, as a tracker.
+//! An external program, in any language, as a tracker.
 //!
-//! The program is named in a local file, `plugins.toml`, never in an experiment, which says only
-//! `name = "process"` and `program = "my-tracker"`: who runs somebody's experiment runs nothing that is not
-//! in a file of their own.
+//! The program is named in a local file, `plugins.toml`, never in an experiment, which only has
+//! `name = "process"` and `program = "my-tracker"`: running somebody else's experiment runs no program that is not
+//! in one's own file.
 //!
 //! ```toml
 //! [tracker.my-tracker]
@@ -18,11 +18,11 @@
 //! ```
 //!
 //! The address of a track has name, version, protocol, `regions`, the digests, and the seed unless the
-//! program is deterministic; command, environment and time limits are not in it.
+//! program is deterministic; command, environment and time limits are not part of it.
 //!
 //! # Lines
 //!
-//! One line of UTF-8 text a message, its words separated by one tab; the program answers each by one line
+//! A message is one line of UTF-8 text, its words separated by one tab; the program answers each by one line
 //! on stdout and flushes it.
 //!
 //! | we write | it answers |
@@ -33,31 +33,31 @@
 //!
 //! `REGION` is `x,y,w,h` (left, top, width, height) or the corners of a convex polygon, `x1,y1,x2,y2,...`,
 //! in pixels; coordinates are continuous and 0-based: pixel column `j` covers `[j, j + 1)`. A confidence is
-//! any finite number; it is checked and not used. `IMAGE` is the absolute path of a JPEG or PNG file, without
-//! tabs and line ends. `init` may come again, then the program starts anew there; frames in between may be
-//! left out. Everything on stdout is an answer: what people should read belongs on stderr.
+//! any finite number; it is checked but not used. `IMAGE` is the absolute path of a JPEG or PNG file, without
+//! tabs and line ends. `init` comes first and once: a restart runs the program anew. Everything on stdout is an answer; text for people
+//! belongs on stderr.
 //!
 //! The environment has `TRACKFAIL_SEED`, a number below 2^64 from the names of experiment, sequence,
 //! tracker and run, and `TRACKFAIL_RUN`, the repetition from 0.
 //!
 //! # TraX
 //!
-//! Versions 1 to 4, see [`trax`](super::trax); also with the two variables, and `TRAX=1`. The program must
-//! read images by path. It is given a polygon where the target is one and it reads polygons, or where it
-//! reads nothing else; otherwise a rectangle. Coordinates are passed on as they are. An answer that is a mere
-//! code has no place: the last region stands. Properties such as a confidence are not used.
+//! Versions 1 to 4, see [`trax`](super::trax); the environment has the same two variables and `TRAX=1`. The program
+//! must read images by path. It gets a polygon if the target is one and it reads polygons, or if it reads nothing else;
+//! otherwise a rectangle. Coordinates are passed on as they are. An answer that is only a code repeats the last region.
+//! Properties such as a confidence are not used.
 //!
 //! # Common to both
 //!
 //! The answer to the first frame must be a region and is then replaced by the one given, as the OTB and VOT
-//! protocols do. Images are the dataset's files. Frames that have none, and files whose path cannot be said,
-//! are written as PNG files into a temporary folder, in which the last two are kept.
+//! protocols do. Images are the dataset's files. Frames without a file, and files whose path has control characters
+//! or is not UTF-8, are written as PNG files into a temporary folder, in which the last two are kept.
 //!
-//! A program that cannot be started, ends, does not answer in time or answers something else fails its cell:
-//! the reason names the frame and what was expected and quotes the last lines of its stderr. The first answer
-//! in the lines protocol, which knows no greeting, may take both time limits together. At the end the
-//! program is asked to quit, has two seconds for it, and is killed with all that it started. No program
-//! outlives this one, however that ends (on Unix; what leaves its process group is not found).
+//! If a program cannot be started, ends, does not answer in time or sends something else, its cell fails:
+//! the reason names the frame and the expected answer and quotes the last lines of its stderr. The first answer
+//! in the lines protocol, which has no greeting, may take both time limits together. At the end the
+//! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
+//! outlives this one, however it ends (on Unix, unless the program leaves its process group).
 
 mod child;
 mod fault;
@@ -101,7 +101,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
 
 struct Process {
     params: Params,
-    /// `None` until it is bound, as when only a report is made.
+    /// `None` until it is bound; reports do not need it.
     program: Option<Arc<Program>>,
 }
 
@@ -168,7 +168,7 @@ impl TrackerConfig for Process {
     }
 }
 
-/// What messages name: the program, the sequence and the number of its first frame.
+/// Program, sequence and number of its first frame, for messages.
 struct Place {
     program: String,
     sequence: String,
@@ -176,7 +176,7 @@ struct Place {
 }
 
 impl Place {
-    /// The error of a fault in the frame of an index.
+    /// The error for a fault in the frame of this index.
     fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
         let (program, sequence) = (self.program.clone(), self.sequence.clone());
         let frame = u64::from(self.first) + index as u64;

@@ -1,7 +1,7 @@
-//! Protocols under which a tracker is run: where it starts, and whether it is started again when it has lost
-//! its target. Any tracker can be run under any of them; `protocol` of a `[[tracker]]` chooses.
+//! Protocols under which a tracker is run: in which frames it starts, and whether it is started again after it has
+//! lost its target. Any tracker can be run under any of them; `protocol` of a `[[tracker]]` chooses one.
 //!
-//! | protocol | runs | what happens |
+//! | protocol | runs | description |
 //! |---|---|---|
 //! | `one-pass` | any | started on the truth of the first frame, never again (OTB: OPE) |
 //! | `vot-reset` | any (15) | when the overlap with the truth is 0 the frame is a failure; 5 frames later it starts anew on the truth (VOT2013 to 2019, baseline) |
@@ -11,17 +11,17 @@
 //! | `otb-spatial` | 12 | run r starts in the first frame on a shifted or scaled box (OTB: SRE) |
 //!
 //! **Resets.** After each frame but a start's, the overlap of answer and truth is computed, by exact areas on
-//! the frame or, for `vot-reset-2014`, by [`Areas::Raster2014`] beyond it, too; 0 is a failure. The failing region
+//! the frame or, for `vot-reset-2014`, by [`Areas::Raster2014`] also beyond it; 0 is a failure. The failing region
 //! is kept with [`Status::Failed`], the frames f + 1 ... f + 4 repeat it as [`Status::Skipped`], and in f + 5 the
-//! tracker starts from scratch; it does not see the frames between. A start needs a truth: frames without one
-//! are skipped, too, and no failure is found in them. (Kristan et al., VOT2014.)
+//! tracker is started again, with the same seed; it does not see the frames between. A start needs a truth: frames
+//! without one are skipped as well, and no failure is found in them. (Kristan et al., VOT2014.)
 //!
 //! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its center moved by
 //! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
 //!
 //! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one. The frames
 //! before are [`Status::Waiting`]. The toolkit takes its start frames from a list that came with its results and is
-//! not public for all sequences; equal steps are what the paper says (Wu, Lim, Yang, 2013: "20 segments").
+//! not public for all sequences; equal steps follow the paper (Wu, Lim, Yang, 2013: "20 segments").
 //!
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
@@ -36,32 +36,32 @@ use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// How a tracker is run.
+/// Protocol under which a tracker is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunProtocol {
-    /// Started once.
+    /// Started once, in the first frame.
     OnePass,
-    /// Started again after failures.
+    /// Started again five frames after each failure.
     VotReset,
-    /// The same by the raster rule of 2014.
+    /// [`Self::VotReset`] with overlaps by the raster rule of 2014.
     VotReset2014,
-    /// The same, on disturbed boxes.
+    /// [`Self::VotReset`] on disturbed boxes.
     VotRegionNoise,
-    /// Started at different frames.
+    /// Started in a different frame in each run.
     OtbTemporal,
-    /// Started on different boxes.
+    /// Started on a different box in each run.
     OtbSpatial,
 }
 
-/// Version of the protocols; part of the address of a track that is made under another than `one-pass`.
+/// Version of the protocols; part of the address of a track under any of them but `one-pass`.
 /// - 1: first version.
 pub const VERSION: u32 = 1;
 
-/// Frames from a failure to the next start.
+/// Number of frames from a failure to the next start.
 const SKIPPED: usize = 5;
-/// Start frames of [`RunProtocol::OtbTemporal`].
+/// Number of start frames of [`RunProtocol::OtbTemporal`].
 pub const TEMPORAL_RUNS: u32 = 20;
-/// Start boxes of [`RunProtocol::OtbSpatial`].
+/// Number of start boxes of [`RunProtocol::OtbSpatial`].
 pub const SPATIAL_RUNS: u32 = 12;
 
 impl RunProtocol {
@@ -99,12 +99,12 @@ impl RunProtocol {
         }
     }
 
-    /// The protocol of a word.
+    /// The protocol of this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name() == name)
     }
 
-    /// How many runs it has, where that is fixed.
+    /// Number of runs, if the protocol fixes it.
     pub fn runs(self) -> Option<u32> {
         match self {
             Self::OtbTemporal => Some(TEMPORAL_RUNS),
@@ -204,7 +204,7 @@ fn spatial(rect: Rect, run: u32) -> Rect {
     }
 }
 
-/// A box near a box, see the module's documentation.
+/// A box moved, scaled and turned at random, see the module's documentation.
 fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     let mut draw = |low: f64, high: f64| rng.random_range(low..high);
     let (w, h) = (rect.w * draw(0.9, 1.1), rect.h * draw(0.9, 1.1));
@@ -245,7 +245,7 @@ enum Phase {
 }
 
 impl Supervised {
-    /// Whether an answer has lost the target, by a protocol that starts anew then.
+    /// Whether an answer is a failure, under protocols with restarts.
     fn is_failure(&self, region: &Region, frame: &Frame) -> bool {
         let (areas, frame) = match self.protocol {
             RunProtocol::VotReset | RunProtocol::VotRegionNoise => {
@@ -261,7 +261,7 @@ impl Supervised {
         self.sequence.truth.get(t).and_then(Option::as_ref)
     }
 
-    /// The region that a start in this frame is given, where it is annotated.
+    /// The region to start with in this frame: `given`, or else the ground truth if there is one.
     fn start_region(&mut self, given: Option<&Region>) -> Option<Region> {
         let region = given.or(self.truth(self.frame)).cloned()?;
         Some(match self.protocol {
@@ -271,7 +271,7 @@ impl Supervised {
         })
     }
 
-    /// One frame; `given` is where the caller says the target is in it.
+    /// Processes one frame; `given` is the caller's region of the target in it.
     fn step(&mut self, frame: &Frame, given: Option<&Region>) -> Result<TrackerState, TrackerError> {
         let t = self.frame;
         let start = match self.phase {

@@ -1,7 +1,6 @@
-//! Replay: a tracker whose regions were computed elsewhere and are read from result files.
+//! Replay: a tracker that reads its regions from result files.
 //!
-//! `results` names a folder under `<data root>/results/`. In it, the file of a sequence and run is the one
-//! that is there of
+//! `results` names a folder under `<data root>/results/`. The file of a sequence and run is one of these:
 //!
 //! | file | format, written by | run `r`, from 0 | first pixel |
 //! |---|---|---|---|
@@ -12,16 +11,16 @@
 //! | the same name | [`got10k`]: GOT-10k; the first line tells which of the two it is | its own file | 1 |
 //! | `<results>_00{r}/<Seq>.txt`, beside `results` | [`otb_text`]: pytracking with run numbers | its own folder | 1 |
 //!
-//! Two of them at once are an error. `*_time.txt` and other files of these toolkits are not looked at.
+//! It is an error if two of them exist. `*_time.txt` and other files of these toolkits are ignored.
 //!
-//! What a result calls its first pixel is what the annotation calls it that the tracker was started with: no
-//! toolkit shifts boxes. OTB, UAV123, LaSOT and GOT-10k count from 1, VOT from 0. Where that is not so, as
-//! for a tracker whose authors subtract 1, `base = 0` or `base = 1` says it for all files of the folder.
+//! A result counts pixels from the same number as the annotation that the tracker was started with: no
+//! toolkit shifts boxes. OTB, UAV123, LaSOT and GOT-10k count from 1, VOT from 0. For other results, such as
+//! those of a tracker whose authors subtract 1, `base = 0` or `base = 1` sets it for all files of the folder.
 //!
 //! A sequence `Jogging-1` may be spelled `Jogging_1` (pytracking) or `Jogging.1` (got10k) in all of these
 //! names: what stands before a target's number, of one or two digits, differs between toolkits.
 //!
-//! Which frame a line belongs to: VOT files have exactly the sequence's frames. Text and GOT-10k files have
+//! The frames of the lines: VOT files have exactly the sequence's frames. Text and GOT-10k files have
 //! either as many lines as the official range or as many as the range used. JSON states its frames, see
 //! [`align`](super::results::align). The range used must be covered; a run that starts later than the
 //! sequence (TRE segments after the first) is refused, because a track is a region for every frame.
@@ -42,7 +41,7 @@ use crate::region::Region;
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 
-/// What to do about a box without area.
+/// Treatment of a box without area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WithoutArea {
@@ -59,10 +58,10 @@ pub enum WithoutArea {
 pub struct Params {
     /// Folder under `<data root>/results/`, parts separated by `/`: `otb/OPE/STRUCK`.
     pub results: String,
-    /// What to do about a box without area.
+    /// Treatment of a box without area: `error` refuses the file, `repeat` repeats the last region.
     #[serde(default)]
     pub without_area: WithoutArea,
-    /// What the files call the left top pixel, 0 or 1; by default what their format does, see the table.
+    /// Index of the left top pixel in the files, 0 or 1; by default that of their format, see the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Base>,
 }
@@ -178,7 +177,7 @@ impl Replay {
         }
     }
 
-    /// The states of the range used.
+    /// The states of the frames that the sequence uses.
     fn cut(&self, path: &Path, boxes: Boxes, sequence: &Sequence) -> Result<Vec<TrackerState>, DatasetError> {
         let (first, count) = (sequence.numbering.first, sequence.len());
         let end = u64::from(boxes.first) + boxes.regions.len() as u64;
@@ -213,12 +212,12 @@ impl Replay {
     }
 }
 
-/// How a file is read.
+/// Format of a file.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Json,
     Text,
-    /// In a folder of the sequence's own: VOT or GOT-10k.
+    /// In a folder named after the sequence: VOT or GOT-10k.
     OwnFolder,
 }
 
@@ -227,7 +226,7 @@ struct Source {
     path: PathBuf,
 }
 
-/// A sequence's name, and where it ends in a target's number also the other ways to write that.
+/// The name of a sequence and, if it ends in the number of a target, its other spellings.
 fn spellings(name: &str) -> Vec<String> {
     let mut all = vec![name.to_owned()];
     if let Some((head, number)) = name.rsplit_once('-') {

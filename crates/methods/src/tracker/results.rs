@@ -33,7 +33,7 @@ pub struct BoxError {
     pub source: RegionError,
 }
 
-/// Why the frames of a result cannot be told.
+/// Why a result cannot be aligned with the frames of its sequence.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AlignError {
     /// Both readings fit.

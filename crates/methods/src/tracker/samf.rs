@@ -40,7 +40,7 @@ use serde::{Deserialize, Serialize};
 
 /// Side of a cell in pixels.
 const CELL: usize = 4;
-/// Most scales.
+/// Maximum number of scales.
 const MAX_SCALES: usize = 99;
 
 /// Parameters.
@@ -57,7 +57,7 @@ pub struct Params {
     pub label_width: f64,
     /// Deviation `sigma` of the kernel, from 0.01 to 10.
     pub kernel_width: f64,
-    /// Scales that are tried, 1 to 99, each from 0.5 to 2; among equal responses the first one wins.
+    /// Scales to try, 1 to 99 numbers from 0.5 to 2; among equal responses the first one wins.
     pub scales: Vec<f64>,
     /// Uses color names, unless the first frame is gray.
     pub color_names: bool,
@@ -147,14 +147,14 @@ struct Tracking {
     target: Target,
 }
 
-/// What a cell shows besides gradients.
+/// Channels of a cell besides gradients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Extra {
-    /// Gray and color names.
+    /// Gray value and color names.
     Names,
-    /// Gray.
+    /// Gray value.
     Gray,
-    /// Gray twice, of a gray sequence.
+    /// Gray value twice, for gray sequences.
     GrayTwice,
 }
 
@@ -232,7 +232,7 @@ impl Target {
         (side(self.target.0), side(self.target.1))
     }
 
-    /// Makes `features` what is seen around the target at a scale.
+    /// Computes `features` of the window around the target at a scale.
     fn look(&mut self, p: &Params, frame: &Frame, scale: f64) {
         let factor = f64::from(1_u32 << self.halvings);
         let (w, h) = self.window(p, scale);

@@ -1,4 +1,4 @@
-//! An oracle with faults: answers the ground truth except where it is told to lose the target.
+//! An oracle with faults: answers the ground truth, except where its script loses the target.
 //!
 //! The answer in frame `t` (0-based) is the ground truth of frame `t` moved to the right by `o(t) w`,
 //! where `w` is the truth's longest horizontal chord (a rectangle's width), plus jitter:
@@ -16,7 +16,7 @@
 //! 9/16 of its area. The region of a start is never moved. In a frame without truth the last answer repeats.
 //!
 //! The frame of a start is the first one with exactly the given region as its truth, or else frame 0. Losses that begin after
-//! the sequence's end do nothing. This tracker is not of any paper; tests use it because its events are
+//! the sequence's end do nothing. This tracker is not from any paper; tests use it because its events are
 //! known beforehand.
 
 use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
@@ -86,7 +86,7 @@ impl Scripted {
         Ok(Self(p))
     }
 
-    /// How far the box is to the right of the target in frame `t`, in widths.
+    /// Offset of the box to the right of the target in frame `t`, in widths.
     fn offset(&self, t: usize) -> f64 {
         let Some(loss) = self.0.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
             return 0.0;
@@ -98,7 +98,7 @@ impl Scripted {
     }
 }
 
-/// Where a lost box is, in widths beside the target.
+/// Offset of a lost box, in widths of the target.
 const AWAY: f64 = 1.25;
 
 /// The list's line.
@@ -168,15 +168,15 @@ impl Tracking {
         if offset > 0.0 || jitter == 0.0 {
             return truth.shifted(offset * w, 0.0);
         }
-        // From the frame's number, so that a restart does not shift the stream.
+        // Seeded by the frame, so that a restart does not shift the numbers.
         let mut random = rng(seed(self.seed, &["scripted", &t.to_string()]));
         let mut draw = |most: f64| (2.0 * random.random::<f64>() - 1.0) * jitter.min(most);
         truth.shifted(draw(w / 4.0), draw(h / 4.0))
     }
 }
 
-/// Length of a convex polygon's longest horizontal chord: moved further to the side than this, it no
-/// longer meets itself. It ends in a corner.
+/// Length of a convex polygon's longest horizontal chord, which ends in a corner. A polygon that is moved sideways
+/// by more than this no longer meets itself.
 fn longest_chord(corners: &[(f64, f64)]) -> f64 {
     let chord = |y: f64| {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! Candidates, weights and the posterior's moments are as in `affine_candidates`; the posterior's likelihood is
-//! that of the estimate. After every `batch` kept windows `mu` and `U` take them in
+//! that of the estimate. `mu` and `U` take in kept windows, `batch` at a time
 //! ([`crate::num::incremental_pca`]), up to `K = max_basis` vectors. The state is `(x, y, s, theta, r, phi)`:
 //! center in pixels, width as a multiple of 32 pixels, rotation, height over width and skew, the angles in
 //! radians ([`crate::image::warp`]). The region is a rectangle while both angles are 0, else four corners.
@@ -72,15 +72,15 @@ pub struct Params {
     pub noise: [f64; 6],
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
     pub likelihood_scale: f64,
-    /// Most basis vectors K, from 1 to 256.
+    /// Maximum number K of basis vectors, from 1 to 256.
     pub max_basis: usize,
     /// Windows that are taken in together, from 1 to 1000.
     pub batch: usize,
-    /// Weight of what is known when new windows come, above 0 and at most 1.
+    /// Weight of old windows when new ones come, above 0 and at most 1.
     pub forgetting: f64,
     /// Threshold and price `lambda` of an occluded pixel, in gray levels of 1, above 0 and at most 1.
     pub lambda: f64,
-    /// Most iterations of the alternation, from 1 to 1000.
+    /// Maximum number of iterations of the alternation, from 1 to 1000.
     pub iterations: usize,
     /// Change of the objective at which the alternation stops, from 0 to 1.
     pub tolerance: f64,
@@ -181,7 +181,7 @@ impl TrackerConfig for SparsePrototypes {
     }
 }
 
-/// What a subspace tracker is made of; without `occlusion` it is the IVT tracker.
+/// Parameters of a subspace tracker; without `occlusion` it is the IVT tracker.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
     pub(super) name: &'static str,
@@ -203,7 +203,7 @@ pub(super) struct Occlusion {
 }
 
 impl Model {
-    /// Checks what both trackers share, under the names of their parameters.
+    /// Checks the parameters that both trackers share, under their names.
     pub(super) fn check(&self) -> Result<(), ParamError> {
         check(self.samples, &self.noise)?;
         if !(1e-4..=1000.0).contains(&self.scale) {

@@ -1,7 +1,7 @@
-//! The null tracker: answers the first region for ever.
+//! The null tracker: answers the first region in every frame.
 //!
-//! What any tracker has to beat, and a check of the tables: its overlap is that of the target with its
-//! own first place. No parameters, no randomness, no source.
+//! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
+//! own first place. It has no parameters and no randomness.
 
 use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;

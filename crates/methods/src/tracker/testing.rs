@@ -1,4 +1,4 @@
-//! What the tests of the trackers share.
+//! Helpers of the trackers' tests.
 
 use super::{RunContext, TrackerConfig, TrackerState};
 use crate::dataset::{Sequence, synthetic};

@@ -1,5 +1,5 @@
-//! Messages of the TraX protocol, versions 1 to 4: how an evaluator (client) and a tracker (server) talk
-//! over a pair of streams. Only the messages; who starts which process and how long to wait is elsewhere.
+//! Messages of the TraX protocol, versions 1 to 4, between an evaluator (client) and a tracker (server)
+//! over a pair of streams. Processes and time limits are elsewhere.
 //!
 //! ```text
 //! @@TRAX:hello "trax.version=1" "trax.name=NCC" "trax.region=rectangle;" "trax.image=path;"
@@ -9,7 +9,7 @@
 //! @@TRAX:quit "trax.reason=done"
 //! ```
 //!
-//! A message is a line that starts with `@@TRAX:`; whatever else a tracker prints is skipped. Arguments are
+//! A message is a line that starts with `@@TRAX:`; other lines are skipped. Arguments are
 //! separated by blanks and may be quoted; a backslash makes `"`, `\` and blanks ordinary and `\n` a line
 //! end. An argument that begins with a key (1 to 64 letters, digits, `.`, `_`) and `=` is a property; the
 //! others count by their position. Types are read in either case, `status` is `state`.
@@ -17,12 +17,12 @@
 //! Regions: `x,y,w,h`; corners `x1,y1,...` of a convex polygon; a single integer is a code of the VOT
 //! protocol; masks are refused. Coordinates are taken as they are. Images: `file://` and a path as it is
 //! (nothing in it is escaped), or the path alone; one image a frame (version 2 can send depth beside it).
-//! Version 4 tells image and region apart: `initialize` has a region alone and is not answered, the `frame`
-//! after it has the image and is; of its several objects one is spoken of here. [`server`] is the side of a
-//! tracker, [`process`](super::process) has the other.
+//! Version 4 separates image and region: `initialize` has only a region and is not answered, the `frame`
+//! after it has the image and is; of several objects only one is supported here. [`server`] is the side of a
+//! tracker, [`process`](super::process) that of the client.
 //!
-//! The other side is any program, so lines are capped and anything unexpected is an error that ends the
-//! talk, as the specification wants it. Specification: <https://trax.readthedocs.io/en/latest/protocol.html>;
+//! The other side can be any program, so the length of lines is limited and anything unexpected is an error that
+//! ends the session, as the specification asks. Specification: <https://trax.readthedocs.io/en/latest/protocol.html>;
 //! Cehovin, TraX: The visual Tracking eXchange protocol and library, Neurocomputing 260, 2017.
 
 pub mod server;
@@ -34,9 +34,9 @@ use std::fmt::Write as _;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// Longest message that is read, in bytes.
+/// Longest message, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 64 << 10;
-/// The latest version that is spoken here.
+/// The latest version that is supported.
 pub const LATEST_VERSION: u32 = 4;
 
 const PREFIX: &str = "@@TRAX:";
@@ -48,13 +48,13 @@ pub type Properties = BTreeMap<String, String>;
 /// A message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
-    /// Server: what it is and what it understands.
+    /// Server: its name and abilities.
     Hello(Hello),
-    /// Client: start (again) on this image with the target here.
+    /// Client: start (again) on this image with the target in this region.
     Initialize {
         /// Image file; none in version 4, where a frame with it follows.
         image: Option<PathBuf>,
-        /// Where the target is.
+        /// Region of the target.
         region: Region,
         /// Anything else.
         properties: Properties,
@@ -68,7 +68,7 @@ pub enum Message {
     },
     /// Server: the answer to either.
     TrackerState {
-        /// Where it says the target is.
+        /// Region of the target, or a code.
         answer: Answer,
         /// Anything else, such as a confidence.
         properties: Properties,
@@ -80,20 +80,20 @@ pub enum Message {
     },
 }
 
-/// What a server says of itself.
+/// Name and abilities of a server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hello {
     /// 1 to [`LATEST_VERSION`].
     pub version: u32,
-    /// Kinds of images it reads: `path`, `memory`, `data`, `url` ...; `path` where it says nothing.
+    /// Kinds of images that it reads: `path`, `memory`, `data`, `url` ...; `path` by default.
     pub images: Vec<String>,
-    /// Kinds of regions it reads: `rectangle`, `polygon`, `mask` ...; `rectangle` where it says nothing.
+    /// Kinds of regions that it reads: `rectangle`, `polygon`, `mask` ...; `rectangle` by default.
     pub regions: Vec<String>,
-    /// Everything it said but the three above: `trax.name`, `trax.identifier` ...
+    /// All other properties: `trax.name`, `trax.identifier` ...
     pub properties: Properties,
 }
 
-/// Where a tracker says the target is.
+/// Answer of a tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// A region.
@@ -111,23 +111,23 @@ pub enum TraxError {
     /// A message without end.
     #[error("a message of more than {MAX_MESSAGE_BYTES} bytes; none is that long")]
     TooLong,
-    /// Not what the protocol allows.
+    /// A message that the protocol does not allow here.
     #[error("received `{received}`; expected {expected}")]
     Unexpected {
         /// The message, shortened.
         received: String,
-        /// What would have been right.
+        /// The expected message.
         expected: String,
     },
-    /// Numbers that are no region.
+    /// Numbers that do not make a region.
     #[error("received the region `{received}`: {source}")]
     Region {
         /// The region, shortened.
         received: String,
-        /// Why it is none.
+        /// The error in the numbers.
         source: RegionError,
     },
-    /// A message that the protocol has no words for.
+    /// A message that the protocol cannot express.
     #[error("cannot be said in TraX: {0}")]
     Unwritable(String),
 }
@@ -193,7 +193,7 @@ impl<R: BufRead> Reader<R> {
     }
 }
 
-/// The message on a line, `None` where the line is none.
+/// The message on a line; `None` if the line is not a message.
 ///
 /// # Errors
 /// See [`TraxError`].

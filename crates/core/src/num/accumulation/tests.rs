@@ -103,7 +103,7 @@ fn a_heavy_tail_ends_somewhere() {
 }
 
 #[test]
-fn what_has_no_sum_is_refused() {
+fn invalid_distributions_are_refused() {
     let grid = Grid::default();
     let uniform = |v: f64| v.clamp(0.0, 1.0);
     assert!(

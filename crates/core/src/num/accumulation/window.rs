@@ -55,7 +55,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_first_sums_are_over_what_is_there() {
+    fn the_first_sums_are_over_fewer_values() {
         assert_eq!(
             sums(&[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0], 3),
             [1.0, 3.0, 7.0, 14.0, 28.0, 56.0, 112.0]

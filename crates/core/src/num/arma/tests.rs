@@ -34,7 +34,7 @@ fn finds_the_global_minimum_of_scipy() {
         let sse = case["sse"].as_f64().unwrap();
         let s = spread(&y);
         assert!(got.sse <= sse * (1.0 + 1e-6), "{label}: {} above {sse}", got.sse);
-        // Above first order the search may do better than the oracle; nothing more is asked of it.
+        // Above first order the search may do better than the oracle; it only must not do worse.
         if order.iter().all(|&k| k <= 1) {
             assert!(close(got.sse, sse, 1e-6 * sse), "{label}: {} is not {sse}", got.sse);
             for (got, want) in got.forecast(5).iter().zip(numbers(&case["forecast"])) {

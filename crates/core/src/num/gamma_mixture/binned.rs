@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_counted_or_refused() {
+    fn samples_out_of_range_are_counted_or_refused() {
         let binned = Binned::new([0.0, 1e-9, 1e-6, 3.0, 1e6, 1e12]).unwrap();
         assert_eq!((binned.count(), binned.clipped()), (6, Clipped { floored: 2, above: 2 }));
         let cells = binned.cells(1);

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn ties_go_to_the_smaller_order_and_nothing_to_nothing() {
+    fn ties_go_to_the_smaller_order() {
         let t = of(&[-100.0, -94.0, -91.0], 10);
         // d = 1: 204, 198, 198.
         assert_eq!(choose(&t, Criterion::Aic, 1).winners, [2]);

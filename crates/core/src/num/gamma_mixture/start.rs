@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cube_root_start_separates_what_is_apart() {
+    fn the_cube_root_start_separates_distant_groups() {
         let x = (0..1000)
             .map(|i| if i % 4 == 0 { 8.0 + 0.001 * f64::from(i) } else { 0.5 + 0.0001 * f64::from(i) });
         let start = cube_root(&Binned::new(x).unwrap().cells(1), 2);

@@ -35,7 +35,7 @@ fn cut(window: &[f32], patches: &mut Vec<f32>) {
     }
 }
 
-/// The patches of all templates.
+/// Patches of all templates.
 #[derive(Debug, Clone)]
 pub struct Dictionary {
     /// Template by template.
@@ -53,7 +53,7 @@ pub struct Coding {
 }
 
 impl Dictionary {
-    /// Of at least one template of length 1, 1024 numbers each.
+    /// The dictionary of at least one template of length 1, 1024 numbers each.
     pub fn of(templates: &[Vec<f32>]) -> Self {
         let mut atoms = Vec::with_capacity(templates.len() * PATCHES * AREA);
         for template in templates {
@@ -135,7 +135,7 @@ mod tests {
 
     // A window that is the only template codes every patch by itself.
     #[test]
-    fn a_template_has_full_confidence_and_nothing_has_none() {
+    fn a_template_has_full_confidence_and_a_dark_window_none() {
         let dictionary = Dictionary::of(&[window(2)]);
         let confidence = |w: &[f32]| dictionary.confidence(w, &LASSO, &mut Coding::default());
         assert!((confidence(&window(2)) - 9.0).abs() < 1e-4);

@@ -1,5 +1,4 @@
-//! Color histograms of ellipses: which bin a color has, which pixels an ellipse covers, how alike two
-//! histograms are.
+//! Color histograms of ellipses: bins of colors, pixels of an ellipse, and the similarity of two histograms.
 //!
 //! A frame's colors become bin numbers once ([`Grid`]); an ellipse is then a sum over row spans. Weights are
 //! whole multiples of 2^-36, so that sums do not depend on their order. Along a row the weight is a parabola
@@ -12,7 +11,7 @@ use rand::{Rng, RngExt};
 /// axis towards the y axis (clockwise as seen, for y points down).
 pub type Ellipse = [f64; 5];
 
-/// Most bins a channel may have; three channels of it fit [`Histogram`].
+/// Maximum number of bins per channel; [`Histogram`] has room for three such channels.
 pub const MAX_BINS: u8 = 16;
 const MAX_HISTOGRAM_BINS: usize = 4096;
 
@@ -27,7 +26,7 @@ const ONE: f64 = (1_u64 << 36) as f64;
 pub struct Binning {
     hsv: bool,
     counts: [u32; 3],
-    /// What a byte of each channel adds to the bin number.
+    /// Contribution of each byte of each channel to the bin number.
     tables: [[u16; 256]; 3],
 }
 
@@ -76,7 +75,7 @@ impl Binning {
     }
 }
 
-/// Bin numbers of the pixels of a frame, where they were asked for.
+/// Bin numbers of those pixels of a frame that ellipses may cover.
 #[derive(Debug, Clone, Default)]
 pub struct Grid {
     width: usize,

@@ -1,4 +1,4 @@
-//! How alike fragments of a frame and of the model are.
+//! Similarity of the fragments of a frame and of the model.
 
 use super::layout::Fragment;
 use crate::image::integral::{Counts, IntegralHistogram};
@@ -13,7 +13,7 @@ const GRAY_BINS: usize = 16;
 const RGB_BINS: usize = 512;
 /// The code of a pixel whose bin no fragment of the model has.
 const NOWHERE: u16 = u16::MAX;
-/// Most counts of an integral histogram: 128 MiB.
+/// Maximum number of counts of an integral histogram: 128 MiB.
 const MAX_COUNTS: usize = 1 << 25;
 
 /// A fragment's histogram in the first frame: bins that are not empty and the roots of their shares.
@@ -25,13 +25,13 @@ pub struct Evidence {
     rgb: bool,
     fragments: Vec<Fragment>,
     models: Vec<Model>,
-    /// Which of the model's bins a bin of the histogram is.
+    /// Index among the model's bins of each bin of the histogram.
     known: Vec<u16>,
     bins: usize,
     view: View,
 }
 
-/// The part of a frame that is looked at, as codes.
+/// Codes of the searched part of a frame.
 #[derive(Debug, Clone, Default)]
 struct View {
     left: i64,
@@ -101,15 +101,15 @@ impl Evidence {
         view.codes.clear();
         for y in rows {
             let pixels = frame.row(y)[3 * columns.start..3 * columns.end].as_chunks::<3>().0;
-            // The choice of histogram is made a row, not a pixel.
+            // The histogram is chosen once per row, not per pixel.
             if self.rgb {
                 view.codes.extend(pixels.iter().map(|&p| self.known[rgb_bin(p)]));
             } else {
                 view.codes.extend(pixels.iter().map(|&p| self.known[usize::from(luma(p) >> 4)]));
             }
         }
-        // Sums cost a few additions at once for every pixel and bin, direct counts one step for every pixel
-        // of every fragment. Both count exactly, so that the choice is one of time only.
+        // Sums cost a few additions for every pixel and bin, direct counts one step for every pixel
+        // of every fragment. Both are exact, so that the choice only affects the time.
         let summing = IntegralHistogram::room(view.width, view.height, self.bins);
         let area = |f: &Fragment| (f[2] - f[0] + 1.0) * (f[3] - f[1] + 1.0);
         let fragments: f64 = self.fragments.iter().map(area).sum();

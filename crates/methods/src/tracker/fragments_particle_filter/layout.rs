@@ -1,4 +1,4 @@
-//! Which parts of the target are fragments.
+//! Division of the target into fragments.
 
 use serde::{Deserialize, Serialize};
 

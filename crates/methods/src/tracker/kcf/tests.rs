@@ -62,7 +62,7 @@ fn a_target_stays_in_touch_with_the_frame() {
 }
 
 #[test]
-fn presets_fill_in_what_is_not_given() {
+fn presets_fill_in_missing_parameters() {
     let shown = |text: &str| ENTRY.build_from_text(text).unwrap().params();
     let tpami = shown("{}");
     assert_eq!(

@@ -101,7 +101,7 @@ fn transformed_sums_are_nearly_whole_numbers() {
 }
 
 #[test]
-fn gain_and_offset_of_the_light_change_nothing() {
+fn answers_do_not_depend_on_gain_and_offset() {
     let dim = |f: &Frame| Frame::from_fn(90, 70, |x, y| f.pixel(x, y).map(|v| v / 2 + 20));
     let region = Region::Rect(Rect::new(30.0, 25.0, 20.0, 16.0));
     let answer = follow(&ENTRY, "{}", &region, &[texture(0, 0), dim(&texture(4, -3))]);

@@ -69,8 +69,8 @@ impl Codes {
     }
 }
 
-/// Which eighth of the circle a direction other than `(0, 0)` is in, counted from the x axis towards the y
-/// axis; directions between two eighths are in either.
+/// The eighth of the circle that holds a direction other than `(0, 0)`, counted from the x axis towards the y
+/// axis; a direction on a border is in one of the two.
 pub fn octant(gx: i32, gy: i32) -> u8 {
     // Within a quadrant the two halves change places from one quadrant to the next.
     let quadrant = u8::from(gy < 0) << 1 | u8::from((gx < 0) != (gy < 0));

@@ -1,4 +1,4 @@
-//! Which colors are the target's.
+//! Colors of the target and of its surroundings.
 
 use super::codes::Codes;
 use crate::image::Frame;
@@ -22,7 +22,7 @@ fn bin(frame: &Frame, x: i64, y: i64) -> usize {
 }
 
 impl Colors {
-    /// No colors yet: everything is as likely the target's as not.
+    /// No colors yet: every color has probability 1/2.
     pub fn new() -> Self {
         Self { inside: vec![0.0; BINS], around: vec![0.0; BINS], counts: [vec![0; BINS], vec![0; BINS]] }
     }

@@ -1,4 +1,4 @@
-//! How far the target reaches: the classifier's weights, projected back to the pixels.
+//! Extent of the target, from the classifier's weights projected back to the pixels.
 
 use super::codes::Codes;
 use super::model::Model;

@@ -18,7 +18,7 @@ pub struct Example {
     pub target: Pattern,
     /// Other windows and their losses `1 - IoU`.
     pub others: Vec<(Pattern, f32)>,
-    /// How much each cell may learn, from 0 to 1.
+    /// Learning rate of each cell, from 0 to 1.
     pub mask: Vec<f32>,
 }
 
@@ -29,7 +29,7 @@ pub struct Model {
     pub colors: Vec<f32>,
     /// Weights of gray levels (even rows) and directions (odd rows), 16 each, 32 a cell.
     pub tones: Vec<f32>,
-    /// What is looked up: the weights that were not shrunk away, gray level and direction added up.
+    /// Look-up tables: the weights that were not shrunk away, those of gray level and direction added up.
     lut_colors: Vec<f32>,
     lut_tones: Vec<f32>,
     sizes: Vec<u32>,
@@ -137,7 +137,7 @@ impl Model {
         }
     }
 
-    /// What a cell adds to a window's score, by the tables.
+    /// Share of a cell in a window's score, by the tables.
     pub fn share(&self, cell: usize, color: u16, tone: u8) -> f32 {
         self.lut_colors[COLORS * cell + usize::from(color)] + self.lut_tones[TONES * cell + usize::from(tone)]
     }

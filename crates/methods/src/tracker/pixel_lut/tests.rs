@@ -213,7 +213,7 @@ fn shrinking_leaves_the_largest_weights() {
 }
 
 #[test]
-fn colors_of_the_target_are_told_from_the_others() {
+fn colors_of_the_target_are_separated_from_the_others() {
     let frame = scene((0, 0), (0, 0), 24.0);
     let (mut codes, mut colors) = (Codes::default(), Colors::new());
     codes.look(&frame, (20, 10), (80, 76), 16.0);

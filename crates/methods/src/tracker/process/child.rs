@@ -31,7 +31,7 @@ const TICK: Duration = Duration::from_millis(5);
 pub struct Child<T> {
     process: std::process::Child,
     guard: Option<Guard>,
-    ask: Option<SyncSender<String>>,
+    lines: Option<SyncSender<String>>,
     answers: Receiver<Result<T, ProgramFault>>,
     stderr: Arc<Mutex<VecDeque<u8>>>,
     stderr_ended: Receiver<()>,
@@ -51,14 +51,14 @@ impl<T: Send + 'static> Child<T> {
         let name = command.get_program().to_string_lossy().into_owned();
         let mut process = command.spawn().map_err(|source| ProgramFault::Start { program: name, source })?;
         let guard = Guard::new(process.id(), folder);
-        let (ask, asked) = sync_channel::<String>(MAX_QUEUED);
+        let (lines, queue) = sync_channel::<String>(MAX_QUEUED);
         let (answer, answers) = sync_channel(MAX_QUEUED);
         let (end, stderr_ended) = sync_channel(1);
         let stderr = Arc::new(Mutex::new(VecDeque::new()));
         if let Some(mut stdin) = process.stdin.take() {
             std::thread::spawn(move || {
                 // Writing fails when the process reads no more; the missing answer is noticed elsewhere.
-                while let Ok(line) = asked.recv() {
+                while let Ok(line) = queue.recv() {
                     if stdin.write_all(line.as_bytes()).and_then(|()| stdin.flush()).is_err() {
                         break;
                     }
@@ -83,7 +83,7 @@ impl<T: Send + 'static> Child<T> {
                 let _ = end.send(());
             });
         }
-        Ok(Self { process, guard, ask: Some(ask), answers, stderr, stderr_ended })
+        Ok(Self { process, guard, lines: Some(lines), answers, stderr, stderr_ended })
     }
 
     /// Sends a line without waiting for the answer.
@@ -96,7 +96,7 @@ impl<T: Send + 'static> Child<T> {
                 return Err(self.fault(unasked.into()));
             }
         }
-        match self.ask.as_ref().map(|ask| ask.try_send(line)) {
+        match self.lines.as_ref().map(|lines| lines.try_send(line)) {
             Some(Err(TrySendError::Full(_))) => Err(self.fault("it does not read what it is sent".into())),
             _ => Ok(()),
         }
@@ -136,10 +136,10 @@ impl<T: Send + 'static> Child<T> {
 
     /// Sends `line`, which asks the process to end, and gives it [`GRACE`].
     pub fn quit(&mut self, line: String) {
-        let Some(ask) = self.ask.take() else { return };
+        let Some(lines) = self.lines.take() else { return };
         // Its stdin is closed after the line.
-        if ask.try_send(line).is_ok() {
-            drop(ask);
+        if lines.try_send(line).is_ok() {
+            drop(lines);
             self.ended(GRACE);
         }
         self.kill();
@@ -162,7 +162,7 @@ impl<T: Send + 'static> Child<T> {
 
 impl<T> Child<T> {
     fn kill(&mut self) {
-        self.ask = None;
+        self.lines = None;
         drop(self.guard.take());
         // Needed if there is no guard; harmless if the process has already ended.
         let _ = self.process.kill();

@@ -121,7 +121,7 @@ fn moved(x: f64) -> TrackerState {
 }
 
 #[test]
-fn a_program_is_told_frames_and_its_answers_are_the_track() {
+fn a_program_gets_frames_and_its_answers_are_the_track() {
     let script = Script::new(Protocol::Lines, GOOD);
     let states = script.track(4).unwrap();
     assert_eq!(states, [TrackerState::initialized(rect()), moved(2.0), moved(3.0), moved(4.0)]);
@@ -146,7 +146,7 @@ fn two_written_frames_are_kept() {
 }
 
 #[test]
-fn frames_in_files_are_told_by_their_paths() {
+fn frames_in_files_are_sent_as_their_paths() {
     let dir = tempfile::tempdir().unwrap();
     let path = |t: usize| dir.path().join(if t == 3 { "a\tb.png".into() } else { format!("{t}.png") });
     (0..6).for_each(|t| std::fs::write(path(t), encode_png(&Ramp.render(t)).unwrap()).unwrap());
@@ -168,7 +168,7 @@ fn frames_in_files_are_told_by_their_paths() {
 }
 
 #[test]
-fn polygons_are_told_to_those_who_read_them() {
+fn polygons_are_sent_to_programs_that_read_them() {
     let corners = vec![(1.0, 1.0), (5.0, 2.0), (4.0, 6.0), (0.0, 5.0)];
     let turned = Region::Polygon(corners.clone());
     let whole = turned.rect();
@@ -267,7 +267,7 @@ fn bad_answers_fail_with_a_reason() {
 }
 
 #[test]
-fn what_cannot_be_started_says_so() {
+fn a_command_that_cannot_be_started_is_an_error() {
     let mut script = Script::new(Protocol::Lines, "");
     for command in ["no-such-program-at-all", "./not/here", "./tracker.sh"] {
         script.program.command = vec![command.into()];
@@ -328,7 +328,7 @@ fn a_good_program_is_ended_with_all_it_started_too() {
 }
 
 #[test]
-fn floods_on_stderr_hold_nobody_up() {
+fn floods_on_stderr_do_not_block() {
     let script = Script::new(Protocol::Lines, &format!("yes a line of many >&2 &\n{GOOD}"));
     assert_eq!(script.track(4).unwrap().len(), 4);
     let script =
@@ -337,7 +337,7 @@ fn floods_on_stderr_hold_nobody_up() {
     assert!(fault.ends_with("a line of many | end") && fault.len() < 400, "{fault}");
 }
 
-/// A TraX tracker that writes down what it is told; `%` is the answer to its n-th question, `$n`.
+/// A TraX tracker that writes down the lines that it gets; `answer` may use `$n`, the number of the question.
 fn trax(hello: &str, answer: &str) -> Script {
     let state = format!("n=$((n + 1)); printf '@@TRAX:state {answer}\\n'");
     let text = format!(

@@ -137,7 +137,7 @@ fn spatial_runs_start_beside() {
 }
 
 #[test]
-fn what_a_track_depends_on_is_said() {
+fn uses_seed_and_uses_run_are_those_of_the_protocol() {
     let with = |p: RunProtocol| p.over(Arc::new(Drifting));
     for p in RunProtocol::ALL {
         assert_eq!(RunProtocol::from_name(p.name()), Some(p));

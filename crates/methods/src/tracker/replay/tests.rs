@@ -131,7 +131,7 @@ fn absent_results_are_missing() {
 }
 
 #[test]
-fn what_does_not_fit_is_broken() {
+fn files_that_do_not_fit_are_errors() {
     for (files, run, word) in [
         (&[("S.json", JSON)][..], 1, "start later"),
         (&[("S.json", JSON)], 2, "no run 2"),

@@ -1,8 +1,8 @@
-//! Results of GOT-10k experiments (Huang, Zhao, Huang; PAMI 2021): `x,y,w,h` a line, the first line the box
-//! that the tracker was given, a file a repetition.
+//! Results of GOT-10k experiments (Huang, Zhao, Huang; PAMI 2021): one file per repetition with `x,y,w,h` in each
+//! line; the first line is the box that the tracker was started with.
 //!
 //! ```text
-//! <Seq>/<Seq>_001.txt             three of them, or one of a tracker that says the same each time
+//! <Seq>/<Seq>_001.txt             three of them, or one of a deterministic tracker
 //! <Seq>/<Seq>_time.txt            seconds a frame; not read
 //! ```
 //!
@@ -15,19 +15,19 @@
 use crate::dataset::{DatasetError, text};
 use std::path::Path;
 
-/// What the first line of `<Seq>/<Seq>_001.txt` says the file is.
+/// Kind of a file `<Seq>/<Seq>_001.txt`, by its first line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Marks and regions of the VOT reset protocol.
     Vot,
-    /// A box a line.
+    /// One box per line.
     Boxes,
 }
 
 /// Tells the two apart by the first line; `path` names the file in messages.
 ///
 /// # Errors
-/// A first line that is neither the mark `1` nor four numbers; a file that is empty or no text.
+/// A first line that is neither the mark `1` nor four numbers; a file that is empty or not text.
 pub fn kind(path: &Path, bytes: &[u8]) -> Result<Kind, DatasetError> {
     let lines = text::lines(path, text::decode(path, bytes)?)?;
     let first = lines.first().map_or("", |(_, line)| line);
@@ -70,7 +70,7 @@ mod tests {
     }
 
     proptest! {
-        // What is said to be VOT's is never read as boxes by the other reader, and the other way round.
+        // No file of one kind is read by the reader of the other.
         #[test]
         fn no_file_is_both(text in "[0-3.,\t\r\n ]{0,40}") {
             let path = Path::new("S_001.txt");

@@ -210,7 +210,7 @@ mod tests {
         {"startFrame":2,"endFrame":2,"resType":"ivtAff","tmplsize":[32,32],"res":[[27,179,1.3,0,0,0.8]]}]"#;
 
     #[test]
-    fn what_is_no_result_file_is_quoted_in_part() {
+    fn unexpected_text_is_quoted_in_part() {
         let text = format!("[{{\"startFrame\": \"{}\"}}]", "x".repeat(1 << 20));
         let message = read_text(text.as_bytes(), 0).unwrap_err().to_string();
         assert!(message.contains("no OTB result file") && message.len() < 500, "{}", message.len());

@@ -1,6 +1,6 @@
-//! Plain text boxes: `x,y,w,h` a line, as the OTB code base and most trackers write them.
+//! Plain text boxes: `x,y,w,h` in each line, as the OTB code base and most trackers write them.
 //!
-//! Toolkits differ in what separates the numbers, and in little else: pysot and the LaSOT toolkit write commas,
+//! Toolkits differ in the separators of the numbers, and in little else: pysot and the LaSOT toolkit write commas,
 //! pytracking tabs between integers (its writer cuts the fractions off), others blanks. None of them shifts
 //! anything, so a result counts pixels as the annotation did that the tracker was started with. pysot's first
 //! line is half a pixel right of and below that annotation, its other lines are not.

@@ -1,9 +1,10 @@
-//! Result files of the VOT reset protocol (VOT2014 and its toolkit): a frame a line.
+//! Result files of the VOT reset protocol (VOT2014 and its toolkit): one line per frame.
 //!
 //! A line with one number is a mark: `1`, initialized with the ground truth; `2`, failure in this frame; `0`,
 //! skipped or unknown. Other lines are regions: 4 values `x,y,w,h` or the corners of a polygon, in the
-//! ground truth's coordinates, which count from 0 unless the caller says otherwise. The box that failed is not in the file, so frames marked `2` and `0` repeat
-//! the last region, with a status that says so.
+//! ground truth's coordinates, which count from 0 unless the caller gives another [`Base`]. The failed box is not in
+//! the file, so frames marked `2` and `0` repeat the last region, with the status [`Status::Failed`] or
+//! [`Status::Skipped`].
 
 use super::Base;
 use crate::dataset::{DatasetError, text};
@@ -14,8 +15,8 @@ use std::path::Path;
 /// Reads one run; `truth` is the sequence's, one entry a frame.
 ///
 /// # Errors
-/// Another number of lines than frames, other marks, regions that are none, a mark before the first
-/// initialization, and an initialization where there is no ground truth.
+/// Another number of lines than frames, other marks, numbers that are not a region, a mark before the first
+/// initialization, and an initialization in a frame without ground truth.
 pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<TrackerState>, DatasetError> {
     parse(path, &text::read_capped(path)?, truth)
 }
@@ -28,7 +29,7 @@ pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<
     parse_from(path, bytes, truth, Base::Zero)
 }
 
-/// As [`parse`]; `base` is what the file's regions call the left top pixel. The truth is counted from 0.
+/// As [`parse`]; `base` is the file's index of the left top pixel. The truth is 0-based.
 ///
 /// # Errors
 /// As [`read`].

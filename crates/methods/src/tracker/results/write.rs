@@ -1,12 +1,12 @@
-//! Result files as the evaluation programs write them, so that other programs and [`super::super::replay`] read
-//! them back. Numbers are written so that reading them gives the same bits.
+//! Writers of result files in the formats of evaluation programs, for other programs and
+//! [`super::super::replay`]. A number that is written and read again has the same bits.
 
 use super::Base;
 use crate::region::Region;
 use crate::tracker::Status;
 use std::fmt::Write as _;
 
-/// One frame a line: `x,y,w,h` or the corners `x1,y1,...`, joined by commas.
+/// `x,y,w,h` or the corners `x1,y1,...`, joined by commas.
 fn numbers(region: &Region) -> String {
     let values = match region {
         Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
@@ -29,12 +29,12 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
     text
 }
 
-/// A pass over a sequence as OTB writes it: a region a line, 1-based.
+/// A pass over a sequence in the format of OTB: one region per line, 1-based.
 pub fn otb(regions: &[Region]) -> String {
     regions.iter().map(|region| numbers(&Base::One.from_zero(region)) + "\n").collect()
 }
 
-/// The rectangles of regions, `x,y,w,h` a line.
+/// The rectangles of regions, one `x,y,w,h` per line.
 pub fn boxes(regions: &[Region], base: Base) -> String {
     let rect = |region: &Region| base.from_zero(&Region::Rect(region.rect()));
     regions.iter().map(|region| numbers(&rect(region)) + "\n").collect()
@@ -62,7 +62,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(
+        fn written_results_are_read_back(
             boxes in prop::collection::vec((-99.0..99.0, -99.0..99.0, 0.5..99.0, 0.5..99.0), 2..20),
         ) {
             let regions: Vec<Region> =

@@ -1,4 +1,4 @@
-//! How far a window is from a subspace, with and without room for occlusion.
+//! Distance of a window from a subspace, with and without an occlusion model.
 //!
 //! Windows, mean and basis are `f32`, so that eight numbers go through a register; sums are made in lanes
 //! of a fixed order, which gives the same bits with and without AVX2.
@@ -6,12 +6,12 @@
 use crate::num::incremental_pca::IncrementalPca;
 use multiversion::multiversion;
 
-/// Numbers that are worked on together.
+/// Numbers that are processed together.
 const LANES: usize = 16;
-/// Pixels whose residuals are made together; windows are whole multiples of it.
+/// Pixels whose residuals are computed together; windows are whole multiples of it.
 const WIDE: usize = 64;
 
-/// When the alternation stops, and what an occluded pixel costs.
+/// Stopping rule of the alternation, and price of an occluded pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternation {
     /// Threshold and price of an error, `lambda`.
@@ -30,7 +30,7 @@ pub struct Subspace {
     basis: Vec<f32>,
 }
 
-/// Buffers of a comparison, and what it leaves behind.
+/// Buffers of a comparison, and its residuals.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     difference: Vec<f32>,
@@ -42,12 +42,12 @@ pub struct Comparison {
 }
 
 impl Subspace {
-    /// Mean and no basis.
+    /// A subspace with this mean and no basis.
     pub fn mean_only(mean: &[f32]) -> Self {
         Self { mean: mean.to_vec(), basis: Vec::new() }
     }
 
-    /// Of principal components.
+    /// The subspace of principal components.
     pub fn of(pca: &IncrementalPca) -> Self {
         let single = |v: &f64| *v as f32;
         Self {
@@ -103,7 +103,7 @@ impl Subspace {
 }
 
 impl Comparison {
-    /// Takes the difference from the mean, and makes the buffers fit.
+    /// Computes the difference from the mean, and resizes the buffers.
     fn look(&mut self, mean: &[f32], window: &[f32]) {
         self.difference.clear();
         self.difference.extend(mean.iter().zip(window).map(|(m, y)| m - y));

@@ -186,7 +186,7 @@ fn tracking(model: Model) -> Tracking {
 
 // By hand, with a basis that is orthogonal to what hides the target: 64, 300 and 700 of 1024 pixels are far beyond lambda, which are shares of .06, .29 and .68.
 #[test]
-fn what_is_occluded_is_not_learned() {
+fn occluded_pixels_are_not_learned() {
     let model = Params { max_basis: 1, ..Params::default() }.model();
     let mut tracker = tracking(model);
     let ripple: Vec<f64> = (0..PIXELS).map(|n| if n % 2 == 0 { 0.02 } else { -0.02 }).collect();

@@ -1,8 +1,8 @@
-//! A tracker of ours for whoever speaks TraX: the server's side of versions 1 to 3, one target, images by
-//! path, rectangles and polygons.
+//! The server's side of TraX: serves a built-in tracker to any TraX client, in versions 1 to 3, with one target,
+//! images by path, rectangles and polygons.
 //!
 //! Every `initialize` starts the tracker anew. A state has the property `confidence` where the tracker's
-//! posterior has a likelihood. Anything that goes wrong ends the session with `quit` and its `trax.reason`.
+//! posterior has a likelihood. An error ends the session with `quit`, which has the error as `trax.reason`.
 
 use super::{Answer, Hello, Message, Properties, Reader, TraxError, write};
 use crate::dataset::text::{shorten_to, visible};
@@ -13,13 +13,13 @@ use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerSt
 use std::io::{BufRead, Write};
 use std::path::Path;
 
-/// The version that is announced.
+/// The version that the server announces.
 const VERSION: u32 = 3;
 
 /// Why a session ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// The client does not speak as it should.
+    /// The client violates the protocol.
     #[error(transparent)]
     Talk(#[from] TraxError),
     /// An image cannot be read.
@@ -30,11 +30,11 @@ pub enum SessionError {
     Tracker(#[from] TrackerError),
 }
 
-/// A tracker to be served.
+/// A tracker to serve.
 pub struct Server<'a> {
     /// Its kind.
     pub name: &'a str,
-    /// What it is, on one line.
+    /// Its description, on one line.
     pub description: &'a str,
     /// Its parameters.
     pub config: &'a dyn TrackerConfig,
@@ -46,13 +46,13 @@ impl Server<'_> {
     /// Talks until the client quits or hangs up.
     ///
     /// # Errors
-    /// What went wrong; the client has been told.
+    /// See [`SessionError`]; the client has got the error as the reason of a `quit`.
     pub fn serve(&self, input: impl BufRead, mut output: impl Write) -> Result<(), SessionError> {
         let outcome = self.talk(Reader::new(input), &mut output);
         if let Err(e) = &outcome {
             let reason = visible(&shorten_to(&e.to_string(), 1000));
             let properties = [("trax.reason".to_string(), reason)].into();
-            // Whoever cannot be told anything is not told the reason.
+            // If the client's pipe is closed, the reason cannot be sent either.
             let _ = say(&mut output, &Message::Quit { properties });
         }
         outcome
@@ -69,7 +69,7 @@ impl Server<'_> {
                 ("trax.identifier", self.name),
                 ("trax.description", self.description),
                 ("trax.family", "trackfail"),
-                // Where it is left out, libtrax takes it for all channels that it knows.
+                // Without it, libtrax assumes all channels that it knows.
                 ("trax.channels", "color"),
             ]),
         };

@@ -76,14 +76,14 @@ fn messages_are_read() {
 }
 
 #[test]
-fn other_lines_are_no_messages() {
+fn other_lines_are_skipped() {
     for line in ["", "loading ...", " @@TRAX:quit", "x@@TRAX:quit", "@@TRAX", "@@trax:quit"] {
         assert!(parse(line.as_bytes()).unwrap().is_none(), "{line}");
     }
 }
 
 #[test]
-fn what_is_wrong_says_what_came_and_what_was_expected() {
+fn errors_name_the_received_and_the_expected_message() {
     for (line, words) in [
         ("@@TRAX:bye", "received `@@TRAX:bye `; expected hello, initialize, frame, state or quit"),
         ("@@TRAX:", "expected hello"),
@@ -220,7 +220,7 @@ fn messages() -> impl Strategy<Value = Message> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_back(sent in prop::collection::vec(messages(), 1..4)) {
+    fn written_messages_are_read_back(sent in prop::collection::vec(messages(), 1..4)) {
         let text: String = sent.iter().map(|m| write(m).unwrap()).collect();
         let mut reader = Reader::new(Cursor::new(text));
         for message in &sent {
