@@ -12,7 +12,7 @@ use trackfail::engine::store::address::{Recipe, Stage};
 use trackfail::engine::store::{self, Name, Store};
 use trackfail::engine::{ExperimentPlan, Options, run};
 use trackfail::report;
-use trackfail::results::{self, Results};
+use trackfail::results::{self, Results, RunRecord};
 use trackfail::spec::{self, Experiment, builtin};
 
 fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> ExperimentPlan<'a> {
@@ -41,7 +41,10 @@ fn tables(c: &mut Criterion) {
     });
     let dir = tempfile::tempdir().expect("a folder");
     group.bench_function("write-results", |b| {
-        b.iter(|| results::write(dir.path(), &experiment, black_box(&outcome), 0.0).expect("written"));
+        b.iter(|| {
+            results::write(dir.path(), &experiment, black_box(&outcome), &RunRecord::here(None, 0.0))
+                .expect("written")
+        });
     });
     group.bench_function("render-from-results", |b| {
         b.iter(|| {

@@ -15,7 +15,7 @@ use crate::plugin;
 use crate::report::claims::Finding;
 use crate::report::{self, WrittenReport, stills};
 use crate::results::manifest::FailedCell;
-use crate::results::{self, Results, manifest};
+use crate::results::{self, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::table::render;
 use crate::tracker::process::Programs;
@@ -244,7 +244,9 @@ fn write(
 ) -> Result<(Results, WrittenReport, PathBuf), Failure> {
     let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", experiment.name));
     let aside = store.staging().map_err(|e| io(&e))?;
-    results::write(aside.path(), experiment, outcome, start.elapsed().as_secs_f64()).map_err(|e| io(&e))?;
+    // This package's build script knows the revision; the crates below do not.
+    let record = RunRecord::here(option_env!("TRACKFAIL_REVISION"), start.elapsed().as_secs_f64());
+    results::write(aside.path(), experiment, outcome, &record).map_err(|e| io(&e))?;
     let mut results = Results::read(aside.path()).map_err(|e| io(&e))?;
     for request in stills::requests(&results).map_err(|e| io(&e))? {
         let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };

@@ -15,6 +15,7 @@
 //! | [`analyses`] | `analyses.json` |
 //! | [`models`] | `models/*.json` |
 //! | [`manifest`] | `manifest.json`: what the results rest on |
+//! | [`run`] | `run.json`: what differs from run to run |
 //! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
 //! | [`detections`] | what `trackfail detect` prints |
 //!
@@ -34,6 +35,7 @@ mod markdown;
 pub mod measures;
 pub mod models;
 mod read;
+pub mod run;
 pub mod scores;
 pub mod signals;
 pub mod tables;
@@ -48,6 +50,7 @@ pub use manifest::{FailedCell, Manifest};
 pub use markdown::columns_markdown;
 pub use measures::Measure;
 pub use read::Results;
+pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
 pub use write::write;

@@ -18,8 +18,8 @@ pub fn real_data() -> PathBuf {
     conditions::data_root().expect("the real data that were there when this test was compiled have gone")
 }
 
-/// Every file below a folder with its bytes. `manifest.json`, which has times, and the store, which is a cache,
-/// are left out.
+/// Every file below a folder with its bytes. `run.json`, which differs from run to run, and the store, which is a
+/// cache, are left out.
 pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![root.to_path_buf()];
@@ -29,7 +29,7 @@ pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             let store = path.file_name().is_some_and(|n| n == ".store");
             if path.is_dir() {
                 open.extend((!store).then_some(path));
-            } else if path.file_name().is_some_and(|n| n != "manifest.json") {
+            } else if path.file_name().is_some_and(|n| n != "run.json") {
                 let bytes = std::fs::read(&path).expect("a file");
                 found.insert(path.strip_prefix(root).expect("below the root").to_path_buf(), bytes);
             }

@@ -1,4 +1,5 @@
-//! `manifest.json`: what a results folder rests on. Host and times are here and nowhere else.
+//! `manifest.json`: what a results folder rests on. It has the same bytes for the same input; what differs from run
+//! to run is in `run.json`.
 
 use super::ResultsError;
 use super::cells::method_label;
@@ -21,9 +22,10 @@ pub const FILE: &str = "manifest.json";
 
 /// Version of the results folder's format.
 /// - 1: first version.
-pub const FORMAT: u32 = 1;
+/// - 2: host, revision and time of the run are in `run.json`.
+pub const FORMAT: u32 = 2;
 
-/// Everything a reader of results must know beside the numbers.
+/// What a reader of results must know beside the numbers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Manifest {
     /// [`FORMAT`] of the writer.
@@ -34,13 +36,11 @@ pub struct Manifest {
     pub spec_digest: String,
     /// Version of the program.
     pub version: String,
-    /// Git revision it was built from, if it was built in a repository.
-    pub revision: Option<String>,
     /// Protocol.
     pub protocol: String,
     /// Seed.
     pub seed: u64,
-    /// The suite that the results are about.
+    /// The test suite, which the results are about.
     pub suite: SuiteRecord,
     /// Name and digest of every sequence used, by suite; training suites included.
     pub digests: BTreeMap<String, Vec<(String, String)>>,
@@ -48,40 +48,37 @@ pub struct Manifest {
     pub trackers: Vec<TrackerRecord>,
     /// Methods with all parameters.
     pub methods: Vec<MethodRecord>,
-    /// What was trained or learned, by method and tracker, in words.
+    /// What was trained or learned, in words, by `method (tracker)`.
     #[serde(default)]
     pub models: Vec<(String, String)>,
     /// Number of cells with a result.
     pub cells_done: usize,
-    /// Cells without a result, with the reason.
+    /// Cells without a result, with the reason; analyses that could not be made are among them.
     pub cells_failed: Vec<FailedCell>,
-    /// Rules that stood in for missing values, with how often.
+    /// Rules that stood in for missing values, and how often each did.
     pub rules: BTreeMap<String, u64>,
-    /// Sequences whose digest is not the pinned one, as `suite/name`.
+    /// Sequences whose digest is not the one that datasets.lock pins, as `suite/name`.
     pub differing: Vec<String>,
-    /// SHA-256 of the tables beside this file, by name: what a reader must find there.
+    /// SHA-256 of the files beside this one, by name; readers refuse files with another.
     pub files: BTreeMap<String, String>,
-    /// Machine.
-    pub host: Host,
-    /// Seconds from start to end.
-    pub wall_seconds: f64,
 }
 
-/// The suite and how much of it was there.
+/// The test suite and how much of it was present.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SuiteRecord {
     /// Name.
     pub name: String,
-    /// Targets of the whole suite.
+    /// Number of targets of the whole suite.
     pub wanted: usize,
-    /// Name and number of frames of the sequences that were there.
+    /// Name and number of frames of the sequences that were present.
     pub present: Vec<(String, usize)>,
-    /// Names of those that were not.
+    /// Names of the sequences that were missing.
     pub missing: Vec<String>,
-    /// Attributes of the sequences that have any, by name.
+    /// Attributes of the sequences that have any, by name of the sequence.
     #[serde(default)]
     pub attributes: BTreeMap<String, Vec<String>>,
-    /// Width and height of the frames, by name; without sequences that are videos or cannot be read.
+    /// Width and height of the frames in pixels, by name of the sequence; sequences that are videos or cannot be read
+    /// are left out.
     #[serde(default)]
     pub sizes: BTreeMap<String, (usize, usize)>,
 }
@@ -113,11 +110,11 @@ pub struct MethodRecord {
     pub params: String,
     /// Kind, version and parameters of the signal.
     pub signal: Option<(String, u32, Value)>,
-    /// Kind, version and parameters of the detector; of the first candidate when one is trained.
+    /// Kind, version and parameters of the detector; those of the first candidate where one is trained.
     pub detector: (String, u32, Value),
-    /// The trained parameter and the suite it was trained on.
+    /// The trained parameter, and the suite it was trained on.
     pub trained: Option<(String, String)>,
-    /// Threshold on the score by tracker, where the detector has one.
+    /// Threshold on the score, by tracker, where the detector has one.
     pub thresholds: BTreeMap<String, f64>,
 }
 
@@ -128,25 +125,14 @@ pub struct FailedCell {
     pub sequence: String,
     /// Tracker.
     pub tracker: String,
-    /// Repetition.
+    /// Repetition, from 0.
     pub run: u32,
     /// Method with its grid point.
     pub method: String,
-    /// Whether data was missing, rather than broken.
+    /// Whether its data is missing; otherwise the cell failed.
     pub missing: bool,
-    /// Why.
+    /// The reason.
     pub reason: String,
-}
-
-/// The machine a run was made on.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Host {
-    /// Operating system.
-    pub os: String,
-    /// Processor architecture.
-    pub architecture: String,
-    /// Processors.
-    pub processors: usize,
 }
 
 /// SHA-256 in hexadecimal.
@@ -156,7 +142,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 
 impl Manifest {
     /// The manifest of an outcome.
-    pub fn new(experiment: &Experiment, outcome: &Outcome<'_>, wall_seconds: f64) -> Self {
+    pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
             let e = cell.result.as_ref().err()?;
             Some(FailedCell {
@@ -178,7 +164,7 @@ impl Manifest {
         });
         let attributed = outcome.sequences.iter().filter(|s| !s.attributes.is_empty());
         let attributes = attributed.map(|s| (s.name.clone(), s.attributes.clone()));
-        // The frames of a video would have to be taken out of it.
+        // The size of a video's frames is known only after decoding it.
         let still = outcome.sequences.iter().filter(|s| !matches!(s.frames, Frames::Video(_)));
         let sizes = still.filter_map(|s| Some((s.name.clone(), s.size().ok()?)));
         Self {
@@ -186,7 +172,6 @@ impl Manifest {
             experiment: experiment.name.clone(),
             spec_digest: sha256(experiment.source.as_bytes()),
             version: env!("CARGO_PKG_VERSION").to_string(),
-            revision: option_env!("TRACKFAIL_REVISION").map(str::to_string),
             protocol: experiment.protocol.map_or_else(String::new, |p| p.name.to_string()),
             seed: experiment.seed,
             suite: SuiteRecord {
@@ -217,24 +202,18 @@ impl Manifest {
             rules: outcome.rules.clone(),
             differing: outcome.differing.clone(),
             files: BTreeMap::new(),
-            host: Host {
-                os: std::env::consts::OS.to_string(),
-                architecture: std::env::consts::ARCH.to_string(),
-                processors: std::thread::available_parallelism().map_or(1, usize::from),
-            },
-            wall_seconds,
         }
     }
 
-    /// The record of a method without a grid.
+    /// The record of a method, if it has no grid.
     pub fn method(&self, name: &str) -> Option<&MethodRecord> {
         self.methods.iter().find(|m| m.name == name && m.params.is_empty())
     }
 }
 
-/// Where each model comes from; a model that several variants share is told in full once.
+/// What was trained or learned, in words; a model that several variants share is written out once.
 fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
-    let mut told: Vec<&'m Value> = Vec::new();
+    let mut written: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {
         let name = format!("{} ({})", method_label(&m.method, &m.params), m.tracker);
         let mut text = format!("{}, {}: ", m.suite, runs(m.runs));
@@ -246,10 +225,10 @@ fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
             }
             Content::Learned { model, threshold } => {
                 text.push_str(&threshold.map_or(String::new(), |t| format!("threshold {t}; ")));
-                if told.contains(&model) {
+                if written.contains(&model) {
                     text.push_str("the same model");
                 } else {
-                    told.push(model);
+                    written.push(model);
                     text.push_str(&model.to_string());
                 }
             }

@@ -1,9 +1,10 @@
 //! Writing a results folder.
 
 use super::manifest::{self, Manifest};
+use super::run::RunRecord;
 use super::{
     ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frames, json::to_json, measures, models,
-    scores, signals, truth,
+    run, scores, signals, truth,
 };
 use crate::engine::Outcome;
 use crate::engine::store;
@@ -19,7 +20,7 @@ pub fn write(
     folder: &Path,
     experiment: &Experiment,
     outcome: &Outcome<'_>,
-    wall_seconds: f64,
+    record: &RunRecord,
 ) -> Result<(), ResultsError> {
     let mut files = BTreeMap::new();
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), ResultsError> {
@@ -44,7 +45,9 @@ pub fn write(
         put(analyses::FILE, &bytes)?;
     }
     models::write(folder, outcome)?;
-    let manifest = Manifest { files, ..Manifest::new(experiment, outcome, wall_seconds) };
+    let path = folder.join(run::FILE);
+    store::write(&path, &to_json(&path, record)?)?;
+    let manifest = Manifest { files, ..Manifest::new(experiment, outcome) };
     let path = folder.join(manifest::FILE);
     store::write(&path, &to_json(&path, &manifest)?)?;
     Ok(())
