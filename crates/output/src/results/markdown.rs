@@ -51,6 +51,20 @@ fn heading(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn the_page_of_columns_is_that_of_the_declarations() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/columns.md");
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&path, columns_markdown()).unwrap();
+        }
+        let page = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            page == columns_markdown(),
+            "docs/columns.md is stale: UPDATE=1 cargo test -p trackfail-output columns"
+        );
+    }
 
     #[test]
     fn every_column_is_explained_and_there_once() {
