@@ -22,7 +22,7 @@ use crate::spec::table::Side;
 use crate::spec::{Experiment, TEST};
 use crate::table;
 use crate::table::layout::{self, Cell, Group, Row, TableLayout};
-use crate::table::leaderboard::{DRAWS, FEWEST};
+use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -213,9 +213,9 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         return Uncertainty::default();
     }
     let present = results.manifest.suite.present.len();
-    if present < FEWEST {
+    if present < MIN_SEQUENCES {
         let note = format!(
-            "No intervals, tests and ranks: they need {FEWEST} sequences of the suite, and {present} are here."
+            "No intervals, tests and ranks: they need {MIN_SEQUENCES} sequences of the suite, and {present} are here."
         );
         return Uncertainty { note: Some(note), ..Uncertainty::default() };
     }
@@ -266,7 +266,7 @@ fn rank(field: &Field, measured: &Measured) -> Option<Ranked> {
         competing.iter().map(|c| measured.value(field.chance, c.counts.get(sequence)?)).collect()
     };
     let blocks: Vec<Vec<f64>> = competing.first()?.counts.keys().filter_map(values).collect();
-    if blocks.len() < FEWEST {
+    if blocks.len() < MIN_SEQUENCES {
         return None;
     }
     let found = ranks::friedman(&blocks, measured.direction() != Direction::LowerIsBetter)?;
@@ -329,7 +329,7 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
         let row = |c: &Competitor| {
             let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
             let total = units.iter().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
-            let bounds = (units.len() >= FEWEST)
+            let bounds = (units.len() >= MIN_SEQUENCES)
                 .then(|| pooled::interval(&units, |c| measured.value(field.chance, c), LEVEL, DRAWS, seed))
                 .flatten();
             let shown = |v| measured.style().format(v);
@@ -374,7 +374,7 @@ fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64
         a.counts.iter().filter_map(|(sequence, x)| Some((*x, *b.counts.get(sequence)?))).collect();
     let label = format!("{} against {}", a.label, b.label);
     let mut duel = Duel { label, difference: None, bounds: None, p: None, sequences: both.len() };
-    if both.len() < FEWEST {
+    if both.len() < MIN_SEQUENCES {
         return duel;
     }
     let seed = seed::seed(seed, &[&a.label, &b.label]);

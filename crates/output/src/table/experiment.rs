@@ -11,22 +11,22 @@ use crate::spec::{Experiment, Tracker};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// `12 of 21 targets, 10 runs`, as every table and figure says what it rests on; with what the experiment
-/// asks for, where less was run.
+/// What the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
+/// experiment asks for, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted);
     let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
     let several = manifest.trackers.len() > 1;
     let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
-        let told = |(t, record): (&Tracker, &TrackerRecord)| {
+        let words = |(t, record): (&Tracker, &TrackerRecord)| {
             let (done, asked) = (done(record), asked(t));
             let who = if several { format!("{}: ", t.label) } else { String::new() };
             let of = if done == asked { String::new() } else { format!(" of {asked}") };
             (done > 1 || asked > 1).then(|| format!("{who}{}{of}{what}", manifest::runs(done)))
         };
-        let told: Vec<String> = trackers().filter_map(told).collect();
-        if !told.is_empty() {
-            note.push_str(&format!(", {}", told.join(", ")));
+        let words: Vec<String> = trackers().filter_map(words).collect();
+        if !words.is_empty() {
+            note.push_str(&format!(", {}", words.join(", ")));
         }
     };
     add("", |r| r.runs, |t| t.runs);
@@ -62,22 +62,22 @@ pub fn layouts(results: &Results, scores: &[CellScore]) -> Vec<TableLayout> {
     experiment.tables.iter().map(layout).collect()
 }
 
-/// How many targets have each attribute.
+/// Says how many targets have each attribute.
 fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
     let mut targets: BTreeMap<&str, usize> = BTreeMap::new();
     for list in attributes.values() {
         let different: BTreeSet<&str> = list.iter().map(String::as_str).collect();
         different.into_iter().for_each(|attribute| *targets.entry(attribute).or_default() += 1);
     }
-    let told: Vec<String> = targets.iter().map(|(attribute, n)| format!("{attribute} {n}")).collect();
-    if told.is_empty() {
+    let words: Vec<String> = targets.iter().map(|(attribute, n)| format!("{attribute} {n}")).collect();
+    if words.is_empty() {
         return " No attributes are known here.".to_string();
     }
-    format!(" Targets: {}.", told.join(", "))
+    format!(" Targets: {}.", words.join(", "))
 }
 
-/// Writes the tables into `tables`, each as CSV, Parquet, Markdown and LaTeX, and a command for every number of
-/// theirs as `macros.tex`.
+/// Writes the tables into the folder `tables`, each as CSV, Parquet, Markdown and LaTeX, and `macros.tex` with a command
+/// for every number.
 ///
 /// # Errors
 /// When a file cannot be written.

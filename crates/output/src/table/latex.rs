@@ -1,21 +1,21 @@
-//! A laid-out table as LaTeX: booktabs rules, siunitx columns, numbers as the paper rounds them.
+//! Tables as LaTeX: booktabs rules, siunitx columns, numbers as the paper rounds them.
 //!
 //! Columns whose numbers all have a digit before the point are aligned at it by siunitx (`S`). Where a paper
-//! leaves the zero out (`.110`) they are flush right, as siunitx would put the zero back. Everything that is no
-//! number stands in braces, which siunitx leaves alone.
+//! leaves the zero out (`.110`) they are flush right, because siunitx would put the zero back. Everything that is not
+//! a number stands in braces, which siunitx leaves alone.
 
 use super::layout::TableLayout;
 use super::render::lines;
 use crate::dataset::text::visible;
 
-/// What a document that has one of our tables needs.
+/// Comment that says what the preamble of a document with the table needs.
 const NEEDS: &str = "% needs \\usepackage{booktabs,siunitx}\n";
 
-/// Text that LaTeX shows as it is, whatever engine reads it: characters that pdfTeX does not know are kept for
-/// engines that do and are `?` there.
+/// Escapes text so that every LaTeX engine shows it as it is. Characters that pdfTeX does not know are kept for XeTeX and
+/// LuaTeX; pdfTeX shows `?` for them.
 pub fn latex_escape(text: &str) -> String {
     let mut out = String::new();
-    // Characters for other engines that wait for the end of their run.
+    // A run of characters that pdfTeX does not know.
     let mut foreign = String::new();
     for c in visible(text).chars() {
         if !is_common(c) {
@@ -40,15 +40,15 @@ pub fn latex_escape(text: &str) -> String {
             '†' => out.push_str("\\textdagger{}"),
             '|' => out.push_str("\\textbar{}"),
             '"' => out.push_str("''"),
-            // A `[` or `*` at the beginning of a row would be read as the argument of the line end before it,
-            // and these quotes and dashes melt into others.
+            // A `[` or `*` at the beginning of a row would be read as an argument of the line end before it, and
+            // these quotes and dashes would form ligatures.
             '[' | ']' | '*' | '`' => {
                 out.push('{');
                 out.push(c);
                 out.push('}');
             }
             '-' if out.ends_with('-') => out.push_str("{}-"),
-            // No engine has a sign for what this character stands for.
+            // The replacement character is in hardly any font.
             '\u{fffd}' => out.push('?'),
             c => out.push(c),
         }
@@ -57,7 +57,7 @@ pub fn latex_escape(text: &str) -> String {
     out
 }
 
-/// ASCII, letters with accents that every font encoding has, and what has a command of its own.
+/// Whether every engine knows a character: ASCII, accented letters of every font encoding, and what has a command.
 fn is_common(c: char) -> bool {
     c.is_ascii() || (('À'..='ÿ').contains(&c) && !"ÐÞðþ÷".contains(c)) || "±↑↓†\u{fffd}".contains(c)
 }
@@ -65,7 +65,7 @@ fn is_common(c: char) -> bool {
 fn end_foreign(out: &mut String, foreign: &mut String) {
     if !foreign.is_empty() {
         let unknown = "?".repeat(foreign.chars().count());
-        // XeTeX and LuaTeX, which read Unicode, have this command.
+        // Only XeTeX and LuaTeX, which read Unicode, have this command.
         out.push_str(&format!("{{\\ifdefined\\Umathcode {foreign}\\else {unknown}\\fi}}"));
         foreign.clear();
     }
@@ -87,10 +87,10 @@ fn is_bare(text: &str) -> bool {
     unsigned.starts_with('.') && digits(&format!("0{unsigned}")).is_some()
 }
 
-/// The mark of numbers that failed cells are missing from.
+/// Marks numbers that lack failed cells.
 const FAILED: char = '†';
 
-/// How each column is aligned: the `table-format` of siunitx, or flush right.
+/// How each column is aligned: by a `table-format` of siunitx, or flush right (`None`).
 fn formats(layout: &TableLayout) -> Vec<Option<String>> {
     let of_column = |k: usize| {
         let rows = layout.groups.iter().flat_map(|g| g.rows.iter().map(move |r| (g, r)));
@@ -108,7 +108,7 @@ fn formats(layout: &TableLayout) -> Vec<Option<String>> {
     (0..layout.columns.len()).map(of_column).collect()
 }
 
-/// One cell; `aligned` by siunitx or not.
+/// One cell; `aligned` says whether siunitx aligns its column.
 fn cell(text: &str, best: bool, aligned: bool) -> String {
     let number = text.trim_end_matches(FAILED);
     let bold = if best { "\\bfseries " } else { "" };
@@ -122,7 +122,7 @@ fn cell(text: &str, best: bool, aligned: bool) -> String {
     format!("{{{bold}{}}}", latex_escape(text))
 }
 
-/// The `tabular` alone, for a floating table, caption and label of one's own.
+/// The `tabular` alone, for documents with their own caption and label.
 pub fn body(layout: &TableLayout) -> String {
     let formats = formats(layout);
     let column = |format: &Option<String>| match format {
@@ -158,7 +158,7 @@ pub fn body(layout: &TableLayout) -> String {
     text
 }
 
-/// A floating table in the style of booktabs.
+/// The whole floating table, with caption and label.
 pub fn latex(layout: &TableLayout) -> String {
     format!(
         "{NEEDS}\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{}\\end{{table}}\n",
@@ -177,7 +177,7 @@ mod tests {
     fn escapes_everything_special() {
         let text = latex(&sample());
         assert!(text.contains("\\caption{A \\& B\\_1. 12 of 21 targets.}"));
-        // The paper leaves zeros out, so nothing is left to siunitx.
+        // The paper leaves zeros out, so the columns are flush right.
         assert!(text.contains("\\begin{tabular}{lrr}"), "{text}");
         assert!(
             text.contains("precision $\\uparrow$ & {\\bfseries .120\\textdagger{}} & {.100} \\\\"),
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_with_a_digit_before_the_point_are_left_to_siunitx() {
+    fn siunitx_aligns_numbers_with_a_digit_before_the_point() {
         let mut layout = sample();
         let cells = &mut layout.groups[0].rows[0].cells;
         cells[0].ours = Some("0.120".into());

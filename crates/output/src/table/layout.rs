@@ -1,6 +1,6 @@
 //! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
 //!
-//! Whatever varies and is on neither side of a table (trackers, methods, grid axes) makes groups.
+//! What varies and is on neither side of a table (trackers, methods, grid axes) makes groups of rows.
 //! Published numbers of a tracker that was run stand beside that tracker's; those of a paper's only
 //! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
 //! of their own without numbers of ours.
@@ -21,16 +21,16 @@ use crate::spec::table::{Published, Side, Table};
 use place::{Place, find, group_places, merge, steps};
 use serde::Serialize;
 
-/// A table with all texts made.
+/// A table whose texts are ready for any format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableLayout {
     /// File name.
     pub name: String,
     /// Text above the table, with the data it rests on.
     pub caption: String,
-    /// That data alone: `12 of 21 targets`.
+    /// The data the table rests on, alone: `12 of 21 targets`.
     pub data: String,
-    /// What the first column holds.
+    /// Heading of the first column.
     pub corner: String,
     /// Column headings.
     pub columns: Vec<String>,
@@ -43,7 +43,7 @@ pub struct TableLayout {
 pub struct Group {
     /// Heading; empty for a table's only group.
     pub label: String,
-    /// What the heading names, without counts, so that it stays when results change.
+    /// What the heading names, without counts: it stays the same when results change.
     pub key: String,
     /// The tracker whose published numbers stand beside ours.
     pub published_tracker: Option<String>,
@@ -58,9 +58,9 @@ pub struct Group {
 pub struct Row {
     /// Metric or grid value.
     pub label: String,
-    /// Direction of direction of the row's metric.
+    /// Whether higher or lower values of the row's metric are better.
     pub direction: Direction,
-    /// One a column.
+    /// Cells, one for each column.
     pub cells: Vec<Cell>,
 }
 
@@ -75,15 +75,15 @@ pub struct Cell {
     pub published: Option<String>,
     /// Ours minus published, both as printed.
     pub difference: Option<String>,
-    /// Best of ours in its row; anchors do not compete.
+    /// Whether it is the best of ours in its row; anchors do not compete.
     pub best: bool,
-    /// Second best of ours in its row, where one alone is the best.
+    /// Whether it is the second best of ours in its row, if exactly one cell is the best.
     pub second: bool,
     /// Cells that failed behind this number.
     pub failed: usize,
 }
 
-/// The pooled number a claim speaks of.
+/// The pooled number of a tracker and method at a grid point, `None` where there is none; for claims.
 pub fn lookup(
     measures: &[Measure],
     tracker: &str,
@@ -109,13 +109,18 @@ pub fn targets_note(present: usize, wanted: usize) -> String {
     if present == wanted { format!("{wanted} targets") } else { format!("{present} of {wanted} targets") }
 }
 
-/// Makes one table.
+/// Makes a table of pooled numbers; `data_note` says what they rest on.
 pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> TableLayout {
     let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
     let rows = steps(&table.rows, table, experiment, measures);
     let columns = steps(&table.columns, table, experiment, measures);
-    let context =
-        Context { experiment, metric: table.metric, published: &published, rows: &rows, columns: &columns };
+    let context = TableContext {
+        experiment,
+        metric: table.metric,
+        published: &published,
+        rows: &rows,
+        columns: &columns,
+    };
     let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
     let positives = protocol.map_or("events", |p| p.positives);
     let mut groups = Vec::new();
@@ -171,8 +176,8 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
 }
 
-/// Events of a tracker (the only one when `None`) that the table's methods see; all see the same ones unless
-/// their protocols differ.
+/// Number of events of a tracker (of the only one when `None`) for the table's methods. All methods have the same
+/// events unless their protocols differ.
 fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
     let mine = |m: &&Measure| {
         m.attribute.is_none() && tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method)
@@ -197,7 +202,7 @@ fn published_for<'a>(
 }
 
 /// What all groups of a table share.
-struct Context<'a> {
+struct TableContext<'a> {
     experiment: &'a Experiment,
     metric: Option<Metric>,
     published: &'a [&'a Published],
@@ -206,13 +211,13 @@ struct Context<'a> {
 }
 
 fn make_group(
-    context: &Context<'_>,
+    context: &TableContext<'_>,
     measures: &[Measure],
     label: String,
     source: Option<&str>,
     place: &Place,
 ) -> Group {
-    let Context { experiment, metric: of_table, published, rows, columns } = *context;
+    let TableContext { experiment, metric: of_table, published, rows, columns } = *context;
     let rows = rows.iter().map(|(row_label, row)| {
         let printed = |column: &str| {
             published
@@ -239,7 +244,7 @@ fn make_group(
                 make_cell(measure, metric, style, printed(column_label))
             })
             .collect();
-        // Parts of a suite do not compete.
+        // Parts of a suite do not compete with each other.
         if columns.iter().all(|c| c.1.attribute.is_none()) {
             mark_best(&mut cells, metric.direction(), |k| {
                 let name = columns[k].1.method.as_deref();

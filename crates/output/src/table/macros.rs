@@ -1,11 +1,10 @@
-//! `macros.tex`: a LaTeX command for every number of an experiment's tables and of the text around them, so that none is
-//! typed by hand.
+//! `macros.tex`: a LaTeX command for every number of an experiment's tables and of the text around them, so that nobody
+//! types a number by hand.
 //!
 //! The name of a command says which number it is and nothing else, so it stays the same when other numbers come
 //! and go: `\tf`, then experiment, table, group, row and column with an `X` between them, then `published` or
-//! `difference` where it is not our own number. Numbers of the text ([`Fact`]) have fewer parts than a cell's four and
-//! the experiment, so the two are never confused. Letters are written as they are, but for `X` and `Z`; see
-//! [`name`] for everything else. Different numbers have different names, and those of different experiments
+//! `difference` where it is not our own number. Numbers of the text ([`Fact`]) have fewer parts than a cell, so the two
+//! are never confused. Letters other than `X` and `Z` are written as they are; see [`name`] for everything else. Different numbers have different names, and those of different experiments
 //! may be read into one document.
 
 use super::latex::latex_escape;
@@ -16,7 +15,7 @@ use std::collections::BTreeMap;
 /// The file's name; no table may be called like it.
 pub const FILE: &str = "macros.tex";
 
-/// How the digits are written, behind a `Z`. None is the beginning of another.
+/// How digits are written behind a `Z`; no word is the beginning of another.
 const DIGITS: [&str; 10] = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
 
 /// The name of a command, without the backslash, for a list of names.
@@ -60,14 +59,13 @@ pub fn name(parts: &[&str]) -> String {
 /// A number of the text around tables: how many targets there are, how many claims hold, what an analysis found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fact {
-    /// What it is, in one to three parts.
+    /// What the number is, in one to three parts: `targets`, `present`.
     pub parts: Vec<String>,
     /// The number as it is printed.
     pub shown: String,
 }
 
-/// All commands, those of the text first, then table by table in their order, each below a comment that says what it
-/// is.
+/// All commands, each below a comment that says what it is: first those of the text, then table by table.
 pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
     let mut text = String::from(
         "% Every number of the tables as a command, for \\input{macros}; write {} after it where a blank follows.\n",
@@ -82,7 +80,7 @@ pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> Stri
         text.push_str(&format!("% {}\n", about.join(", ")));
         text.push_str(&format!("\\newcommand{{\\{}}}{{{}}}\n", name(&whole), number(&fact.shown)));
     }
-    // Tables that analyses make can have rows of the same name; the second one's says so.
+    // Tables of analyses can have several rows of one name; commands of the later ones end in a number.
     let mut times: BTreeMap<Vec<&str>, usize> = BTreeMap::new();
     for layout in layouts {
         text.push_str(&format!("\n% {}\n", visible(&layout.caption)));
@@ -110,14 +108,14 @@ pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> Stri
     text
 }
 
-/// What a number is, in words on one line.
+/// Says on one line what a number is.
 fn about(table: &str, group: &str, row: &str, column: &str, kind: &str) -> String {
     let parts = [table, group, row, column, kind];
-    let told: Vec<String> = parts.into_iter().filter(|p| !p.is_empty()).map(visible).collect();
-    told.join(", ")
+    let words: Vec<String> = parts.into_iter().filter(|p| !p.is_empty()).map(visible).collect();
+    words.join(", ")
 }
 
-/// A printed number in text or formulas; a minus is a minus.
+/// A printed number for text and formulas; its minus is not a hyphen.
 fn number(shown: &str) -> String {
     let parts: Vec<String> = shown.split('±').map(latex_escape).collect();
     let text = parts.join("\\ensuremath{\\pm}");
@@ -128,83 +126,4 @@ fn number(shown: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::render::tests::sample;
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn every_number_has_a_command() {
-        let text = macros("khalid2016/table1", &[], &[sample()]);
-        let first = "tfkhalidZtwoZzeroZoneZsixZVtableZoneXtableZoneXStruckXprecisionXDTZOaaaahmEF";
-        let expected = format!(
-            "% table1, Struck, precision, DT|EF\n\\newcommand{{\\{first}}}{{.120}}\n\
-             % table1, Struck, precision, DT|EF, published\n\\newcommand{{\\{first}Xpublished}}{{.110}}\n\
-             % table1, Struck, precision, DT|EF, difference\n\\newcommand{{\\{first}Xdifference}}{{+.010}}\n"
-        );
-        assert!(text.contains(&expected), "{text}");
-        assert_eq!(text.matches("\\newcommand").count(), 6);
-        assert_eq!(number("-0.17±0.18"), "\\ensuremath{-}0.17\\ensuremath{\\pm}0.18");
-        // Two tables of one name, which only analyses can have rows like, are told apart.
-        let twice = macros("a", &[], &[sample(), sample()]);
-        let names: Vec<&str> =
-            twice.split("\\newcommand{").skip(1).filter_map(|t| t.split('}').next()).collect();
-        let different: std::collections::BTreeSet<&&str> = names.iter().collect();
-        assert_eq!((names.len(), different.len()), (12, 12));
-    }
-
-    #[test]
-    fn numbers_of_the_text_have_commands_too() {
-        let fact = Fact { parts: vec!["targets".into(), "present".into()], shown: "12".into() };
-        let text = macros("a", &[fact], &[]);
-        assert!(text.ends_with("% targets, present\n\\newcommand{\\tfaXtargetsXpresent}{12}\n"), "{text}");
-    }
-
-    /// What [`name`] wrote; nothing for a text it never writes.
-    fn read(name: &str) -> Option<Vec<String>> {
-        let mut parts = vec![String::new()];
-        let mut rest = name.strip_prefix("tf")?;
-        while let Some(c) = rest.chars().next() {
-            rest = &rest[1..];
-            let last = parts.last_mut()?;
-            match c {
-                'X' => parts.push(String::new()),
-                'Z' => {
-                    let single =
-                        [("ZU", '_'), ("ZH", '-'), ("ZS", ' '), ("ZP", '.'), ("ZV", '/'), ("ZE", '=')];
-                    let single = single.iter().chain(&[("ZX", 'X'), ("ZZ", 'Z')]);
-                    let digit = DIGITS.iter().position(|d| rest.starts_with(d));
-                    if let Some(d) = digit {
-                        last.push_str(&d.to_string());
-                        rest = &rest[DIGITS[d].len()..];
-                    } else if let Some((_, c)) =
-                        single.into_iter().find(|(code, _)| rest.starts_with(&code[1..]))
-                    {
-                        last.push(*c);
-                        rest = &rest[1..];
-                    } else {
-                        let code = rest.strip_prefix('O')?.get(..6)?;
-                        let number = code.bytes().fold(0, |n, b| n * 16 + u32::from(b - b'a'));
-                        last.push(char::from_u32(number)?);
-                        rest = &rest[7..];
-                    }
-                }
-                c => last.push(c),
-            }
-        }
-        Some(parts)
-    }
-
-    proptest! {
-        // Names can be read back, so no two lists have the same one.
-        #[test]
-        fn names_are_letters_and_never_confused(
-            parts in prop::collection::vec("[a-zA-Z0-9_ XZO.=\\[\\];\u{5d0}\u{1f600}-]{0,12}|\\PC{0,5}", 1..6)
-        ) {
-            let list: Vec<&str> = parts.iter().map(String::as_str).collect();
-            let name = name(&list);
-            prop_assert!(name.bytes().all(|b| b.is_ascii_alphabetic()));
-            prop_assert_eq!(read(&name), Some(parts));
-        }
-    }
-}
+mod tests;

@@ -7,17 +7,17 @@ use crate::score::Metric;
 pub struct Style {
     /// Digits after the point.
     pub decimals: usize,
-    /// Whether `0.5` is written `.5`.
+    /// Whether `0.5` is printed as `.5`.
     pub bare: bool,
 }
 
 impl Style {
-    /// Three decimals, as most tables have.
+    /// Three decimals, as in most tables.
     pub const DEFAULT: Self = Self { decimals: 3, bare: false };
     /// Whole numbers.
     pub const COUNT: Self = Self { decimals: 0, bare: false };
 
-    /// That of a measure which no paper has printed.
+    /// The style of a metric of which no printed number is known.
     pub fn of_metric(metric: Metric) -> Self {
         if metric.is_count() { Self::COUNT } else { Self::DEFAULT }
     }
@@ -30,7 +30,7 @@ impl Style {
         Self { decimals, bare: digits.starts_with('.') }
     }
 
-    /// `v` in this style; a rounded zero has no sign.
+    /// Prints `v` in this style; a rounded zero has no sign.
     pub fn format(self, v: f64) -> String {
         let mut text = format!("{v:.*}", self.decimals);
         if text.trim_start_matches('-').bytes().all(|b| b == b'0' || b == b'.') {
@@ -42,25 +42,25 @@ impl Style {
         text
     }
 
-    /// `v` with its sign, for differences.
+    /// Prints `v` with its sign, for differences.
     pub fn format_signed(self, v: f64) -> String {
         let text = self.format(v);
         let is_zero = text.bytes().all(|b| b == b'0' || b == b'.');
         if text.starts_with('-') || is_zero { text } else { format!("+{text}") }
     }
 
-    /// `v` as far as this style shows it.
+    /// Rounds `v` to the digits that this style shows.
     pub fn round(self, v: f64) -> f64 {
         format!("{v:.*}", self.decimals).parse().unwrap_or(v)
     }
 }
 
-/// The first number of a printed cell.
+/// The first number of a printed cell: 0.17 of `.17±.18`; `None` where there is none.
 pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
-/// A number with four significant digits, or all digits of a whole one below a million.
+/// Prints a number with four significant digits, or all digits of an integer below a million.
 pub fn four_digits(v: f64) -> String {
     if v == v.trunc() && v.abs() < 1e6 {
         return format!("{v}");

@@ -1,4 +1,4 @@
-//! A laid-out table as CSV, Parquet and Markdown, and for the terminal.
+//! Tables as CSV, Parquet, Markdown and plain text.
 
 use super::layout::{Cell, Group, Row, TableLayout};
 use crate::dataset::text::visible;
@@ -42,7 +42,7 @@ fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
     cells
 }
 
-/// A row's heading with its direction.
+/// A row's heading with an arrow for the direction of its metric.
 pub fn row_heading(row: &Row) -> String {
     match row.direction {
         Direction::HigherIsBetter => format!("{} ↑", row.label),
@@ -56,7 +56,8 @@ fn ours(cell: &Cell) -> String {
     cell.ours.as_ref().map_or(String::new(), |text| format!("{text}{mark}"))
 }
 
-/// The lines of one row: ours, published, difference, each with its heading, where there is any.
+/// The lines of one row: ours, published and difference, as far as there are any. Each has its heading, and for every
+/// cell its text and whether it is the best.
 pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, bool)>)> {
     let mut lines = Vec::new();
     if group.has_ours {
@@ -75,7 +76,7 @@ pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(Str
     lines
 }
 
-/// Text that Markdown shows as it is, on one line.
+/// Escapes text so that Markdown shows it as it is, on one line.
 pub fn markdown_escape(raw: &str) -> String {
     let mut out = String::with_capacity(raw.len());
     for c in visible(raw).chars() {
@@ -151,62 +152,4 @@ pub fn plain(layout: &TableLayout) -> String {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
-    use super::*;
-
-    pub fn sample() -> TableLayout {
-        let cell = |ours: &str, published: &str, best| Cell {
-            value: ours.parse().ok(),
-            ours: Some(ours.into()),
-            published: Some(published.into()),
-            difference: Some("+.010".into()),
-            best,
-            second: false,
-            failed: usize::from(best),
-        };
-        TableLayout {
-            name: "table1".into(),
-            caption: "A & B_1. 12 of 21 targets.".into(),
-            data: "12 of 21 targets".into(),
-            corner: "metric".into(),
-            columns: vec!["DT|EF".into(), "ARTE*".into()],
-            groups: vec![Group {
-                label: "Struck (3 events)".into(),
-                key: "Struck".into(),
-                published_tracker: Some("SP".into()),
-                has_ours: true,
-                rows: vec![Row {
-                    label: "precision".into(),
-                    direction: Direction::HigherIsBetter,
-                    cells: vec![cell(".120", ".110", true), cell(".100", ".090", false)],
-                }],
-            }],
-        }
-    }
-
-    #[test]
-    fn markdown_shows_ours_published_and_difference() {
-        let expected = "\
-**A &amp; B\\_1. 12 of 21 targets.**
-
-| metric | DT&#124;EF | ARTE\\* |
-|:--|--:|--:|
-| **Struck (3 events)** | | |
-| precision ↑ | **.120†** | .100 |
-| precision published (SP) | .110 | .090 |
-| precision difference | +.010 | +.010 |
-";
-        assert_eq!(markdown(&sample()), expected);
-    }
-
-    #[test]
-    fn csv_has_a_line_a_cell() {
-        let text = String::from_utf8(csv(&sample()).unwrap()).unwrap();
-        assert_eq!(
-            text,
-            "group,published_tracker,row,column,ours,published,difference,data\n\
-             Struck (3 events),SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
-             Struck (3 events),SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
-        );
-    }
-}
+pub(super) mod tests;

@@ -1,4 +1,4 @@
-//! Tables that analyses make.
+//! Tables that show what an analysis found.
 
 use super::{Cell, Group, Row, TableLayout, published_for};
 use crate::analysis::Grid;
@@ -8,7 +8,7 @@ use crate::spec::Experiment;
 use crate::spec::table::{Made, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value};
 
-/// Lays out a table that an analysis made: a group for each tracker.
+/// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(
     experiment: &Experiment,
     table: &Table,
@@ -85,7 +85,7 @@ pub fn analysed(
     }
 }
 
-/// A group without rows, for all trackers together.
+/// A group without heading and rows, for all trackers together.
 fn ungrouped() -> Group {
     Group {
         label: String::new(),
@@ -96,7 +96,7 @@ fn ungrouped() -> Group {
     }
 }
 
-/// Column `k` of every group as the columns of one; rows in the order in which they are first met.
+/// Puts column `k` of every group side by side; rows in the order in which they first occur.
 fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for row in groups.iter().flat_map(|g| &g.rows) {

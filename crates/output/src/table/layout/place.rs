@@ -6,7 +6,7 @@ use crate::score::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Side, Table};
 
-/// A cell of a table, and which number it shows.
+/// Names a cell of a table and the number that it shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellRef {
     /// Label of its row.
@@ -19,13 +19,13 @@ pub struct CellRef {
     pub method: String,
     /// Grid point as in `scores.csv`, empty without a grid.
     pub params: String,
-    /// The attribute of the sequences it is about; all of them when `None`.
+    /// The attribute of the sequences that it is about; all sequences when `None`.
     pub attribute: Option<String>,
-    /// What it shows of them.
+    /// The metric that it shows.
     pub metric: Metric,
 }
 
-/// The cells of a table that have numbers behind them, group by group, row by row; none for a table of an
+/// Lists the cells of a table that show a pooled number, group by group and row by row; none for the table of an
 /// analysis.
 pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<CellRef> {
     if let Some(metric) = table.ranked {
@@ -34,7 +34,7 @@ pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -
     }
     let (rows, columns) =
         (steps(&table.rows, table, experiment, measures), steps(&table.columns, table, experiment, measures));
-    let mut cell_refs = Vec::new();
+    let mut refs = Vec::new();
     for (_, group) in group_places(experiment, table, measures) {
         for (row, of_row) in &rows {
             for (column, of_column) in &columns {
@@ -42,7 +42,7 @@ pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -
                 let (Some(tracker), Some(method)) = (&at.tracker, &at.method) else { continue };
                 let attribute = at.attribute.as_deref();
                 let Some(measure) = find(measures, tracker, method, &at.axes, attribute) else { continue };
-                cell_refs.push(CellRef {
+                refs.push(CellRef {
                     row: row.clone(),
                     column: column.clone(),
                     tracker: tracker.clone(),
@@ -54,10 +54,10 @@ pub fn cell_refs(experiment: &Experiment, table: &Table, measures: &[Measure]) -
             }
         }
     }
-    cell_refs
+    refs
 }
 
-/// The only cell of a method's row in a table of ranks that is a measure.
+/// The cell of a method's row in a leaderboard that shows a pooled number.
 fn ranked(measure: &Measure, metric: Metric) -> CellRef {
     CellRef {
         row: method_label(&measure.method, &measure.params),
@@ -70,10 +70,10 @@ fn ranked(measure: &Measure, metric: Metric) -> CellRef {
     }
 }
 
-/// The step along the attributes that is all sequences.
+/// Label of the step along the attributes that takes all sequences.
 const ALL: &str = "all";
 
-/// A place in the space of all pooled numbers.
+/// What is fixed at a step, row, column or group; everything else varies.
 #[derive(Clone, Default)]
 pub(super) struct Place {
     pub(super) tracker: Option<String>,
@@ -83,7 +83,7 @@ pub(super) struct Place {
     pub(super) axes: Vec<(String, f64)>,
 }
 
-/// The steps along one side: label and what it fixes.
+/// The steps along one side of a table: their labels, and what each fixes.
 pub(super) fn steps(
     side: &Side,
     table: &Table,
@@ -141,7 +141,7 @@ pub(super) fn merge(places: &[&Place]) -> Place {
     })
 }
 
-/// The measure at a place; axes that a method does not have do not matter to it.
+/// Finds pooled numbers; axes that the method's grid does not have are ignored.
 pub(super) fn find<'a>(
     measures: &'a [Measure],
     tracker: &str,
@@ -157,7 +157,7 @@ pub(super) fn find<'a>(
     })
 }
 
-/// What varies and is on neither side, every combination with a label.
+/// The groups of a table: every combination of what varies and is on neither side, with a label.
 pub(super) fn group_places(
     experiment: &Experiment,
     table: &Table,

@@ -1,0 +1,57 @@
+use super::*;
+
+pub fn sample() -> TableLayout {
+    let cell = |ours: &str, published: &str, best| Cell {
+        value: ours.parse().ok(),
+        ours: Some(ours.into()),
+        published: Some(published.into()),
+        difference: Some("+.010".into()),
+        best,
+        second: false,
+        failed: usize::from(best),
+    };
+    TableLayout {
+        name: "table1".into(),
+        caption: "A & B_1. 12 of 21 targets.".into(),
+        data: "12 of 21 targets".into(),
+        corner: "metric".into(),
+        columns: vec!["DT|EF".into(), "ARTE*".into()],
+        groups: vec![Group {
+            label: "Struck (3 events)".into(),
+            key: "Struck".into(),
+            published_tracker: Some("SP".into()),
+            has_ours: true,
+            rows: vec![Row {
+                label: "precision".into(),
+                direction: Direction::HigherIsBetter,
+                cells: vec![cell(".120", ".110", true), cell(".100", ".090", false)],
+            }],
+        }],
+    }
+}
+
+#[test]
+fn markdown_shows_ours_published_and_difference() {
+    let expected = "\
+**A &amp; B\\_1. 12 of 21 targets.**
+
+| metric | DT&#124;EF | ARTE\\* |
+|:--|--:|--:|
+| **Struck (3 events)** | | |
+| precision ↑ | **.120†** | .100 |
+| precision published (SP) | .110 | .090 |
+| precision difference | +.010 | +.010 |
+";
+    assert_eq!(markdown(&sample()), expected);
+}
+
+#[test]
+fn csv_has_a_line_for_each_cell() {
+    let text = String::from_utf8(csv(&sample()).unwrap()).unwrap();
+    assert_eq!(
+        text,
+        "group,published_tracker,row,column,ours,published,difference,data\n\
+             Struck (3 events),SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
+             Struck (3 events),SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
+    );
+}
