@@ -237,7 +237,7 @@ fn checked_parameters_make_the_same_detector() {
     for (kind, text, detector) in all_detectors() {
         let params = detector.params();
         let table = toml::Value::try_from(&params).unwrap().to_string();
-        let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+        let entry = entries().find(|e| e.kind == kind).unwrap();
         let again = entry.build_from_text(&table).unwrap_or_else(|e| panic!("{kind} {table}: {e}"));
         assert_eq!(params, again.params(), "{kind} {text}");
         assert_eq!(digest(&detector.detect(&input)), digest(&again.detect(&input)), "{kind} {text}");
