@@ -7,16 +7,18 @@ use crate::dataset::format::otb;
 use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Input;
-use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal, ReverseSource};
+use crate::engine::execute::frame_loop::{Collected, Collector, Lane, run_lane};
+use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
+use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store;
 use crate::num::seed;
 use crate::region::Region;
 use crate::results::detections;
-use crate::signal::{Reads, Session};
+use crate::signal::Reads;
 use crate::spec::builtin;
-use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
+use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
+use crate::tracker::TrackerState;
 use crate::tracker::results::{self, Base, write};
-use crate::tracker::{RunContext, TrackerState};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -69,11 +71,11 @@ const DEFAULT_TRACKER: &str = "color-particle-filter";
 /// What AVU learned in `sanmiguel2015/built-in-model`.
 const BUILT_IN_MODEL: &str = include_str!("../../assets/models/color-particle-filter.json");
 
-/// Longest model file, in bytes.
-const LONGEST_MODEL: u64 = 1 << 24;
+/// Size of the largest model file, in bytes.
+const MAX_MODEL_FILE: u64 = 1 << 24;
 
-/// A method that is ready.
-struct Ready {
+/// A method with its detector.
+struct ReadyMethod {
     method: Method,
     detector: FixedDetector,
 }
@@ -84,21 +86,21 @@ struct Ready {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let all = published()?;
-    let mut asked: Vec<Method> = Vec::new();
+    let mut named: Vec<Method> = Vec::new();
     for name in &args.method {
-        let again = asked.iter().any(|m| m.name == *name);
+        let again = named.iter().any(|m| m.name == *name);
         let method = all.iter().position(|m| m.name == *name);
         match method {
-            _ if again => return Err(Failure::Usage(format!("method `{name}` is asked for twice"))),
+            _ if again => return Err(Failure::Usage(format!("method `{name}` is given twice"))),
             None => {
                 let known = all.iter().map(|m| m.name.as_str());
                 return Err(Failure::Usage(crate::plugin::unknown("method", name, known)));
             }
-            Some(_) => asked.extend(published()?.into_iter().filter(|m| m.name == *name)),
+            Some(_) => named.extend(published()?.into_iter().filter(|m| m.name == *name)),
         }
     }
-    let is_default = asked.is_empty();
-    let methods = if is_default { all } else { asked };
+    let is_default = named.is_empty();
+    let methods = if is_default { all } else { named };
     let options = otb::Options { truth: otb::Truth::Ignored, ..otb::Options::default() };
     let data = |e: DatasetError| Failure::Data(e.to_string());
     match (&args.boxes, &args.init) {
@@ -115,10 +117,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     sequence.len()
                 )));
             }
-            let states: Vec<TrackerState> = regions.into_iter().map(TrackerState::tracked).collect();
+            let states = regions.into_iter().map(TrackerState::tracked).collect();
             let sequence = Arc::new(sequence);
-            let frames = FrameCache::new(0);
-            let signals = compute_signals(&sequence, &frames, &methods, |t, _| Ok(states[t].clone()))?;
+            let lane = Lane::of_states(Arc::new(states), signals_of(&methods));
+            let collected = follow(&sequence, &FrameCache::new(0), lane, methods.len());
+            let Collected { signals, .. } = collected.map_err(|e| Failure::Data(e.to_string()))?;
             print(&sequence, &methods, &signals, None)
         }
         (None, init) => {
@@ -151,8 +154,8 @@ fn published() -> Result<Vec<Method>, Failure> {
     methods.map(|m| m.map_err(|e| Failure::Io(e.to_string()))).collect()
 }
 
-/// Of some methods those that need nothing but frames and boxes.
-fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<Ready>, Failure> {
+/// The methods that need only frames and boxes.
+fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, Failure> {
     let fits = |v: &Variant| {
         let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
         looks
@@ -164,7 +167,7 @@ fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<Ready>, Failur
         match method.variants.first().map(|v| (fits(v), &v.detector)) {
             Some((true, DetectorChoice::Given(fixed))) => {
                 let detector = fixed.clone();
-                ready.push(Ready { method, detector });
+                ready.push(ReadyMethod { method, detector });
             }
             _ if is_default => {}
             _ => {
@@ -172,7 +175,7 @@ fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<Ready>, Failur
                 let names: Vec<&str> = all.iter().map(|r| r.method.name.as_str()).collect();
                 return Err(Failure::Usage(format!(
                     "method `{}` needs a tracker's posterior, which boxes do not hold; give --init instead of \
-                     --boxes. Of boxes alone can be judged with: {}",
+                     --boxes. Methods that need only boxes: {}",
                     method.name,
                     names.join(", ")
                 )));
@@ -182,62 +185,59 @@ fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<Ready>, Failur
     Ok(ready)
 }
 
-/// Follows the target and says where its track cannot be trusted.
+/// Tracks the target from its first box, and prints where the track cannot be trusted.
 fn track(
     args: &Args,
     sequence: Arc<Sequence>,
     methods: Vec<Method>,
     is_default: bool,
 ) -> Result<(), Failure> {
-    let (entry, setup) = live_tracker(&args.tracker, &args.params)?;
+    let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
     let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
-    let broken = |e: &dyn std::fmt::Display| Failure::Data(format!("{}: {e}", entry.kind));
-    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed, data_root: None };
-    let first = sequence.truth.first().and_then(Option::as_ref);
-    let first = first.ok_or_else(|| Failure::Data(format!("{} has no frame", args.frames.display())))?;
-    let frame = frames.frame(&sequence, 0).map_err(|e| Failure::Data(e.to_string()))?;
-    let (mut tracker, state) = setup.start(&context, &frame, first).map_err(|e| broken(&e))?;
-    let model = Models { args, own: setup.params() == built_in_params() };
-    let ready = ready_for(methods, state.posterior.is_some(), is_default, &model)?;
-    let mut states = vec![state];
-    let signals = compute_signals(&sequence, &frames, &ready, |t, frame| {
-        if t > 0 {
-            states.push(tracker.update(frame).map_err(|e| broken(&e))?);
-        }
-        Ok(states[t].clone())
-    })?;
+    let failure = |e: TrackingError| match e {
+        TrackingError::Tracker(e) => Failure::Data(format!("{}: {e}", entry.kind)),
+        e => Failure::Data(e.to_string()),
+    };
+    let model = Models { args, is_default_tracker: config.params() == built_in_params() };
+    let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_root: None };
+    if sequence.is_empty() {
+        return Err(Failure::Data(format!("{} has no frame", args.frames.display())));
+    }
+    let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
+    let ready = ready_for(methods, started.1.posterior.is_some(), is_default, &model)?;
+    let lane = Lane::of_started(started, signals_of(&ready));
+    let Collected { states, signals } = follow(&sequence, &run.frames, lane, ready.len()).map_err(failure)?;
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     if let Some(path) = &args.save_boxes {
         store::write(path, write::boxes(&regions, base(args)).as_bytes())
             .map_err(|e| Failure::Io(e.to_string()))?;
     }
-    let origin = ReverseSource { sequence: sequence.clone(), frames, setup, run: 0, seed, data_root: None };
-    let reversal = Reversal::new(origin, regions);
+    let reversal = Reversal::new(run, regions);
     print(&sequence, &ready, &signals, Some(&reversal))
 }
 
 /// Parameters of the default tracker as the built-in model knows it.
 fn built_in_params() -> serde_json::Value {
-    live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, setup)| setup.params())
+    live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, config)| config.params())
 }
 
-/// Where models of a consistent filter come from.
+/// Source of the learned model of a consistent filter.
 struct Models<'a> {
     args: &'a Args,
-    /// Whether the tracker is the one that the built-in model is about.
-    own: bool,
+    /// Whether the tracker is the one of the built-in model.
+    is_default_tracker: bool,
 }
 
 impl Models<'_> {
-    /// The model, where there is one.
+    /// The model, if there is one for the tracker.
     fn model(&self) -> Result<Option<serde_json::Value>, Failure> {
         let (name, bytes) = match &self.args.model {
             Some(path) => {
-                let bytes = crate::dataset::text::read_at_most(path, LONGEST_MODEL);
+                let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE);
                 (path.display().to_string(), bytes.map_err(|e| Failure::Data(e.to_string()))?)
             }
-            None if self.own => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
+            None if self.is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
             None => return Ok(None),
         };
         let data = |e: &dyn std::fmt::Display| Failure::Data(format!("{name}: {e}"));
@@ -247,13 +247,13 @@ impl Models<'_> {
     }
 }
 
-/// The methods that can judge a tracker's track, with posterior or without.
+/// The methods that can judge the track of a tracker, which has a posterior or not.
 fn ready_for(
     methods: Vec<Method>,
     has_posterior: bool,
     is_default: bool,
     models: &Models<'_>,
-) -> Result<Vec<Ready>, Failure> {
+) -> Result<Vec<ReadyMethod>, Failure> {
     let mut ready = Vec::new();
     for method in methods {
         let Some(variant) = method.variants.first() else { continue };
@@ -276,7 +276,7 @@ fn ready_for(
             },
         };
         match found {
-            Ok(detector) => ready.push(Ready { method, detector }),
+            Ok(detector) => ready.push(ReadyMethod { method, detector }),
             Err(_) if is_default => {}
             Err(e) => return Err(e),
         }
@@ -284,46 +284,36 @@ fn ready_for(
     Ok(ready)
 }
 
-/// One series for each method; each frame is decoded once for all of them and for `state`, which gives the
-/// tracker's answer.
-fn compute_signals(
+/// The signal of each method; `None` for methods without one.
+fn signals_of(methods: &[ReadyMethod]) -> impl Iterator<Item = Option<&SignalChoice>> {
+    methods.iter().map(|m| m.method.variants.first().and_then(|v| v.signal.as_ref()))
+}
+
+/// Gives all frames of a sequence to a lane with the signals of `methods` methods, and collects its results.
+fn follow(
     sequence: &Arc<Sequence>,
     frames: &FrameCache,
-    methods: &[Ready],
-    mut state: impl FnMut(usize, &crate::image::Frame) -> Result<TrackerState, Failure>,
-) -> Result<Vec<Vec<f64>>, Failure> {
-    let session =
-        |r: &Ready| r.method.variants.first().and_then(|v| v.signal.as_ref()).map(|s| s.signal.start());
-    let mut sessions: Vec<Option<Box<dyn Session>>> = methods.iter().map(session).collect();
-    let mut signals = vec![Vec::with_capacity(sequence.len()); methods.len()];
-    for t in 0..sequence.len() {
-        let frame = frames.frame(sequence, t).map_err(|e| Failure::Data(e.to_string()))?;
-        let state = state(t, &frame)?;
-        for ((session, series), ready) in sessions.iter_mut().zip(&mut signals).zip(methods) {
-            let value = session.as_mut().map_or(0.0, |s| s.push(&frame, &state));
-            if !value.is_finite() {
-                let (name, number) = (&ready.method.name, sequence.number(t));
-                return Err(Failure::Data(format!("method {name}: its signal is {value} in frame {number}")));
-            }
-            series.push(value);
-        }
-    }
-    Ok(signals)
+    lane: Lane,
+    methods: usize,
+) -> Result<Collected, TrackingError> {
+    let collector = Collector::new([methods]);
+    run_lane(sequence, frames, 0..sequence.len(), lane, &collector)?;
+    Ok(collector.into_collected().swap_remove(0))
 }
 
 fn print(
     sequence: &Sequence,
-    methods: &[Ready],
+    methods: &[ReadyMethod],
     signals: &[Vec<f64>],
     reversal: Option<&Reversal>,
 ) -> Result<(), Failure> {
-    // No ground truth is needed: only the oracle anchor looks at the error, and it is not offered here.
-    let unknown = vec![f64::NAN; sequence.len()];
     let mut detected = Vec::new();
-    for (Ready { method, detector }, signal) in methods.iter().zip(signals) {
+    // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
+    let unknown = vec![f64::NAN; sequence.len()];
+    for (ReadyMethod { method, detector }, signal) in methods.iter().zip(signals) {
         let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
-        let verdict = reverse::detect(&*detector.detector, input, reversal).map_err(Failure::Data)?;
-        detected.push((method.name.as_str(), verdict));
+        let result = reverse::detect(&*detector.detector, input, reversal);
+        detected.push((method.name.as_str(), result.map_err(|e| Failure::Data(e.to_string()))?));
     }
     let bytes = detections::csv(sequence, &detected).map_err(|e| Failure::Io(e.to_string()))?;
     output::write(&String::from_utf8_lossy(&bytes))

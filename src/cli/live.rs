@@ -1,4 +1,4 @@
-//! Trackers that are named on the command line, to follow frames that nobody has annotated.
+//! Trackers named on the command line, for frames without annotations.
 
 use super::Failure;
 use crate::plugin::{self, Entry};
@@ -7,33 +7,33 @@ use crate::tracker::process;
 use crate::tracker::{TRACKERS, TrackerConfig};
 use std::sync::Arc;
 
-/// A tracker and its line in the list.
-pub type Named = (&'static Entry<dyn TrackerConfig>, Arc<dyn TrackerConfig>);
+/// A tracker's entry in the list, and its configuration.
+pub type NamedTracker = (&'static Entry<dyn TrackerConfig>, Arc<dyn TrackerConfig>);
 
 /// The built-in tracker of a kind; `params` is a TOML table.
 ///
 /// # Errors
-/// `Usage` for a tracker or parameters that there are not, and for one that needs more than frames.
-pub fn live_tracker(kind: &str, params: &str) -> Result<Named, Failure> {
+/// `Usage` for an unknown tracker, wrong parameters, or a tracker that needs more than frames.
+pub fn live_tracker(kind: &str, params: &str) -> Result<NamedTracker, Failure> {
     let kinds = || TRACKERS.iter().map(|e| e.kind);
     let Some(entry) = plugin::find(TRACKERS, kind) else {
         return Err(Failure::Usage(plugin::unknown("tracker", kind, kinds())));
     };
     if entry.kind == process::ENTRY.kind {
-        let message = "a program of one's own is not run here: of a TraX server let the client start it, and give \
-                       its boxes to `detect`";
+        let message = "external programs are not run here: let the client start a TraX server, and give its boxes to \
+                       `detect`";
         return Err(Failure::Usage(message.into()));
     }
-    // Known before its own parameters are: those of such trackers mean nothing here.
+    // Checked before the parameters, which are of no use for such a tracker.
     if entry.build_from_text(entry.example).is_ok_and(|example| example.needs_truth()) {
         let kind = entry.kind;
         return Err(Failure::Usage(format!(
-            "`{kind}` answers from ground truth or result files of known sequences; it cannot follow frames that nobody has annotated"
+            "`{kind}` answers from ground truth or result files of known sequences; it cannot follow frames without annotations"
         )));
     }
-    let setup = entry.build_from_text(params).map_err(|e| {
+    let config = entry.build_from_text(params).map_err(|e| {
         let source = Source::new("--params", params);
         Failure::Usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
     })?;
-    Ok((entry, Arc::from(setup)))
+    Ok((entry, Arc::from(config)))
 }

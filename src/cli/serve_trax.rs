@@ -22,11 +22,11 @@ pub struct Args {
 /// Runs the verb: a TraX server on stdin and stdout, until the client quits.
 ///
 /// # Errors
-/// `Usage` for a tracker or parameters that there are not, `Data` for an image that cannot be read, `Io`
-/// for anything else that ends the session early.
+/// `Usage` for an unknown tracker or wrong parameters, `Data` for an image that cannot be read, `Io` for anything else
+/// that ends the session early.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (entry, setup) = live_tracker(&args.tracker, &args.params)?;
-    let server = Server { name: entry.kind, description: entry.summary, config: &*setup, seed: args.seed };
+    let (entry, config) = live_tracker(&args.tracker, &args.params)?;
+    let server = Server { name: entry.kind, description: entry.summary, config: &*config, seed: args.seed };
     server.serve(stdin().lock(), stdout().lock()).map_err(|e| match e {
         SessionError::Image(_) => Failure::Data(e.to_string()),
         e => Failure::Io(e.to_string()),

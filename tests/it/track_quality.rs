@@ -7,12 +7,15 @@ use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::{Frames, Numbering, Render, Sequence};
 use trackfail::detector::track_quality::machine::TRANSITIONS;
 use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
-use trackfail::engine::execute::reverse::{self, Reversal, ReverseSource};
+use trackfail::engine::execute::frame_loop::{Collected, Collector, Lane, run_lane};
+use trackfail::engine::execute::reverse::{self, Reversal};
+use trackfail::engine::execute::tracker_run::TrackerRun;
 use trackfail::image::Frame;
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
-use trackfail::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerState};
+use trackfail::spec::method::SignalChoice;
+use trackfail::tracker::{TRACKERS, TrackerConfig};
 
 /// Where something colored like the target is in a frame.
 type Place = fn(usize) -> Option<(f64, f64)>;
@@ -103,28 +106,21 @@ fn judge(
 ) -> DetectorOutput {
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
-    let setup: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
-    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed, data_root: None };
-    let mut tracker: Option<Box<dyn Tracker>> = None;
-    let mut session = plugin::find(SIGNALS, signal.0).unwrap().build_from_text(signal.1).unwrap().start();
-    let (mut regions, mut values) = (Vec::new(), Vec::new());
-    for t in 0..frames {
-        let frame = sequence.frame(t).unwrap();
-        let first = sequence.truth[0].as_ref().unwrap();
-        let state: TrackerState = match &mut tracker {
-            Some(tracker) => tracker.update(&frame).unwrap(),
-            None => {
-                let (started, state) = setup.start(&context, &frame, first).unwrap();
-                tracker = Some(started);
-                state
-            }
-        };
-        values.push(session.push(&frame, &state));
-        regions.push(state.region);
-    }
+    let config: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
+    let signal_entry = plugin::find(SIGNALS, signal.0).unwrap();
+    let signal = SignalChoice {
+        kind: signal_entry.kind,
+        version: signal_entry.version,
+        signal: Arc::from(signal_entry.build_from_text(signal.1).unwrap()),
+    };
     let cache = Arc::new(FrameCache::new(1 << 26));
-    let origin = ReverseSource { sequence, frames: cache, setup, run: 0, seed, data_root: None };
-    let reversal = Reversal::new(origin, regions);
+    let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_root: None };
+    let collector = Collector::new([1]);
+    let lane = Lane::of_run(run.clone(), [Some(&signal)]);
+    run_lane(&run.sequence, &run.frames, 0..frames, lane, &collector).unwrap();
+    let Collected { states, mut signals } = collector.into_collected().remove(0);
+    let values = signals.remove(0);
+    let reversal = Reversal::new(run, states.into_iter().map(|state| state.region).collect());
     let detector = plugin::find(DETECTORS, detector.0).unwrap().build_from_text(detector.1).unwrap();
     let error = vec![f64::NAN; frames];
     let input = Input { signal: &values, error: &error, seed: 0, reverse: None };

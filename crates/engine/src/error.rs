@@ -25,6 +25,55 @@ impl From<TrackerError> for CellError {
     }
 }
 
+/// Why a step of a run has no result: it failed alone, or the whole run ends.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StepError {
+    /// Only the results that need the step are lost.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// The run ends.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl StepError {
+    /// A failed step.
+    pub fn failed(reason: impl std::fmt::Display) -> Self {
+        Self::Cell(CellError::Failed(reason.to_string()))
+    }
+
+    /// The error with `context` before the reason of a failure.
+    pub fn within(self, context: &str) -> Self {
+        match self {
+            Self::Cell(e) => Self::failed(format!("{context}: {e}")),
+            Self::Run(e) => Self::Run(e),
+        }
+    }
+
+    /// The reason of a step that failed alone.
+    ///
+    /// # Errors
+    /// The error that ends the run.
+    pub fn cell(self) -> Result<CellError, RunError> {
+        match self {
+            Self::Cell(e) => Ok(e),
+            Self::Run(e) => Err(e),
+        }
+    }
+}
+
+impl From<Interrupted> for StepError {
+    fn from(e: Interrupted) -> Self {
+        Self::Run(e.into())
+    }
+}
+
+impl From<StoreError> for StepError {
+    fn from(e: StoreError) -> Self {
+        Self::Run(e.into())
+    }
+}
+
 /// Why a run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {

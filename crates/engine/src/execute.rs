@@ -3,21 +3,24 @@
 //! | file | contents |
 //! |---|---|
 //! | [`supervise`] | jobs that may panic, hang or be interrupted |
-//! | [`pass`] | one pass over the frames of a sequence, for all its trackers and signals |
+//! | [`tracker_run`] | one run of a tracker on a sequence |
+//! | [`frame_loop`] | the loop over frames, shared by all below and by `detect` |
+//! | [`pass`](mod@pass) | one pass over the frames of a sequence, for all its trackers and signals |
 //! | [`reverse`] | trackers run backwards in time |
 //! | [`track`] | a track with its signals |
-//! | [`detector_outputs`] | results of detectors, in memory or in the store |
+//! | [`detector_outputs`] | outputs of detectors, in memory or in the store |
 //! | [`context`] | what the parts of a run share, with its options |
 //! | [`tracking`] | tracks and signals, from the store or computed |
-//! | [`judge`] | detections and scores, from the store or computed |
+//! | [`judge`](mod@judge) | labels and scores, from the store or computed |
 //! | [`train`] | trained parameters and learned models |
-//! | [`analyse`] | analyses of signals and tracks |
+//! | [`analyse`](mod@analyse) | analyses of signals and tracks |
 //! | [`timing`] | processing times |
 //! | [`run`](mod@run), [`run_shard`](mod@run_shard) | a whole experiment, or a shard of it |
 
 pub mod analyse;
 pub mod context;
 pub mod detector_outputs;
+pub mod frame_loop;
 pub mod judge;
 pub mod outcome;
 pub mod pass;
@@ -27,6 +30,7 @@ pub mod run_shard;
 pub mod supervise;
 pub mod timing;
 pub mod track;
+pub mod tracker_run;
 pub mod tracking;
 pub mod train;
 mod units;

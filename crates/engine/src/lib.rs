@@ -1,5 +1,5 @@
-//! Experiments: their files, their plan, their execution, and the store of what is computed. Knows traits, no method
-//! by name, and reads only what sequences give as frames and what the store holds.
+//! Experiments: their files, their plan, their execution, and the store of their results. The engine knows traits, no
+//! method by name; it reads frames from sequences and records from the store, and no other files.
 //!
 //! The folders in order; each uses only those above it:
 //!

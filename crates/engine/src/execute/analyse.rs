@@ -1,11 +1,11 @@
-//! Analyses of an experiment, each on every tracker: from the store where they are, made where not.
+//! Analyses of an experiment, each on every tracker: from the store, or computed.
 
 use super::context::Context;
 use super::supervise::run_single;
 use super::track::{self, Track, Tracks};
 use crate::analysis::{Findings, Population, Reads};
-use crate::dataset::Sequence;
-use crate::error::{CellError, RunError};
+use crate::dataset::{DatasetError, Sequence};
+use crate::error::{CellError, RunError, StepError};
 use crate::num::hexadecimal;
 use crate::observe::tally::Work;
 use crate::plan::{PlannedSuite, signal_index};
@@ -28,21 +28,21 @@ pub struct Analysed {
     pub tracker: String,
     /// Repetitions of the tracker.
     pub runs: u32,
-    /// Suites in the order in which they were taken, with the number of sequences of each.
+    /// Suites in the order of the analysis, with the number of sequences of each.
     pub suites: Vec<(String, usize)>,
-    /// What came out.
+    /// The findings.
     pub findings: Findings,
 }
 
 impl Analysed {
-    /// What it rests on: `synthetic-d1 (18 targets), synthetic-d2 (51 targets)`.
+    /// Its suites in words: `synthetic-d1 (18 targets), synthetic-d2 (51 targets)`.
     pub fn suites_note(&self) -> String {
         let one = |(name, targets): &(String, usize)| format!("{name} ({targets} targets)");
         self.suites.iter().map(one).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// A track with what it is a track of.
+/// A track with its sequence.
 struct TrackView {
     track: Arc<Track>,
     sequence: Arc<Sequence>,
@@ -50,11 +50,11 @@ struct TrackView {
 }
 
 impl TrackView {
-    /// As tracking protocols look at it.
+    /// The track as tracking protocols read it.
     ///
     /// # Errors
-    /// In words, when the size of the frames cannot be read.
-    fn trajectory(&self) -> Result<Trajectory<'_>, String> {
+    /// When the size of the frames cannot be read.
+    fn trajectory(&self) -> Result<Trajectory<'_>, DatasetError> {
         let Sequence { name, truth, attributes, frame_attributes, .. } = &*self.sequence;
         Ok(Trajectory {
             sequence: name,
@@ -62,13 +62,13 @@ impl TrackView {
             regions: &self.track.regions,
             status: &self.track.status,
             truth,
-            frame: self.sequence.size().map_err(|e| e.to_string())?,
+            frame: self.sequence.size()?,
             attributes,
             frame_attributes,
         })
     }
 
-    /// Digest of the attributes, which are part of no track.
+    /// Digest of the attributes, which are not part of the track's address.
     fn attributes(&self) -> String {
         let Sequence { attributes, frame_attributes, .. } = &*self.sequence;
         let text = serde_json::to_vec(&(attributes, frame_attributes)).unwrap_or_default();
@@ -76,14 +76,14 @@ impl TrackView {
     }
 }
 
-/// Name of an analysis that could not be made, and why not.
+/// Name of an analysis that failed, and the reason.
 pub type NotAnalysed = (String, CellError);
 
-/// Makes every analysis on every tracker; `tracks` has those of every suite.
+/// Makes every analysis on every tracker, except those of the clock; `tracks` has the tracks of every suite. An analysis
+/// that fails is an error in its place.
 ///
 /// # Errors
-/// When the run is interrupted or the store cannot be written to; what goes wrong in an analysis is in its
-/// place, with its name.
+/// When the run is interrupted or the store cannot be written to.
 pub fn analyse(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -97,8 +97,10 @@ pub fn analyse(
     let one = |(a, tracker): (usize, usize)| {
         let analysis = &experiment.analyses[a];
         let label = &experiment.trackers[tracker].label;
-        let made = make(context, tracks, analysis, tracker)?;
-        Ok(made.map_err(|e| (format!("{} of {label}", analysis.name), e)))
+        match make(context, tracks, analysis, tracker) {
+            Ok(analysed) => Ok(Ok(analysed)),
+            Err(e) => Ok(Err((format!("{} of {label}", analysis.name), e.cell()?))),
+        }
     };
     places.into_par_iter().with_max_len(1).map(one).collect()
 }
@@ -108,7 +110,7 @@ fn make(
     tracks: &[Vec<Tracks>],
     analysis: &Analysis,
     tracker: usize,
-) -> Result<Result<Analysed, CellError>, RunError> {
+) -> Result<Analysed, StepError> {
     let plan = context.plan;
     let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
     let reads_regions = analysis.plugin.reads() == Reads::Regions;
@@ -119,23 +121,23 @@ fn make(
     let mut populations: Vec<(String, Vec<TrackView>)> = Vec::new();
     for role in &analysis.roles {
         let Some(suite) = plan.suite(role) else {
-            return Ok(Err(CellError::Missing(format!("no suite in role `{role}`"))));
+            return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
         };
         let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
-        let seen = |(track, s, j): (Arc<Track>, usize, usize)| TrackView {
+        let view = |(track, s, j): (Arc<Track>, usize, usize)| TrackView {
             track,
             sequence: sequences[s].sequence.clone(),
             run: plan.jobs[j].run,
         };
         let mine: Vec<TrackView> =
-            track::learned_from(plan, tracks, suite, tracker).into_iter().map(seen).collect();
+            track::learned_from(plan, tracks, suite, tracker).into_iter().map(view).collect();
         if mine.is_empty() {
-            return Ok(Err(CellError::Missing(format!("no track in role `{role}` to analyse"))));
+            return Err(CellError::Missing(format!("no track in role `{role}` to analyse")).into());
         }
         recipe = recipe.with("suite", name);
-        recipe = mine.iter().fold(recipe, |recipe, seen| {
-            let recipe = plan.read(seen.track.address, signal).add_to(recipe);
-            if reads_regions { recipe.with("attributes", seen.attributes()) } else { recipe }
+        recipe = mine.iter().fold(recipe, |recipe, view| {
+            let recipe = plan.read(view.track.address, signal).add_to(recipe);
+            if reads_regions { recipe.with("attributes", view.attributes()) } else { recipe }
         });
         suites.push((name.clone(), sequences.len()));
         populations.push((name.clone(), mine));
@@ -145,25 +147,23 @@ fn make(
     let analysed = |findings| Analysed { analysis: name, tracker: t.label.clone(), runs, suites, findings };
     if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
-        return Ok(Ok(analysed(findings)));
+        return Ok(analysed(findings));
     }
-    let compute = move || {
+    let compute = move || -> Result<Findings, StepError> {
         let mut views = Vec::new();
-        for (suite, seen) in &populations {
-            let trajectories =
-                if reads_regions { seen.iter().map(TrackView::trajectory).collect() } else { Ok(Vec::new()) };
-            let tracks = seen.iter().map(|s| s.track.example(signal)).collect();
-            views.push(Population { suite, tracks, trajectories: trajectories?, timings: Vec::new() });
+        for (suite, tracks) in &populations {
+            let with_regions = tracks.iter().filter(|_| reads_regions);
+            let trajectories: Result<_, DatasetError> = with_regions.map(TrackView::trajectory).collect();
+            let trajectories = trajectories.map_err(StepError::failed)?;
+            let tracks = tracks.iter().map(|view| view.track.example(signal)).collect();
+            views.push(Population { suite, tracks, trajectories, timings: Vec::new() });
         }
-        plugin.analyze(&views).map_err(|e| e.to_string())
+        plugin.analyze(&views).map_err(StepError::failed)
     };
-    let findings = match run_single(&context.options.limits, compute)? {
-        Ok(findings) => findings,
-        Err(reason) => return Ok(Err(CellError::Failed(reason))),
-    };
+    let findings = run_single(&context.options.limits, compute)?;
     context.tally.add(Work::Models, false);
     let cell = format!("{}/{}", analysis.name, t.label);
     let name = Name { experiment: plan.experiment.name.clone(), cell };
     context.put(vec![store::record(name, recipe, 1, &findings)?])?;
-    Ok(Ok(analysed(findings)))
+    Ok(analysed(findings))
 }

@@ -1,13 +1,15 @@
-//! What the parts of a run share.
+//! Options of a run, and the context that its parts share.
 
 use super::detector_outputs::DetectorOutputCache;
 use super::reverse::FRAMES_IN_MEMORY;
+use super::tracker_run::TrackerRun;
+use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
 use crate::error::RunError;
 use crate::limits::RunLimits;
 use crate::observe::progress::ProgressWatch;
 use crate::observe::tally::Tally;
-use crate::plan::ExperimentPlan;
+use crate::plan::{ExperimentPlan, Job, recipes};
 use crate::store::address::Address;
 use crate::store::{Record, Store};
 use serde::de::DeserializeOwned;
@@ -15,18 +17,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How to run.
+/// Options of a run.
 #[derive(Clone)]
 pub struct Options {
     /// Folder of real data, if the user gave one.
     pub data_root: Option<PathBuf>,
-    /// Compute everything anew, whatever the store has.
+    /// Compute everything again, whatever the store has.
     pub force: bool,
-    /// Time limit a cell, and the flag that ends the run.
+    /// Time limit of a cell, and the flag that interrupts the run.
     pub limits: RunLimits,
-    /// Called as frames are done, with done and total numbers.
+    /// Called after each frame with the number of frames done and of all frames.
     pub progress: Arc<dyn Fn(u64, u64) + Send + Sync>,
-    /// Counts what is done, for onlookers.
+    /// Counts frames and cells, for observers of the run.
     pub watch: Arc<ProgressWatch>,
 }
 
@@ -37,19 +39,19 @@ impl Default for Options {
     }
 }
 
-/// What the parts of a run share.
+/// Plan, store and options of a run, with what its parts share.
 pub struct Context<'a> {
     /// The plan.
     pub plan: &'a ExperimentPlan<'a>,
     /// The store.
     pub store: &'a Store,
-    /// How to run.
+    /// Options of a run.
     pub options: &'a Options,
-    /// What was computed.
+    /// Counts computed and cached results.
     pub tally: Tally,
-    /// Called once a decoded frame.
+    /// Called after each frame of a pass.
     pub on_frame: Arc<dyn Fn() + Send + Sync>,
-    /// Decoded frames, kept where trackers run backwards.
+    /// Cache of decoded frames, for experiments with reverse runs.
     pub frames: Arc<FrameCache>,
     /// Outputs of detectors in memory.
     pub outputs: DetectorOutputCache,
@@ -78,12 +80,26 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The content of a record that may be used: none when everything is to be computed anew.
+    /// The run of a job's tracker on a sequence.
+    pub fn tracker_run(&self, sequence: &Arc<Sequence>, job: Job) -> TrackerRun {
+        let tracker = &self.plan.experiment.trackers[job.tracker];
+        TrackerRun {
+            sequence: sequence.clone(),
+            frames: self.frames.clone(),
+            config: tracker.setup.clone(),
+            run: job.run,
+            seed: recipes::track_seed(self.plan.experiment, sequence, tracker, job.run),
+            data_root: self.options.data_root.clone(),
+        }
+    }
+
+    /// Content of a record of the store; `None` when it is absent or everything is computed again. `rows` is the
+    /// number of rows it must have.
     pub fn cached<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
         if self.options.force { None } else { self.store.get(address, rows) }
     }
 
-    /// Keeps records; those that are computed anew although they were there are compared with what was.
+    /// Writes records; when everything is computed again, they are compared with those that the store has.
     ///
     /// # Errors
     /// When the store cannot be written to.

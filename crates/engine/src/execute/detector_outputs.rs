@@ -1,4 +1,4 @@
-//! Results of detectors, in memory or in the store.
+//! Outputs of detectors, in memory or in the store.
 
 use crate::detector::{DetectorOutput, Quality};
 use crate::store::address::{Address, Recipe};
@@ -6,30 +6,29 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Detections beyond this many bytes are read from the store when they are needed.
+/// Bytes of outputs that are kept in memory; further ones are read from the store when they are needed.
 const MAX_BYTES_IN_MEMORY: usize = 128 << 20;
 
-/// Keeps detections in memory as long as there is room; all of them are in the store.
+/// Counts the outputs in memory.
 #[derive(Debug, Default)]
 pub struct DetectorOutputCache {
     bytes: AtomicUsize,
 }
 
 impl DetectorOutputCache {
-    /// The detection itself while there is room, else its address. `recipe` is that of its record.
-    pub fn insert(&self, recipe: &Recipe, detection: DetectorOutput) -> CachedDetectorOutput {
-        let extra =
-            [detection.forecast.is_some(), detection.quality.is_some()].map(|has| 8 * usize::from(has));
-        let bytes = detection.score.len() * (9 + extra[0] + extra[1]);
+    /// The output itself while there is room, else its address. `recipe` is that of its record in the store.
+    pub fn insert(&self, recipe: &Recipe, output: DetectorOutput) -> CachedDetectorOutput {
+        let extra = [output.forecast.is_some(), output.quality.is_some()].map(|has| 8 * usize::from(has));
+        let bytes = output.score.len() * (9 + extra[0] + extra[1]);
         if self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY {
-            CachedDetectorOutput::Here(Arc::new(detection))
+            CachedDetectorOutput::Here(Arc::new(output))
         } else {
             CachedDetectorOutput::Stored(recipe.address())
         }
     }
 }
 
-/// A verdict in memory, or where to find it.
+/// An output in memory, or its address in the store.
 #[derive(Debug, Clone)]
 pub enum CachedDetectorOutput {
     /// In memory.
@@ -38,7 +37,7 @@ pub enum CachedDetectorOutput {
     Stored(Address),
 }
 
-/// A verdict as it is stored: without the score where that is the signal itself.
+/// An output as it is stored: without the score where that is the signal itself.
 #[derive(Serialize, Deserialize)]
 pub struct StoredDetectorOutput {
     score: Option<Vec<f64>>,
@@ -50,14 +49,14 @@ pub struct StoredDetectorOutput {
 
 impl StoredDetectorOutput {
     /// The stored form of the output on `signal`.
-    pub fn new(verdict: &DetectorOutput, signal: &[f64]) -> Self {
+    pub fn new(output: &DetectorOutput, signal: &[f64]) -> Self {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        let score = (bits(&verdict.score) != bits(signal)).then(|| verdict.score.clone());
-        let DetectorOutput { alarm, forecast, changes, quality, .. } = verdict.clone();
+        let score = (bits(&output.score) != bits(signal)).then(|| output.score.clone());
+        let DetectorOutput { alarm, forecast, changes, quality, .. } = output.clone();
         Self { score, alarm, forecast, changes, quality }
     }
 
-    /// The verdict on a signal, if it is one of its length.
+    /// The output on a signal; `None` if their lengths differ.
     pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
         let score = self.score.unwrap_or_else(|| signal.to_vec());
         let whole = score.len() == signal.len()

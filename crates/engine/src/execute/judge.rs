@@ -3,11 +3,13 @@
 use super::context::Context;
 use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
 use super::reverse::{self, Reversal};
-use super::supervise::{Watchdog, supervised};
+use super::supervise::{JobError, Watchdog, supervised};
 use super::track::Track;
+use super::tracker_run::TrackingError;
 use crate::detector::track_quality::Effort;
 use crate::detector::{Detector, DetectorOutput, Input, Quality};
 use crate::error::{CellError, RunError};
+use crate::limits::Interrupted;
 use crate::observe::tally::Work;
 use crate::plan::recipes::{self, DetectorKey};
 use crate::score::{Protocol, TrackScore};
@@ -19,79 +21,79 @@ use std::sync::Arc;
 /// One method on one track, judged.
 #[derive(Debug, Clone)]
 pub struct Judged {
-    /// What the detector said.
-    pub verdict: CachedDetectorOutput,
-    /// What the protocol makes of it.
+    /// Output of the detector.
+    pub output: CachedDetectorOutput,
+    /// Its score by the protocol.
     pub score: TrackScore,
-    /// How much it had the tracker run backwards.
+    /// Its use of reverse runs.
     pub effort: Effort,
-    /// Whether the verdict holds a [`Quality`].
+    /// Whether the output holds a [`Quality`].
     pub follows: bool,
 }
 
-/// A detector that is ready, and where its parameters come from.
+/// A detector with its parameters or model, and their source.
 #[derive(Clone)]
 pub struct ReadyDetector {
     /// The detector.
     pub fixed: FixedDetector,
-    /// Where its parameters or its model come from.
-    pub source: Source,
+    /// Source of its parameters or model.
+    pub source: ParameterSource,
 }
 
-/// Where a detector's parameters come from.
+/// Source of a detector's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// They are given.
+pub enum ParameterSource {
+    /// The experiment gives them.
     Given,
-    /// One was chosen; the address tells which and from what.
+    /// One of them is trained; the address is that of the trained parameter.
     Trained(Address),
-    /// They are given, but for a model that was learned.
+    /// The experiment gives them, except for a learned model with this address.
     Learned(Address),
 }
 
 impl ReadyDetector {
-    fn by(&self) -> DetectorKey {
+    fn key(&self) -> DetectorKey {
         match self.source {
-            Source::Given => DetectorKey::given(&self.fixed),
-            Source::Trained(address) => DetectorKey::model(address, &self.fixed),
-            Source::Learned(address) => DetectorKey::learned(address, &self.fixed),
+            ParameterSource::Given => DetectorKey::given(&self.fixed),
+            ParameterSource::Trained(address) => DetectorKey::model(address, &self.fixed),
+            ParameterSource::Learned(address) => DetectorKey::learned(address, &self.fixed),
         }
     }
 }
 
-/// What a detector says of a track. `seed` is for detectors that draw random numbers.
+/// Output of a detector on a track. `seed` is for detectors that draw random numbers.
 ///
 /// # Errors
-/// In words, when the tracker had to be run backwards and that broke.
+/// When a reverse run failed.
 pub fn detect(
     track: &Track,
     signal: Option<usize>,
     detector: &dyn Detector,
     seed: u64,
-) -> Result<DetectorOutput, String> {
+) -> Result<DetectorOutput, TrackingError> {
     let signal = track.signal(signal);
     let input = Input { signal: &signal, error: &track.error, seed, reverse: None };
     reverse::detect(detector, input, track.reversal.as_deref())
 }
 
-/// A cell that is to be judged.
+/// A cell to be judged.
 #[derive(Clone)]
-pub struct Case {
+pub struct PendingCell {
     /// Name in the store.
     pub name: Name,
-    /// The track, if there is one.
+    /// The track.
     pub track: Arc<Track>,
-    /// Which of its signals is read.
+    /// Index of the signal that the method reads, if it reads one.
     pub signal: Option<usize>,
     /// The detector.
     pub ready_detector: ReadyDetector,
     /// Its seed.
     pub seed: u64,
-    /// How its labels are scored.
+    /// Protocol that scores its labels.
     pub protocol: &'static Protocol,
 }
 
-impl Case {
+impl PendingCell {
     /// A cell of the test suite; `cell` is its name in the plan.
     pub fn new(
         context: &Context<'_>,
@@ -113,64 +115,74 @@ impl Case {
     }
 }
 
-/// Judges cells, a result for each in order: with verdicts from the store where they are there.
+/// Judges cells and returns a result for each, in order; outputs of detectors that the store has are not computed again.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
-pub fn judge(context: &Context<'_>, cases: Vec<Case>) -> Result<Vec<Result<Judged, CellError>>, RunError> {
+pub fn judge(
+    context: &Context<'_>,
+    cells: Vec<PendingCell>,
+) -> Result<Vec<Result<Judged, CellError>>, RunError> {
     let plan = context.plan;
-    let recipe = |case: &Case| {
-        let read = plan.read(case.track.address, case.signal);
-        recipes::labels(read, &case.ready_detector.by(), case.seed)
+    let recipe = |cell: &PendingCell| {
+        let read = plan.read(cell.track.address, cell.signal);
+        recipes::labels(read, &cell.ready_detector.key(), cell.seed)
     };
-    let recipes: Vec<_> = cases.iter().map(recipe).collect();
-    let kept = |(case, recipe): (&Case, &Recipe)| {
-        let rows = case.track.error.len();
-        let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), rows);
-        stored.and_then(|v| v.on(&case.track.signal(case.signal)))
+    let recipes: Vec<_> = cells.iter().map(recipe).collect();
+    let cached = |(cell, recipe): (&PendingCell, &Recipe)| {
+        let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), cell.track.error.len());
+        stored.and_then(|output| output.on(&cell.track.signal(cell.signal)))
     };
-    let mut verdicts: Vec<Option<Result<DetectorOutput, CellError>>> =
-        cases.iter().zip(&recipes).map(|pair| kept(pair).map(Ok)).collect();
-    verdicts.iter().for_each(|v| context.tally.add(Work::Labels, v.is_some()));
-    let wanted: Vec<usize> = (0..cases.len()).filter(|k| verdicts[*k].is_none()).collect();
-    if !wanted.is_empty() {
-        let todo: Vec<Case> = wanted.iter().map(|k| cases[*k].clone()).collect();
-        let work = move |watch: &Watchdog, out: &[Option<String>]| {
-            let mut done = Vec::with_capacity(todo.len());
-            for (k, (case, out)) in todo.iter().zip(out).enumerate() {
-                watch.check_interrupted()?;
-                done.push(match out {
-                    Some(reason) => Err(reason.clone()),
-                    None => watch
-                        .step(k, || {
-                            detect(&case.track, case.signal, &*case.ready_detector.fixed.detector, case.seed)
-                        })
-                        .flatten(),
-                });
-            }
-            Ok(done)
-        };
-        let made = supervised(wanted.len(), &context.options.limits, work)?;
-        cases.iter().filter_map(|case| case.track.reversal.as_deref()).for_each(Reversal::rest);
+    let mut outputs: Vec<Option<Result<DetectorOutput, CellError>>> =
+        cells.iter().zip(&recipes).map(|pair| cached(pair).map(Ok)).collect();
+    outputs.iter().for_each(|output| context.tally.add(Work::Labels, output.is_some()));
+    let pending: Vec<usize> = (0..cells.len()).filter(|k| outputs[*k].is_none()).collect();
+    if !pending.is_empty() {
+        let computed = compute(context, pending.iter().map(|k| cells[*k].clone()).collect())?;
         let mut records: Vec<Record> = Vec::new();
-        for (k, made) in wanted.into_iter().zip(made) {
-            let case = &cases[k];
-            let made = made.map_err(|reason| CellError::Failed(format!("{}: {reason}", case.name.cell)));
-            if let Ok(verdict) = &made {
-                let signal = case.track.signal(case.signal);
-                let content = StoredDetectorOutput::new(verdict, &signal);
-                records.push(store::record(case.name.clone(), recipes[k].clone(), signal.len(), &content)?);
+        for (k, output) in pending.into_iter().zip(computed) {
+            let cell = &cells[k];
+            let output = output.map_err(|e| CellError::Failed(format!("{}: {e}", cell.name.cell)));
+            if let Ok(output) = &output {
+                let signal = cell.track.signal(cell.signal);
+                let content = StoredDetectorOutput::new(output, &signal);
+                records.push(store::record(cell.name.clone(), recipes[k].clone(), signal.len(), &content)?);
             }
-            verdicts[k] = Some(made);
+            outputs[k] = Some(output);
         }
         context.put(records)?;
     }
-    let judged = |((case, recipe), verdict): ((&Case, _), Option<Result<DetectorOutput, CellError>>)| {
-        let verdict = verdict.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
-        let score = (case.protocol.score)(&case.track.error, &verdict.alarm, &verdict.changes());
-        let effort = verdict.quality.as_ref().map_or_else(Effort::default, Quality::effort);
-        let follows = verdict.quality.is_some();
-        Ok(Judged { verdict: context.outputs.insert(recipe, verdict), score, effort, follows })
+    let judged =
+        |((cell, recipe), output): ((&PendingCell, _), Option<Result<DetectorOutput, CellError>>)| {
+            let output = output.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
+            let score = (cell.protocol.score)(&cell.track.error, &output.alarm, &output.changes());
+            let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
+            let follows = output.quality.is_some();
+            Ok(Judged { output: context.outputs.insert(recipe, output), score, effort, follows })
+        };
+    Ok(cells.iter().zip(&recipes).zip(outputs).map(judged).collect())
+}
+
+/// Outputs of the cells' detectors, supervised.
+fn compute(
+    context: &Context<'_>,
+    cells: Vec<PendingCell>,
+) -> Result<Vec<Result<DetectorOutput, TrackingError>>, Interrupted> {
+    let tracks: Vec<Arc<Track>> = cells.iter().map(|cell| cell.track.clone()).collect();
+    let jobs = cells.len();
+    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
+        let mut outputs = Vec::with_capacity(cells.len());
+        for (k, (cell, left_out)) in cells.iter().zip(left_out).enumerate() {
+            watch.check_interrupted()?;
+            let detector = &*cell.ready_detector.fixed.detector;
+            outputs.push(match left_out {
+                Some(reason) => Err(reason.clone().into()),
+                None => watch.step(k, || detect(&cell.track, cell.signal, detector, cell.seed)),
+            });
+        }
+        Ok(outputs)
     };
-    Ok(cases.iter().zip(&recipes).zip(verdicts).map(judged).collect())
+    let outputs = supervised(jobs, &context.options.limits, work)?;
+    tracks.iter().filter_map(|track| track.reversal.as_deref()).for_each(Reversal::free_trackers);
+    Ok(outputs)
 }

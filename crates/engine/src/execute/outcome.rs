@@ -1,4 +1,4 @@
-//! Everything that a run found out.
+//! Outcome of a run.
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
@@ -29,7 +29,7 @@ pub struct Cell {
     pub params: String,
     /// Index of the track in [`Outcome::tracks`]`[sequence]`.
     pub job: usize,
-    /// Which of the track's signals the method reads.
+    /// Index of the track's signal that the method reads, if it reads one.
     pub signal: Option<usize>,
     /// Threshold of the detector, for figures.
     pub threshold: Option<f64>,
@@ -37,15 +37,15 @@ pub struct Cell {
     pub result: Result<Judged, CellError>,
 }
 
-/// Everything that a run found out about the test suite.
+/// Outcome of a run: what it found on the test suite, and what it trained.
 pub struct Outcome<'a> {
     /// Name of the suite.
     pub suite: String,
-    /// Sequences that are there, in suite order.
+    /// Present sequences, in suite order.
     pub sequences: Vec<Arc<Sequence>>,
-    /// Sequences that are not.
+    /// Missing sequences.
     pub missing: Vec<Missing>,
-    /// How many the suite has.
+    /// Number of sequences of the whole suite.
     pub wanted: usize,
     /// Tracks, sequences x jobs.
     pub tracks: Vec<Tracks>,
@@ -53,7 +53,7 @@ pub struct Outcome<'a> {
     pub jobs: Vec<Job>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
-    /// What was trained or learned.
+    /// Trained parameters and learned models.
     pub models: Vec<Model>,
     /// Analyses.
     pub analyses: Vec<Analysed>,
@@ -61,33 +61,33 @@ pub struct Outcome<'a> {
     pub not_analysed: Vec<NotAnalysed>,
     /// Digests of all sequences used, by suite.
     pub digests: BTreeMap<String, Vec<(String, String)>>,
-    /// Rules that stood in for missing values, with how often.
+    /// Rules that filled in missing values, with the number of their uses.
     pub rules: BTreeMap<String, u64>,
-    /// Sequences whose digest is not the pinned one, as `suite/name`.
+    /// Sequences whose digest differs from the pinned one, as `suite/name`.
     pub differing: Vec<String>,
-    /// What was computed and what was there.
+    /// Numbers of computed and cached results.
     pub tally: Tally,
     pub(super) store: &'a Store,
 }
 
 impl Outcome<'_> {
-    /// What the detector of a cell said.
+    /// Output of a cell's detector.
     ///
     /// # Errors
-    /// When it was to be read from the store and has gone.
-    pub fn verdict(&self, cell: &Cell, judged: &Judged) -> Result<Arc<DetectorOutput>, StoreError> {
-        let address = match &judged.verdict {
-            CachedDetectorOutput::Here(verdict) => return Ok(verdict.clone()),
+    /// When it must be read from the store and is no longer there.
+    pub fn detector_output(&self, cell: &Cell, judged: &Judged) -> Result<Arc<DetectorOutput>, StoreError> {
+        let address = match &judged.output {
+            CachedDetectorOutput::Here(output) => return Ok(output.clone()),
             CachedDetectorOutput::Stored(address) => address,
         };
         let track =
             self.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)).and_then(|t| t.as_ref().ok());
-        let verdict = track.and_then(|track| {
+        let output = track.and_then(|track| {
             let signal = track.signal(cell.signal);
             self.store.get::<StoredDetectorOutput>(address, signal.len())?.on(&signal)
         });
         let gone =
             || StoreError::new(self.store.folder(), "a record has gone while it was needed; run again");
-        verdict.map(Arc::new).ok_or_else(gone)
+        output.map(Arc::new).ok_or_else(gone)
     }
 }

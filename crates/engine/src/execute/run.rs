@@ -1,10 +1,9 @@
-//! Running a whole experiment on all cores. The outcome does not depend on how many there are, nor on what
-//! was computed before: work is handed out in any order, but every result has its place and every seed
-//! comes from names.
+//! Runs of whole experiments on all cores. The outcome depends neither on the number of cores nor on what the store
+//! has: work is done in any order, but every result has its place and every seed is made from names.
 
 use super::analyse;
 use super::context::{Context, Options};
-use super::judge::{self, Case};
+use super::judge::{self, PendingCell};
 use super::outcome::{Cell, Outcome};
 use super::timing;
 use super::track::Tracks;
@@ -23,7 +22,7 @@ use std::collections::BTreeMap;
 /// Loads the suites of an experiment, by role.
 ///
 /// # Errors
-/// When a suite that is there cannot be read.
+/// When a suite has files that cannot be read.
 pub fn load(
     experiment: &Experiment,
     data_root: Option<&std::path::Path>,
@@ -36,11 +35,10 @@ pub fn load(
         .collect()
 }
 
-/// Runs an experiment that was laid out, on the threads of the current pool.
+/// Runs a planned experiment on the threads of the current pool. A cell that fails holds its error.
 ///
 /// # Errors
-/// When it is interrupted or the store cannot be written to. What goes wrong inside a cell is recorded
-/// in the cell.
+/// When the run is interrupted or the store cannot be written to.
 pub fn run<'s>(
     plan: &ExperimentPlan<'_>,
     store: &'s Store,
@@ -108,7 +106,7 @@ pub fn run<'s>(
     })
 }
 
-/// Sequences that are not what datasets.lock pins.
+/// Sequences whose digests differ from those in datasets.lock.
 fn differing(
     catalog: &Catalog,
     digests: &BTreeMap<String, Vec<(String, String)>>,
@@ -155,7 +153,7 @@ fn judge_sequence(
     let sequence = &plan.test().sequences[index].sequence;
     let _at = context.options.watch.enter(&sequence.name);
     let mut cells: Vec<Cell> = Vec::new();
-    let mut cases: Vec<(usize, Case)> = Vec::new();
+    let mut pending: Vec<(usize, PendingCell)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();
     for (j, v) in plan.cells_of_sequence() {
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
@@ -166,9 +164,9 @@ fn judge_sequence(
             (Ok(track), Ok(ready_detector)) => {
                 let name = plan.cell_name(&sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &sequence.name, job);
-                cases.push((
+                pending.push((
                     cells.len(),
-                    Case::new(context, &name, track, (v, method), ready_detector.clone(), seed),
+                    PendingCell::new(context, &name, track, (v, method), ready_detector.clone(), seed),
                 ));
                 // Replaced below.
                 Err(CellError::Missing(String::new()))
@@ -186,8 +184,8 @@ fn judge_sequence(
             result,
         });
     }
-    let (places, cases): (Vec<_>, Vec<_>) = cases.into_iter().unzip();
-    for (place, judged) in places.into_iter().zip(judge::judge(context, cases)?) {
+    let (places, pending): (Vec<_>, Vec<_>) = pending.into_iter().unzip();
+    for (place, judged) in places.into_iter().zip(judge::judge(context, pending)?) {
         cells[place].result = judged;
     }
     context.options.watch.cells(cells.len());

@@ -1,7 +1,7 @@
-//! A share of a run, for several processes or machines.
+//! Runs of one shard of an experiment, for several processes or machines.
 
 use super::context::{Context, Options};
-use super::judge::{self, Case, ReadyDetector, Source};
+use super::judge::{self, ParameterSource, PendingCell, ReadyDetector};
 use super::tracking;
 use super::units::{Unit, frames_to_do, units};
 use crate::error::{CellError, RunError};
@@ -11,18 +11,18 @@ use crate::spec::method::{DetectorChoice, Variant};
 use crate::store::Store;
 use rayon::prelude::*;
 
-/// What a share of a run has done.
+/// Outcome of the run of a shard.
 pub struct ShardOutcome {
-    /// Cells with a result.
+    /// Number of cells with a result.
     pub done: usize,
-    /// Cells without, by name, with the reason.
+    /// Names of cells without a result, with the reason.
     pub failed: Vec<(String, CellError)>,
-    /// What was computed and what was there.
+    /// Numbers of computed and cached results.
     pub tally: Tally,
 }
 
-/// Computes a share of an experiment's tracks, signals and labels into the store. Trained methods are left
-/// to the run that has all tracks.
+/// Computes a shard of an experiment's tracks, signals and labels into the store. Trained methods are left to the run
+/// that has all tracks.
 ///
 /// # Errors
 /// As [`run`](super::run::run).
@@ -35,7 +35,9 @@ pub fn run_shard(
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let given = |variant: &Variant| match &variant.detector {
-        DetectorChoice::Given(fixed) => Some(ReadyDetector { fixed: fixed.clone(), source: Source::Given }),
+        DetectorChoice::Given(fixed) => {
+            Some(ReadyDetector { fixed: fixed.clone(), source: ParameterSource::Given })
+        }
         DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
     };
     let given_cells = |j: &usize| {
@@ -52,7 +54,7 @@ pub fn run_shard(
         let _at = options.watch.enter(&planned.sequence.name);
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells = Vec::new();
-        let mut cases = Vec::new();
+        let mut pending = Vec::new();
         for (j, track) in jobs.iter().zip(&tracks) {
             let job = plan.jobs[*j];
             if *suite != 0 {
@@ -69,14 +71,19 @@ pub fn run_shard(
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
                 match track {
                     Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => {
-                        cases.push(Case::new(&context, &name, track, (v, method), ready_detector, seed))
-                    }
+                    Ok(track) => pending.push(PendingCell::new(
+                        &context,
+                        &name,
+                        track,
+                        (v, method),
+                        ready_detector,
+                        seed,
+                    )),
                 }
             }
         }
-        let names: Vec<String> = cases.iter().map(|c| c.name.cell.clone()).collect();
-        let judged = judge::judge(&context, cases)?;
+        let names: Vec<String> = pending.iter().map(|c| c.name.cell.clone()).collect();
+        let judged = judge::judge(&context, pending)?;
         cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
         options.watch.cells(if *suite == 0 { cells.len() } else { 0 });
         Ok(cells)

@@ -1,9 +1,10 @@
 //! Work that may panic, hang or be interrupted, on a thread of its own.
 //!
-//! One thread steps through several jobs in turn and says in a [`Watchdog`] which of them it is at. A job that
-//! panics or has used up its time is out, the others go on. A job that does not come back at all cannot
-//! be stopped: its thread is left behind, to end with the process, and the work starts anew without it.
+//! One thread steps through several jobs in turn and tells a [`Watchdog`] which of them it is at. A job that panics or
+//! has used up its time is left out, the others go on. A job that hangs cannot be stopped: its thread is abandoned, to
+//! end with the process, and the work starts again without that job.
 
+use crate::error::StepError;
 use crate::limits::{Interrupted, RunLimits};
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,7 +12,29 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, Once, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
-/// What a supervised thread is at.
+/// Why a supervised job has no result.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum JobError {
+    /// It panicked.
+    #[error(transparent)]
+    Panicked(#[from] Panic),
+    /// It used more than this time.
+    #[error("took longer than {} s (--timeout)", .0.as_secs_f64())]
+    TimedOut(Duration),
+}
+
+impl From<JobError> for StepError {
+    fn from(e: JobError) -> Self {
+        Self::failed(e)
+    }
+}
+
+/// A panic: its place, if that is in this program's own source, and its message.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Panic(String);
+
+/// Clock and limits of a supervised thread.
 pub struct Watchdog {
     limits: RunLimits,
     clock: Mutex<Clock>,
@@ -19,15 +42,10 @@ pub struct Watchdog {
 
 #[derive(Default)]
 struct Clock {
-    /// The job that is being stepped, and since when.
+    /// The job that is running, and its start.
     current: Option<(usize, Instant)>,
-    /// Time used so far, by job.
+    /// Time that each job has used.
     used: Vec<Duration>,
-}
-
-/// What is said of a job that has used up its time.
-fn too_slow(timeout: Duration) -> String {
-    format!("took longer than {} s (--timeout)", timeout.as_secs_f64())
 }
 
 impl Watchdog {
@@ -40,7 +58,7 @@ impl Watchdog {
         self.clock.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether the run was interrupted.
+    /// Checks whether the run was interrupted.
     ///
     /// # Errors
     /// [`Interrupted`] if so.
@@ -48,11 +66,15 @@ impl Watchdog {
         if self.limits.stop.is_set() { Err(Interrupted) } else { Ok(()) }
     }
 
-    /// One step of a job.
+    /// Runs one step of a job.
     ///
     /// # Errors
-    /// In words, when it panics or the job has used up its time.
-    pub fn step<T>(&self, job: usize, step: impl FnOnce() -> T) -> Result<T, String> {
+    /// That of the step; a [`JobError`] when it panics or the job has used up its time.
+    pub fn step<T, E: From<JobError>>(
+        &self,
+        job: usize,
+        step: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         let start = Instant::now();
         self.clock().current = Some((job, start));
         let outcome = catch(step);
@@ -61,13 +83,13 @@ impl Watchdog {
         if let Some(used) = clock.used.get_mut(job) {
             *used += start.elapsed();
             if let Some(timeout) = self.limits.timeout.filter(|t| *used > *t) {
-                return Err(too_slow(timeout));
+                return Err(JobError::TimedOut(timeout).into());
             }
         }
-        outcome
+        outcome.unwrap_or_else(|panic| Err(JobError::Panicked(panic).into()))
     }
 
-    /// The job that does not come back, if its time is over.
+    /// The job that hangs: it is running and its time is over.
     fn hung(&self) -> Option<(usize, Duration)> {
         let timeout = self.limits.timeout?;
         let clock = self.clock();
@@ -77,50 +99,51 @@ impl Watchdog {
     }
 }
 
-/// How often a hung job or an interruption is looked for.
+/// Time between two looks for a hung job or an interruption.
 const TICK: Duration = Duration::from_millis(20);
 
-/// Runs `work` for `jobs` jobs on a thread of its own. `work` is given the watch and, for each job, why it
-/// is left out (a hung one, on the second try); it must call [`Watchdog::step`] around whatever may hang.
+/// Runs `work` for `jobs` jobs on a thread of its own. `work` gets the watchdog and, for each job, why it is left out
+/// (one that hung in an earlier attempt); it must call [`Watchdog::step`] around everything that may hang.
 ///
 /// # Errors
-/// [`Interrupted`], also when a hung job keeps the thread from noticing. A panic outside of a step is
-/// handed on: it is a bug of this program.
-pub fn supervised<T, F>(jobs: usize, limits: &RunLimits, work: F) -> Result<T, Interrupted>
+/// Those of `work`; [`Interrupted`], also when a hung job keeps the thread from noticing. A panic outside of a step is
+/// resumed: it is a bug of this program.
+pub fn supervised<T, E, F>(jobs: usize, limits: &RunLimits, work: F) -> Result<T, E>
 where
     T: Send + 'static,
-    F: Fn(&Watchdog, &[Option<String>]) -> Result<T, Interrupted> + Send + Sync + 'static,
+    E: From<Interrupted> + Send + 'static,
+    F: Fn(&Watchdog, &[Option<JobError>]) -> Result<T, E> + Send + Sync + 'static,
 {
     let work = Arc::new(work);
-    let mut out: Vec<Option<String>> = vec![None; jobs];
+    let mut left_out: Vec<Option<JobError>> = vec![None; jobs];
     loop {
         let watch = Arc::new(Watchdog::new(jobs, limits));
         let (send, receive) = mpsc::channel();
-        let (theirs, work, left_out) = (watch.clone(), work.clone(), out.clone());
+        let (watchdog, work, without) = (watch.clone(), work.clone(), left_out.clone());
         let thread = std::thread::spawn(move || {
-            // Nobody listens any more when the thread was given up.
-            let _ = send.send(work(&theirs, &left_out));
+            // The receiver is gone when the thread was abandoned.
+            let _ = send.send(work(&watchdog, &without));
         });
         let hung = loop {
             match receive.recv_timeout(TICK) {
                 Ok(done) => return done,
                 Err(mpsc::RecvTimeoutError::Disconnected) => match thread.join() {
                     Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(()) => return Err(Interrupted),
+                    Ok(()) => return Err(Interrupted.into()),
                 },
                 Err(mpsc::RecvTimeoutError::Timeout) => {
                     if let Some(hung) = watch.hung() {
                         break hung;
                     }
                     if limits.stop.is_set() {
-                        // It has a moment to notice by itself.
-                        return receive.recv_timeout(25 * TICK).unwrap_or(Err(Interrupted));
+                        // The thread has a moment to notice by itself.
+                        return receive.recv_timeout(25 * TICK).unwrap_or_else(|_| Err(Interrupted.into()));
                     }
                 }
             }
         };
-        if let Some(reason) = out.get_mut(hung.0) {
-            *reason = Some(too_slow(hung.1));
+        if let Some(reason) = left_out.get_mut(hung.0) {
+            *reason = Some(JobError::TimedOut(hung.1));
         }
     }
 }
@@ -128,18 +151,19 @@ where
 /// Runs a single job of a single step.
 ///
 /// # Errors
-/// As [`supervised`]; what goes wrong in the job is inside, in words.
-pub fn run_single<T, F>(limits: &RunLimits, job: F) -> Result<Result<T, String>, Interrupted>
+/// Those of the job, of its supervision, and [`Interrupted`].
+pub fn run_single<T, E, F>(limits: &RunLimits, job: F) -> Result<T, E>
 where
     T: Send + 'static,
-    F: Fn() -> Result<T, String> + Send + Sync + 'static,
+    E: From<Interrupted> + From<JobError> + Send + 'static,
+    F: Fn() -> Result<T, E> + Send + Sync + 'static,
 {
-    supervised(1, limits, move |watch, out| {
-        if let Some(Some(reason)) = out.first() {
-            return Ok(Err(reason.clone()));
+    supervised(1, limits, move |watch, left_out| {
+        if let Some(Some(reason)) = left_out.first() {
+            return Err(reason.clone().into());
         }
         watch.check_interrupted()?;
-        Ok(watch.step(0, &job).flatten())
+        watch.step(0, &job)
     })
 }
 
@@ -148,11 +172,11 @@ thread_local! {
     static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Calls `f`; a panic becomes a sentence and is not printed.
+/// Calls `f` and catches a panic, which is not printed.
 ///
 /// # Errors
-/// The sentence.
-pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, String> {
+/// The panic.
+pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let others = std::panic::take_hook();
@@ -160,19 +184,19 @@ pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, String> {
             if !CATCHING.get() {
                 return others(panic);
             }
-            let said = panic.payload();
-            let said = said.downcast_ref::<&str>().map(|s| s.to_string());
-            let said = said.or_else(|| panic.payload().downcast_ref::<String>().cloned());
-            // Places in other crates are paths of the machine that built the program.
+            let message = panic.payload().downcast_ref::<&str>().map(|s| s.to_string());
+            let message = message.or_else(|| panic.payload().downcast_ref::<String>().cloned());
+            // Locations in dependencies are paths of the machine that built the program.
             let place = panic.location().filter(|l| Path::new(l.file()).is_relative());
             let place = place.map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
-            CAUGHT.set(Some(format!("panicked{place}: {}", said.as_deref().unwrap_or("without a message"))));
+            CAUGHT
+                .set(Some(format!("panicked{place}: {}", message.as_deref().unwrap_or("without a message"))));
         }));
     });
     let outer = CATCHING.replace(true);
     let outcome = catch_unwind(AssertUnwindSafe(f));
     CATCHING.set(outer);
-    outcome.map_err(|_| CAUGHT.take().unwrap_or_else(|| "panicked".to_string()))
+    outcome.map_err(|_| Panic(CAUGHT.take().unwrap_or_else(|| "panicked".to_string())))
 }
 
 #[cfg(test)]
@@ -184,12 +208,12 @@ mod tests {
         RunLimits { timeout: Some(Duration::from_millis(milliseconds)), stop: Stop::default() }
     }
 
-    type Results = Vec<Result<usize, String>>;
+    type Results = Vec<Result<usize, JobError>>;
 
-    /// Two steps for each of three jobs; `bad` does what it does in the second step of job 1.
+    /// Two steps for each of three jobs; `bad` is called in the second step of job 1.
     fn work(
         bad: impl Fn() + Send + Sync + 'static,
-    ) -> impl Fn(&Watchdog, &[Option<String>]) -> Result<Results, Interrupted> + Send + Sync {
+    ) -> impl Fn(&Watchdog, &[Option<JobError>]) -> Result<Results, Interrupted> + Send + Sync {
         move |watch, left_out| {
             let mut results: Results = left_out.iter().map(|out| out.clone().map_or(Ok(0), Err)).collect();
             for step in 0..2 {
@@ -200,6 +224,7 @@ mod tests {
                         if (job, step) == (1, 1) {
                             bad();
                         }
+                        Ok(())
                     });
                     *result = one.map(|()| *done + 1);
                 }
@@ -209,15 +234,15 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_takes_out_its_job_only() {
+    fn a_panic_ends_its_job_only() {
         let results = supervised(3, &limits(60_000), work(|| panic!("no {}", "way"))).unwrap();
         assert_eq!((&results[0], &results[2]), (&Ok(2), &Ok(2)));
-        let said = results[1].as_ref().unwrap_err();
+        let said = results[1].as_ref().unwrap_err().to_string();
         assert!(said.starts_with("panicked at crates/engine") && said.ends_with(": no way"), "{said}");
     }
 
     #[test]
-    fn a_job_that_hangs_is_left_behind_and_the_others_finish() {
+    fn a_job_that_hangs_is_abandoned_and_the_others_finish() {
         let results = supervised(
             3,
             &limits(200),
@@ -228,18 +253,19 @@ mod tests {
             }),
         )
         .unwrap();
-        assert_eq!(results, [Ok(2), Err("took longer than 0.2 s (--timeout)".to_string()), Ok(2)]);
+        assert_eq!(results, [Ok(2), Err(JobError::TimedOut(Duration::from_millis(200))), Ok(2)]);
     }
 
     #[test]
-    fn a_slow_job_is_out_when_it_comes_back() {
+    fn a_slow_job_fails_when_its_step_ends() {
         let limits = RunLimits { timeout: Some(Duration::ZERO), stop: Stop::default() };
         let watch = Watchdog::new(1, &limits);
-        assert_eq!(watch.step(0, || ()), Err("took longer than 0 s (--timeout)".to_string()));
+        let slow: JobError = watch.step(0, || Ok(())).unwrap_err();
+        assert_eq!(slow.to_string(), "took longer than 0 s (--timeout)");
     }
 
     #[test]
-    fn an_interruption_ends_it_even_when_a_job_hangs() {
+    fn an_interruption_ends_the_work_even_when_a_job_hangs() {
         let limits = RunLimits::default();
         let stop = limits.stop.clone();
         let outcome = supervised(

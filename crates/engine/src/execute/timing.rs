@@ -1,31 +1,32 @@
-//! The clock: what methods cost on the tracks of a suite, one thread, one track after the other. What is
-//! timed is told in [`processing_time`](crate::analysis::processing_time).
+//! Processing times of methods on the tracks of a suite, on one thread, one track after the other. For what is timed,
+//! see [`processing_time`](crate::analysis::processing_time).
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::context::Context;
+use super::frame_loop::{Collected, Collector, FrameObserver, Lane, LaneStep, run_lane};
 use super::judge::ReadyDetector;
-use super::reverse::{self, ReverseSource};
+use super::reverse;
 use super::supervise::run_single;
 use super::track::{self, Tracks};
+use super::tracker_run::{TrackerRun, TrackingError};
 use super::train::ReadyDetectors;
 use crate::analysis::processing_time::{Spent, Timing};
-use crate::analysis::{Population, Reads};
+use crate::analysis::{Findings, Population, Reads};
 use crate::detector::{Input, Reverse};
-use crate::error::{CellError, RunError};
-use crate::plan::{recipes, variants};
+use crate::error::{CellError, RunError, StepError};
+use crate::plan::variants;
 use crate::region::Region;
 use crate::score::overlap;
-use crate::signal::Session;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
-use crate::tracker::{RunContext, Tracker, TrackerState};
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
-/// Makes every analysis that reads the clock, on every tracker; `tracks` has those of every suite.
+/// Makes every analysis of the clock, on every tracker; `tracks` has the tracks of every suite. An analysis that fails
+/// is an error in its place.
 ///
 /// # Errors
-/// When the run is interrupted; what goes wrong in an analysis is in its place, with its name.
+/// When the run is interrupted.
 pub fn measure(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -36,17 +37,19 @@ pub fn measure(
     for analysis in experiment.analyses.iter().filter(|a| a.plugin.reads() == Reads::Clock) {
         for (t, tracker) in experiment.trackers.iter().enumerate() {
             if analysis.runs_on(&tracker.label) {
-                let made = make(context, tracks, ready, analysis, t)?;
-                all.push(made.map_err(|e| (format!("{} of {}", analysis.name, tracker.label), e)));
+                all.push(match make(context, tracks, ready, analysis, t) {
+                    Ok(analysed) => Ok(analysed),
+                    Err(e) => Err((format!("{} of {}", analysis.name, tracker.label), e.cell()?)),
+                });
             }
         }
     }
     Ok(all)
 }
 
-/// A method that is timed.
+/// A method to be timed.
 #[derive(Clone)]
-struct Timed {
+struct TimedMethod {
     signal: Option<SignalChoice>,
     ready_detector: ReadyDetector,
 }
@@ -57,7 +60,7 @@ fn make(
     ready: &ReadyDetectors,
     analysis: &Analysis,
     tracker: usize,
-) -> Result<Result<Analysed, CellError>, RunError> {
+) -> Result<Analysed, StepError> {
     let plan = context.plan;
     let setup = &plan.experiment.trackers[tracker];
     let (names, repeats) = analysis.plugin.timed();
@@ -65,137 +68,157 @@ fn make(
     for name in names {
         let found = variants(plan.experiment).position(|(m, _)| m.name == *name);
         let Some(v) = found else {
-            return Ok(Err(CellError::Failed(format!("there is no method `{name}` to be timed"))));
+            return Err(StepError::failed(format!("there is no method `{name}` to be timed")));
         };
         match &ready[v][tracker] {
             Ok(ready_detector) => {
                 let signal = plan.signal(v).and_then(|k| plan.signals.get(k)).cloned();
-                methods.push(Timed { signal, ready_detector: ready_detector.clone() });
+                methods.push(TimedMethod { signal, ready_detector: ready_detector.clone() });
             }
-            Err(e) => return Ok(Err(e.clone())),
+            Err(e) => return Err(e.clone().into()),
         }
     }
     let Some(suite) = analysis.roles.first().and_then(|role| plan.suite(role)) else {
-        return Ok(Err(CellError::Missing("no suite to be timed on".to_string())));
+        return Err(CellError::Missing("no suite to be timed on".to_string()).into());
     };
     let planned = &plan.suites[suite];
-    let origin = |(_, s, j): (_, usize, usize)| {
-        let (sequence, run) = (planned.sequences[s].sequence.clone(), plan.jobs[j].run);
-        ReverseSource {
-            frames: context.frames.clone(),
-            setup: setup.setup.clone(),
-            run,
-            seed: recipes::track_seed(plan.experiment, &sequence, setup, run),
-            sequence,
-            data_root: context.options.data_root.clone(),
-        }
-    };
-    let origins: Vec<ReverseSource> =
-        track::learned_from(plan, tracks, suite, tracker).into_iter().map(origin).collect();
+    let run =
+        |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
+    let runs: Vec<TrackerRun> =
+        track::learned_from(plan, tracks, suite, tracker).into_iter().map(run).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
-    let work = move || {
+    let work = move || -> Result<Findings, StepError> {
         let mut timings = Vec::new();
         for repeat in 0..repeats {
-            for origin in &origins {
-                timings.push(Timing { repeat, ..time(origin, &methods)? });
+            for run in &runs {
+                timings.push(Timing { repeat, ..time(run, &methods)? });
             }
         }
-        let tracks = Population { suite: &name, tracks: Vec::new(), trajectories: Vec::new(), timings };
-        plugin.analyze(&[tracks]).map_err(|e| e.to_string())
+        let (tracks, trajectories) = (Vec::new(), Vec::new());
+        let population = Population { suite: &name, tracks, trajectories, timings };
+        plugin.analyze(&[population]).map_err(StepError::failed)
     };
     let findings = run_single(&context.options.limits, work)?;
-    let suites = vec![(planned.name.clone(), planned.sequences.len())];
-    Ok(findings.map_err(CellError::Failed).map(|findings| Analysed {
+    Ok(Analysed {
         analysis: analysis.name.clone(),
         tracker: setup.label.clone(),
         runs: setup.training_runs,
-        suites,
+        suites: vec![(planned.name.clone(), planned.sequences.len())],
         findings,
-    }))
+    })
 }
 
-/// Runs `work` and adds what it took.
-fn clocked<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
+/// Runs `work` and adds its time to `spent`.
+fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = work();
-    *spent += start.elapsed();
+    spent.set(spent.get() + start.elapsed());
     done
 }
 
-/// One pass over one track.
-fn time(origin: &ReverseSource, methods: &[Timed]) -> Result<Timing, String> {
-    let ReverseSource { sequence, setup, run, seed, data_root, .. } = origin;
-    let data_root = data_root.as_deref();
-    let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_root };
-    let mut tracker: Option<Box<dyn Tracker>> = None;
-    let first = sequence.truth.first().and_then(Option::as_ref);
-    let first = first.ok_or("the first frame has no ground truth to start from")?;
-    let goes_back = methods.iter().any(|m| m.ready_detector.fixed.detector.needs_reverse());
-    let mut sessions: Vec<Option<Box<dyn Session>>> =
-        methods.iter().map(|m| m.signal.as_ref().map(|s| s.signal.start())).collect();
-    let mut signals = vec![Vec::new(); methods.len()];
-    let (mut tracking, mut reading) = (Duration::ZERO, vec![Duration::ZERO; methods.len()]);
-    let (mut regions, mut forks) = (Vec::new(), Vec::new());
-    for t in 0..sequence.len() {
-        let frame = origin.frames.frame(sequence, t).map_err(|e| e.to_string())?;
-        let step = || match &mut tracker {
-            Some(tracker) => tracker.update(&frame),
-            None => setup.start(&context, &frame, first).map(|(started, state)| {
-                tracker = Some(started);
-                state
-            }),
-        };
-        let state: TrackerState = clocked(&mut tracking, step).map_err(|e| e.to_string())?;
-        for ((session, series), spent) in sessions.iter_mut().zip(&mut signals).zip(&mut reading) {
-            let read = || session.as_mut().map_or(0.0, |s| s.push(&frame, &state));
-            series.push(clocked(spent, read));
-        }
-        if goes_back {
-            forks.push(tracker.as_ref().and_then(|tracker| tracker.fork(None)).ok_or(reverse::CANNOT)?);
-        }
-        regions.push(state.region);
+/// Times the tracker and the signals of a forward run.
+struct ForwardClock {
+    tracking: Cell<Duration>,
+    reading: Vec<Cell<Duration>>,
+    /// Keeps a fork of the tracker in each frame.
+    forks: Option<RefCell<Vec<Lane>>>,
+    collector: Collector,
+}
+
+impl FrameObserver for ForwardClock {
+    fn time_tracker<T>(&self, work: impl FnOnce() -> T) -> T {
+        clocked(&self.tracking, work)
     }
+
+    fn time_signal<T>(&self, signal: usize, work: impl FnOnce() -> T) -> T {
+        match self.reading.get(signal) {
+            Some(spent) => clocked(spent, work),
+            None => work(),
+        }
+    }
+
+    fn lane_done(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        if let Some(forks) = &self.forks {
+            forks.borrow_mut().push(step.fork(None)?);
+        }
+        self.collector.lane_done(lane, step)
+    }
+}
+
+/// Times one pass over one track.
+fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingError> {
+    let TrackerRun { sequence, frames, .. } = run;
+    let goes_back = methods.iter().any(|m| m.ready_detector.fixed.detector.needs_reverse());
+    let clock = ForwardClock {
+        tracking: Cell::default(),
+        reading: vec![Cell::default(); methods.len()],
+        forks: goes_back.then(RefCell::default),
+        collector: Collector::new([methods.len()]),
+    };
+    let lane = Lane::of_run(run.clone(), methods.iter().map(|m| m.signal.as_ref()));
+    run_lane(sequence, frames, 0..sequence.len(), lane, &clock)?;
+    let ForwardClock { tracking, reading, forks, collector } = clock;
+    let Collected { states, signals } = collector.into_collected().swap_remove(0);
+    let regions: Vec<Region> = states.into_iter().map(|state| state.region).collect();
+    let forks = forks.map(RefCell::into_inner).unwrap_or_default();
     let error = vec![f64::NAN; sequence.len()];
     let mut spent = Vec::new();
     for ((method, signal), reading) in methods.iter().zip(&signals).zip(reading) {
-        let live = Live::new(origin, &regions, &forks);
+        let timed = TimedReversal::new(run, &regions, &forks);
         let detector = &method.ready_detector.fixed.detector;
-        let mut detecting = Duration::ZERO;
-        clocked(&mut detecting, || {
-            detector.detect(&Input { signal, error: &error, seed: 0, reverse: Some(&live) })
+        let detecting = Cell::default();
+        clocked(&detecting, || {
+            detector.detect(&Input { signal, error: &error, seed: 0, reverse: Some(&timed) })
         });
-        if let Some(reason) = live.failure.into_inner() {
-            return Err(reason);
+        if let Some(e) = timed.failure.into_inner() {
+            return Err(e);
         }
         spent.push(Spent {
-            signal: reading.as_secs_f64(),
-            detection: detecting.saturating_sub(live.inside.get()).as_secs_f64(),
-            reverse: live.running.get().as_secs_f64(),
-            runs: live.runs.get(),
-            frames: live.frames.get(),
+            signal: reading.get().as_secs_f64(),
+            detection: detecting.get().saturating_sub(timed.inside.get()).as_secs_f64(),
+            reverse: timed.running.get().as_secs_f64(),
+            runs: timed.runs.get(),
+            frames: timed.frames.get(),
         });
     }
-    let (frames, tracking) = (sequence.len(), tracking.as_secs_f64());
-    Ok(Timing { repeat: 0, frames, tracking, methods: spent })
+    Ok(Timing { repeat: 0, frames: sequence.len(), tracking: tracking.get().as_secs_f64(), methods: spent })
 }
 
-/// The tracker as it was in each frame, to be sent back with the clock on.
-struct Live<'a> {
-    origin: &'a ReverseSource,
+/// Reverse runs from the forks of every frame, with the clock on and without reuse.
+struct TimedReversal<'a> {
+    run: &'a TrackerRun,
     regions: &'a [Region],
-    forks: &'a [Box<dyn Tracker>],
-    /// Time in here altogether, and that of the tracker alone, without the decoding of frames.
+    forks: &'a [Lane],
+    /// Time of all calls.
     inside: Cell<Duration>,
+    /// Time of the tracker alone, without the decoding of frames.
     running: Cell<Duration>,
     runs: Cell<u64>,
     frames: Cell<u64>,
-    failure: RefCell<Option<String>>,
+    failure: RefCell<Option<TrackingError>>,
 }
 
-impl<'a> Live<'a> {
-    fn new(origin: &'a ReverseSource, regions: &'a [Region], forks: &'a [Box<dyn Tracker>]) -> Self {
+/// Times the tracker of a reverse run, and keeps its last region.
+struct ReverseClock {
+    running: Cell<Duration>,
+    region: RefCell<Option<Region>>,
+}
+
+impl FrameObserver for ReverseClock {
+    fn time_tracker<T>(&self, work: impl FnOnce() -> T) -> T {
+        clocked(&self.running, work)
+    }
+
+    fn lane_done(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        self.region.replace(Some(step.state.region));
+        Ok(())
+    }
+}
+
+impl<'a> TimedReversal<'a> {
+    fn new(run: &'a TrackerRun, regions: &'a [Region], forks: &'a [Lane]) -> Self {
         Self {
-            origin,
+            run,
             regions,
             forks,
             inside: Cell::default(),
@@ -206,29 +229,23 @@ impl<'a> Live<'a> {
         }
     }
 
-    fn run(&self, from: usize, to: usize) -> Result<f64, String> {
-        let start = self.forks.get(from).filter(|_| to < from).ok_or("no way back")?;
-        let mut running = Duration::ZERO;
-        let seed = reverse::seed(self.origin.seed, from);
-        let mut tracker = clocked(&mut running, || start.fork(Some(seed))).ok_or(reverse::CANNOT)?;
-        let mut region = None;
-        for t in (to..from).rev() {
-            let frame = self.origin.frames.frame(&self.origin.sequence, t).map_err(|e| e.to_string())?;
-            let state = clocked(&mut running, || tracker.update(&frame)).map_err(|e| e.to_string())?;
-            region = Some(state.region);
-        }
-        self.running.set(self.running.get() + running);
+    fn backward(&self, from: usize, to: usize) -> Result<f64, TrackingError> {
+        let no_way = TrackingError::NoWayBack { from, to };
+        let Some(start) = self.forks.get(from).filter(|_| to < from) else { return Err(no_way) };
+        let clock = ReverseClock { running: Cell::default(), region: RefCell::default() };
+        let seed = reverse::seed(self.run.seed, from);
+        let lane = clocked(&clock.running, || start.fork(Some(seed)))?;
+        run_lane(&self.run.sequence, &self.run.frames, (to..from).rev(), lane, &clock)?;
+        self.running.set(self.running.get() + clock.running.get());
         self.runs.set(self.runs.get() + 1);
         self.frames.set(self.frames.get() + (from - to) as u64);
-        Ok(overlap::error(&region.ok_or("no way back")?, &self.regions[to]))
+        Ok(overlap::error(&clock.region.into_inner().ok_or(no_way)?, &self.regions[to]))
     }
 }
 
-impl Reverse for Live<'_> {
+impl Reverse for TimedReversal<'_> {
     fn error(&self, from: usize, to: usize) -> Option<f64> {
-        let mut inside = self.inside.get();
-        let error = clocked(&mut inside, || self.run(from, to));
-        self.inside.set(inside);
-        error.map_err(|reason| self.failure.replace(Some(reason))).ok()
+        let error = clocked(&self.inside, || self.backward(from, to));
+        error.map_err(|e| self.failure.replace(Some(e))).ok()
     }
 }

@@ -1,4 +1,4 @@
-//! A track with its signals.
+//! Tracks with their signals.
 
 use super::reverse::Reversal;
 use crate::detector::Example;
@@ -10,22 +10,22 @@ use crate::tracker::Status;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What one tracker did on one sequence, with the signals computed from it.
+/// A tracker's run over a sequence, with the signals computed from it.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// Where it is filed.
+    /// Address of its record.
     pub address: Address,
     /// The region of each frame.
     pub regions: Vec<Region>,
-    /// What happened in each frame.
+    /// The status of each frame.
     pub status: Vec<Status>,
-    /// O_t of each frame; NaN where the target is not annotated.
+    /// Overlap error O_t of each frame, 0 to 1; NaN where the target is not annotated.
     pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals; empty for those not wanted on this track.
+    /// One series for each of the experiment's distinct signals; empty for those not needed on this track.
     pub signals: Vec<Vec<f64>>,
     /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
     pub repeated: usize,
-    /// Its tracker backwards, where a method of the experiment asks for it.
+    /// Reverse runs of its tracker, where a method of the experiment needs them.
     pub reversal: Option<Arc<Reversal>>,
 }
 
@@ -38,18 +38,18 @@ impl Track {
         }
     }
 
-    /// The track with one of its signals, to learn from.
+    /// The track with one of its signals, as training data.
     pub fn example(&self, signal: Option<usize>) -> Example<'_> {
         let signal = signal.and_then(|k| self.signals.get(k));
         Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
     }
 }
 
-/// The tracks of one sequence, one a job.
+/// The tracks of one sequence, one for each job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
 
-/// Those of a suite's tracks of a tracker that are learned from and there, with their sequence and job, sequence
-/// by sequence; `tracks` has those of every suite.
+/// Training data: the tracks of a tracker on a suite that could be made, with the indices of their sequence and job.
+/// `tracks` has those of every suite.
 pub fn learned_from(
     plan: &ExperimentPlan<'_>,
     tracks: &[Vec<Tracks>],

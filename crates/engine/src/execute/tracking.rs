@@ -1,8 +1,8 @@
-//! The tracks and signals of one sequence: from the store where they are, computed where they are not.
+//! Tracks and signals of one sequence: from the store, or computed in one pass.
 
 use super::context::Context;
 use super::pass::{Pass, PassOutput, Task, pass};
-use super::reverse::{Reversal, ReverseSource};
+use super::reverse::Reversal;
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError};
 use crate::observe::tally::Work;
@@ -14,7 +14,7 @@ use crate::store::{self, Name};
 use crate::tracker::{Status, TrackerState};
 use std::sync::Arc;
 
-/// At most so many tracks are made in one pass, for the sake of memory.
+/// Largest number of tracks in one pass, to limit memory.
 const MAX_TASKS: usize = 64;
 
 /// Parts of a track that the store already has.
@@ -26,15 +26,15 @@ struct CachedTrack {
 }
 
 impl CachedTrack {
-    fn is_whole(&self) -> bool {
+    fn is_complete(&self) -> bool {
         self.states.is_some() && self.signals.iter().all(Option::is_some)
     }
 }
 
-/// Tracks of `jobs` on a sequence of a suite, in their order.
+/// Tracks of `jobs` on a sequence of a suite, in their order. A track that cannot be made is an error in its place.
 ///
 /// # Errors
-/// When the run is interrupted or the store cannot be written to; what goes wrong with a track is in its place.
+/// When the run is interrupted or the store cannot be written to.
 pub fn tracks(
     context: &Context<'_>,
     suite: usize,
@@ -73,7 +73,7 @@ fn some_tracks(
     };
     let mut found: Vec<Result<CachedTrack, CellError>> = jobs.iter().map(look).collect();
     let wanted: Vec<usize> =
-        (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_whole())).collect();
+        (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_complete())).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
         let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, found.job, *k);
@@ -83,12 +83,8 @@ fn some_tracks(
     if !wanted.is_empty() {
         let task = |k: &usize| {
             let found = found[*k].as_ref().ok()?;
-            let job = plan.jobs[found.job];
-            let tracker = &plan.experiment.trackers[job.tracker];
             Some(Task {
-                setup: tracker.setup.clone(),
-                run: job.run,
-                seed: recipes::track_seed(plan.experiment, &planned.sequence, tracker, job.run),
+                run: context.tracker_run(&planned.sequence, plan.jobs[found.job]),
                 states: found.states.clone(),
                 signals: (0..found.signals.len()).filter(|s| found.signals[*s].is_none()).collect(),
             })
@@ -97,23 +93,22 @@ fn some_tracks(
             sequence: planned.sequence.clone(),
             frames: context.frames.clone(),
             signals: plan.signals.clone(),
-            data_root: context.options.data_root.clone(),
             tasks: wanted.iter().filter_map(task).collect(),
             on_frame: context.on_frame.clone(),
         };
-        let mut made = pass(one, &context.options.limits)?;
+        let mut outputs = pass(one, &context.options.limits)?;
         if let Err(e) = unchanged(context, planned, &wanted, &found) {
-            made = made.into_iter().map(|_| Err(e.clone())).collect();
+            outputs = outputs.into_iter().map(|_| Err(e.clone())).collect();
         }
         let mut records = Vec::new();
-        for (k, made) in wanted.into_iter().zip(made) {
+        for (k, output) in wanted.into_iter().zip(outputs) {
             let Ok(mut one) = std::mem::replace(&mut found[k], Err(CellError::Failed(String::new()))) else {
                 continue;
             };
-            found[k] = match made {
+            found[k] = match output {
                 Err(e) => Err(e),
-                Ok(made) => {
-                    keep(context, suite, planned, &mut one, made, &mut records)?;
+                Ok(output) => {
+                    complete(context, suite, planned, &mut one, output, &mut records)?;
                     Ok(one)
                 }
             };
@@ -123,13 +118,13 @@ fn some_tracks(
     Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
 }
 
-/// Adds what was made to what was found, and to the records to be kept.
-fn keep(
+/// Completes a cached track with the output of the pass, and adds new records for the store.
+fn complete(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
     found: &mut CachedTrack,
-    made: PassOutput,
+    output: PassOutput,
     records: &mut Vec<store::Record>,
 ) -> Result<(), RunError> {
     let plan = context.plan;
@@ -139,12 +134,12 @@ fn keep(
         cell: plan.track_name(suite, &planned.sequence.name, plan.jobs[found.job]),
     };
     if found.states.is_none() {
-        records.push(store::record(name.clone(), found.recipe.clone(), rows, &*made.states)?);
-        found.states = Some(made.states);
+        records.push(store::record(name.clone(), found.recipe.clone(), rows, &*output.states)?);
+        found.states = Some(output.states);
     }
     let address = found.recipe.address();
     let empty = found.signals.iter_mut().enumerate().filter(|(_, s)| s.is_none());
-    for ((k, place), series) in empty.zip(made.signals) {
+    for ((k, place), series) in empty.zip(output.signals) {
         let choice = &plan.signals[k];
         let name = Name { cell: format!("{}/{}", name.cell, choice.kind), ..name.clone() };
         records.push(store::record(name, recipes::signal(address, choice), rows, &series)?);
@@ -153,7 +148,7 @@ fn keep(
     Ok(())
 }
 
-/// Whether the files that were read are still those that the addresses tell of.
+/// Checks that the files which the pass has read still have the digests in the addresses.
 fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
@@ -183,17 +178,8 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
     let states = found.states.unwrap_or_default();
     let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
     let reversal = plan.needs_reverse().then(|| {
-        let job = plan.jobs[found.job];
-        let tracker = &plan.experiment.trackers[job.tracker];
-        let origin = ReverseSource {
-            sequence: planned.sequence.clone(),
-            frames: context.frames.clone(),
-            setup: tracker.setup.clone(),
-            run: job.run,
-            seed: recipes::track_seed(plan.experiment, &planned.sequence, tracker, job.run),
-            data_root: context.options.data_root.clone(),
-        };
-        Arc::new(Reversal::new(origin, regions.clone()))
+        let run = context.tracker_run(&planned.sequence, plan.jobs[found.job]);
+        Arc::new(Reversal::new(run, regions.clone()))
     });
     let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
     Track {

@@ -1,12 +1,13 @@
-//! Training and learning: from the tracks of a suite to detectors that are ready.
+//! Training and learning: from the tracks of a suite to detectors with parameters and models.
 
 use super::context::Context;
-use super::judge::{ReadyDetector, Source, detect};
+use super::judge::{ParameterSource, ReadyDetector, detect};
 use super::reverse::Reversal;
-use super::supervise::{Watchdog, run_single, supervised};
+use super::supervise::{JobError, Watchdog, run_single, supervised};
 use super::track::{self, Track, Tracks};
+use super::tracker_run::TrackingError;
 use crate::detector::{Detector, Example};
-use crate::error::{CellError, RunError};
+use crate::error::{CellError, RunError, StepError};
 use crate::limits::RunLimits;
 use crate::observe::tally::Work;
 use crate::plan::{recipes, variants};
@@ -22,29 +23,29 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What was trained or learned, for one method on one tracker.
+/// A trained parameter or a learned model of one method on one tracker.
 #[derive(Debug, Clone, Serialize)]
 pub struct Model {
     /// Method.
     pub method: String,
     /// Grid point of the method, as in `scores.csv`.
     pub params: String,
-    /// Tracker whose tracks it was learned from.
+    /// Tracker whose tracks were the training data.
     pub tracker: String,
     /// Repetitions of the tracker.
     pub runs: u32,
-    /// The suite it was learned on.
+    /// Suite of the training data.
     pub suite: String,
-    /// True when that suite is the one the results are about.
+    /// Whether that suite is the test suite.
     pub tuned_on_test: bool,
     /// Sequences used, with their digests.
     pub sequences: Vec<(String, String)>,
-    /// What came out.
+    /// The parameter or model.
     #[serde(flatten)]
     pub content: Content,
 }
 
-/// What came out of training or learning.
+/// Result of training or learning.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Content {
@@ -54,7 +55,7 @@ pub enum Content {
         parameter: String,
         /// The chosen value.
         value: f64,
-        /// What was made as large as possible.
+        /// Measure that was maximized.
         maximise: String,
         /// Its value at the choice; `null` when no candidate had one.
         reached: Option<f64>,
@@ -70,7 +71,7 @@ pub enum Content {
     },
 }
 
-/// Which candidate a training chose.
+/// Result of training: which candidate was chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Chosen {
     index: u64,
@@ -81,7 +82,7 @@ struct Chosen {
     measures: Vec<Option<f64>>,
 }
 
-/// What is kept under a model's address.
+/// Content of a model's record in the store.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum StoredModel {
     Chosen(Chosen),
@@ -89,11 +90,11 @@ enum StoredModel {
     Learned(String),
 }
 
-/// A detector for each variant and tracker; `Err` where training was impossible.
+/// A detector for each variant and tracker; an error where training was impossible.
 pub type ReadyDetectors = Vec<Vec<Result<ReadyDetector, CellError>>>;
 
-/// A variant on a tracker that has something to learn, and what from.
-struct Need<'a> {
+/// Training that a variant needs on a tracker.
+struct TrainingNeed<'a> {
     method: &'a Method,
     variant: &'a Variant,
     signal: Option<usize>,
@@ -103,8 +104,8 @@ struct Need<'a> {
     recipe: Recipe,
 }
 
-/// Makes every variant ready, training and learning where that is asked for; `tracks` has those of every
-/// suite.
+/// Instantiates the detector of every variant, after training and learning where it needs that; `tracks` has the tracks
+/// of every suite.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -115,14 +116,17 @@ pub fn make_ready(
     let plan = context.plan;
     let variants: Vec<_> = variants(plan.experiment).collect();
     let needs = needs(context, tracks);
-    // Variants that differ in what the model does not depend on share one; it is made once.
-    let mut distinct: BTreeMap<Address, &Need<'_>> = BTreeMap::new();
+    // Variants with the same model share it; it is made once.
+    let mut distinct: BTreeMap<Address, &TrainingNeed<'_>> = BTreeMap::new();
     for need in needs.values().flatten() {
         distinct.entry(need.address).or_insert(need);
     }
-    let distinct: Vec<&Need<'_>> = distinct.into_values().collect();
-    let made =
-        distinct.par_iter().with_max_len(1).map(|need| Ok((need.address, make(context, tracks, need)?)));
+    let distinct: Vec<&TrainingNeed<'_>> = distinct.into_values().collect();
+    let model = |need: &&TrainingNeed<'_>| match make(context, tracks, need) {
+        Ok(model) => Ok((need.address, Ok(model))),
+        Err(e) => Ok((need.address, Err(e.cell()?))),
+    };
+    let made = distinct.par_iter().with_max_len(1).map(model);
     let made: BTreeMap<Address, Result<StoredModel, CellError>> = made.collect::<Result<_, RunError>>()?;
     let mut ready: ReadyDetectors = Vec::with_capacity(variants.len());
     let mut models = Vec::new();
@@ -131,7 +135,7 @@ pub fn make_ready(
         for tracker in 0..plan.experiment.trackers.len() {
             let need = match (&variant.detector, needs.get(&(v, tracker))) {
                 (DetectorChoice::Given(fixed), _) => {
-                    row.push(Ok(ReadyDetector { fixed: fixed.clone(), source: Source::Given }));
+                    row.push(Ok(ReadyDetector { fixed: fixed.clone(), source: ParameterSource::Given }));
                     continue;
                 }
                 (_, Some(Ok(need))) => need,
@@ -144,9 +148,9 @@ pub fn make_ready(
                     continue;
                 }
             };
-            let kept = made.get(&need.address).cloned();
-            let kept = kept.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
-            row.push(match kept.and_then(|kept| instantiate(need, kept)) {
+            let model = made.get(&need.address).cloned();
+            let model = model.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
+            row.push(match model.and_then(|model| instantiate(need, model)) {
                 Ok((ready_detector, content)) => {
                     models.push(describe(context, need, content));
                     Ok(ready_detector)
@@ -159,9 +163,9 @@ pub fn make_ready(
     Ok((ready, models))
 }
 
-type Needs<'a> = BTreeMap<(usize, usize), Result<Need<'a>, CellError>>;
+type Needs<'a> = BTreeMap<(usize, usize), Result<TrainingNeed<'a>, CellError>>;
 
-/// What has to be learned, by variant and tracker.
+/// All needs for training, by variant and tracker.
 fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
     let plan = context.plan;
     let mut needs = Needs::new();
@@ -180,7 +184,15 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
                 let reads = plan.training_reads(role, signal, t, address);
                 let recipe = recipes::of_model(method, variant, &reads).filter(|_| !reads.is_empty());
                 let recipe = recipe.ok_or_else(missing)?;
-                Ok(Need { method, variant, signal, suite, tracker: t, address: recipe.address(), recipe })
+                Ok(TrainingNeed {
+                    method,
+                    variant,
+                    signal,
+                    suite,
+                    tracker: t,
+                    address: recipe.address(),
+                    recipe,
+                })
             };
             needs.insert((v, t), need());
         }
@@ -188,42 +200,40 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
     needs
 }
 
-/// What is kept under a need's address: from the store, or made.
+/// The trained parameter or learned model: from the store, or made.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    need: &Need<'_>,
-) -> Result<Result<StoredModel, CellError>, RunError> {
-    if let Some(kept) = context.cached::<StoredModel>(&need.address, 1) {
+    need: &TrainingNeed<'_>,
+) -> Result<StoredModel, StepError> {
+    if let Some(model) = context.cached::<StoredModel>(&need.address, 1) {
         context.tally.add(Work::Models, true);
-        return Ok(Ok(kept));
+        return Ok(model);
     }
     let plan = context.plan;
     let mine = track::learned_from(plan, tracks, need.suite, need.tracker);
     let mine: Vec<Arc<Track>> = mine.into_iter().map(|(track, ..)| track).collect();
     let limits = &context.options.limits;
-    let made = match &need.variant.detector {
-        DetectorChoice::Given(_) => return Ok(Err(CellError::Failed("nothing to learn".to_string()))),
+    let model = match &need.variant.detector {
+        DetectorChoice::Given(_) => return Err(StepError::failed("nothing to learn")),
         DetectorChoice::Trained(training) => {
-            train(training, mine, need.signal, need.method.protocol, limits)?.map(StoredModel::Chosen)
+            StoredModel::Chosen(train(training, mine, need.signal, need.method.protocol, limits)?)
         }
-        DetectorChoice::Learned(fixed) => learn(fixed, mine, need.signal, limits)?.map(StoredModel::Learned),
+        DetectorChoice::Learned(fixed) => StoredModel::Learned(learn(fixed, mine, need.signal, limits)?),
     };
-    if let Ok(kept) = &made {
-        context.tally.add(Work::Models, false);
-        let tracker = &plan.experiment.trackers[need.tracker].label;
-        let suite = &plan.suites[need.suite].name;
-        let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
-        let name = Name { experiment: plan.experiment.name.clone(), cell };
-        context.put(vec![store::record(name, need.recipe.clone(), 1, kept)?])?;
-    }
-    Ok(made)
+    context.tally.add(Work::Models, false);
+    let tracker = &plan.experiment.trackers[need.tracker].label;
+    let suite = &plan.suites[need.suite].name;
+    let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
+    let name = Name { experiment: plan.experiment.name.clone(), cell };
+    context.put(vec![store::record(name, need.recipe.clone(), 1, &model)?])?;
+    Ok(model)
 }
 
-/// The detector with what was trained or learned.
-fn instantiate(need: &Need<'_>, kept: StoredModel) -> Result<(ReadyDetector, Content), CellError> {
+/// The detector with its trained parameter or learned model.
+fn instantiate(need: &TrainingNeed<'_>, model: StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
-    match (&need.variant.detector, kept) {
+    match (&need.variant.detector, model) {
         (DetectorChoice::Trained(training), StoredModel::Chosen(chosen)) => {
             let value = chosen.values.get(chosen.index as usize).copied();
             let value = value.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
@@ -239,7 +249,7 @@ fn instantiate(need: &Need<'_>, kept: StoredModel) -> Result<(ReadyDetector, Con
                 reached: chosen.reached,
                 candidates: chosen.values.into_iter().zip(chosen.measures).collect(),
             };
-            Ok((ReadyDetector { fixed, source: Source::Trained(need.address) }, content))
+            Ok((ReadyDetector { fixed, source: ParameterSource::Trained(need.address) }, content))
         }
         (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
             let model: Value = serde_json::from_str(&text).map_err(|e| failed(e.to_string()))?;
@@ -247,13 +257,13 @@ fn instantiate(need: &Need<'_>, kept: StoredModel) -> Result<(ReadyDetector, Con
             let detector = Arc::from(learner.with_model(&model).map_err(|e| failed(e.to_string()))?);
             let fixed = FixedDetector { detector, ..fixed.clone() };
             let content = Content::Learned { model, threshold: fixed.detector.threshold() };
-            Ok((ReadyDetector { fixed, source: Source::Learned(need.address) }, content))
+            Ok((ReadyDetector { fixed, source: ParameterSource::Learned(need.address) }, content))
         }
         _ => Err(failed("a record of its training is of another kind".to_string())),
     }
 }
 
-fn describe(context: &Context<'_>, need: &Need<'_>, content: Content) -> Model {
+fn describe(context: &Context<'_>, need: &TrainingNeed<'_>, content: Content) -> Model {
     let plan = context.plan;
     let (suite, tracker) = (&plan.suites[need.suite], &plan.experiment.trackers[need.tracker]);
     Model {
@@ -268,20 +278,21 @@ fn describe(context: &Context<'_>, need: &Need<'_>, content: Content) -> Model {
     }
 }
 
-/// What a learner makes of tracks, as JSON text.
+/// The model that a learner makes from tracks, as JSON text.
 fn learn(
     fixed: &FixedDetector,
     tracks: Vec<Arc<Track>>,
     signal: Option<usize>,
     limits: &RunLimits,
-) -> Result<Result<String, CellError>, RunError> {
+) -> Result<String, StepError> {
     let (kind, detector) = (fixed.kind, fixed.detector.clone());
-    let learn = move || {
+    let learn = move || -> Result<Value, StepError> {
         let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
-        detector.learner().ok_or("it does not learn")?.learn(&examples).map_err(|e| e.to_string())
+        let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
+        learner.learn(&examples).map_err(StepError::failed)
     };
-    let failed = |reason: String| CellError::Failed(format!("learning of {kind}: {reason}"));
-    Ok(run_single(limits, learn)?.map(|model| model.to_string()).map_err(failed))
+    let model = run_single(limits, learn).map_err(|e| e.within(&format!("learning of {kind}")))?;
+    Ok(model.to_string())
 }
 
 /// The candidate with the largest pooled measure; the first among equals.
@@ -291,54 +302,40 @@ fn train(
     signal: Option<usize>,
     protocol: &'static Protocol,
     limits: &RunLimits,
-) -> Result<Result<Chosen, CellError>, RunError> {
-    let failed = |reason: String| CellError::Failed(format!("training `{}`: {reason}", training.key));
-    let candidates = match candidates(training, &tracks, signal) {
-        Ok(candidates) => candidates,
-        Err(reason) => return Ok(Err(failed(reason))),
-    };
+) -> Result<Chosen, StepError> {
+    let within = |e: StepError| e.within(&format!("training `{}`", training.key));
+    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
+    if candidates.is_empty() {
+        return Err(within(StepError::failed("there is no value to try")));
+    }
     let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
     let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
-    let maximise = training.maximise;
     if training.example.detector.needs_reverse() {
-        // What is run backwards here, on all cores, is not run again below; what breaks here breaks there too.
-        let run = |track: &Arc<Track>| {
-            let (track, candidates) = (track.clone(), candidates.clone());
-            run_single(limits, move || {
-                candidates.iter().try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()))
-            })
-        };
-        tracks.par_iter().with_max_len(1).try_for_each(|track| run(track).map(|_| ()))?;
+        run_backwards(&tracks, &candidates, signal, limits)?;
     }
-    let learned = tracks.clone();
-    let measure = move |detector: &dyn Detector| -> Result<Option<f64>, String> {
+    let (maximise, learned) = (training.maximise, tracks.clone());
+    let measure = move |detector: &dyn Detector| -> Result<Option<f64>, TrackingError> {
         let count = |t: &Arc<Track>| {
-            let verdict = detect(t, signal, detector, 0)?;
-            Ok((protocol.score)(&t.error, &verdict.alarm, &verdict.changes()).counts)
+            let output = detect(t, signal, detector, 0)?;
+            Ok((protocol.score)(&t.error, &output.alarm, &output.changes()).counts)
         };
-        let counts: Counts = tracks.iter().map(count).sum::<Result<_, String>>()?;
+        let counts: Counts = tracks.iter().map(count).sum::<Result<_, TrackingError>>()?;
         Ok(maximise.value(&Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() }))
     };
-    let work = move |watch: &Watchdog, out: &[Option<String>]| {
+    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
         let mut measures = Vec::with_capacity(candidates.len());
         for candidate in &candidates {
             watch.check_interrupted()?;
-            if let Some(Some(reason)) = out.first() {
-                return Ok(Err(reason.clone()));
+            if let Some(Some(reason)) = left_out.first() {
+                return Err(StepError::from(reason.clone()));
             }
-            match watch.step(0, || measure(&**candidate)).flatten() {
-                Ok(measure) => measures.push(measure),
-                Err(reason) => return Ok(Err(reason)),
-            }
+            measures.push(watch.step(0, || measure(&**candidate))?);
         }
-        Ok(Ok(measures))
+        Ok(measures)
     };
-    let judged = supervised(1, limits, work)?;
-    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::rest);
-    let measures = match judged {
-        Ok(measures) => measures,
-        Err(reason) => return Ok(Err(failed(reason))),
-    };
+    let measures = supervised(1, limits, work);
+    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::free_trackers);
+    let measures = measures.map_err(within)?;
     let mut best: Option<(f64, usize)> = None;
     for (i, reached) in measures.iter().enumerate() {
         if let Some(reached) = *reached
@@ -347,15 +344,30 @@ fn train(
             best = Some((reached, i));
         }
     }
-    if measures.is_empty() {
-        return Ok(Err(failed("there is no value to try".to_string())));
-    }
-    Ok(Ok(Chosen {
-        index: best.map_or(0, |(_, i)| i) as u64,
-        reached: best.map(|(r, _)| r),
-        values,
-        measures,
-    }))
+    Ok(Chosen { index: best.map_or(0, |(_, i)| i) as u64, reached: best.map(|(r, _)| r), values, measures })
+}
+
+/// Makes the reverse runs of all candidates on all cores; training, which has one thread, then reuses their errors. A
+/// run that fails here fails again in training, where the failure is reported.
+fn run_backwards(
+    tracks: &[Arc<Track>],
+    candidates: &[Arc<dyn Detector>],
+    signal: Option<usize>,
+    limits: &RunLimits,
+) -> Result<(), RunError> {
+    let run = |track: &Arc<Track>| {
+        let (track, candidates) = (track.clone(), candidates.to_vec());
+        let detect_all = move || -> Result<(), StepError> {
+            candidates
+                .iter()
+                .try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()).map_err(StepError::from))
+        };
+        match run_single(limits, detect_all) {
+            Ok(()) => Ok(()),
+            Err(e) => e.cell().map(|_| ()),
+        }
+    };
+    tracks.par_iter().with_max_len(1).try_for_each(run)
 }
 
 /// Values to try with their detectors, ascending.
@@ -412,7 +424,7 @@ mod tests {
         };
         let protocol = crate::score::protocol("khalid2016/1").unwrap();
         let train = |tracks| train(&training, tracks, Some(0), protocol, &RunLimits::default()).unwrap();
-        let chosen = train(vec![Arc::new(track)]).unwrap();
+        let chosen = train(vec![Arc::new(track)]);
         let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
         let values = vec![0.01, 0.2, 0.5, 0.9];
         assert_eq!(

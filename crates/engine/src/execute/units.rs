@@ -1,4 +1,4 @@
-//! Units of work: the jobs of one sequence.
+//! Units of work: the jobs of one sequence that run in one pass.
 
 use super::context::Options;
 use crate::plan::{ExperimentPlan, Shard};
@@ -6,11 +6,11 @@ use crate::store::Store;
 use crate::store::address::Recipe;
 use rayon::prelude::*;
 
-/// Work on one sequence: suite, sequence, jobs.
+/// Work on one sequence: indices of the suite, the sequence and the jobs.
 pub type Unit = (usize, usize, Vec<usize>);
 
-/// Every sequence with the jobs that belong to a share, the longest first, so that the last one does not
-/// keep one core busy alone.
+/// Every sequence with its jobs, or with those of a shard. The longest sequences come first, so that no core works on
+/// a long one alone in the end.
 pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
     let sequences = plan.suites.iter().enumerate();
     let all: Vec<(usize, usize, usize)> = sequences
@@ -38,7 +38,7 @@ pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
     units
 }
 
-/// Frames that have to be gone over.
+/// Number of frames in the sequences with tracks or signals that the store lacks.
 pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];

@@ -30,7 +30,7 @@ pub(super) fn followed<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<(&'a Cell, Qu
         if !judged.follows {
             continue;
         }
-        if let Some(quality) = &outcome.verdict(cell, judged)?.quality {
+        if let Some(quality) = &outcome.detector_output(cell, judged)?.quality {
             all.push((cell, quality.clone()));
         }
     }

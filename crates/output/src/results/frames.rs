@@ -81,7 +81,7 @@ fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Result
         let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
             continue;
         };
-        let detection = outcome.verdict(cell, judged)?;
+        let detection = outcome.detector_output(cell, judged)?;
         let name = method_label(&cell.method, &cell.params);
         keys.push(outcome, cell, track.regions.len());
         for rect in track.regions.iter().map(Region::rect) {

@@ -126,7 +126,7 @@ pub(super) fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
 /// Pools the cells that have a result.
 fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreError> {
     let judged = || cells.iter().filter_map(|c| Some((c, c.result.as_ref().ok()?)));
-    let detections = judged().map(|(cell, judged)| outcome.verdict(cell, judged));
+    let detections = judged().map(|(cell, judged)| outcome.detector_output(cell, judged));
     let detections = detections.collect::<Result<Vec<_>, StoreError>>()?;
     Ok(Pooled {
         counts: sum_of_cells(cells),

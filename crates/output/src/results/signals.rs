@@ -37,7 +37,7 @@ pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
         keys.push(outcome, cell, values.len());
         method.extend(std::iter::repeat_n(cell.method.as_str(), values.len()));
         signal.extend_from_slice(values);
-        match &outcome.verdict(cell, judged)?.forecast {
+        match &outcome.detector_output(cell, judged)?.forecast {
             Some(f) => forecast.extend(f.iter().map(|v| (!v.is_nan()).then_some(*v))),
             None => forecast.extend(std::iter::repeat_n(None, values.len())),
         }

@@ -1,0 +1,117 @@
+//! Reverse runs of built-in trackers on a rendered square.
+
+use super::*;
+use crate::dataset::frame_cache::FrameCache;
+use crate::dataset::{Frames, Numbering, Render, Sequence};
+use crate::image::Frame;
+use crate::plugin;
+use crate::region::Rect;
+use crate::tracker::{TRACKERS, TrackerConfig};
+use std::sync::Arc;
+
+const FRAMES: usize = 60;
+
+/// A target of 24 x 24 pixels that moves by a pixel to the right in each frame, on gray: colored squares, one in
+/// the other, so that its colors tell its size, with stripes across, so that a shift is seen.
+struct Square;
+fn place(t: usize) -> Rect {
+    Rect::new(20.0 + t as f64, 30.0, 24.0, 24.0)
+}
+impl Render for Square {
+    fn render(&self, t: usize) -> Frame {
+        let r = place(t);
+        Frame::from_fn(140, 90, |x, y| {
+            let (x, y) = (x as f64, y as f64);
+            let (u, v) = (x + 0.5 - r.x - 12.0, y + 0.5 - r.y - 12.0);
+            let stripe = if ((u + v) / 4.0).floor() % 2.0 == 0.0 { 0 } else { 24 };
+            match f64::max(u.abs(), v.abs()) {
+                d if d < 5.0 => [30, 180 + stripe, 60],
+                d if d < 9.0 => [40, 40, 190 + stripe],
+                d if d < 12.0 => [200 + stripe, 30, 40],
+                _ => [120, 125, 118],
+            }
+        })
+    }
+}
+
+fn sequence() -> Arc<Sequence> {
+    Arc::new(Sequence {
+        name: "square".into(),
+        numbering: Numbering { first: 1, official: (1, FRAMES as u32) },
+        truth: (0..FRAMES).map(|t| Some(Region::Rect(place(t)))).collect(),
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: Default::default(),
+        frames: Frames::Rendered(Arc::new(Square), FRAMES),
+    })
+}
+
+fn reversal(kind: &str) -> Reversal {
+    let entry = plugin::find(TRACKERS, kind).unwrap();
+    let config: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text(entry.example).unwrap());
+    let (sequence, frames) = (sequence(), Arc::new(FrameCache::new(1 << 24)));
+    let run = TrackerRun { sequence, frames, config, run: 0, seed: 5, data_root: None };
+    let (mut tracker, first) = run.start(&run.frame(0).unwrap()).unwrap();
+    let mut regions = vec![first.region];
+    regions.extend((1..FRAMES).map(|t| tracker.update(&run.frame(t).unwrap()).unwrap().region));
+    Reversal::new(run, regions)
+}
+
+fn ask(reversal: &Reversal, from: usize, to: usize) -> (Option<f64>, Option<String>) {
+    let handle = reversal.handle();
+    let error = handle.error(from, to);
+    (error, handle.failure().map(|e| e.to_string()))
+}
+
+const POSTERIOR: [&str; 5] = [
+    "color-particle-filter",
+    "fragments-particle-filter",
+    "sparse-prototypes",
+    "ivt",
+    "adaptive-local-sparse",
+];
+
+// Nothing else in the frame looks like the square, so the reverse run ends where the forward run began.
+#[test]
+fn without_noise_a_reverse_run_returns_to_the_start() {
+    for kind in POSTERIOR {
+        let reversal = reversal(kind);
+        let (error, failure) = ask(&reversal, 40, 0);
+        assert_eq!(failure, None, "{kind}");
+        assert!(error.unwrap() < 0.35, "{kind}: {error:?}");
+        assert!(overlap::error(&reversal.regions[40], &reversal.regions[0]) == 1.0, "{kind}: no way to go");
+    }
+}
+
+#[test]
+fn earlier_reverse_runs_change_nothing() {
+    let asked = [(40, 10), (25, 3), (40, 30), (50, 10), (25, 20)];
+    let one = reversal("color-particle-filter");
+    let errors = asked.map(|(from, to)| ask(&one, from, to).0.unwrap());
+    for (k, (from, to)) in asked.into_iter().enumerate() {
+        let fresh = reversal("color-particle-filter");
+        assert_eq!(ask(&fresh, from, to).0, Some(errors[k]), "{from} {to}");
+    }
+    let other = reversal("color-particle-filter");
+    let mut turned: Vec<f64> =
+        asked.iter().rev().map(|(from, to)| ask(&other, *from, *to).0.unwrap()).collect();
+    turned.reverse();
+    assert_eq!(turned, errors);
+}
+
+#[test]
+fn runs_that_are_impossible_are_errors() {
+    let (error, failure) = ask(&reversal("still"), 5, 2);
+    assert_eq!(error, None);
+    assert!(failure.unwrap().contains("cannot be started from what it believes"));
+    let mut one = reversal("color-particle-filter");
+    for (from, to) in [(5, 5), (3, 7), (FRAMES, 2)] {
+        let (error, failure) = ask(&one, from, to);
+        assert!(error.is_none() && failure.unwrap().starts_with("there is no way back"));
+    }
+    // A track that the tracker does not repeat.
+    one.regions[9] = Region::Rect(Rect::new(0.0, 0.0, 1.0, 1.0));
+    let failure = "run again, the tracker gave another answer in frame 9 (from 0)".to_string();
+    assert_eq!(ask(&one, 12, 2), (None, Some(failure)));
+    assert!(ask(&one, 8, 2).0.is_some());
+}
