@@ -1,4 +1,4 @@
-//! What is computed again and what is not; shares, merging, two runs at once.
+//! Which results a change computes again; shards, merging, two runs at once.
 
 use crate::tools::{assert_same_files, trackfail};
 use std::collections::BTreeMap;
@@ -153,7 +153,7 @@ fn computed(tally: &BTreeMap<String, (usize, usize)>) -> (usize, usize, usize) {
 }
 
 #[test]
-fn a_change_computes_exactly_what_hangs_on_it() {
+fn a_change_computes_exactly_the_results_that_depend_on_it() {
     let place = Place::new();
     assert_eq!(place.states(), [("missing".to_string(), 16)].into());
     assert!(place.why("Couple/ncc/0/RAW").ends_with("missing,it was never computed here"));
@@ -163,7 +163,7 @@ fn a_change_computes_exactly_what_hangs_on_it() {
     assert_eq!(before["labels"].1, 16, "all from the store");
     assert_eq!(place.states(), [("cached".to_string(), 16)].into());
 
-    // Times of files and comments are no ingredients.
+    // Modification times and comments are no ingredients.
     let image = place.path("data/otb/Couple/img/0007.png");
     let touched = std::fs::File::options().append(true).open(&image).unwrap();
     touched.set_modified(std::time::UNIX_EPOCH).unwrap();
@@ -181,10 +181,10 @@ fn a_change_computes_exactly_what_hangs_on_it() {
     // A threshold: the labels of its method.
     let threshold = SPEC.replace("below = 0.5", "below = 0.4");
     check(&threshold, "Couple/ncc/0/RAW", "detector level: below was 0.5, is 0.4", 4, (0, 0, 4));
-    // A parameter of a signal: that signal and what reads it.
+    // A parameter of a signal: that signal and the labels of its methods.
     let signal = SPEC.replace("layers = 8", "layers = 16");
     check(&signal, "Couple/ncc/0/RAW", "signal distribution-field: layers was 8, is 16", 4, (0, 4, 4));
-    // What is tried in training: the models, and the labels by them where the address says so.
+    // Candidates of training: the models, and the labels of trained methods, whose addresses hold the model's.
     let grid = SPEC.replace("to = 0.9", "to = 0.8");
     check(&grid, "Couple/ncc/0/Trained", "training of below: candidate", 4, (0, 0, 4));
     // The seed: the tracker and the detector that draw random numbers.
@@ -199,7 +199,7 @@ fn a_change_computes_exactly_what_hangs_on_it() {
         "what was there before still is"
     );
 
-    // One byte of an image, and one of the annotation: what was made from that sequence.
+    // One byte of an image, and one of the annotation: all results of that sequence.
     let mut bytes = std::fs::read(&image).unwrap();
     let frame = trackfail::image::decode(&bytes).unwrap();
     let changed = Frame::from_fn(64, 48, |x, y| {
@@ -219,7 +219,7 @@ fn a_change_computes_exactly_what_hangs_on_it() {
 }
 
 #[test]
-fn cells_are_cached_only_with_all_they_rest_on() {
+fn cells_are_cached_only_with_their_tracks_and_signals() {
     let place = Place::new();
     place.run();
     let packs = std::fs::read_dir(place.path("results/.store/packs")).unwrap();
@@ -238,7 +238,7 @@ fn cells_are_cached_only_with_all_they_rest_on() {
 }
 
 #[test]
-fn a_damaged_store_is_told_and_computed_again() {
+fn a_damaged_store_is_reported_and_computed_again() {
     let place = Place::new();
     place.run();
     let clean = place.path("clean");
@@ -259,7 +259,7 @@ fn a_damaged_store_is_told_and_computed_again() {
     assert_eq!(told, packs.len(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_same_files(&place.path("results/mine"), &clean);
     assert_eq!(computed(&place.run()), (0, 0, 0));
-    // A store of another version is not guessed at.
+    // A store of another version is refused.
     std::fs::write(place.path("results/.store/format"), "trackfail-store 99\n").unwrap();
     let output = place.command("run", "results").arg("--allow-missing").output().unwrap();
     assert_eq!(output.status.code(), Some(1));
@@ -279,19 +279,19 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn shares_joined_are_one_run_byte_for_byte() {
+fn merged_shards_equal_one_run_byte_for_byte() {
     let place = Place::new();
     place.run_into("whole", &[]);
     // Into one store.
     for share in ["3/3", "1/3", "2/3"] {
         place.run_into("shared", &["--shard", share]);
     }
-    assert!(!place.path("shared/mine").exists(), "a share has no tables");
-    // What is left is to train and to apply what was trained.
+    assert!(!place.path("shared/mine").exists(), "a shard has no tables");
+    // Training and the cells of trained methods are left.
     let last = tally(&place.run_into("shared", &[]));
     assert_eq!((computed(&last), last["models"].0), ((0, 0, 4), 2));
     assert_same_files(&place.path("whole"), &place.path("shared"));
-    // Into stores of their own, which are then joined.
+    // Into stores of their own, which are then merged.
     for share in ["1/2", "2/2"] {
         place.run_into(&format!("part{}", &share[..1]), &["--shard", share]);
     }
@@ -323,7 +323,7 @@ fn two_runs_at_once_write_the_same_files() {
 }
 
 #[test]
-fn force_computes_everything_and_the_same() {
+fn force_computes_everything_again_with_the_same_results() {
     let place = Place::new();
     place.run();
     let output = place.run_into("results", &["--force"]);
@@ -333,7 +333,7 @@ fn force_computes_everything_and_the_same() {
 }
 
 #[test]
-fn a_cell_that_takes_too_long_fails_and_the_rest_is_there() {
+fn a_cell_that_takes_too_long_fails_and_the_tables_are_written() {
     let place = Place::new();
     let output =
         place.command("run", "results").args(["--allow-missing", "--timeout", "1e-9"]).output().unwrap();
@@ -342,7 +342,7 @@ fn a_cell_that_takes_too_long_fails_and_the_rest_is_there() {
     assert!(text.contains("took longer than 0.000000001 s"), "{text}");
     let scores = std::fs::read_to_string(place.path("results/mine/try/scores.csv")).unwrap();
     assert!(scores.contains("failed: Couple: took longer") && !scores.contains(",ok"));
-    assert_eq!(place.states(), [("missing".to_string(), 16)].into(), "failures are not kept");
+    assert_eq!(place.states(), [("missing".to_string(), 16)].into(), "failures are not stored");
 }
 
 #[cfg(unix)]
@@ -351,7 +351,7 @@ fn a_sequence_that_cannot_be_read_fails_alone() {
     let place = Place::new();
     let image = place.path("data/otb/Couple/img/0007.png");
     std::fs::remove_file(&image).unwrap();
-    // Whoever reads a pipe that nobody writes to, waits.
+    // Reading a pipe without a writer would block.
     assert!(std::process::Command::new("mkfifo").arg(&image).status().unwrap().success());
     let output = place.command("run", "results").arg("--allow-missing").output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
@@ -361,7 +361,7 @@ fn a_sequence_that_cannot_be_read_fails_alone() {
 }
 
 #[test]
-fn a_small_store_loses_what_was_used_longest_ago() {
+fn a_small_store_evicts_the_least_recently_used_packs() {
     let place = Place::new();
     place.run();
     let size = |place: &Place| -> u64 {
@@ -371,7 +371,7 @@ fn a_small_store_loses_what_was_used_longest_ago() {
             .sum()
     };
     let full = size(&place);
-    // Other annotations make everything new; the limit leaves no room for what was not used.
+    // Other annotations change all results; the limit leaves no room for those that were not used.
     for (name, _) in SEQUENCES {
         let path = place.path(&format!("data/otb/{name}/groundtruth_rect.txt"));
         let truth = std::fs::read_to_string(&path).unwrap();
@@ -379,5 +379,5 @@ fn a_small_store_loses_what_was_used_longest_ago() {
     }
     place.run_into("results", &["--store-limit", "0.000001"]);
     assert!(size(&place) <= full + full / 2, "{} of {full}", size(&place));
-    assert_eq!(computed(&place.run()), (0, 0, 0), "what the last run used is still there");
+    assert_eq!(computed(&place.run()), (0, 0, 0), "the packs of the last run are still there");
 }

@@ -93,14 +93,14 @@ fn told(output: &Output) -> String {
 }
 
 #[test]
-fn models_are_learned_once_shown_and_the_same_for_any_number_of_threads() {
+fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let first = run(one.path(), &["--jobs", "1"]);
     assert_eq!(first.status.code(), Some(0), "{}", told(&first));
     run(two.path(), &["--jobs", "2"]);
     assert_same_files(one.path(), two.path());
 
-    // 18 sequences, 3 runs to learn from, and one of the other tracker.
+    // 18 sequences, 3 runs of training data, and one run of the other tracker.
     let text = told(&first);
     assert!(text.contains("tracks 72 computed, 0 cached"), "{text}");
     // AVU's three lengths and `normal` share a model; then a threshold and an analysis.
@@ -133,7 +133,7 @@ fn models_are_learned_once_shown_and_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn fewer_runs_are_told_in_every_table() {
+fn a_reduced_number_of_runs_is_noted_in_every_table() {
     let dir = tempfile::tempdir().unwrap();
     run(dir.path(), &["--runs", "1"]);
     let tables = dir.path().join("results/mine/learning/tables");
@@ -149,7 +149,7 @@ fn fewer_runs_are_told_in_every_table() {
 }
 
 #[test]
-fn a_tracker_without_posterior_fails_by_name_where_one_is_needed() {
+fn a_signal_of_the_posterior_fails_on_a_tracker_without_one() {
     let dir = tempfile::tempdir().unwrap();
     let spec = dir.path().join("none.toml");
     let text = "schema = 1\nname = \"none\"\ntitle = \"None\"\nprotocol = \"sanmiguel2015/1\"\n[suites]\n\

@@ -1,5 +1,5 @@
 //! ARTE and ARTE* on rendered sequences whose losses, recoveries and distractors are scripted, with the color
-//! particle filter in front and its runs backwards behind.
+//! particle filter as the tracker and its reverse runs.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -174,7 +174,7 @@ fn after_a_distractor_the_target_is_credited() {
 }
 
 #[test]
-fn what_is_said_of_a_frame_needs_no_later_one() {
+fn the_output_in_a_frame_needs_no_later_frame() {
     for method in [ARTE, ARTE_STAR] {
         let whole = on(RECOVERY, method, 3);
         for frames in [1, 30, 70, 110, 125, 150] {
@@ -193,7 +193,7 @@ fn what_is_said_of_a_frame_needs_no_later_one() {
 
 #[test]
 fn every_transition_is_taken_on_some_scene() {
-    // Without large decreases every fall is a small one, and the machine goes on locking in.
+    // Without large decreases every fall is a small one, and the machine keeps locking in.
     let slow = [ARTE[0], ("arte", "{ settling = 25, tau_2 = -1000.0, smoothing = 1 }")];
     let taken: BTreeSet<usize> = [RECOVERY, DISTRACTION, BOTH, GLIMPSE]
         .into_iter()

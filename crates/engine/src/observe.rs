@@ -1,4 +1,4 @@
-//! What observers see of a run: its progress while it goes on, and how much was computed or cached.
+//! Observation of runs: their progress while they go on, and the tally of computed and cached results.
 
 pub mod progress;
 pub mod tally;

@@ -38,7 +38,7 @@ struct LaneSignal {
     session: Box<dyn Session>,
 }
 
-/// What a lane gave in a frame.
+/// Output of a lane in a frame.
 pub struct LaneStep<'a> {
     /// Index of the frame, from 0.
     pub t: usize,
@@ -98,7 +98,7 @@ pub trait FrameObserver {
         work()
     }
 
-    /// Receives what a lane gave in a frame.
+    /// Receives the output of a lane in a frame.
     ///
     /// # Errors
     /// An error ends the lane.
@@ -283,7 +283,7 @@ impl Collector {
         Self(signals.into_iter().map(empty).collect())
     }
 
-    /// What each lane gave.
+    /// The states and signals of each lane.
     pub fn into_collected(self) -> Vec<Collected> {
         self.0.into_iter().map(RefCell::into_inner).collect()
     }

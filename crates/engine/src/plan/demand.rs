@@ -1,4 +1,4 @@
-//! What an experiment needs: its suites, its variants and their signals, and the tracks that are wanted on each suite.
+//! Demands of an experiment: its suites, its variants with their signals, and the tracks that it needs on each suite.
 
 use super::job::Job;
 use crate::plugin;

@@ -1,5 +1,4 @@
-//! What an experiment consists of, before anything is computed: sequences with their digests, tracks and
-//! cells with their addresses.
+//! The plan of an experiment: sequences with their digests, tracks and cells with their recipes.
 
 use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::job::Job;

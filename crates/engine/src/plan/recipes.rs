@@ -94,7 +94,7 @@ pub const TRAINING: u32 = 2;
 /// - 1: first version.
 pub const REVERSAL: u32 = 1;
 
-/// What a detector reads: a signal, or the track itself.
+/// Input of a detector: a signal, or the track itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Read {
     /// A signal.
