@@ -16,10 +16,10 @@ pub enum CellError {
     Failed(String),
 }
 
-impl From<TrackerError> for CellError {
-    fn from(e: TrackerError) -> Self {
+impl From<&TrackerError> for CellError {
+    fn from(e: &TrackerError) -> Self {
         match e {
-            TrackerError::Missing(m) => Self::Missing(m),
+            TrackerError::Missing(m) => Self::Missing(m.clone()),
             broken => Self::Failed(broken.to_string()),
         }
     }

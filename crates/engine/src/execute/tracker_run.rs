@@ -35,7 +35,7 @@ pub enum TrackingError {
     Frame(#[from] Arc<DatasetError>),
     /// The tracker has no results, or broke.
     #[error(transparent)]
-    Tracker(#[from] TrackerError),
+    Tracker(Arc<TrackerError>),
     /// The tracker or a signal panicked or took too long.
     #[error(transparent)]
     Job(#[from] JobError),
@@ -77,12 +77,18 @@ pub enum TrackingError {
     },
 }
 
+impl From<TrackerError> for TrackingError {
+    fn from(error: TrackerError) -> Self {
+        Self::Tracker(Arc::new(error))
+    }
+}
+
 impl TrackingError {
     /// The error of a cell on the sequence `name`.
     pub fn in_sequence(self, name: &str) -> CellError {
         match self {
             Self::Frame(e) => CellError::Failed(e.to_string()),
-            Self::Tracker(e) => e.into(),
+            Self::Tracker(e) => e.as_ref().into(),
             other => CellError::Failed(format!("{name}: {other}")),
         }
     }

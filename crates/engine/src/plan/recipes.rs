@@ -65,7 +65,7 @@ pub fn track(
         recipe = recipe.with("seed", seed);
     }
     let context = RunContext { sequence, start_frame: 0, run, seed, data_root };
-    let inputs = tracker.setup.inputs(&context)?;
+    let inputs = tracker.setup.inputs(&context).map_err(|e| CellError::from(&e))?;
     if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }
