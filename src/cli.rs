@@ -100,7 +100,7 @@ impl Cli {
 /// [`Failure::Io`] if the threads cannot be started.
 fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from)).build();
-    let threads = threads.map_err(|e| Failure::Io(format!("cannot start worker threads: {e}")))?;
+    let threads = threads.map_err(|e| Failure::io(format!("cannot start worker threads: {e}")))?;
     Ok(threads.install(work))
 }
 
@@ -112,7 +112,7 @@ fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
     let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
     let root = given.map(Path::to_path_buf).or(named);
     if let Some(root) = root.as_ref().filter(|r| !r.is_dir()) {
-        return Err(Failure::Data(format!("{}: the data root is no folder", root.display())));
+        return Err(Failure::data(format!("{}: the data root is no folder", root.display())));
     }
     Ok(root)
 }
@@ -124,7 +124,7 @@ fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
 fn catalog(data_root: Option<&Path>) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
     if let Some(root) = data_root {
-        catalog.add_root(root).map_err(|e| Failure::Data(e.to_string()))?;
+        catalog.add_root(root).map_err(Failure::data)?;
     }
     Ok(catalog)
 }
@@ -142,35 +142,63 @@ fn plugins_file(given: Option<&Path>) -> Option<PathBuf> {
 /// # Errors
 /// [`Failure::Usage`] if the file cannot be read or is wrong.
 fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
-    let read = |path: PathBuf| programs::read(&path).map_err(|e| Failure::Usage(e.to_string()));
+    let read = |path: PathBuf| programs::read(&path).map_err(Failure::usage);
     plugins_file(given).map_or_else(|| Ok(Programs::default()), read)
 }
+
+/// An error of a layer below, or a message.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Why a verb ends without success; each variant has its exit code.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// A bug or an I/O error.
-    #[error("{0}")]
-    Io(String),
-    /// Wrong arguments or a wrong experiment file.
-    #[error("{0}")]
-    Usage(String),
-    /// Data that is absent or not what was pinned.
-    #[error("{0}")]
-    Data(String),
-    /// Some cells failed; the rest is done.
-    #[error("{0}")]
-    Cells(String),
-    /// A result is not the expected one.
-    #[error("{0}")]
-    Expectation(String),
-    /// Ctrl-C, or the end of a batch job.
-    #[error("{0}")]
-    Interrupted(String),
+    /// 1: a bug or an I/O error.
+    #[error(transparent)]
+    Io(Cause),
+    /// 2: wrong arguments or a wrong experiment file.
+    #[error(transparent)]
+    Usage(Cause),
+    /// 3: data are missing or not as pinned.
+    #[error(transparent)]
+    Data(Cause),
+    /// 4: some cells failed; the others are computed.
+    #[error(transparent)]
+    Cells(Cause),
+    /// 5: a required claim does not hold.
+    #[error(transparent)]
+    Expectation(Cause),
+    /// 130: Ctrl-C, or the end of a batch job; finished work is kept.
+    #[error(transparent)]
+    Interrupted(Cause),
 }
 
 impl Failure {
-    /// The process's exit code.
+    /// [`Failure::Io`] of an error or a message.
+    pub fn io(cause: impl Into<Cause>) -> Self {
+        Self::Io(cause.into())
+    }
+
+    /// [`Failure::Usage`] of an error or a message.
+    pub fn usage(cause: impl Into<Cause>) -> Self {
+        Self::Usage(cause.into())
+    }
+
+    /// [`Failure::Data`] of an error or a message.
+    pub fn data(cause: impl Into<Cause>) -> Self {
+        Self::Data(cause.into())
+    }
+
+    /// [`Failure::Cells`] of an error or a message.
+    pub fn cells(cause: impl Into<Cause>) -> Self {
+        Self::Cells(cause.into())
+    }
+
+    /// [`Failure::Expectation`] of an error or a message.
+    pub fn expectation(cause: impl Into<Cause>) -> Self {
+        Self::Expectation(cause.into())
+    }
+
+    /// The exit code of the process.
     pub fn code(&self) -> u8 {
         match self {
             Self::Io(_) => 1,
@@ -181,4 +209,17 @@ impl Failure {
             Self::Interrupted(_) => 130,
         }
     }
+}
+
+/// An error, and what it is about: an experiment, a folder, an argument.
+#[derive(Debug, thiserror::Error)]
+#[error("{subject}: {source}")]
+struct Within {
+    subject: String,
+    source: Cause,
+}
+
+/// Says what an error is about.
+fn within(subject: impl Into<String>, source: impl Into<Cause>) -> Cause {
+    Box::new(Within { subject: subject.into(), source: source.into() })
 }

@@ -53,14 +53,14 @@ fn probability(text: &str) -> Result<f64, String> {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let read = |folder: &Path| Results::read(folder).map_err(|e| Failure::Data(e.to_string()));
+    let read = |folder: &Path| Results::read(folder).map_err(Failure::data);
     let mut rows = Vec::new();
     match &args.experiment {
         Some(name) => {
             let results = read(&finished::folder(&args.results, name)?)?;
             let of = |side: &str| {
                 let values = pairs::values(&results, side, args.tracker.as_deref());
-                values.map_err(|e| Failure::Usage(e.to_string()))
+                values.map_err(Failure::usage)
             };
             let (first, second) = (of(&args.first)?, of(&args.second)?);
             add_rows(args, &mut rows, "", &first, &second);
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     "{}: no results folder; trackers and methods are compared in an experiment: --in EXPERIMENT",
                     other.display()
                 );
-                return Err(Failure::Usage(message));
+                return Err(Failure::usage(message));
             }
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if rows.is_empty() {
         let what = args.metric.as_deref().map_or("measure".to_string(), |m| format!("measure `{m}`"));
         let message = format!("{} and {} have no {what} on a common sequence", args.first, args.second);
-        return Err(Failure::Usage(message));
+        return Err(Failure::usage(message));
     }
     let percent = args.level * 100.0;
     let (low, high) = (format!("{percent}% from"), format!("{percent}% to"));

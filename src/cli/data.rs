@@ -110,13 +110,13 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Suite>, Failure> {
     if names.is_empty() {
         return Ok(catalog.suites().collect());
     }
-    names.iter().map(|n| catalog.suite(n).map_err(|e| Failure::Usage(e.to_string()))).collect()
+    names.iter().map(|n| catalog.suite(n).map_err(Failure::usage)).collect()
 }
 
 /// Ends quietly when the reader of a pipe has gone.
 fn written(result: std::io::Result<()>) -> Result<(), Failure> {
     match result {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::Io(format!("stdout: {e}"))),
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::io(format!("stdout: {e}"))),
         _ => Ok(()),
     }
 }
@@ -210,7 +210,7 @@ fn list(out: &mut impl Write, suites: &[Suite], root: Option<&Path>, format: For
         }
         Format::Json => {
             let all: Vec<&Row> = flat().collect();
-            serde_json::to_string_pretty(&all).map_err(|e| Failure::Io(e.to_string()))? + "\n"
+            serde_json::to_string_pretty(&all).map_err(Failure::io)? + "\n"
         }
         Format::Table => rows.iter().map(|(suite, rows)| table(suite, rows)).collect::<Vec<_>>().join("\n"),
     };
@@ -308,11 +308,11 @@ fn verify(
     }
     if !differing.is_empty() {
         let message = format!("not as pinned: {}; fetch them again", differing.join(", "));
-        return Err(Failure::Data(message));
+        return Err(Failure::data(message));
     }
     if !missing.is_empty() && !allow_missing {
         let count = missing.len();
-        return Err(Failure::Data(format!(
+        return Err(Failure::data(format!(
             "{count} sequences are missing; give --allow-missing to accept that"
         )));
     }
@@ -321,17 +321,17 @@ fn verify(
 
 fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
-        return Err(Failure::Usage(
-            "`data add` needs a data root; give --data-root DIR or set TRACKFAIL_DATA".into(),
+        return Err(Failure::usage(
+            "`data add` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
         ));
     };
-    let data = |e: DatasetError| Failure::Data(e.to_string());
+    let data = |e: DatasetError| Failure::data(e.to_string());
     suite::check_name(&args.name)
-        .map_err(|m| Failure::Usage(format!("{}: {m}", text::visible(&args.name))))?;
+        .map_err(|m| Failure::usage(format!("{}: {m}", text::visible(&args.name))))?;
     let path = root.join(suite::USER_LOCK);
     if catalog.names().any(|known| known == args.name.as_str()) {
         let message = format!("{} is in {}; remove its section there first", args.name, path.display());
-        return Err(Failure::Usage(message));
+        return Err(Failure::usage(message));
     }
     let only = args.list.as_deref().map(vot::read_list).transpose().map_err(data)?;
     let wanted = suite::GatherRequest {
@@ -346,7 +346,7 @@ fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Pa
     let whole = suite::with_sections(&before, &section);
     let mut catalog = catalog.clone();
     catalog.add_file(&path, whole.as_bytes()).map_err(data)?;
-    store::write(&path, whole.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
+    store::write(&path, whole.as_bytes()).map_err(Failure::io)?;
     let count = catalog.suite(&args.name).map_err(data)?.entries().len();
     let what = if count == 1 { "sequence" } else { "sequences" };
     written(writeln!(out, "{}: {count} {what}, in {}", args.name, path.display()))
@@ -354,11 +354,11 @@ fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Pa
 
 fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {
     let Some(root) = root else {
-        return Err(Failure::Usage(
-            "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA".into(),
+        return Err(Failure::usage(
+            "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
         ));
     };
-    let fail = |e: DatasetError| Failure::Data(e.to_string());
+    let fail = |e: DatasetError| Failure::data(e.to_string());
     let mut files = BTreeMap::new();
     for suite in suites {
         let lines = suite.pin(Some(root)).map_err(fail)?;

@@ -91,10 +91,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let again = named.iter().any(|m| m.name == *name);
         let method = all.iter().position(|m| m.name == *name);
         match method {
-            _ if again => return Err(Failure::Usage(format!("method `{name}` is given twice"))),
+            _ if again => return Err(Failure::usage(format!("method `{name}` is given twice"))),
             None => {
                 let known = all.iter().map(|m| m.name.as_str());
-                return Err(Failure::Usage(crate::plugin::unknown("method", name, known)));
+                return Err(Failure::usage(crate::plugin::unknown("method", name, known)));
             }
             Some(_) => named.extend(published()?.into_iter().filter(|m| m.name == *name)),
         }
@@ -102,14 +102,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let is_default = named.is_empty();
     let methods = if is_default { all } else { named };
     let options = otb::Options { truth: otb::Truth::Ignored, ..otb::Options::default() };
-    let data = |e: DatasetError| Failure::Data(e.to_string());
+    let data = |e: DatasetError| Failure::data(e.to_string());
     match (&args.boxes, &args.init) {
         (Some(boxes), _) => {
             let methods = on_boxes(methods, is_default)?;
             let regions = results::read_boxes(boxes, base(args)).map_err(data)?;
             let sequence = otb::load(&args.frames, &options).map_err(data)?;
             if regions.len() != sequence.len() {
-                return Err(Failure::Data(format!(
+                return Err(Failure::data(format!(
                     "{} has {} boxes, but {} has {} frames; there must be one box for each frame",
                     boxes.display(),
                     regions.len(),
@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let sequence = Arc::new(sequence);
             let lane = Lane::of_states(Arc::new(states), signals_of(&methods));
             let collected = follow(&sequence, &FrameCache::new(0), lane, methods.len());
-            let Collected { signals, .. } = collected.map_err(|e| Failure::Data(e.to_string()))?;
+            let Collected { signals, .. } = collected.map_err(|e| Failure::data(e.to_string()))?;
             print(&sequence, &methods, &signals, None)
         }
         (None, init) => {
@@ -142,16 +142,16 @@ fn base(args: &Args) -> Base {
 /// The box of `--init`.
 fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
     let boxes = results::parse_boxes(Path::new("--init"), text.as_bytes(), base);
-    let boxes = boxes.map_err(|e| Failure::Usage(e.to_string()))?;
+    let boxes = boxes.map_err(Failure::usage)?;
     match boxes.as_slice() {
         [one] => Ok(one.clone()),
-        _ => Err(Failure::Usage(format!("--init takes one box, x,y,w,h, not `{text}`"))),
+        _ => Err(Failure::usage(format!("--init takes one box, x,y,w,h, not `{text}`"))),
     }
 }
 
 fn published() -> Result<Vec<Method>, Failure> {
     let methods = builtin::method_names().into_iter().filter_map(builtin::published_method);
-    methods.map(|m| m.map_err(|e| Failure::Io(e.to_string()))).collect()
+    methods.map(|m| m.map_err(Failure::io)).collect()
 }
 
 /// The methods that need only frames and boxes.
@@ -173,7 +173,7 @@ fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, 
             _ => {
                 let all = on_boxes(published()?, true)?;
                 let names: Vec<&str> = all.iter().map(|r| r.method.name.as_str()).collect();
-                return Err(Failure::Usage(format!(
+                return Err(Failure::usage(format!(
                     "method `{}` needs a tracker's posterior, which boxes do not hold; give --init instead of \
                      --boxes. Methods that need only boxes: {}",
                     method.name,
@@ -196,13 +196,13 @@ fn track(
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
     let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
     let failure = |e: TrackingError| match e {
-        TrackingError::Tracker(e) => Failure::Data(format!("{}: {e}", entry.kind)),
-        e => Failure::Data(e.to_string()),
+        TrackingError::Tracker(e) => Failure::data(format!("{}: {e}", entry.kind)),
+        e => Failure::data(e.to_string()),
     };
     let model = Models { args, is_default_tracker: config.params() == built_in_params() };
     let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_root: None };
     if sequence.is_empty() {
-        return Err(Failure::Data(format!("{} has no frame", args.frames.display())));
+        return Err(Failure::data(format!("{} has no frame", args.frames.display())));
     }
     let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
     let ready = ready_for(methods, started.1.posterior.is_some(), is_default, &model)?;
@@ -210,8 +210,7 @@ fn track(
     let Collected { states, signals } = follow(&sequence, &run.frames, lane, ready.len()).map_err(failure)?;
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     if let Some(path) = &args.save_boxes {
-        store::write(path, write::boxes(&regions, base(args)).as_bytes())
-            .map_err(|e| Failure::Io(e.to_string()))?;
+        store::write(path, write::boxes(&regions, base(args)).as_bytes()).map_err(Failure::io)?;
     }
     let reversal = Reversal::new(run, regions);
     print(&sequence, &ready, &signals, Some(&reversal))
@@ -235,12 +234,12 @@ impl Models<'_> {
         let (name, bytes) = match &self.args.model {
             Some(path) => {
                 let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE);
-                (path.display().to_string(), bytes.map_err(|e| Failure::Data(e.to_string()))?)
+                (path.display().to_string(), bytes.map_err(|e| Failure::data(e.to_string()))?)
             }
             None if self.is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
             None => return Ok(None),
         };
-        let data = |e: &dyn std::fmt::Display| Failure::Data(format!("{name}: {e}"));
+        let data = |e: &dyn std::fmt::Display| Failure::data(format!("{name}: {e}"));
         let file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
         let model = file.get("model").cloned();
         model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
@@ -258,7 +257,7 @@ fn ready_for(
     for method in methods {
         let Some(variant) = method.variants.first() else { continue };
         let reads_posterior = variant.signal.as_ref().is_some_and(|s| s.signal.reads() == Reads::Posterior);
-        let refuse = |reason: &str| Failure::Usage(format!("method `{}` {reason}", method.name));
+        let refuse = |reason: &str| Failure::usage(format!("method `{}` {reason}", method.name));
         let found = match &variant.detector {
             _ if reads_posterior && !has_posterior => {
                 Err(refuse("needs a tracker with a posterior, such as color-particle-filter or ivt"))
@@ -269,7 +268,7 @@ fn ready_for(
             }
             DetectorChoice::Learned(fixed) => match (models.model()?, fixed.detector.learner()) {
                 (Some(model), Some(learner)) => {
-                    let detector = learner.with_model(&model).map_err(|e| Failure::Data(e.to_string()))?;
+                    let detector = learner.with_model(&model).map_err(Failure::data)?;
                     Ok(FixedDetector { detector: Arc::from(detector), ..fixed.clone() })
                 }
                 _ => Err(refuse("needs a model learned for this tracker; give --model")),
@@ -313,8 +312,8 @@ fn print(
     for (ReadyMethod { method, detector }, signal) in methods.iter().zip(signals) {
         let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
         let result = reverse::detect(&*detector.detector, input, reversal);
-        detected.push((method.name.as_str(), result.map_err(|e| Failure::Data(e.to_string()))?));
+        detected.push((method.name.as_str(), result.map_err(|e| Failure::data(e.to_string()))?));
     }
-    let bytes = detections::csv(sequence, &detected).map_err(|e| Failure::Io(e.to_string()))?;
+    let bytes = detections::csv(sequence, &detected).map_err(Failure::io)?;
     output::write(&String::from_utf8_lossy(&bytes))
 }

@@ -49,7 +49,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (results, table) = select::find_table(&args.results, &args.table)?;
     let table = &results.experiment.tables[table];
-    let io = |e: &dyn std::fmt::Display| Failure::Io(format!("{}: {e}", results.experiment.name));
+    let io = |e: &dyn std::fmt::Display| Failure::io(format!("{}: {e}", results.experiment.name));
     let scores = results.scores().map_err(|e| io(&e))?;
     let wanted = Selection {
         row: &args.row,
@@ -87,8 +87,8 @@ impl From<SelectError> for Failure {
     fn from(e: SelectError) -> Self {
         match e {
             SelectError::Finished(e) => e.into(),
-            SelectError::Counts { .. } => Self::Io(e.to_string()),
-            _ => Self::Usage(e.to_string()),
+            SelectError::Counts { .. } => Self::io(e),
+            _ => Self::usage(e),
         }
     }
 }

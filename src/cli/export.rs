@@ -33,7 +33,7 @@ pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> R
     for (k, name) in names.iter().enumerate() {
         if let Some(twin) = names[..k].iter().position(|n| n == name) {
             let [a, b] = [twin, k].map(|t| experiment.trackers[t].label.as_str());
-            return Err(Failure::Usage(format!("trackers `{a}` and `{b}` would share the folder {name}")));
+            return Err(Failure::usage(format!("trackers `{a}` and `{b}` would share the folder {name}")));
         }
     }
     let (mut written, mut left_out) = (0, 0);
@@ -54,7 +54,7 @@ pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> R
                 _ if tracker.runs == 1 => (own.join(format!("{name}.txt")), write::otb(&track.regions)),
                 _ => (own.join(numbered), write::otb(&track.regions)),
             };
-            store::write(&path, text.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
+            store::write(&path, text.as_bytes()).map_err(Failure::io)?;
             written += 1;
         }
     }

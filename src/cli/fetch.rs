@@ -35,7 +35,7 @@ pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Fa
     let Some(root) = root else {
         let what =
             "`data fetch` needs a data root; make a folder and give --data-root DIR or set TRACKFAIL_DATA";
-        return Err(Failure::Usage(what.into()));
+        return Err(Failure::usage(what));
     };
     let wanted = chosen(catalog, &args.wanted)?;
     let plan = fetch::plan(&wanted, root);
@@ -69,13 +69,13 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, F
             Some((suite, sequence)) => (suite, Some(sequence)),
             None => (name.as_str(), None),
         };
-        let suite = catalog.suite(suite).map_err(|e| Failure::Usage(e.to_string()))?;
+        let suite = catalog.suite(suite).map_err(Failure::usage)?;
         let known = suite.sequence_names();
         if let Some(sequence) = sequence
             && !known.iter().any(|n| n == sequence)
         {
             let what = format!("sequence of {}", suite.name());
-            return Err(Failure::Usage(unknown(&what, sequence, known.iter().map(String::as_str))));
+            return Err(Failure::usage(unknown(&what, sequence, known.iter().map(String::as_str))));
         }
         let sequences: BTreeSet<String> = match sequence {
             Some(sequence) => [sequence.to_owned()].into(),
@@ -135,14 +135,14 @@ fn agree(
 ) -> Result<(), Failure> {
     for (suite, text) in suites.iter().filter(|(suite, text)| !space.agreed(suite, text)) {
         let shown = write!(err, "{text}");
-        shown.map_err(|e| Failure::Io(format!("stderr: {e}")))?;
+        shown.map_err(|e| Failure::io(format!("stderr: {e}")))?;
         let agrees = accepted || ask.as_mut().is_some_and(|ask| ask());
         if !agrees {
             let what = format!(
                 "nothing is downloaded of {suite} without your agreement to the text above; if you do agree, \
                  run the same again with --accept-licence"
             );
-            return Err(Failure::Usage(what));
+            return Err(Failure::usage(what));
         }
         space.remember(suite, text).map_err(failure)?;
     }
@@ -242,16 +242,16 @@ fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
     list("to be downloaded by hand (see above)", &names(&plan.by_hand));
     match (parts.is_empty(), failed.network.is_empty()) {
         (true, _) => Ok(()),
-        (false, true) => Err(Failure::Data(parts.join("; "))),
-        (false, false) => Err(Failure::Io(parts.join("; "))),
+        (false, true) => Err(Failure::data(parts.join("; "))),
+        (false, false) => Err(Failure::io(parts.join("; "))),
     }
 }
 
 fn failure(e: FetchError) -> Failure {
     match e {
-        FetchError::Address { .. } => Failure::Usage(e.to_string()),
-        e if e.is_data() => Failure::Data(e.to_string()),
-        e => Failure::Io(e.to_string()),
+        FetchError::Address { .. } => Failure::usage(e.to_string()),
+        e if e.is_data() => Failure::data(e.to_string()),
+        e => Failure::io(e.to_string()),
     }
 }
 
@@ -349,7 +349,9 @@ mod tests {
         assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]).unwrap(), [("vot2014".into(), 2)]);
         assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014".into(), 25)]);
         assert_eq!(names(&[]).unwrap().len(), Catalog::default().names().count());
-        assert!(matches!(names(&["vot2014/bal"]), Err(Failure::Usage(text)) if text.contains("ball")));
+        assert!(
+            matches!(names(&["vot2014/bal"]), Err(Failure::Usage(text)) if text.to_string().contains("ball"))
+        );
     }
 
     #[test]

@@ -88,14 +88,13 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let finished = finished::names(&args.results);
     let root = super::data_root(args.data_root.as_deref())?;
     let catalog = super::catalog(root.as_deref())?;
-    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
-    let store = Store::open_read_only(&args.results).map_err(|e| io(&e))?;
+    let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name, &catalog, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
-        let suites = engine::execute::load(&e, root.as_deref()).map_err(|e| Failure::Data(e.to_string()))?;
-        let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
+        let suites = engine::execute::load(&e, root.as_deref()).map_err(Failure::data)?;
+        let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(Failure::io)?;
         let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);
         let count = |wanted: CellState| states.iter().filter(|(_, state)| *state == wanted).count();

@@ -17,23 +17,23 @@ pub type NamedTracker = (&'static Entry<dyn TrackerConfig>, Arc<dyn TrackerConfi
 pub fn live_tracker(kind: &str, params: &str) -> Result<NamedTracker, Failure> {
     let kinds = || TRACKERS.iter().map(|e| e.kind);
     let Some(entry) = plugin::find(TRACKERS, kind) else {
-        return Err(Failure::Usage(plugin::unknown("tracker", kind, kinds())));
+        return Err(Failure::usage(plugin::unknown("tracker", kind, kinds())));
     };
     if entry.kind == process::ENTRY.kind {
         let message = "external programs are not run here: let the client start a TraX server, and give its boxes to \
                        `detect`";
-        return Err(Failure::Usage(message.into()));
+        return Err(Failure::usage(message));
     }
     // Checked before the parameters, which are of no use for such a tracker.
     if entry.build_from_text(entry.example).is_ok_and(|example| example.needs_truth()) {
         let kind = entry.kind;
-        return Err(Failure::Usage(format!(
+        return Err(Failure::usage(format!(
             "`{kind}` answers from ground truth or result files of known sequences; it cannot follow frames without annotations"
         )));
     }
     let config = entry.build_from_text(params).map_err(|e| {
         let source = Source::new("--params", params);
-        Failure::Usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
+        Failure::usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
     })?;
     Ok((entry, Arc::from(config)))
 }

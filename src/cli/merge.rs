@@ -20,21 +20,20 @@ pub struct Args {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
     for folder in &args.folders {
         if !folder.join(FOLDER).is_dir() {
             let message = format!("{}: no store; name the --results folder of a run", folder.display());
-            return Err(Failure::Usage(message));
+            return Err(Failure::usage(message));
         }
     }
-    let mine = Store::open(&args.results).map_err(|e| io(&e))?;
+    let mine = Store::open(&args.results).map_err(Failure::io)?;
     for folder in &args.folders {
-        let theirs = Store::open_read_only(folder).map_err(|e| io(&e))?;
+        let theirs = Store::open_read_only(folder).map_err(Failure::io)?;
         let damaged = theirs.problems();
         if let Some(first) = damaged.first() {
-            return Err(io(first));
+            return Err(Failure::io(first.to_string()));
         }
-        let merged = mine.merge(&theirs).map_err(|e| io(&e))?;
+        let merged = mine.merge(&theirs).map_err(Failure::io)?;
         output::write(&format!(
             "{}: {} records added, {} known\n",
             folder.display(),

@@ -44,14 +44,14 @@ pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<S
         }
         Format::Csv => {
             let bytes = results::texts_to_csv(headings, rows);
-            String::from_utf8_lossy(&bytes.map_err(|e| Failure::Io(e.to_string()))?).into_owned()
+            String::from_utf8_lossy(&bytes.map_err(Failure::io)?).into_owned()
         }
         Format::Json => {
             let objects: Vec<serde_json::Map<String, serde_json::Value>> = rows
                 .iter()
                 .map(|row| headings.iter().zip(row).map(|(h, v)| (h.to_string(), json(h, v))).collect())
                 .collect();
-            serde_json::to_string_pretty(&objects).map_err(|e| Failure::Io(e.to_string()))? + "\n"
+            serde_json::to_string_pretty(&objects).map_err(Failure::io)? + "\n"
         }
     })
 }
@@ -88,7 +88,7 @@ pub fn for_terminal(text: &str) -> String {
 pub fn write(text: &str) -> Result<(), Failure> {
     match std::io::stdout().lock().write_all(for_terminal(text).as_bytes()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        done => done.map_err(|e| Failure::Io(format!("stdout: {e}"))),
+        done => done.map_err(|e| Failure::io(format!("stdout: {e}"))),
     }
 }
 

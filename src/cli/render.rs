@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match fs::read_dir(&dir) {
         Ok(mut entries) => {
             if entries.next().is_some() {
-                return Err(Failure::Usage(format!(
+                return Err(Failure::usage(format!(
                     "{} is not empty; name a new folder, or empty it first",
                     dir.display()
                 )));
@@ -50,12 +50,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
         Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
-            return Err(Failure::Usage(format!("{} is not a folder", dir.display())));
+            return Err(Failure::usage(format!("{} is not a folder", dir.display())));
         }
         Err(e) => return Err(io(&dir, &e)),
     }
     let Some(parent) = dir.parent() else {
-        return Err(Failure::Usage(format!("{} cannot be written as a whole", dir.display())));
+        return Err(Failure::usage(format!("{} cannot be written as a whole", dir.display())));
     };
     fs::create_dir_all(parent).map_err(|e| io(parent, &e))?;
     let temporary = tempfile::Builder::new()
@@ -83,14 +83,14 @@ fn find_suite(name: &str) -> Result<&'static RenderedSuite, Failure> {
     SUITES
         .iter()
         .find(|s| s.name == name)
-        .ok_or_else(|| Failure::Usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))
+        .ok_or_else(|| Failure::usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))
 }
 
 fn chosen(suite: &RenderedSuite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
     let known: Vec<&str> = suite.names().collect();
     if let Some(name) = wanted.iter().find(|n| !known.contains(&n.as_str())) {
         let what = format!("sequence of {}", suite.name);
-        return Err(Failure::Usage(unknown(&what, name, known)));
+        return Err(Failure::usage(unknown(&what, name, known)));
     }
     let mut sequences = suite.sequences();
     sequences.retain(|q| wanted.is_empty() || wanted.contains(&q.name));
@@ -109,8 +109,8 @@ fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(
             RenderLayout::Otb => format!("{number:04}.png"),
             RenderLayout::Vot => format!("{number:08}.png"),
         });
-        let frame = q.frame(t).map_err(|e| Failure::Io(e.to_string()))?;
-        let png = image::encode_png(&frame).map_err(|e| Failure::Io(e.to_string()))?;
+        let frame = q.frame(t).map_err(Failure::io)?;
+        let png = image::encode_png(&frame).map_err(Failure::io)?;
         fs::write(&path, png).map_err(|e| io(&path, &e))
     })?;
     match layout {
@@ -162,7 +162,7 @@ fn write_lines<S: AsRef<str>>(path: &Path, lines: impl IntoIterator<Item = S>) -
 }
 
 fn io(path: &Path, e: &std::io::Error) -> Failure {
-    Failure::Io(format!("{}: {e}", path.display()))
+    Failure::io(format!("{}: {e}", path.display()))
 }
 
 #[cfg(test)]
@@ -249,7 +249,7 @@ mod tests {
     fn refuses_what_it_cannot_do() {
         let root = tempfile::tempdir().unwrap();
         let usage = |a: Args| match run(&a) {
-            Err(Failure::Usage(message)) => message,
+            Err(Failure::Usage(message)) => message.to_string(),
             other => panic!("{other:?}"),
         };
         let new = root.path().join("new");

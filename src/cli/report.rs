@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let results = finished::read(results, name)?;
         let (index, _) = render(&results, &args.reports)?
             .publish(&args.reports)
-            .map_err(|e| Failure::Io(format!("{name}: {e}")))?;
+            .map_err(|e| Failure::io(format!("{name}: {e}")))?;
         output::write(&format!("{}\n", index.display()))
     });
     // The page over all reports also lists those written before one that failed.
@@ -51,8 +51,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 impl From<FinishedError> for Failure {
     fn from(e: FinishedError) -> Self {
         match e {
-            FinishedError::Results { .. } => Self::Io(e.to_string()),
-            FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => Self::Usage(e.to_string()),
+            FinishedError::Results { .. } => Self::io(e),
+            FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => Self::usage(e),
         }
     }
 }
@@ -63,7 +63,7 @@ impl From<FinishedError> for Failure {
 /// [`Failure::Io`].
 pub fn render(results: &Results, reports: &Path) -> Result<StagedReport, Failure> {
     let name = &results.experiment.name;
-    StagedReport::render(results, reports).map_err(|e| Failure::Io(format!("{name}: {e}")))
+    StagedReport::render(results, reports).map_err(|e| Failure::io(format!("{name}: {e}")))
 }
 
 /// Writes the page over all reports below a folder, with a warning for each report that it cannot list.
@@ -71,7 +71,7 @@ pub fn render(results: &Results, reports: &Path) -> Result<StagedReport, Failure
 /// # Errors
 /// [`Failure::Io`].
 pub fn write_site(reports: &Path) -> Result<(), Failure> {
-    let warnings = report::site::write_index(reports).map_err(|e| Failure::Io(e.to_string()))?;
+    let warnings = report::site::write_index(reports).map_err(Failure::io)?;
     warnings.iter().for_each(|warning| output::note(&format!("warning: {warning}")));
     Ok(())
 }

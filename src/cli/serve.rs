@@ -31,8 +31,8 @@ pub struct Args {
 /// `Usage` when neither folder is there, `Io` when the port is not available.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let server = Server::listen(&args.reports, &args.results, args.port).map_err(|e| match e {
-        ServerError::NoFolder { .. } => Failure::Usage(e.to_string()),
-        ServerError::Port { .. } => Failure::Io(e.to_string()),
+        ServerError::NoFolder { .. } => Failure::usage(e.to_string()),
+        ServerError::Port { .. } => Failure::io(e.to_string()),
     })?;
     // The server has nothing to lose when it is ended. Without a handler the signals end the program as well.
     let _ = ctrlc::set_handler(|| std::process::exit(0));

@@ -28,7 +28,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let server = Server { name: entry.kind, description: entry.summary, config: &*config, seed: args.seed };
     server.serve(stdin().lock(), stdout().lock()).map_err(|e| match e {
-        SessionError::Image(_) => Failure::Data(e.to_string()),
-        e => Failure::Io(e.to_string()),
+        SessionError::Image(_) => Failure::data(e.to_string()),
+        e => Failure::io(e.to_string()),
     })
 }

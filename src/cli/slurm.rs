@@ -76,15 +76,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())];
     for (name, text) in scripts {
         let path = Path::new(plan.folder.text()).join(name);
-        store::write(&path, text.as_bytes()).map_err(|e| Failure::Io(e.to_string()))?;
+        store::write(&path, text.as_bytes()).map_err(Failure::io)?;
     }
     if !args.submit {
         let folder = &plan.folder;
         return output::write(&format!("scripts: {}\nsubmit:  sh {folder}/{SUBMIT}\n", folder.text()));
     }
-    let shards = submit(&plan.sbatch_arguments(SHARDS, None)).map_err(Failure::Io)?;
+    let shards = submit(&plan.sbatch_arguments(SHARDS, None)).map_err(Failure::io)?;
     let report = submit(&plan.sbatch_arguments(REPORT, Some(&shards))).map_err(|e| {
-        Failure::Io(format!("the array is in the queue as job {shards}, but its report is not: {e}"))
+        Failure::io(format!("the array is in the queue as job {shards}, but its report is not: {e}"))
     })?;
     output::write(&format!("shards: job {shards}\nreport: job {report}\n"))
 }
@@ -100,7 +100,7 @@ fn plan(args: &Args) -> Result<Plan, Failure> {
         let is_file = Path::new(name).is_file();
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }
-    let program = std::env::current_exe().map_err(|e| Failure::Io(format!("path of this program: {e}")))?;
+    let program = std::env::current_exe().map_err(|e| Failure::io(format!("path of this program: {e}")))?;
     let folder = std::path::absolute(&args.output).map_err(|e| unusable(&args.output, &e))?;
     Ok(Plan {
         program: Word::path(&program).map_err(usage)?,
@@ -127,11 +127,11 @@ fn absolute(path: &Path) -> Result<Word, Failure> {
 }
 
 fn unusable(path: &Path, e: &std::io::Error) -> Failure {
-    Failure::Usage(format!("{:?}: {e}", path.display().to_string()))
+    Failure::usage(format!("{:?}: {e}", path.display().to_string()))
 }
 
 fn usage(e: value::ValueError) -> Failure {
-    Failure::Usage(e.to_string())
+    Failure::usage(e.to_string())
 }
 
 /// Calls sbatch and gives the job's number.

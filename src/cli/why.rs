@@ -41,15 +41,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let root = super::data_root(args.data_root.as_deref())?;
     let (catalog, programs) = (super::catalog(root.as_deref())?, super::programs(args.plugins.as_deref())?);
     let experiment = run::read_spec(&args.experiment, &catalog, &programs)?;
-    let suites = crate::engine::execute::load(&experiment, root.as_deref())
-        .map_err(|e| Failure::Data(e.to_string()))?;
+    let suites = crate::engine::execute::load(&experiment, root.as_deref()).map_err(Failure::data)?;
     for (role, suite) in &suites {
         let (name, wanted) = (&experiment.suites[role], suite.wanted);
         let absent = suite.missing.len() + suite.broken.len();
         if suite.sequences.is_empty() {
             let message =
                 format!("no sequence of suite {name} can be read here; see `trackfail data list {name}`");
-            return Err(Failure::Data(message));
+            return Err(Failure::data(message));
         }
         if absent > 0 {
             output::note(&format!(
@@ -57,10 +56,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             ));
         }
     }
-    let io = |e: &dyn std::fmt::Display| Failure::Io(e.to_string());
     let plan =
-        ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(|e| io(&e))?;
-    let store = Store::open_read_only(&args.results).map_err(|e| io(&e))?;
+        ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(Failure::io)?;
+    let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
     let mut reasons = why(&plan, &store, wanted);
     if let Some(cell) = &args.cell
@@ -71,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Some(near) => format!("did you mean `{near}`?"),
             None => "see `trackfail run --dry-run` for the cells there are".to_string(),
         };
-        return Err(Failure::Usage(format!("{}: no cell `{cell}`; {what}", experiment.name)));
+        return Err(Failure::usage(format!("{}: no cell `{cell}`; {what}", experiment.name)));
     }
     if args.cell.is_none() {
         reasons.retain(|r| r.state != CellState::Cached);

@@ -1,0 +1,162 @@
+//! What `trackfail run` prints, and how the verb ends after its results are written.
+
+use super::Args;
+use crate::cli::Failure;
+use crate::cli::output::{self, Format};
+use crate::engine::plan::{CellState, PlannedCell, variants};
+use crate::engine::store::{self, Store};
+use crate::engine::{CellError, ExperimentPlan, Shard, ShardOutcome};
+use crate::report::claims::Finding;
+use crate::report::{self, WrittenReport};
+use crate::results::manifest::FailedCell;
+use crate::results::{self, Results};
+use crate::spec::Experiment;
+use crate::table::render;
+use std::path::Path;
+
+/// Largest number of failed cells that are listed.
+const MAX_LISTED: usize = 50;
+
+/// Prints a line on stderr, unless the run is quiet.
+pub fn note(args: &Args, line: &str) {
+    if !args.quiet {
+        output::note(line);
+    }
+}
+
+/// Prints what is wrong with records of the store.
+pub fn store_problems(store: &Store) {
+    for problem in store.problems() {
+        output::note(&format!("warning: {problem}"));
+    }
+}
+
+/// Prints what a share has computed.
+///
+/// # Errors
+/// [`Failure::Cells`] if cells failed, [`Failure::Data`] if some have no data.
+pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOutcome) -> Result<(), Failure> {
+    let (name, Shard { number, of }) = (&experiment.name, shard);
+    note(args, &format!("{name}: {}", done.tally));
+    note(
+        args,
+        &format!(
+            "{name}: share {number} of {of} is done: {} cells; run without --shard for the tables",
+            done.done
+        ),
+    );
+    for (cell, reason) in done.failed.iter().take(MAX_LISTED) {
+        note(args, &format!("failed: {cell}: {reason}"));
+    }
+    let message = |(cell, reason): &(String, CellError)| {
+        format!("{name}: {} cells have no result, the first: {cell}: {reason}", done.failed.len())
+    };
+    if let Some(broken) = done.failed.iter().find(|(_, e)| matches!(e, CellError::Failed(_))) {
+        return Err(Failure::cells(message(broken)));
+    }
+    match done.failed.first().filter(|_| !args.allow_missing) {
+        Some(absent) => Err(Failure::data(message(absent))),
+        None => Ok(()),
+    }
+}
+
+/// Prints the cells of a plan and their states in the store.
+pub fn dry_run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
+    let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
+    store_problems(&store);
+    let states = plan.states(&store);
+    let variants: Vec<_> = variants(plan.experiment).collect();
+    let row = |(cell, (_, state)): (PlannedCell, &(String, CellState))| {
+        let job = plan.jobs[cell.job];
+        let (method, variant) = variants[cell.variant];
+        vec![
+            plan.test().sequences[cell.sequence].sequence.name.clone(),
+            plan.experiment.trackers[job.tracker].label.clone(),
+            job.run.to_string(),
+            method.name.clone(),
+            variant.params(),
+            state.word().to_string(),
+        ]
+    };
+    let rows: Vec<_> = plan.cells().into_iter().zip(&states).map(row).collect();
+    output::print(args.format, &["sequence", "tracker", "run", "method", "params", "state"], &rows)?;
+    let count = |wanted: CellState| states.iter().filter(|(_, s)| *s == wanted).count();
+    let counts = [CellState::Cached, CellState::Stale, CellState::Missing, CellState::Absent]
+        .map(|s| format!("{} {}", count(s), s.word()));
+    note(args, &format!("{}: {}", plan.experiment.name, counts.join(", ")));
+    Ok(())
+}
+
+/// Prints the rows of `measures.csv`, each behind the name of the experiment.
+pub fn measures(results: &Results, format: Format) -> Result<(), Failure> {
+    let bytes = store::read(&results.folder.join(results::measures::FILE.name)).map_err(Failure::io)?;
+    let (mut headings, mut rows) = results::texts_from_csv(bytes).map_err(Failure::io)?;
+    headings.insert(0, "experiment".to_string());
+    rows.iter_mut().for_each(|row| row.insert(0, results.experiment.name.clone()));
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    output::print(format, &headings, &rows)
+}
+
+/// Prints tables, claims and failed cells for reading, and where everything is.
+pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Result<(), Failure> {
+    let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
+    for layout in &written.tables {
+        text.push_str(&render::plain(layout));
+        text.push('\n');
+    }
+    for finding in &written.findings {
+        for tested in &finding.tested {
+            let who =
+                if tested.tracker.is_empty() { String::new() } else { format!(" [{}]", tested.tracker) };
+            text.push_str(&format!("{}{who}: {}\n", report::verdict_words(&tested.verdict), finding.text));
+        }
+    }
+    let failed = &results.manifest.cells_failed;
+    for cell in failed.iter().take(MAX_LISTED) {
+        let (sequence, tracker, method) = (&cell.sequence, &cell.tracker, &cell.method);
+        text.push_str(&format!("failed: {sequence}, {tracker}, {method}: {}\n", cell.reason));
+    }
+    if failed.len() > MAX_LISTED {
+        text.push_str(&format!("failed: {} more, see scores.csv\n", failed.len() - MAX_LISTED));
+    }
+    text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
+    output::write(&text)
+}
+
+/// Ends a run whose results are written: success, or why they are not complete.
+///
+/// # Errors
+/// [`Failure::Cells`], [`Failure::Data`] or [`Failure::Expectation`].
+pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(), Failure> {
+    let failed = &results.manifest.cells_failed;
+    let message = |cell: &FailedCell| {
+        format!(
+            "{}: {} of {} cells have no result, the first: {}, {}, {}: {}",
+            results.experiment.name,
+            failed.len(),
+            failed.len() + results.manifest.cells_done,
+            cell.sequence,
+            cell.tracker,
+            cell.method,
+            cell.reason
+        )
+    };
+    if let Some(broken) = failed.iter().find(|c| !c.missing) {
+        return Err(Failure::cells(message(broken)));
+    }
+    if let Some(absent) = failed.first().filter(|_| !args.allow_missing) {
+        return Err(Failure::data(message(absent)));
+    }
+    if !results.manifest.differing.is_empty() {
+        let names = results.manifest.differing.join(", ");
+        return Err(Failure::data(format!(
+            "{}: not the data that datasets.lock pins: {names} (results are written and say so; see `trackfail data verify`)",
+            results.experiment.name
+        )));
+    }
+    if let Some(unmet) = findings.iter().find(|f| f.required && !f.holds()) {
+        let message = format!("{}: required but not met: {}", results.experiment.name, unmet.text);
+        return Err(Failure::expectation(message));
+    }
+    Ok(())
+}
