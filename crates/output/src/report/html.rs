@@ -22,7 +22,7 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     let parts = Parts {
         template: include_str!("templates/page.html"),
         style: include_str!("templates/page.css"),
-        script: include_str!("templates/page.js"),
+        script: concat!(include_str!("templates/page.js"), include_str!("templates/viewer.js")),
     };
     parts.fill(page)
 }
