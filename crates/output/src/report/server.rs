@@ -5,7 +5,7 @@
 //! thread, at most [`MAX_CONNECTIONS`] at once, and carries one request, which must be small and come in time.
 //!
 //! [`request`] decides what may be shown: pages of other sites cannot read it, even through a domain name of theirs that
-//! leads to this machine, and no path leads out of the folder. [`answer`] is what is sent back.
+//! leads to this machine, and no path leads out of the folder.
 
 mod answer;
 pub mod request;

@@ -6,7 +6,7 @@ use crate::spec::figure::Figure;
 
 /// Frames of one sequence that a figure shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Request {
+pub struct StillRequest {
     /// Name of the figure.
     pub figure: String,
     /// Sequence.
@@ -64,7 +64,7 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
 }
 
 /// The stills of one figure; none where it shows none or has no track.
-pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<Request> {
+pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<StillRequest> {
     let (sequences, stills) = (&figure.params.sequences, figure.params.stills);
     if stills == 0 {
         return None;
@@ -72,11 +72,11 @@ pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> O
     let shown = chosen(results, sequences, tracks);
     let track = shown.first()?;
     let frames = pick(track.error.len(), events(results, track).first().copied(), stills);
-    Some(Request { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
+    Some(StillRequest { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
 /// The stills of all figures of an experiment, from the tracks of [`Results::all_tracks`].
-pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
+pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<StillRequest> {
     let of_figure = |figure: &Figure| {
         let label = tracker(results, figure.params.tracker.as_deref());
         let mine: Vec<&TrackSeries> = tracks.iter().filter(|t| t.tracker == label).collect();
@@ -89,7 +89,7 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<Request> {
 ///
 /// # Errors
 /// When the results cannot be read.
-pub fn requests(results: &Results) -> Result<Vec<Request>, ResultsError> {
+pub fn requests(results: &Results) -> Result<Vec<StillRequest>, ResultsError> {
     Ok(requested(results, &results.all_tracks()?))
 }
 

@@ -1,16 +1,16 @@
-//! What a method said of a track, frame by frame, and how the protocol judged it; from results alone.
+//! A method on a track, frame by frame, with its events and detections as the protocol matches them; from results alone.
 
 use crate::region::Rect;
 use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
 use crate::score::{Protocol, TrackScore};
 
-/// One run on one sequence.
+/// The series of a method on one run of a tracker over one sequence.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
     /// Sequence.
     pub sequence: String,
-    /// Repetition.
+    /// Number of the run, from 0.
     pub run: i64,
     /// Frame numbers, as the sequence has them.
     pub numbers: Vec<i64>,
@@ -20,7 +20,7 @@ pub struct Trace {
     pub error: Vec<f64>,
     /// Score compared with the threshold.
     pub score: Vec<f64>,
-    /// Alarm.
+    /// Whether there is an alarm.
     pub alarm: Vec<bool>,
     /// Changes of the label: +1, -1, 0.
     pub changes: Vec<i32>,
@@ -30,10 +30,10 @@ pub struct Trace {
     pub checks: Vec<ReverseCheck>,
 }
 
-/// What became of an event or a detection.
+/// The outcome of an event or a detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// Both, matched.
+pub enum EventOutcome {
+    /// A matched pair of both.
     Hit,
     /// An event without a detection.
     Missed,
@@ -41,7 +41,7 @@ pub enum Outcome {
     FalseAlarm,
 }
 
-impl Outcome {
+impl EventOutcome {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Hit, Self::Missed, Self::FalseAlarm];
 
@@ -55,16 +55,16 @@ impl Outcome {
     }
 }
 
-/// An event with its detection, or either alone; frames count from 0.
+/// An event with its detection, or one of them without the other; frames count from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// Frame of the event.
     pub event: Option<usize>,
     /// Frame of the detection.
     pub detection: Option<usize>,
-    /// What became of it.
-    pub outcome: Outcome,
-    /// The nearest of the other kind, where there is no partner: its frame, and whose partner it is.
+    /// The outcome.
+    pub outcome: EventOutcome,
+    /// Without a partner: the frame of the nearest one of the other kind, and the frame of that one's partner.
     pub nearest: Option<(usize, Option<usize>)>,
 }
 
@@ -95,9 +95,9 @@ pub struct Stretch {
     pub alarm: bool,
 }
 
-/// What an event is: the target is lost, or is found again.
+/// Words of events: the target is lost, or is found again.
 pub const EVENT_WORDS: [&str; 2] = ["lost", "found"];
-/// What a detection says.
+/// Words of detections.
 pub const DETECTION_WORDS: [&str; 2] = ["alarm", "all clear"];
 
 /// Whether the target is lost in a frame, whose error may be unknown.
@@ -122,17 +122,17 @@ impl Trace {
         Some(Self { sequence, run, numbers, rects, error, score, alarm, changes, condition, checks })
     }
 
-    /// The protocol's judgement, made again.
+    /// Events, detections and matches, computed again by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         (protocol.score)(&self.error, &self.alarm, &self.changes)
     }
 
-    /// What an event is: `lost` or `found`.
+    /// Word of an event: `lost` or `found`.
     pub fn event_word(&self, t: usize) -> &'static str {
         EVENT_WORDS[usize::from(is_recovery(&self.error, t))]
     }
 
-    /// What a detection says: `alarm` or `all clear`.
+    /// Word of a detection: `alarm` or `all clear`.
     pub fn detection_word(&self, t: usize) -> &'static str {
         DETECTION_WORDS[usize::from(is_all_clear(&self.changes, t))]
     }
@@ -151,7 +151,7 @@ impl Trace {
     }
 }
 
-/// Events and detections with what became of them, in order of time.
+/// Events and detections with their outcomes, in order of time.
 pub fn moments(judged: &TrackScore) -> Vec<Moment> {
     let TrackScore { events, detections, matches, .. } = judged;
     let partner_of_event = |i: usize| matches.iter().find(|m| m.0 == i).map(|m| detections[m.1]);
@@ -160,7 +160,7 @@ pub fn moments(judged: &TrackScore) -> Vec<Moment> {
     let mut moments = Vec::new();
     for (i, &event) in events.iter().enumerate() {
         let detection = partner_of_event(i);
-        let outcome = if detection.is_some() { Outcome::Hit } else { Outcome::Missed };
+        let outcome = if detection.is_some() { EventOutcome::Hit } else { EventOutcome::Missed };
         let near = nearest(event, detections).filter(|_| detection.is_none());
         let nearest = near.map(|j| (detections[j], partner_of_detection(j)));
         moments.push(Moment { event: Some(event), detection, outcome, nearest });
@@ -169,7 +169,7 @@ pub fn moments(judged: &TrackScore) -> Vec<Moment> {
         if partner_of_detection(j).is_none() {
             let nearest = nearest(detection, events).map(|i| (events[i], partner_of_event(i)));
             let detection = Some(detection);
-            moments.push(Moment { event: None, detection, outcome: Outcome::FalseAlarm, nearest });
+            moments.push(Moment { event: None, detection, outcome: EventOutcome::FalseAlarm, nearest });
         }
     }
     moments.sort_by_key(Moment::frame);
@@ -191,16 +191,21 @@ pub fn read(
     Ok(tracks.into_iter().filter_map(Trace::of_first_method).collect())
 }
 
-/// The frames that `40-60` or `40` names, in the sequence's own numbers.
+/// Text that does not name frames.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` names no frames; write `40-60`, or `40` for one")]
+pub struct FrameRangeError(String);
+
+/// The frames that `40-60` or `40` names: first and last, in the sequence's own numbers.
 ///
 /// # Errors
-/// In words.
-pub fn frame_range(text: &str) -> Result<(i64, i64), String> {
+/// For anything but one number, or two in order.
+pub fn frame_range(text: &str) -> Result<(i64, i64), FrameRangeError> {
     let number = |part: &str| part.trim().parse::<i64>().ok().filter(|n| *n >= 0);
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     match (number(from), number(to)) {
         (Some(from), Some(to)) if from <= to => Ok((from, to)),
-        _ => Err(format!("`{text}` names no frames; write `40-60`, or `40` for one")),
+        _ => Err(FrameRangeError(text.to_string())),
     }
 }
 
@@ -225,10 +230,10 @@ mod tests {
         assert_eq!(
             told,
             [
-                (20, Outcome::Hit, Some(-2), None),
-                (30, Outcome::FalseAlarm, Some(10), Some((20, Some(18)))),
-                (45, Outcome::Missed, Some(7), Some((52, None))),
-                (52, Outcome::FalseAlarm, Some(7), Some((45, None))),
+                (20, EventOutcome::Hit, Some(-2), None),
+                (30, EventOutcome::FalseAlarm, Some(10), Some((20, Some(18)))),
+                (45, EventOutcome::Missed, Some(7), Some((52, None))),
+                (52, EventOutcome::FalseAlarm, Some(7), Some((45, None))),
             ]
         );
         let stretches = trace.stretches();

@@ -11,7 +11,7 @@ use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
 use super::sequences::{self, Sequences, json};
 use super::site::SiteError;
-use super::stills::{self, Request};
+use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
@@ -131,7 +131,7 @@ fn keep_figure(
 fn keep_stills(
     results: &Results,
     folder: &Path,
-    requests: &[Request],
+    requests: &[StillRequest],
     sequences: &mut Sequences,
 ) -> Result<(), WriteError> {
     for request in requests {

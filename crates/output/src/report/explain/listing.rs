@@ -2,7 +2,7 @@
 
 use super::{Explained, Part};
 use crate::report::sequences::counted_by;
-use crate::report::trace::{self, Moment, Outcome, Trace};
+use crate::report::trace::{self, EventOutcome, Moment, Trace};
 use crate::results::Results;
 use crate::results::method_label;
 use crate::spec::table::Table;
@@ -155,7 +155,7 @@ pub fn moments(results: &Results, explained: &Explained, traces: &[Trace], digit
             let frame = |t: Option<usize>| t.map_or_else(String::new, |t| frame_number(trace, t));
             let word = |t: Option<usize>, of: &dyn Fn(usize) -> &'static str| t.map_or("", of).to_string();
             let t = moment.detection.unwrap_or(moment.frame());
-            let distance = moment.distance().filter(|_| moment.outcome == Outcome::Hit);
+            let distance = moment.distance().filter(|_| moment.outcome == EventOutcome::Hit);
             rows.push(named(
                 &explained.spot,
                 [
@@ -190,9 +190,9 @@ pub fn moments(results: &Results, explained: &Explained, traces: &[Trace], digit
 /// Why an event or a detection has no partner.
 fn note(trace: &Trace, moment: &Moment) -> String {
     let of_event = match moment.outcome {
-        Outcome::Hit => return String::new(),
-        Outcome::Missed => true,
-        Outcome::FalseAlarm => false,
+        EventOutcome::Hit => return String::new(),
+        EventOutcome::Missed => true,
+        EventOutcome::FalseAlarm => false,
     };
     let other = if of_event { "detection" } else { "event" };
     let Some(((near, partner), distance)) = moment.nearest.zip(moment.distance()) else {
@@ -266,7 +266,7 @@ pub fn frames(explained: &Explained, traces: &[Trace], (from, to): (i64, i64), d
             let mut marks: Vec<String> = Vec::new();
             for m in &moments {
                 let end = match m.outcome {
-                    Outcome::Hit => String::new(),
+                    EventOutcome::Hit => String::new(),
                     outcome => format!(" ({})", outcome.words()),
                 };
                 if m.event == Some(t) {

@@ -132,6 +132,9 @@ pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), Select
     })
 }
 
+/// Reads one of a cell's names.
+type NameOf<'f> = &'f dyn Fn(&CellRef) -> String;
+
 /// The numbers of the table that are meant; `scores` are those of [`Results::scores`].
 ///
 /// # Errors
@@ -151,7 +154,7 @@ pub fn find_cells(
     let mut cells =
         layout::cell_refs(&results.experiment, table, &[results.measures.as_slice(), &parts].concat());
     let label = |c: &CellRef| method_label(&c.method, &c.params);
-    let names: [(&str, Option<&str>, &dyn Fn(&CellRef) -> String); 4] = [
+    let names: [(&str, Option<&str>, NameOf<'_>); 4] = [
         ("row", Some(wanted.row), &|c| c.row.clone()),
         ("column", Some(wanted.column), &|c| c.column.clone()),
         ("tracker", wanted.tracker, &|c| c.tracker.clone()),

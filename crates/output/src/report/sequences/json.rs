@@ -20,7 +20,7 @@
 use super::{JudgedSeries, Method, Sequence, Sequences, Track};
 use crate::dataset::text::visible;
 use crate::region::{Rect, Region};
-use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, Outcome};
+use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -118,7 +118,7 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str,
         "words": {
             "event": EVENT_WORDS,
             "detection": DETECTION_WORDS,
-            "outcome": Outcome::ALL.map(Outcome::words),
+            "outcome": EventOutcome::ALL.map(EventOutcome::words),
         },
     });
     let parts = json_of_parts(truth, data);
