@@ -1,24 +1,25 @@
 //! trackfail: a benchmark of detectors that tell when a visual object tracker has lost its target.
 //!
-//! The modules in the order in which data flow through them; each uses only those above it, plugins
-//! ([`tracker`], [`signal`], [`detector`]) are one file and two lines in their module's list.
+//! The modules in the order in which data flow through them. Each crate uses only those above it, each module only those
+//! above it in its crate; a plugin ([`tracker`], [`signal`], [`detector`], [`analysis`]) is one file and two lines in its
+//! module's list. ARCHITECTURE.md follows one run step by step and says where each change goes.
 //!
-//! | module | from | to |
-//! |---|---|---|
-//! | [`region`], [`mod@image`], [`num`], [`plugin`] | | rectangles and polygons, pixels, numerics, lists of plugins |
-//! | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
-//! | [`tracker`] | a sequence | a region a frame: built-in trackers, replayed result files, foreign programs |
-//! | [`signal`] | frames and regions | one number a frame |
-//! | [`detector`] | a signal; for ARTE and ARTE* also the tracker, run backwards by the engine | a label a frame |
-//! | [`analysis`] | a signal, or regions, on whole suites | numbers, tables and charts about the signal itself, or about trackers |
-//! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
-//! | [`spec`] | `experiments/*.toml` | checked experiments |
-//! | [`engine`] | an experiment and its suites | judged cells, kept under content addresses; the writer of results |
-//! | [`results`] | judged cells | the files of a results folder, and back |
-//! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
-//! | [`figure`] | plain series | SVG and PNG |
-//! | [`report`] | results alone | an offline HTML page for each experiment, one over all; what is behind a number |
-//! | [`cli`] | arguments | calls of the above, exit codes |
+//! | crate | module | from | to |
+//! |---|---|---|---|
+//! | core | [`region`], [`mod@image`], [`num`], [`direction`], [`plugin`] | | rectangles and polygons, pixels, numerics, which way is better, lists of plugins |
+//! | dataset | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
+//! | methods | [`tracker`] | a sequence | a region for each frame: built-in trackers, replayed result files, foreign programs |
+//! | | [`signal`] | frames and regions | one number for each frame |
+//! | | [`detector`] | a signal; for ARTE and ARTE* also reverse runs of the tracker | a label for each frame |
+//! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
+//! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
+//! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
+//! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
+//! | output | [`results`] | judged cells | the files of a results folder, written and read |
+//! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
+//! | | [`figure`] | plain series | SVG and PNG |
+//! | | [`report`] | results alone | an offline HTML page for each experiment, one over all; the parts of a number |
+//! | this one | [`cli`] | arguments | calls of the above, exit codes |
 //!
 //! Words: a *method* is a signal with a detector under the name a paper gives it; a *cell* is a method
 //! on one tracker's run over one sequence; its *address* is the digest of all it is made from; an *event*

@@ -68,7 +68,7 @@ pub struct Args {
 /// The tracker that the built-in model is about.
 const DEFAULT_TRACKER: &str = "color-particle-filter";
 
-/// What AVU learned in `sanmiguel2015/built-in-model`.
+/// The model that AVU learned in `sanmiguel2015/built-in-model`.
 const BUILT_IN_MODEL: &str = include_str!("../../assets/models/color-particle-filter.json");
 
 /// Size of the largest model file, in bytes.

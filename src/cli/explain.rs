@@ -93,7 +93,7 @@ impl From<SelectError> for Failure {
     }
 }
 
-/// What is printed: blocks for people, one table for programs.
+/// Form of the output: blocks for people, one table for programs.
 #[derive(Default)]
 struct Printed {
     text: String,

@@ -89,7 +89,7 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, F
     Ok(chosen)
 }
 
-/// What needs no download, and what cannot be downloaded.
+/// Tells which sequences need no download, and which cannot be downloaded.
 fn known(plan: &FetchPlan) -> String {
     let mut text = String::new();
     for name in &plan.here {

@@ -39,7 +39,7 @@ pub struct Args {
     plugins: Option<PathBuf>,
 }
 
-/// What can be listed.
+/// Lists that can be shown.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum What {
     Experiments,

@@ -185,7 +185,7 @@ mod tests {
         assert!(decoded == q.frame(t).unwrap(), "{}", path.display());
     }
 
-    /// What is read back is the sequence: frames, truth, numbers and attributes.
+    /// A rendered sequence is read back whole: frames, truth, numbers and attributes.
     #[test]
     fn both_layouts_are_read_back_to_the_same_digest() {
         let root = tempfile::tempdir().unwrap();

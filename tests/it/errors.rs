@@ -1,4 +1,4 @@
-//! What goes wrong is told with file and line, and by the exit code.
+//! Errors name file and line, and set the exit code.
 
 use crate::tools::{output, trackfail};
 

@@ -1,4 +1,4 @@
-//! What a fetch leaves on disk, and what the program says; `download.rs` has the network, `hostile.rs` the archives.
+//! Files that a fetch leaves on disk, and the messages of the program; `download.rs` has the network, `hostile.rs` the archives.
 
 use crate::download::fails;
 use crate::packed::{taped, tar_gz, zip, zipped};

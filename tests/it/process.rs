@@ -321,7 +321,7 @@ fn a_served_tracker_is_the_tracker() {
     assert_eq!(place.scores("mine"), place.scores("ncc"));
 }
 
-/// What `serve-trax` says to some lines: exit code, stdout and stderr.
+/// Answer of `serve-trax` to some lines: exit code, stdout and stderr.
 fn serve(arguments: &[&str], lines: &str) -> (i32, String, String) {
     let output = trackfail().arg("serve-trax").args(arguments).write_stdin(lines).output().unwrap();
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();

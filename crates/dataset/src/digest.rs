@@ -1,4 +1,4 @@
-//! What a sequence is, in 64 hexadecimal digits.
+//! The digest of a sequence: 64 hexadecimal digits made from its frames and its ground truth.
 //!
 //! Two digests, both SHA-256 over the following, integers as 64-bit little-endian, numbers as the 64-bit
 //! little-endian bits of an `f64`, text and bytes preceded by their length:

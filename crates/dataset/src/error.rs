@@ -1,4 +1,4 @@
-//! What can be wrong with a dataset or a result file: which file, which line, what to do.
+//! Errors of datasets and result files; each names the file and line, and what to do.
 
 use crate::image::ImageError;
 use std::path::{Path, PathBuf};

@@ -45,7 +45,7 @@ enum SuiteContent {
 }
 
 impl Suite {
-    /// What is pinned of it; `None` for rendered suites.
+    /// Its pinned facts; `None` for rendered suites.
     fn pinned(&self) -> Option<&PinnedSuite> {
         match &self.content {
             SuiteContent::BuiltIn(pinned) => Some(pinned),

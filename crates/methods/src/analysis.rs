@@ -104,7 +104,7 @@ pub trait Analysis: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
-    /// What it reads.
+    /// Its input.
     fn reads(&self) -> Reads {
         Reads::Signal
     }

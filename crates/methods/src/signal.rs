@@ -37,7 +37,7 @@ pub trait Signal: Send + Sync {
     /// Which values are good; the others speak for a failure.
     fn direction(&self) -> Direction;
 
-    /// What it reads.
+    /// Its input.
     fn reads(&self) -> Reads {
         Reads::Pixels
     }

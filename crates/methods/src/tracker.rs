@@ -116,7 +116,7 @@ pub enum TrackerError {
     Broken(String),
 }
 
-/// What a tracker may know when it starts.
+/// Knowledge of a tracker at its start.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     /// The sequence; online trackers may use its size and length, only replays and oracles its truth.

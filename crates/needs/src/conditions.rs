@@ -1,4 +1,4 @@
-//! What tests may need, and whether it is on this machine.
+//! Data and programs that tests may need, and whether they are on this machine.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 pub struct Need {
     /// Name in `#[needs(name)]`.
     pub name: &'static str,
-    /// What to get, for the person who reads the list of tests that were not run.
+    /// The thing to get, for the person who reads the list of tests that were not run.
     pub what: &'static str,
     /// Whether it is on this machine.
     pub is_met: fn() -> bool,

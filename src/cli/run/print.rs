@@ -1,4 +1,4 @@
-//! What `trackfail run` prints, and how the verb ends after its results are written.
+//! Output of `trackfail run`, and the verb's exit after its results are written.
 
 use super::Args;
 use crate::cli::Failure;

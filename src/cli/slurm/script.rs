@@ -19,7 +19,7 @@ pub const REPORT: &str = "report.sbatch";
 /// Name of the script that submits both.
 pub const SUBMIT: &str = "submit.sh";
 
-/// What is to be run, where and with which means. All paths are absolute.
+/// Experiments to run, with their folders and resources. All paths are absolute.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The program.
@@ -115,7 +115,7 @@ impl Plan {
         )
     }
 
-    /// What sbatch is called with for one of the scripts, behind another job if one is given.
+    /// Arguments of sbatch for one of the scripts; it waits for another job if one is given.
     pub fn sbatch_arguments(&self, script: &str, after: Option<&str>) -> Vec<String> {
         let folder = self.folder.text();
         let mut arguments = vec!["--parsable".to_string(), format!("--chdir={folder}")];
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// What both jobs have in common.
+    /// Lines that both jobs share.
     const COMMON: &str = r#"#SBATCH --open-mode=append
 #SBATCH --requeue
 #SBATCH --signal=B:TERM@120

@@ -1,4 +1,4 @@
-//! What may stand in a batch script: words for the shell, and values for `#SBATCH` lines.
+//! Values of batch scripts: words for the shell, and values for `#SBATCH` lines.
 //!
 //! A word is quoted, so it may hold anything but control characters (a line break in it would let text
 //! pass for a line of the script). `#SBATCH` lines are not read by the shell but by sbatch, with rules

@@ -118,7 +118,7 @@ impl Cluster {
         text(&output.stdout)
     }
 
-    /// What a client says on stdout, be it successful or not.
+    /// Standard output of a client, successful or not.
     fn try_output(&self, program: &str, arguments: &[&str]) -> String {
         let output = Command::new(program).args(arguments).env("SLURM_CONF", &self.configuration).output();
         output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned()).unwrap_or_default()
@@ -141,7 +141,7 @@ impl Cluster {
         jobs.lines().filter_map(code).collect()
     }
 
-    /// What the daemons said.
+    /// Logs of the daemons.
     fn logs(&self) -> String {
         let log = |name: &str| {
             let path = self.root.path().join(format!("{name}.out"));

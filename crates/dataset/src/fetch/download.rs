@@ -1,6 +1,6 @@
 //! A file over HTTP, in as many attempts as it takes.
 //!
-//! What has arrived is never asked for again: an attempt asks for the rest (`Range`), on condition that the
+//! Bytes that have arrived are never requested again: an attempt requests the rest (`Range`), on condition that the
 //! file is still the same (`If-Range`); an answer that does not continue exactly there starts the file anew.
 //! Busy servers (408, 425, 429, 5xx), timeouts and broken connections are tried again, each time after twice
 //! the pause or after `Retry-After` in seconds; an attempt that brought something new does not count. Every

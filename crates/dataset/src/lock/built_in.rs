@@ -42,7 +42,7 @@ pub(crate) struct PinnedSuite {
     pub format: &'static FormatEntry,
     /// Address and paper of the data.
     pub source: String,
-    /// What is known of their licence.
+    /// Licence, as far as it is known.
     pub licence: String,
     /// How to get a missing sequence.
     pub how_to_get: String,

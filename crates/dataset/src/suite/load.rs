@@ -15,7 +15,7 @@ pub struct Missing {
     pub name: String,
     /// Its folder under the data root.
     pub folder: String,
-    /// What to do.
+    /// Advice on how to get it.
     pub how_to_get: String,
 }
 

@@ -27,7 +27,7 @@ pub enum Finding {
 pub struct Checked {
     /// The sequence.
     pub name: String,
-    /// What was found.
+    /// The finding.
     pub finding: Finding,
 }
 

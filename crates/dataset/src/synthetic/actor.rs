@@ -1,4 +1,4 @@
-//! What moves in a scene: people, faces, cars, motorcycles, balls, fish, and things to hide behind.
+//! Actors that move in a scene: people, faces, cars, motorcycles, balls, fish, and things to hide behind.
 //!
 //! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a color.
 

@@ -28,7 +28,7 @@ const MAX_MESSAGE: usize = 2000;
 pub struct Source<'a> {
     file: &'a str,
     text: &'a str,
-    /// What every message ends with.
+    /// Text that every message ends with.
     note: &'a str,
     map: Option<&'a SourceMap>,
 }
@@ -99,7 +99,7 @@ pub(super) struct SourceFile {
     pub name: String,
     /// The whole text.
     pub text: String,
-    /// What messages about the file end with: the files that extend it.
+    /// Text that messages about the file end with: the files that extend it.
     pub note: String,
 }
 

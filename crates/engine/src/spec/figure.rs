@@ -22,7 +22,7 @@ use toml::Spanned;
 pub struct FigureKind {
     /// The word an experiment file uses.
     pub word: &'static str,
-    /// What it draws, in one line.
+    /// Content of the figure, in one line.
     pub summary: &'static str,
     /// Keys that must be given.
     pub required: &'static [FigureKey],
@@ -102,7 +102,7 @@ pub struct Figure {
     pub name: String,
     /// Text below the figure.
     pub caption: Option<String>,
-    /// What it draws.
+    /// Content of the figure.
     pub kind: &'static FigureKind,
     /// The checked keys.
     pub params: FigureParams,

@@ -12,13 +12,13 @@ const MAX_EXPERIMENT_NAME: usize = 128;
 /// A name that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
-    /// Of an experiment.
+    /// Name of an experiment.
     #[error("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")]
     Experiment,
-    /// Of a table, figure or analysis.
+    /// Name of a table, figure or analysis.
     #[error("`{0}` must be made of a-z, 0-9, `-` and `_`")]
     File(String),
-    /// Of a tracker or method.
+    /// Name of a tracker or method.
     #[error(
         "the name {0:?} must have 1 to 64 characters, none of [ ] = , ; + \", no outer spaces, no control \
          characters, and not begin with - or @"

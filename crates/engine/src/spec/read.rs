@@ -65,7 +65,7 @@ pub fn read_file(
     Reader { catalog, programs }.read(&file, &text, place)
 }
 
-/// What an experiment may name.
+/// Names that an experiment may use.
 struct Reader<'a> {
     catalog: &'a Catalog,
     programs: Option<&'a Programs>,

@@ -11,7 +11,7 @@ use crate::score::Metric;
 pub use published::read_published;
 use toml::Spanned;
 
-/// What varies along one side of a table.
+/// The quantity that varies along one side of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Side {
     /// Metrics, in this order.
@@ -33,9 +33,9 @@ pub struct Table {
     pub name: String,
     /// Text above the table.
     pub caption: Option<String>,
-    /// What the rows are.
+    /// Rows.
     pub rows: Side,
-    /// What the columns are.
+    /// Columns.
     pub columns: Side,
     /// The metric of all cells when neither side holds metrics.
     pub metric: Option<Metric>,
@@ -80,12 +80,12 @@ pub struct Words {
     pub analyses: Vec<(String, Names)>,
 }
 
-/// What an analysis makes: its name in the experiment, and the name of the table, chart or number.
+/// A product of an analysis: the analysis's name in the experiment, and the name of the table, chart or number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Made {
     /// The analysis.
     pub analysis: String,
-    /// What of it.
+    /// Name of the table, chart or number.
     pub part: String,
 }
 

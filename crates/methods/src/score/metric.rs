@@ -36,7 +36,7 @@ pub enum Kind {
     MeanAndDeviation,
 }
 
-/// What a metric is computed from.
+/// Input of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The counts, and for metrics of chance the protocol.
@@ -115,7 +115,7 @@ impl Metric {
         self.name
     }
 
-    /// What it is called in running text.
+    /// Name in running text.
     pub fn heading(self) -> &'static str {
         self.heading
     }
@@ -135,7 +135,7 @@ impl Metric {
         self.kind
     }
 
-    /// What it is computed from.
+    /// Its input.
     pub fn source(self) -> Source {
         self.source
     }

@@ -1,4 +1,4 @@
-//! What every protocol is and gives.
+//! Protocols: versioned rules from labels and ground truth to counts.
 
 use super::chance::Chance;
 use super::counts::Counts;
@@ -30,7 +30,7 @@ pub struct Protocol {
     pub name: &'static str,
     /// One line for `trackfail list`.
     pub summary: &'static str,
-    /// What TP + FN counts, in headings of tables.
+    /// Name of the things that TP + FN counts, in headings of tables.
     pub positives: &'static str,
     /// How random detections match.
     pub chance: Chance,

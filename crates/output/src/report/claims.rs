@@ -110,7 +110,7 @@ fn outcome(verdict: &ClaimVerdict) -> ClaimOutcome {
     }
 }
 
-/// What the page shows of a claim.
+/// A claim as the page shows it.
 pub fn view(finding: &Finding) -> ClaimView {
     let holds = finding.tested.iter().filter(|t| t.verdict == ClaimVerdict::Holds).count();
     let verdict = finding.overall();

@@ -35,7 +35,7 @@ pub struct DrawnFigure {
     pub png: Vec<u8>,
 }
 
-/// What became of a figure that an experiment asks for.
+/// Outcome of drawing a figure that an experiment asks for.
 pub enum FigureOutcome {
     /// It was drawn.
     Drawn(DrawnFigure),

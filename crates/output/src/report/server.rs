@@ -51,7 +51,7 @@ pub enum ServerError {
     },
 }
 
-/// What to do about a port that is refused.
+/// Advice about a port that is refused.
 fn port_hint(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::AddrInUse => "; name another with --port, or --port 0 for one that is free",

@@ -249,7 +249,7 @@ fn parts_that_do_not_fit_are_errors() {
     }
 }
 
-/// What is behind every cell of the page's tables.
+/// The origin of every cell of the page's tables.
 fn origins(p: &Page, name: &str) -> Vec<TableOrigins> {
     let origin = CellOrigin {
         number: format!("recall of {name}"),

@@ -22,7 +22,7 @@ use crate::table;
 use crate::table::layout::{self, TableLayout};
 use std::path::Path;
 
-/// What a written report says.
+/// Content of a written report.
 pub struct WrittenReport {
     /// The claims, tested on our numbers.
     pub findings: Vec<Finding>,

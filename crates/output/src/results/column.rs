@@ -3,7 +3,7 @@
 use super::frame::{Rows, TableError};
 use polars::prelude::{Column as Series, DataFrame, DataType, NamedFrom};
 
-/// What a column holds.
+/// Type of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// UTF-8 text.
@@ -46,7 +46,7 @@ pub struct Column {
     pub kind: Kind,
     /// Unit of its values; empty for texts and for plain numbers.
     pub unit: &'static str,
-    /// What a value says.
+    /// Meaning of a value.
     pub meaning: &'static str,
     /// When a value is missing; empty where there always is one.
     pub empty: &'static str,
@@ -161,7 +161,7 @@ pub const FPR: Column = Column::real("fpr", "", "False positive rate: FP / (FP +
 pub struct TableFile {
     /// Its name in the results folder.
     pub name: &'static str,
-    /// What a row is, and what the file is for.
+    /// Meaning of a row, and the purpose of the file.
     pub about: &'static str,
     /// Its columns, in their order.
     pub columns: &'static [Column],

@@ -1,4 +1,4 @@
-//! What `trackfail detect` prints: the labels of every method on one track.
+//! The output of `trackfail detect`: the labels of every method on one track.
 
 use super::column::{Column, FRAME, METHOD, TableFile};
 use super::frame::{TableError, to_csv};

@@ -25,7 +25,7 @@ pub const FILE: &str = "manifest.json";
 /// - 2: host, revision and time of the run are in `run.json`.
 pub const FORMAT: u32 = 2;
 
-/// What a reader of results must know beside the numbers.
+/// Facts that a reader of results must know beside the numbers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Manifest {
     /// [`FORMAT`] of the writer.
@@ -48,7 +48,7 @@ pub struct Manifest {
     pub trackers: Vec<TrackerRecord>,
     /// Methods with all parameters.
     pub methods: Vec<MethodRecord>,
-    /// What was trained or learned, in words, by `method (tracker)`.
+    /// Descriptions of trained thresholds and learned models, by `method (tracker)`.
     #[serde(default)]
     pub models: Vec<(String, String)>,
     /// Number of cells with a result.
@@ -211,7 +211,7 @@ impl Manifest {
     }
 }
 
-/// What was trained or learned, in words; a model that several variants share is written out once.
+/// Describes trained thresholds and learned models; a model that several variants share is written out once.
 fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
     let mut written: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {

@@ -32,11 +32,11 @@ pub struct Results {
     pub folder: PathBuf,
     /// The experiment as it was run.
     pub experiment: Experiment,
-    /// What the results rest on.
+    /// Data, versions and parameters that the results rest on.
     pub manifest: Manifest,
     /// Pooled numbers.
     pub measures: Vec<Measure>,
-    /// What analyses found out.
+    /// Findings of the analyses.
     pub analyses: Vec<Analysed>,
 }
 

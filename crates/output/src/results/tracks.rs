@@ -36,7 +36,7 @@ impl TrackSeries {
     }
 }
 
-/// What one method made of a track, frame by frame.
+/// Scores and labels of one method on a track, frame by frame.
 #[derive(Debug, Clone, Default)]
 pub struct MethodSeries {
     /// Name with its grid point.

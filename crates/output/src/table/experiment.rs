@@ -11,7 +11,7 @@ use crate::spec::{Experiment, Tracker};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
+/// The data that the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
 /// experiment asks for, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted);

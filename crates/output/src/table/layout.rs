@@ -1,6 +1,6 @@
 //! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
 //!
-//! What varies and is on neither side of a table (trackers, methods, grid axes) makes groups of rows.
+//! Trackers, methods and grid axes that are on neither side of a table make groups of rows.
 //! Published numbers of a tracker that was run stand beside that tracker's; those of a paper's only
 //! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
 //! of their own without numbers of ours.
@@ -43,7 +43,7 @@ pub struct TableLayout {
 pub struct Group {
     /// Heading; empty for a table's only group.
     pub label: String,
-    /// What the heading names, without counts: it stays the same when results change.
+    /// Name in the heading, without counts: it stays the same when results change.
     pub key: String,
     /// The tracker whose published numbers stand beside ours.
     pub published_tracker: Option<String>,
@@ -201,7 +201,7 @@ fn published_for<'a>(
     (only && !is_run).then_some(first.tracker.as_str())
 }
 
-/// What all groups of a table share.
+/// Properties that all groups of a table share.
 struct TableContext<'a> {
     experiment: &'a Experiment,
     metric: Option<Metric>,

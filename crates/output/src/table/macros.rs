@@ -59,7 +59,7 @@ pub fn name(parts: &[&str]) -> String {
 /// A number of the text around tables: how many targets there are, how many claims hold, what an analysis found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fact {
-    /// What the number is, in one to three parts: `targets`, `present`.
+    /// Name of the number, in one to three parts: `targets`, `present`.
     pub parts: Vec<String>,
     /// The number as it is printed.
     pub shown: String,

@@ -81,7 +81,7 @@ pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Color> {
     Some(shade(skin, light * (0.95 + 0.1 * octaves(look ^ 7, side * 12.0, y * 12.0, 2))))
 }
 
-/// What is below a head, from the neck to the knees; mostly the shoulders are in view.
+/// The body below a head, from the neck to the knees; mostly the shoulders are in view.
 pub fn shoulders(look: u32, u: f64, v: f64) -> Option<Color> {
     let (skin, shirt) = (pick(&SKIN, look, 1, 0), pick(&SHIRTS, look, 5, 0));
     let out = (u - 0.5).abs();

@@ -85,7 +85,7 @@ fn a_target_is_what_its_entry_says() {
     }
 }
 
-/// What stands before the target leaves all its pixels alone in the first 25 frames, and it is in the frame.
+/// No obstacle covers a pixel of the target in the first 25 frames, and the target is inside the frame.
 #[test]
 fn starts_in_full_view() {
     for name in NAMES {

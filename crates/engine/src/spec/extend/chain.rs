@@ -40,7 +40,7 @@ impl Place {
         Ok(Self::Folder { folder: path.parent().unwrap_or(Path::new("")).to_path_buf(), root, file })
     }
 
-    /// What tells a file from all others; a built-in experiment has its name for it.
+    /// Identity of a file; for a built-in experiment its name.
     fn identity(&self, name: &str) -> PathBuf {
         match self {
             Self::BuiltIn => PathBuf::from(name),

@@ -74,7 +74,7 @@ impl<'d> Item<'d> {
         self.entries.iter().find(|e| e.key == key).and_then(Entry::word)
     }
 
-    /// What tells it from the others of its kind.
+    /// Key that distinguishes it from the others of its kind.
     pub(super) fn name(&self) -> Option<Vec<&'d str>> {
         match self.kind {
             "tracker" => self.word("label").or_else(|| self.word("name")).map(|name| vec![name]),

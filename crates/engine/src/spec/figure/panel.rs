@@ -4,7 +4,7 @@ use crate::spec::error::{Source, SpecError};
 use crate::spec::table::Words;
 use toml::Spanned;
 
-/// What one panel of a strip figure shows.
+/// Content of one panel of a strip figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Panel {
     /// O_t.

@@ -1,4 +1,4 @@
-//! What the tests of both detectors need: a tracker that runs backwards by script, and short words.
+//! Helpers of the tests of both detectors: a tracker that runs backwards by script, and short words.
 
 use super::machine::{Events, Machine, TRANSITIONS};
 use super::{Condition, Quality};

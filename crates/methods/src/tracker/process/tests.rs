@@ -222,7 +222,7 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
     assert_eq!(refused.key, Some("program"));
 }
 
-/// What a script does with the first line, and the fault that follows in the first or second frame.
+/// Behavior of a script on the first line, and the fault that follows in the first or second frame.
 #[test]
 fn bad_answers_fail_with_a_reason() {
     for (text, words) in [

@@ -51,7 +51,7 @@ fn number(digits: Digits, value: Option<f64>) -> String {
     }
 }
 
-/// What a number is, how it comes about, and what it leaves out, in lines.
+/// Describes a number in lines: its meaning, its formula, and what it leaves out.
 pub fn headline(results: &Results, table: &Table, explained: &Explained) -> String {
     let spot = &explained.spot;
     let method = method_label(&spot.method, &spot.params);
@@ -101,7 +101,7 @@ pub fn sequences(explained: &Explained, digits: Digits) -> Listing {
     Listing::new(&own, explained.parts.iter().map(row).collect())
 }
 
-/// What a number is on one sequence, in lines.
+/// Describes a number on one sequence, in lines.
 pub fn sequence_headline(results: &Results, explained: &Explained, sequence: &str) -> String {
     let spot = &explained.spot;
     let mut text = format!(

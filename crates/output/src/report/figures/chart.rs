@@ -17,7 +17,7 @@ fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     Ok(drawing(chart(scope.results, shows), format!("there is no analysis {}", shows.analysis)))
 }
 
-/// What an analysis made, on every tracker.
+/// Draws a chart of an analysis, on every tracker.
 fn chart(results: &Results, shows: &Made) -> Curves {
     let found: Vec<(&Analysed, &Chart)> = results
         .analyses

@@ -1,4 +1,4 @@
-//! What every drawer shares: its entry, what it draws from, and what it makes.
+//! Types that all drawers share: their entry, their input and their result.
 
 use crate::figure::{FigureError, Plot};
 use crate::results::{Results, ResultsError};
@@ -12,7 +12,7 @@ pub struct Drawer {
     pub draw: fn(&Scope<'_>) -> Result<Drawing, DrawError>,
 }
 
-/// What a drawer draws from.
+/// Input of a drawer.
 pub struct Scope<'r> {
     /// The experiment's results.
     pub results: &'r Results,
@@ -37,7 +37,7 @@ impl<'r> Scope<'r> {
     }
 }
 
-/// What a drawer makes.
+/// Result of a drawer.
 pub enum Drawing {
     /// A figure.
     Plot {

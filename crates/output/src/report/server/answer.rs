@@ -1,4 +1,4 @@
-//! What is sent back to a client.
+//! Answers to a client.
 
 use super::request::{self, Refusal, Request, Target, find};
 use crate::engine::observe::progress;

@@ -134,7 +134,7 @@ fn is_this_machine(host: &str) -> bool {
     port.is_none_or(is_port) && names.iter().any(|known| name.eq_ignore_ascii_case(known))
 }
 
-/// What a path of a request leads to.
+/// Target of a request's path.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
     /// The page over all experiments.

@@ -73,7 +73,7 @@ fn ranked(measure: &Measure, metric: Metric) -> CellRef {
 /// Label of the step along the attributes that takes all sequences.
 const ALL: &str = "all";
 
-/// What is fixed at a step, row, column or group; everything else varies.
+/// Selection that a step, row, column or group fixes; everything else varies.
 #[derive(Clone, Default)]
 pub(super) struct Place {
     pub(super) tracker: Option<String>,
