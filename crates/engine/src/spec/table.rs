@@ -158,24 +158,7 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         return Err(source.error(wire.name.span(), "`macros` is the file with the numbers of all tables"));
     }
     if let Some(shows) = &wire.shows {
-        let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
-        let span = span.or(wire.rank.as_ref().map(Spanned::span));
-        if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
-            let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
-            return Err(source.error(span, message));
-        }
-        let made = words.made(shows.get_ref(), |n| &n.tables).map_err(|e| source.error(shows.span(), e))?;
-        return Ok(Table {
-            name,
-            caption: wire.caption.clone(),
-            rows: Side::Metrics(Vec::new()),
-            columns: Side::Tracker,
-            metric: None,
-            methods: Vec::new(),
-            ranked: None,
-            shows: Some(made),
-            column: wire.column.as_ref().map(|c| c.get_ref().clone()),
-        });
+        return read_shown(source, wire, shows, words);
     }
     if let Some(column) = &wire.column {
         return Err(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
@@ -186,35 +169,8 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
     let (Some(wire_rows), Some(wire_columns)) = (&wire.rows, &wire.columns) else {
         return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, `rank` or `shows`"));
     };
-    let rows = match wire_rows.get_ref().as_slice() {
-        [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
-        [one] if words.axes.contains(one) => Side::Axis(one.clone()),
-        [one] if one == ATTRIBUTE => Side::Attribute,
-        list => {
-            let mut metrics = Vec::new();
-            for word in list {
-                let axes = words.axes.iter().map(String::as_str);
-                let known: Vec<&str> =
-                    Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes).collect();
-                let metric = Metric::from_name(word).ok_or_else(|| {
-                    source.unknown(wire_rows.span(), "metric, attribute or grid axis", word, known)
-                })?;
-                metrics.push(metric);
-            }
-            Side::Metrics(metrics)
-        }
-    };
-    let columns = match wire_columns.get_ref().as_str() {
-        "method" => Side::Method,
-        "tracker" => Side::Tracker,
-        word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
-        ATTRIBUTE => Side::Attribute,
-        word => {
-            let known =
-                ["method", "tracker", ATTRIBUTE].into_iter().chain(words.axes.iter().map(String::as_str));
-            return Err(source.unknown(wire_columns.span(), "column", word, known));
-        }
-    };
+    let rows = read_rows(source, wire_rows, words)?;
+    let columns = read_columns(source, wire_columns, words)?;
     let shown = wire.metric.as_ref().map(|m| metric(source, m)).transpose()?;
     let shown = match (&rows, shown) {
         (Side::Metrics(_), None) => None,
@@ -246,6 +202,74 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         ranked: None,
         shows: None,
         column: None,
+    })
+}
+
+/// A table that an analysis makes.
+fn read_shown(
+    source: Source<'_>,
+    wire: &wire::Table,
+    shows: &Spanned<String>,
+    words: &Words,
+) -> Result<Table, SpecError> {
+    let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
+    let span = span.or(wire.rank.as_ref().map(Spanned::span));
+    if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
+        let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
+        return Err(source.error(span, message));
+    }
+    let made = words.made(shows.get_ref(), |n| &n.tables).map_err(|e| source.error(shows.span(), e))?;
+    Ok(Table {
+        name: wire.name.get_ref().clone(),
+        caption: wire.caption.clone(),
+        rows: Side::Metrics(Vec::new()),
+        columns: Side::Tracker,
+        metric: None,
+        methods: Vec::new(),
+        ranked: None,
+        shows: Some(made),
+        column: wire.column.as_ref().map(|c| c.get_ref().clone()),
+    })
+}
+
+/// The rows of a table: metrics, attributes, or the values of a grid axis.
+fn read_rows(source: Source<'_>, wire_rows: &Spanned<Vec<String>>, words: &Words) -> Result<Side, SpecError> {
+    Ok(match wire_rows.get_ref().as_slice() {
+        [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
+        [one] if words.axes.contains(one) => Side::Axis(one.clone()),
+        [one] if one == ATTRIBUTE => Side::Attribute,
+        list => {
+            let mut metrics = Vec::new();
+            for word in list {
+                let axes = words.axes.iter().map(String::as_str);
+                let known: Vec<&str> =
+                    Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes).collect();
+                let metric = Metric::from_name(word).ok_or_else(|| {
+                    source.unknown(wire_rows.span(), "metric, attribute or grid axis", word, known)
+                })?;
+                metrics.push(metric);
+            }
+            Side::Metrics(metrics)
+        }
+    })
+}
+
+/// The columns of a table: methods, trackers, attributes, or the values of a grid axis.
+fn read_columns(
+    source: Source<'_>,
+    wire_columns: &Spanned<String>,
+    words: &Words,
+) -> Result<Side, SpecError> {
+    Ok(match wire_columns.get_ref().as_str() {
+        "method" => Side::Method,
+        "tracker" => Side::Tracker,
+        word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
+        ATTRIBUTE => Side::Attribute,
+        word => {
+            let known =
+                ["method", "tracker", ATTRIBUTE].into_iter().chain(words.axes.iter().map(String::as_str));
+            return Err(source.unknown(wire_columns.span(), "column", word, known));
+        }
     })
 }
 
