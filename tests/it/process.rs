@@ -374,7 +374,7 @@ fn a_session_ends_well_or_with_a_reason() {
         (&["stil"][..], "unknown tracker `stil`; did you mean `still`?"),
         (&["replay"], "`replay` answers from ground truth or result files"),
         (&["scripted"], "`scripted` answers from ground truth or result files"),
-        (&["process"], "let the client start it"),
+        (&["process"], "let the client start a TraX server"),
         (&["ncc", "--params", "{ searsh = 2 }"], "--params:1: unknown field `searsh`"),
         (&["ncc", "--params", "{"], "--params:1: "),
     ] {
