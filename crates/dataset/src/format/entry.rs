@@ -19,6 +19,15 @@ pub struct SequenceOptions {
     pub decoded: PathBuf,
 }
 
+/// The region of each frame, 0-based; `None` where the target is absent.
+pub type Truth = Vec<Option<Region>>;
+
+/// The targets of a folder, `None` for the only one.
+pub type Targets = Vec<Option<u32>>;
+
+/// Lists the targets of a folder; nothing if the folder is no sequence.
+pub type FindTargets = fn(&Path) -> Result<Targets, DatasetError>;
+
 /// A format of sequences on disk: how their folders are recognized and read.
 pub struct FormatEntry {
     /// Word for it in `datasets.lock` and for `trackfail data add --format`.
@@ -30,7 +39,7 @@ pub struct FormatEntry {
     /// Loads one sequence of a folder. Reads lists of files and text, no image and no video.
     pub load: fn(&Path, &SequenceOptions) -> Result<Sequence, DatasetError>,
     /// Reads the bytes of a ground-truth file, one entry a frame, 0-based; the path names it in messages.
-    pub parse_truth: fn(&Path, &[u8]) -> Result<Vec<Option<Region>>, DatasetError>,
+    pub parse_truth: fn(&Path, &[u8]) -> Result<Truth, DatasetError>,
     /// The folder of the images, given the sequence's folder.
     pub image_folder: fn(&Path) -> PathBuf,
     /// Whether a file of this name beside the images is read.
@@ -45,7 +54,7 @@ pub struct FormatEntry {
     pub absent_part: fn(&Path) -> Result<Option<&'static str>, DatasetError>,
     /// The targets of a folder, `None` for the only one, and nothing if the folder is no sequence; absent if
     /// suites of the format cannot be found that way and are written by hand.
-    pub find_targets: Option<fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>>,
+    pub find_targets: Option<FindTargets>,
 }
 
 impl FormatEntry {

@@ -13,6 +13,7 @@ use crate::region::Region;
 use crate::score::overlap;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Frames between the forks of the forward run.
@@ -66,7 +67,7 @@ impl FrameObserver for ForwardRun<'_> {
         if Some(&step.state.region) != self.regions.get(step.t) {
             return Err(TrackingError::NotRepeatable(step.t));
         }
-        if step.t % STRIDE == 0 {
+        if step.t.is_multiple_of(STRIDE) {
             self.forks.borrow_mut().insert(step.t, step.fork(None)?);
         }
         Ok(())
@@ -123,8 +124,8 @@ impl Reversal {
                 (0, Lane::of_tracker(tracker))
             }
         };
-        if !memory.forward.contains_key(&at) {
-            memory.forward.insert(at, lane.fork(None)?);
+        if let Entry::Vacant(slot) = memory.forward.entry(at) {
+            slot.insert(lane.fork(None)?);
         }
         let observer = ForwardRun { regions: &self.regions, forks: RefCell::new(&mut memory.forward) };
         run_lane(sequence, frames, at + 1..=t, lane, &observer)
