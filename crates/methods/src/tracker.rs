@@ -116,6 +116,13 @@ pub enum TrackerError {
     Broken(String),
 }
 
+impl TrackerError {
+    /// The error of a tracker of this kind whose first region has coordinates that are not finite.
+    fn no_region(kind: &str) -> Self {
+        Self::Broken(format!("{kind}: the first region is no region"))
+    }
+}
+
 /// Knowledge of a tracker at its start.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
@@ -133,6 +140,9 @@ pub struct RunContext<'a> {
 
 /// A tracker at work, and its state in the frame that it was started in.
 pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
+
+/// A started tracker, or why it cannot start.
+pub type StartResult = Result<StartedTracker, TrackerError>;
 
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Send + Sync {
@@ -176,12 +186,7 @@ pub trait TrackerConfig: Send + Sync {
     ///
     /// # Errors
     /// When it cannot start, e.g. a result file is absent or broken.
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError>;
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult;
 }
 
 /// A tracker that has been started on a target and gets the frames that follow, each once and in order.

@@ -81,11 +81,11 @@ pub(super) fn join(root: &Path, parts: &[String]) -> PathBuf {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::archive::Packing;
 
-    fn archive() -> Archive {
+    pub fn archive() -> Archive {
         Archive {
             name: "try".into(),
             url: "http://h/try.zip".into(),
@@ -97,7 +97,7 @@ mod tests {
         }
     }
 
-    fn parts(text: &str) -> Vec<String> {
+    pub fn parts(text: &str) -> Vec<String> {
         text.split('/').map(String::from).collect()
     }
 

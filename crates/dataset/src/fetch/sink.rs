@@ -235,24 +235,8 @@ impl<R: std::io::Seek> std::io::Seek for Metered<R> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::layout::tests::{archive, parts};
     use super::*;
-    use crate::archive::Packing;
-
-    fn archive() -> Archive {
-        Archive {
-            name: "try".into(),
-            url: "http://h/try.zip".into(),
-            packing: Packing::Zip,
-            size: None,
-            sha256: None,
-            into: "otb".into(),
-            below: Some("all/of".into()),
-        }
-    }
-
-    fn parts(text: &str) -> Vec<String> {
-        text.split('/').map(String::from).collect()
-    }
 
     // Readers that give more than a header says do not get past the limits either.
     #[test]

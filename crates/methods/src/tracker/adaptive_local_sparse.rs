@@ -44,7 +44,7 @@ mod coding;
 mod tests;
 
 use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
-use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
@@ -144,14 +144,9 @@ impl TrackerConfig for AdaptiveLocalSparse {
         show_params(&self.0)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let Some(geometry) = TEMPLATE.geometry(region) else {
-            return Err(TrackerError::Broken("adaptive-local-sparse: the first region is no region".into()));
+            return Err(TrackerError::no_region("adaptive-local-sparse"));
         };
         let p = &self.0;
         let estimate = SideLimits::of(frame).keep(geometry);

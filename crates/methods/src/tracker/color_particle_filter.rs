@@ -43,9 +43,7 @@ mod histogram;
 #[cfg(test)]
 mod tests;
 
-use super::{
-    Moments, RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState,
-};
+use super::{Moments, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
@@ -224,15 +222,10 @@ impl TrackerConfig for ColorParticleFilter {
         show_params(&self.0)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let annotated = ellipse(region);
         if annotated.iter().any(|v| !v.is_finite()) {
-            return Err(TrackerError::Broken("color-particle-filter: the first region is no region".into()));
+            return Err(TrackerError::no_region("color-particle-filter"));
         }
         let p = &self.0;
         let hsv = match p.color_space {

@@ -34,7 +34,7 @@
 //! precision of 0.107.
 
 use super::correlation::{label, peak};
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
@@ -132,15 +132,10 @@ impl TrackerConfig for Dsst {
         false
     }
 
-    fn start(
-        &self,
-        _: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let first = upright(region);
         if ![first.x, first.y, first.w, first.h].iter().all(|v| v.is_finite()) {
-            return Err(TrackerError::Broken("dsst: the first region is no region".into()));
+            return Err(TrackerError::no_region("dsst"));
         }
         let p = &self.0;
         let mut target = Target::new(p, frame, region);

@@ -40,9 +40,7 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-use super::{
-    Moments, RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState,
-};
+use super::{Moments, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
@@ -164,16 +162,10 @@ impl TrackerConfig for FragmentsParticleFilter {
         show_params(&self.0)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let rect = region.rect();
         if ![rect.x, rect.y, rect.w, rect.h].iter().all(|v| v.is_finite()) {
-            let what = "fragments-particle-filter: the first region is no region";
-            return Err(TrackerError::Broken(what.into()));
+            return Err(TrackerError::no_region("fragments-particle-filter"));
         }
         let p = &self.0;
         let (x, y) = rect.center();

@@ -12,7 +12,7 @@
 //! within the subspace.
 
 use super::sparse_prototypes::{Model, Tracking};
-use super::{RunContext, StartedTracker, TrackerConfig, TrackerError};
+use super::{RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -94,12 +94,7 @@ impl TrackerConfig for Ivt {
         show_params(&self.0)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         Tracking::start(self.0.model(), context.seed, frame, region)
     }
 }

@@ -26,7 +26,7 @@
 //! with the frame and, if scaled, between 4 pixels and the frame's size; a window without contrast leaves it where it was.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch};
 use crate::image::{Frame, Window};
@@ -182,14 +182,9 @@ impl TrackerConfig for Kcf {
         false
     }
 
-    fn start(
-        &self,
-        _: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-            return Err(TrackerError::Broken("kcf: the first region is no region".into()));
+            return Err(TrackerError::no_region("kcf"));
         }
         let p = &self.0;
         let mut target = Target::new(p, frame, region);

@@ -23,7 +23,7 @@
 //! choices of this benchmark, after the NCC baseline of the VOT challenges, which has neither scale
 //! nor update.
 
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -88,12 +88,7 @@ impl TrackerConfig for Ncc {
         false
     }
 
-    fn start(
-        &self,
-        _: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let tracker = Tracking { params: self.0.clone(), target: Target::new(&self.0, frame, region) };
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }

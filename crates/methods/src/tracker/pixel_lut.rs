@@ -50,7 +50,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
@@ -164,15 +164,10 @@ impl TrackerConfig for PixelLut {
         false
     }
 
-    fn start(
-        &self,
-        _: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let given = region.rect();
         if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {
-            return Err(TrackerError::Broken("pixel-lut: the first region is no region".into()));
+            return Err(TrackerError::no_region("pixel-lut"));
         }
         let p = &self.0;
         let (cx, cy) = given.center();

@@ -70,7 +70,7 @@ mod tests;
 pub use fault::ProgramFault;
 pub use programs::{Program, Programs, Protocol, Regions, UnknownProgram};
 
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::Frames;
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -133,12 +133,7 @@ impl TrackerConfig for Process {
         Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let Some(program) = &self.program else {
             let name = &self.params.program;
             return Err(TrackerError::Missing(format!("the program {name} is not known here")));

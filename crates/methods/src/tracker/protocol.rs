@@ -26,7 +26,7 @@
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
 
-use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::Sequence;
 use crate::image::Frame;
 use crate::num::seed;
@@ -146,12 +146,7 @@ impl TrackerConfig for Under {
         self.config.inputs(context)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let truth = &context.sequence.truth;
         let first = match self.protocol {
             RunProtocol::OtbTemporal => start_frame(truth, context.run),

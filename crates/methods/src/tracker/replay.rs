@@ -33,7 +33,7 @@
 //! All files are read at the start, whose answer is the file's first state, whatever region it is given.
 
 use super::results::{Base, BoxError, Boxes, got10k, official_span, otb_json, otb_text, vot};
-use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -278,7 +278,7 @@ impl TrackerConfig for Replay {
         Ok(vec![self.find(context.sequence, context.run, context.data_root)?.path])
     }
 
-    fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> StartResult {
         let states = self.read(context.sequence, context.run, context.data_root)?;
         let mut player = Player { states, next: 0 };
         let first = player.step()?;

@@ -29,7 +29,7 @@
 //! nearly equal that a gray level of noise moves its precision from 0.74 to 0.35 or 0.30.
 
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
@@ -124,14 +124,9 @@ impl TrackerConfig for Samf {
         false
     }
 
-    fn start(
-        &self,
-        _: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-            return Err(TrackerError::Broken("samf: the first region is no region".into()));
+            return Err(TrackerError::no_region("samf"));
         }
         let p = &self.0;
         let mut target = Target::new(p, frame, region);

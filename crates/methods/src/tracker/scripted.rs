@@ -19,7 +19,7 @@
 //! the sequence's end do nothing. This tracker is not from any paper; tests use it because its events are
 //! known beforehand.
 
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed::{rng, seed};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -124,12 +124,7 @@ impl TrackerConfig for Scripted {
         true
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        _: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         let truth = context.sequence.truth.clone();
         let start = truth.iter().position(|t| t.as_ref() == Some(region)).unwrap_or(0);
         let last = region.clone();

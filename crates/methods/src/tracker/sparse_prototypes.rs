@@ -48,7 +48,7 @@ mod likelihood;
 mod tests;
 
 use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
-use super::{RunContext, StartedTracker, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
@@ -171,12 +171,7 @@ impl TrackerConfig for SparsePrototypes {
         show_params(&self.0)
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         Tracking::start(self.0.model(), context.seed, frame, region)
     }
 }
@@ -238,12 +233,7 @@ pub(super) struct Tracking {
 
 impl Tracking {
     /// Starts a tracker and returns it with its first state.
-    pub(super) fn start(
-        model: Model,
-        seed: u64,
-        frame: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    pub(super) fn start(model: Model, seed: u64, frame: &Frame, region: &Region) -> StartResult {
         let tracker = Self::new(model, seed, frame, region)?;
         let posterior = Some(tracker.candidates.certain(&tracker.estimate, 1.0));
         let state = TrackerState { region: region.clone(), status: Status::Initialized, posterior };
@@ -253,7 +243,7 @@ impl Tracking {
     /// The window of the first region is the first one that is learned.
     fn new(model: Model, seed: u64, frame: &Frame, region: &Region) -> Result<Self, TrackerError> {
         let Some(geometry) = TEMPLATE.geometry(region) else {
-            return Err(TrackerError::Broken(format!("{}: the first region is no region", model.name)));
+            return Err(TrackerError::no_region(model.name));
         };
         let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];

@@ -3,7 +3,7 @@
 //! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
 //! own first place. It has no parameters and no randomness.
 
-use super::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -35,7 +35,7 @@ impl TrackerConfig for Still {
         false
     }
 
-    fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         Ok((Box::new(Tracking(region.clone())), TrackerState::initialized(region.clone())))
     }
 }

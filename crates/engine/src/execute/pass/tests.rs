@@ -5,7 +5,7 @@ use crate::dataset::{Frames, Numbering, Render};
 use crate::image::Frame;
 use crate::region::{Rect, Region};
 use crate::signal::SIGNALS;
-use crate::tracker::{RunContext, StartedTracker, Tracker, TrackerConfig, TrackerError};
+use crate::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 use std::time::Duration;
 
 /// Gray frames; decoding panics from the frame of its number on.
@@ -43,7 +43,7 @@ impl TrackerConfig for Bad {
         serde_json::Value::Null
     }
 
-    fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialized(region.clone())))
     }
 }

@@ -39,12 +39,7 @@ impl TrackerConfig for Drifting {
         false
     }
 
-    fn start(
-        &self,
-        context: &RunContext<'_>,
-        _: &Frame,
-        region: &Region,
-    ) -> Result<StartedTracker, TrackerError> {
+    fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         let tracker = (region.clone(), context.start_frame);
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
