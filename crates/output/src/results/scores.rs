@@ -10,7 +10,6 @@ use crate::engine::CellError;
 use crate::engine::{Cell, Outcome};
 use crate::score::{Counts, Metric, Pooled};
 use crate::spec::Experiment;
-use std::collections::BTreeMap;
 
 const STATUS: Column = Column::text(
     "status",
@@ -188,19 +187,4 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
         counts: Counts { tp: tp[i], fp: fp[i], fn_: fn_[i], tn: tn[i] },
     };
     Ok((0..rows.len()).map(cell).collect())
-}
-
-/// The summed counts of the cells with each key; cells without a key are left out.
-pub fn sums<'s, K: Ord>(
-    scores: impl IntoIterator<Item = &'s CellScore>,
-    key: impl Fn(&'s CellScore) -> Option<K>,
-) -> BTreeMap<K, Counts> {
-    let mut sums: BTreeMap<K, Counts> = BTreeMap::new();
-    for score in scores {
-        if let Some(key) = key(score) {
-            let sum = sums.entry(key).or_default();
-            *sum = [*sum, score.counts].into_iter().sum();
-        }
-    }
-    sums
 }
