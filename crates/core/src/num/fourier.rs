@@ -1,4 +1,4 @@
-//! Discrete Fourier transforms of real planes in `f32`, and the Hann window that goes before them.
+//! Discrete Fourier transforms of real planes in `f32` and of real lines in `f64`, and the Hann window that goes before them.
 //!
 //! ```text
 //! X[k, l] = sum_{i, j} x[i, j] exp(-2 pi I (i k / w + j l / h))        i, k: columns, j, l: rows, from 0
@@ -12,6 +12,9 @@
 //! Any size works, primes too (by Rader's or Bluestein's algorithm). The transforms are `rustfft`'s; their last
 //! bits depend on the processor's instruction set, so whole-number decisions must not hang on them.
 
+mod line;
+
+pub use line::{Complex64, LineFourier};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;

@@ -25,12 +25,10 @@
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
+use crate::num::fourier::{Complex64, LineFourier};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -206,13 +204,11 @@ struct Correlator {
     w: usize,
     h: usize,
     radius: usize,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
+    fourier: LineFourier,
     line: Vec<f64>,
-    spectrum: Vec<Complex<f64>>,
-    scratch: Vec<Complex<f64>>,
+    spectrum: Vec<Complex64>,
     /// Conjugate spectrum of the template, divided by the transform's length.
-    template: Vec<Complex<f64>>,
+    template: Vec<Complex64>,
     sum: i64,
     energy: i64,
 }
@@ -220,12 +216,11 @@ struct Correlator {
 impl Correlator {
     fn new(w: usize, h: usize, radius: usize) -> Self {
         let length = smooth((w + 2 * radius) * (h + 2 * radius));
-        let mut planner = RealFftPlanner::new();
-        let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-        let scratch = vec![Complex::default(); forward.get_scratch_len().max(backward.get_scratch_len())];
-        let (line, spectrum) = (forward.make_input_vec(), forward.make_output_vec());
+        let fourier = LineFourier::new(length);
+        let line = vec![0.0; length];
+        let spectrum = vec![Complex64::default(); fourier.spectrum_len()];
         let template = spectrum.clone();
-        Self { w, h, radius, forward, backward, line, spectrum, scratch, template, sum: 0, energy: 0 }
+        Self { w, h, radius, fourier, line, spectrum, template, sum: 0, energy: 0 }
     }
 
     fn width(&self) -> usize {
@@ -245,7 +240,7 @@ impl Correlator {
                 self.energy += t * t;
             }
         }
-        transform(&*self.forward, &mut self.line, &mut self.spectrum, &mut self.scratch);
+        self.fourier.forward(&mut self.line, &mut self.spectrum);
         for (t, s) in self.template.iter_mut().zip(&self.spectrum) {
             *t = s.conj() / n;
         }
@@ -260,17 +255,11 @@ impl Correlator {
             *o = centered(v);
         }
         let (sums, squares) = integrals(area, width);
-        transform(&*self.forward, &mut self.line, &mut self.spectrum, &mut self.scratch);
+        self.fourier.forward(&mut self.line, &mut self.spectrum);
         for (s, t) in self.spectrum.iter_mut().zip(&self.template) {
             *s *= t;
         }
-        // A real line's spectrum is real at both ends; products may leave a rounding error there.
-        let last = self.spectrum.len() - 1;
-        for k in [0, last] {
-            self.spectrum[k].im = 0.0;
-        }
-        let done = self.backward.process_with_scratch(&mut self.spectrum, &mut self.line, &mut self.scratch);
-        debug_assert!(done.is_ok());
+        self.fourier.backward(&mut self.spectrum, &mut self.line);
 
         let n = (self.w * self.h) as i64;
         let spread_t = n * self.energy - self.sum * self.sum;
@@ -300,17 +289,6 @@ impl Correlator {
 /// Gray levels around 0, which keeps the sums small; the score does not change.
 fn centered(v: u8) -> f64 {
     f64::from(v) - 128.0
-}
-
-fn transform(
-    fft: &dyn RealToComplex<f64>,
-    line: &mut [f64],
-    spectrum: &mut [Complex<f64>],
-    scratch: &mut [Complex<f64>],
-) {
-    // It only refuses buffers of other lengths than its own, and these are made for it.
-    let done = fft.process_with_scratch(line, spectrum, scratch);
-    debug_assert!(done.is_ok());
 }
 
 /// Integral images of the centered gray values and of their squares, with a row and a column of zeros

@@ -1,9 +1,9 @@
 //! Masses of one value, and their power under convolution.
 
 use super::{AccumulationError, Grid, MAX_SUM_CELLS};
+use crate::num::fourier::{Complex64, LineFourier};
 use crate::num::gamma_mixture::{Component, Mixture};
 use crate::num::special::{gamma_cdf, gamma_survival, ln_gamma};
-use realfft::RealFftPlanner;
 
 /// Nodes in `(0, 1)` and weights of the Gauss-Legendre rule of four points.
 const NODES: [f64; 4] =
@@ -91,19 +91,16 @@ pub(super) fn power(one: &[f64], length: usize, grid: &Grid) -> Result<Vec<f64>,
         return Err(AccumulationError::TooWide(grid.step));
     }
     let size = transform_size(cells.max(one.len()));
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, backward) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
-    let mut masses = forward.make_input_vec();
-    masses[..one.len()].copy_from_slice(one);
-    let mut spectrum = forward.make_output_vec();
-    // The buffers have the sizes that the plans ask for, so neither transform can fail.
-    let failed = |_| AccumulationError::TooWide(grid.step);
-    forward.process(&mut masses, &mut spectrum).map_err(failed)?;
     let exponent = u32::try_from(length).map_err(|_| AccumulationError::Length(length))?;
+    let mut fourier = LineFourier::new(size);
+    let mut masses = vec![0.0; size];
+    masses[..one.len()].copy_from_slice(one);
+    let mut spectrum = vec![Complex64::default(); fourier.spectrum_len()];
+    fourier.forward(&mut masses, &mut spectrum);
     for value in &mut spectrum {
         *value = value.powu(exponent);
     }
-    backward.process(&mut spectrum, &mut masses).map_err(failed)?;
+    fourier.backward(&mut spectrum, &mut masses);
     masses.truncate(full);
     for mass in &mut masses {
         *mass = (*mass / size as f64).max(0.0);
