@@ -9,7 +9,7 @@ pub mod value;
 
 use super::{Failure, output, run::read_spec};
 use crate::engine::store;
-use script::{Plan, REPORT, SHARDS, SUBMIT};
+use script::{ClusterRun, REPORT, SHARDS, SUBMIT};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use value::{Setting, Word};
@@ -89,8 +89,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write(&format!("shards: job {shards}\nreport: job {report}\n"))
 }
 
-/// Checks everything that could make a script wrong.
-fn plan(args: &Args) -> Result<Plan, Failure> {
+/// Checks every argument that appears in a script.
+fn plan(args: &Args) -> Result<ClusterRun, Failure> {
     let data_root = super::data_root(args.data_root.as_deref())?;
     let catalog = super::catalog(data_root.as_deref())?;
     let mut specs = Vec::new();
@@ -102,7 +102,7 @@ fn plan(args: &Args) -> Result<Plan, Failure> {
     }
     let program = std::env::current_exe().map_err(|e| Failure::io(format!("path of this program: {e}")))?;
     let folder = std::path::absolute(&args.output).map_err(|e| unusable(&args.output, &e))?;
-    Ok(Plan {
+    Ok(ClusterRun {
         program: Word::path(&program).map_err(usage)?,
         specs,
         shards: args.shards,
@@ -134,7 +134,7 @@ fn usage(e: value::ValueError) -> Failure {
     Failure::usage(e.to_string())
 }
 
-/// Calls sbatch and gives the job's number.
+/// Submits a script with sbatch; returns the job's number.
 fn submit(arguments: &[String]) -> Result<String, String> {
     let output = Command::new("sbatch").args(arguments).output().map_err(|e| {
         format!("sbatch cannot be started ({e}); run {SUBMIT} on a machine that submits to the cluster")

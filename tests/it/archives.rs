@@ -8,7 +8,7 @@ use crate::tools::files;
 use proptest::prelude::*;
 use std::path::Path;
 use trackfail::dataset::archive::Packing;
-use trackfail::dataset::fetch::{Caps, FetchError, MARKER, Why};
+use trackfail::dataset::fetch::{Caps, FetchError, MARKER, MemberFault};
 
 /// Fetches an archive into a data root inside `outer`.
 fn fetched(outer: &Path, packing: Packing, bytes: Vec<u8>, caps: Caps) -> Result<(), FetchError> {
@@ -41,9 +41,9 @@ fn refused(packing: Packing, bytes: Vec<u8>, caps: Caps) -> FetchError {
 }
 
 #[track_caller]
-fn refused_member(packing: Packing, bytes: Vec<u8>, caps: Caps, name: &[u8], why: &Why) {
+fn refused_member(packing: Packing, bytes: Vec<u8>, caps: Caps, name: &[u8], why: &MemberFault) {
     let error = refused(packing, bytes, caps);
-    let FetchError::Member { member, why: found, .. } = &error else { panic!("{error}") };
+    let FetchError::Member { member, reason: found, .. } = &error else { panic!("{error}") };
     assert_eq!(member.as_bytes(), String::from_utf8_lossy(name).as_bytes(), "{error}");
     assert_eq!(found, why, "{error}");
     assert!(!error.to_string().contains(char::is_control), "{error:?}");
@@ -61,27 +61,27 @@ fn tar_after(bad: &[Taped]) -> Vec<u8> {
 fn names_that_lead_elsewhere_or_cannot_be_stored() {
     let long = format!("seq/{}", "x".repeat(256));
     let deep = "seq".to_owned() + &"/d".repeat(16);
-    let names: [(&[u8], Why); 20] = [
-        (b"../canary", Why::Dots),
-        (b"seq/../../../canary", Why::Dots),
-        (b"seq/./a", Why::Dots),
-        (b"/canary", Why::Absolute),
-        (b"//host/share", Why::Absolute),
-        (b"C:\\canary", Why::Backslash),
-        (b"..\\canary", Why::Backslash),
-        (b"C:canary", Why::Colon),
-        (b"seq/a:stream", Why::Colon),
-        (b"seq//a", Why::Empty),
-        (b"seq/\x1b[2J", Why::Control),
-        (b"seq/a\nb", Why::Control),
-        (b"seq/\xff\xfe", Why::NotUtf8),
-        (b"seq/NUL.jpg", Why::Device),
-        (b"seq/com7", Why::Device),
-        (b"seq/a.", Why::End),
-        (b"seq/a ", Why::End),
-        (b"seq /a", Why::End),
-        (long.as_bytes(), Why::Long),
-        (deep.as_bytes(), Why::Deep(16)),
+    let names: [(&[u8], MemberFault); 20] = [
+        (b"../canary", MemberFault::Dots),
+        (b"seq/../../../canary", MemberFault::Dots),
+        (b"seq/./a", MemberFault::Dots),
+        (b"/canary", MemberFault::Absolute),
+        (b"//host/share", MemberFault::Absolute),
+        (b"C:\\canary", MemberFault::Backslash),
+        (b"..\\canary", MemberFault::Backslash),
+        (b"C:canary", MemberFault::Colon),
+        (b"seq/a:stream", MemberFault::Colon),
+        (b"seq//a", MemberFault::Empty),
+        (b"seq/\x1b[2J", MemberFault::Control),
+        (b"seq/a\nb", MemberFault::Control),
+        (b"seq/\xff\xfe", MemberFault::NotUtf8),
+        (b"seq/NUL.jpg", MemberFault::Device),
+        (b"seq/com7", MemberFault::Device),
+        (b"seq/a.", MemberFault::End),
+        (b"seq/a ", MemberFault::End),
+        (b"seq /a", MemberFault::End),
+        (long.as_bytes(), MemberFault::Long),
+        (deep.as_bytes(), MemberFault::Deep(16)),
     ];
     for (name, why) in names {
         refused_member(Packing::Zip, zip_after(zipped(name, b"x")), Caps::default(), name, &why);
@@ -97,12 +97,12 @@ fn names_that_lead_elsewhere_or_cannot_be_stored() {
         }
     }
     // In a tar file a name ends at NUL, so only a zip file can have these.
-    for (name, why) in [(&b"seq/a\0.jpg"[..], Why::Control), (b"", Why::Empty)] {
+    for (name, why) in [(&b"seq/a\0.jpg"[..], MemberFault::Control), (b"", MemberFault::Empty)] {
         refused_member(Packing::Zip, zip_after(zipped(name, b"x")), Caps::default(), name, &why);
     }
     // Outside the folder that is wanted, too.
     let name = b"elsewhere/../../x";
-    refused_member(Packing::Zip, zip_after(zipped(name, b"x")), Caps::default(), name, &Why::Dots);
+    refused_member(Packing::Zip, zip_after(zipped(name, b"x")), Caps::default(), name, &MemberFault::Dots);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn what_is_neither_file_nor_folder() {
         (0o140_666, "special file"),
     ] {
         let bytes = zip_after(Zipped { mode, ..zipped("seq/bad", b"../../canary") });
-        refused_member(Packing::Zip, bytes, Caps::default(), b"seq/bad", &Why::Kind(kind));
+        refused_member(Packing::Zip, bytes, Caps::default(), b"seq/bad", &MemberFault::Kind(kind));
     }
     for (type_flag, kind) in [
         (b'1', "hard link"),
@@ -130,22 +130,22 @@ fn what_is_neither_file_nor_folder() {
         let bad = Taped { link: b"../../canary", ..special("seq/bad", type_flag, b"") };
         // The classic: a link first, and a file written through it.
         let bytes = tar_after(&[bad, taped("seq/bad/a", b"x")]);
-        refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/bad", &Why::Kind(kind));
+        refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/bad", &MemberFault::Kind(kind));
     }
 }
 
 #[test]
 fn paths_that_are_there_twice() {
     for (one, two, why) in [
-        ("seq/a", "seq/a", Why::Twice),
-        ("seq/a", "seq/A", Why::Twice),
-        ("seq/a", "./seq/a", Why::Twice),
-        ("seq/É", "seq/é", Why::Twice),
-        ("seq/img/1", "seq/IMG/2", Why::Twice),
-        ("seq/a", "seq/a/b", Why::FileAndFolder),
-        ("seq/a/b", "seq/a", Why::FileAndFolder),
-        ("seq/a/b", "seq/A", Why::FileAndFolder),
-        ("x/a", "x/A", Why::Twice),
+        ("seq/a", "seq/a", MemberFault::Twice),
+        ("seq/a", "seq/A", MemberFault::Twice),
+        ("seq/a", "./seq/a", MemberFault::Twice),
+        ("seq/É", "seq/é", MemberFault::Twice),
+        ("seq/img/1", "seq/IMG/2", MemberFault::Twice),
+        ("seq/a", "seq/a/b", MemberFault::FileAndFolder),
+        ("seq/a/b", "seq/a", MemberFault::FileAndFolder),
+        ("seq/a/b", "seq/A", MemberFault::FileAndFolder),
+        ("x/a", "x/A", MemberFault::Twice),
     ] {
         let bytes = zip(&[zipped("seq/good", b"good"), zipped(one, b"1"), zipped(two, b"2")]);
         refused_member(Packing::Zip, bytes, Caps::default(), two.as_bytes(), &why);
@@ -161,15 +161,15 @@ fn more_than_the_caps_allow() {
     let noise: Vec<u8> = (0..2001_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let member = |name: &str, n: usize| (name.to_owned(), noise[..n].to_vec());
     let cases = [
-        (vec![member("seq/big", 2001)], roomy, "seq/big", Why::Large(2000)),
-        (vec![member("seq/a", 1600), member("seq/b", 1600)], roomy, "seq/b", Why::Total(3000)),
-        ((0..5).map(|k| member(&format!("seq/{k}"), 1)).collect(), roomy, "seq/4", Why::Many(4)),
-        (vec![member("seq/1/2/3", 1)], roomy, "seq/1/2/3", Why::Deep(3)),
+        (vec![member("seq/big", 2001)], roomy, "seq/big", MemberFault::Large(2000)),
+        (vec![member("seq/a", 1600), member("seq/b", 1600)], roomy, "seq/b", MemberFault::Total(3000)),
+        ((0..5).map(|k| member(&format!("seq/{k}"), 1)).collect(), roomy, "seq/4", MemberFault::Many(4)),
+        (vec![member("seq/1/2/3", 1)], roomy, "seq/1/2/3", MemberFault::Deep(3)),
         (
             vec![("seq/a".into(), vec![0; 2000]), ("seq/b".into(), vec![0; 2000])],
             Caps { total: 1 << 20, ratio: 2, slack: 2500, ..tiny },
             "seq/b",
-            Why::Ratio(2),
+            MemberFault::Ratio(2),
         ),
     ];
     for (members, caps, name, why) in cases {
@@ -184,16 +184,22 @@ fn more_than_the_caps_allow() {
 fn sizes_that_are_not_true() {
     for claim in [1 << 62, u64::MAX - 512] {
         let bytes = zip_after(Zipped { size: Some(claim), ..zipped("seq/bad", b"x") });
-        refused_member(Packing::Zip, bytes, Caps::default(), b"seq/bad", &Why::Large(1 << 36));
+        refused_member(Packing::Zip, bytes, Caps::default(), b"seq/bad", &MemberFault::Large(1 << 36));
     }
     let bytes = tar_after(&[Taped { size: Some(1 << 62), ..taped("seq/bad", b"x") }]);
-    refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/bad", &Why::Large(1 << 36));
+    refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/bad", &MemberFault::Large(1 << 36));
     // Fewer bytes than announced, and more: a bomb that says it is small.
     let few = zip_after(Zipped { size: Some(9), ..zipped("seq/bad", b"12345") });
-    refused_member(Packing::Zip, few, Caps::default(), b"seq/bad", &Why::Length { got: 5, declared: 9 });
+    refused_member(
+        Packing::Zip,
+        few,
+        Caps::default(),
+        b"seq/bad",
+        &MemberFault::Length { got: 5, declared: 9 },
+    );
     let bomb = Zipped { size: Some(3), deflated: true, ..zipped("seq/bad", &vec![0; 100_000]) };
     let error = refused(Packing::Zip, zip_after(bomb), Caps::default());
-    assert!(matches!(error, FetchError::Member { why: Why::Damaged(_), .. }), "{error}");
+    assert!(matches!(error, FetchError::Member { reason: MemberFault::Damaged(_), .. }), "{error}");
 }
 
 #[test]
@@ -201,12 +207,12 @@ fn a_bomb_beside_the_wanted_folder_does_not_go_off_either() {
     let caps = Caps { ratio: 2, slack: 1000, entries: 10, ..Caps::default() };
     let zeros = vec![0; 1 << 20];
     let bytes = zip_after(Zipped { deflated: true, ..zipped("other/zeros", &zeros) });
-    refused_member(Packing::Zip, bytes, caps, b"other/zeros", &Why::Ratio(2));
+    refused_member(Packing::Zip, bytes, caps, b"other/zeros", &MemberFault::Ratio(2));
     let bytes = tar_after(&[taped("other/zeros", &zeros), taped("seq/a", b"")]);
-    refused_member(Packing::TarGz, bytes, caps, b"other/zeros", &Why::Ratio(2));
+    refused_member(Packing::TarGz, bytes, caps, b"other/zeros", &MemberFault::Ratio(2));
     // Nor behind the end of the archive.
     let bytes = [tar_after(&[]), gz(&zeros)].concat();
-    refused_member(Packing::TarGz, bytes, caps, b"seq/good", &Why::Ratio(2));
+    refused_member(Packing::TarGz, bytes, caps, b"seq/good", &MemberFault::Ratio(2));
 }
 
 #[test]
@@ -214,9 +220,9 @@ fn a_thousand_to_one() {
     let zeros = vec![0; 80 << 20];
     let bytes = zip_after(Zipped { deflated: true, ..zipped("seq/zeros", &zeros) });
     assert!(bytes.len() < zeros.len() / 900);
-    refused_member(Packing::Zip, bytes, Caps::default(), b"seq/zeros", &Why::Ratio(100));
+    refused_member(Packing::Zip, bytes, Caps::default(), b"seq/zeros", &MemberFault::Ratio(100));
     let bytes = tar_after(&[taped("seq/zeros", &zeros)]);
-    refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/zeros", &Why::Ratio(100));
+    refused_member(Packing::TarGz, bytes, Caps::default(), b"seq/zeros", &MemberFault::Ratio(100));
 }
 
 #[test]
@@ -224,7 +230,7 @@ fn a_million_members() {
     let caps = Caps { entries: 1000, ..Caps::default() };
     let folders = (0..2000).map(|k| special(format!("seq/{k}/"), b'5', b""));
     let bytes = tar_gz(&folders.collect::<Vec<_>>());
-    refused_member(Packing::TarGz, bytes, caps, b"seq/1000/", &Why::Many(1000));
+    refused_member(Packing::TarGz, bytes, caps, b"seq/1000/", &MemberFault::Many(1000));
     // A list of members that is itself too long is not read to its end.
     let member = |k: usize| Zipped { same_as: (k > 0).then_some(0), ..zipped(format!("seq/{k}"), b"") };
     let bytes = zip(&(0..60_000).map(member).collect::<Vec<_>>());
@@ -235,26 +241,26 @@ fn a_million_members() {
 #[test]
 fn members_that_are_locked_damaged_or_share_bytes() {
     let locked = zip_after(Zipped { flags: 1, ..zipped("seq/bad", b"secret secret") });
-    refused_member(Packing::Zip, locked, Caps::default(), b"seq/bad", &Why::Encrypted);
+    refused_member(Packing::Zip, locked, Caps::default(), b"seq/bad", &MemberFault::Encrypted);
     let other = zip_after(Zipped { method: Some(14), ..zipped("seq/bad", b"x") });
     let error = refused(Packing::Zip, other, Caps::default());
-    assert!(matches!(error, FetchError::Member { why: Why::Method(_), .. }), "{error}");
+    assert!(matches!(error, FetchError::Member { reason: MemberFault::Method(_), .. }), "{error}");
     let wrong = zip_after(Zipped { checksum: Some(1), ..zipped("seq/bad", b"x") });
     let error = refused(Packing::Zip, wrong, Caps::default());
-    assert!(matches!(error, FetchError::Member { why: Why::Damaged(_), .. }), "{error}");
+    assert!(matches!(error, FetchError::Member { reason: MemberFault::Damaged(_), .. }), "{error}");
     let shared = zip_after(Zipped { same_as: Some(0), ..zipped("seq/bad", b"good") });
     let error = refused(Packing::Zip, shared, Caps::default());
-    assert!(matches!(error, FetchError::Member { why: Why::Overlap, .. }), "{error}");
+    assert!(matches!(error, FetchError::Member { reason: MemberFault::Overlap, .. }), "{error}");
     // Headers other readers would take another size or name from.
     for (kind, key) in [(b'x', "size"), (b'x', "linkpath"), (b'x', "GNU.sparse.name"), (b'g', "path")] {
         let bytes = tar_after(&[special("h", kind, &record(key, b"1")), taped("seq/bad", b"x")]);
-        refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &Why::Header(key.into()));
+        refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &MemberFault::Header(key.into()));
     }
     let bytes = tar_after(&[special("h", b'L', &[b'x'; 70_000]), taped("seq/bad", b"x")]);
-    refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &Why::Large(1 << 16));
+    refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &MemberFault::Large(1 << 16));
     let long = special("h", b'L', b"seq/b");
     let bytes = tar_after(&[long.clone(), long.clone(), taped("seq/bad", b"x")]);
-    refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &Why::Twice);
+    refused_member(Packing::TarGz, bytes, Caps::default(), b"h", &MemberFault::Twice);
     assert!(matches!(
         refused(Packing::TarGz, tar_after(&[long]), Caps::default()),
         FetchError::NotAnArchive { .. }

@@ -50,7 +50,7 @@ fn command(root: &Path, words: &[&str]) -> Ran {
     let output = command.output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     let code = output.status.code().unwrap();
-    // A panic would be 101.
+    // A panic exits with 101.
     assert!((0..=5).contains(&code), "{code} {}", String::from_utf8_lossy(&output.stderr));
     Ran { code, stdout: text(output.stdout), stderr: text(output.stderr) }
 }

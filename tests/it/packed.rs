@@ -18,7 +18,7 @@ pub struct Zipped {
     /// Unpacked size, where not the true one.
     pub size: Option<u64>,
     pub checksum: Option<u32>,
-    /// No bytes of its own, but those of the member of this number.
+    /// Number of the member whose bytes this one shares.
     pub same_as: Option<usize>,
 }
 

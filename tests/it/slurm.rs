@@ -8,9 +8,9 @@ use proptest::prelude::*;
 use scripts::{HOSTILE, calls, executable, expected, plan};
 use std::path::Path;
 use std::process::{Command, Output};
-use trackfail::cli::slurm::script::{Plan, REPORT, SHARDS, SUBMIT};
+use trackfail::cli::slurm::script::{ClusterRun, REPORT, SHARDS, SUBMIT};
 
-/// Prints its words, each behind it a NUL, and the end of the call.
+/// Shell function that prints its arguments, each followed by a NUL, and a mark at the end of the call.
 const PRINT_CALL: &str = r#"printf '%s\0' "$@"; printf '\036'"#;
 
 /// The calls of the program by a script that a shell runs as a task of the array.
@@ -34,7 +34,7 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join(HOSTILE);
         executable(&program, PRINT_CALL);
-        let plan = Plan { separate, ..plan(&program, &root) };
+        let plan = ClusterRun { separate, ..plan(&program, &root) };
         for shell in ["sh", "bash"] {
             let shards = run_script(shell, &plan.shards_script());
             prop_assert_eq!(shards, vec![expected(&plan, Some("2"))]);
@@ -50,7 +50,7 @@ fn the_report_merges_the_stores_that_are_there() {
     let program = folder.path().join("program");
     executable(&program, PRINT_CALL);
     let root = folder.path().join(HOSTILE);
-    let plan = Plan { separate: true, ..plan(&program, root.to_str().unwrap()) };
+    let plan = ClusterRun { separate: true, ..plan(&program, root.to_str().unwrap()) };
     let results = plan.results.text();
     for shard in [1, 3] {
         std::fs::create_dir_all(format!("{results}/shards/{shard}/.store")).unwrap();

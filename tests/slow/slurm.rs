@@ -10,13 +10,13 @@ use scripts::{HOSTILE, calls, executable, expected, plan};
 use std::process::Command;
 use trackfail::cli::slurm::script::{REPORT, SHARDS, SUBMIT};
 
-/// The array's and the report's job, as they are told once submitted.
+/// Numbers of the array's and the report's job, read from the program's output.
 fn job_numbers(told: &str) -> [String; 2] {
     let numbers: Vec<_> = told.lines().filter_map(|l| l.rsplit(' ').next()).map(str::to_string).collect();
     numbers.try_into().unwrap_or_else(|_| panic!("{told}"))
 }
 
-/// Records its words in a file named after its share. Share 2 has failed cells; share 3 works until it
+/// A program that writes its arguments to a file named after its share. Share 2 has failed cells; share 3 works until it
 /// is told to stop.
 const TASK: &str = r#"
 share=report previous=
@@ -96,7 +96,7 @@ fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
         cluster.wait_until_idle();
         let codes = jobs.map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
         assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
-        // The report had nothing left to compute.
+        // The report job computes nothing.
         let log = std::fs::read_to_string(root.join(name).join("report.log")).unwrap();
         assert!(log.contains("tracks 0 computed, 78 cached; signals 0 computed, 198 cached"), "{log}");
         for folder in ["results/quickstart", "reports"] {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use trackfail::cli::slurm::script::Plan;
+use trackfail::cli::slurm::script::ClusterRun;
 use trackfail::cli::slurm::value::{Setting, Word};
 
 /// A name with everything that a shell or sbatch takes for something else.
@@ -16,8 +16,8 @@ pub fn path(path: &Path) -> Word {
     Word::path(path).unwrap()
 }
 
-pub fn plan(program: &Path, root: &str) -> Plan {
-    Plan {
+pub fn plan(program: &Path, root: &str) -> ClusterRun {
+    ClusterRun {
         program: path(program),
         specs: vec![word("quickstart"), word(&format!("{root}/a.toml"))],
         shards: 3,
@@ -37,7 +37,7 @@ pub fn plan(program: &Path, root: &str) -> Plan {
 }
 
 /// The words of the program for a share, or for the report.
-pub fn expected(plan: &Plan, share: Option<&str>) -> Vec<String> {
+pub fn expected(plan: &ClusterRun, share: Option<&str>) -> Vec<String> {
     let mut words = vec!["run".to_string()];
     words.extend(plan.specs.iter().map(|s| s.text().to_string()));
     words.extend(share.iter().flat_map(|i| ["--shard".to_string(), format!("{i}/{}", plan.shards)]));

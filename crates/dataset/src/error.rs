@@ -42,7 +42,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What is wrong and what is expected.
+        /// Explanation of the error, with what is expected.
         message: String,
     },
     /// A file or folder as a whole.
@@ -50,7 +50,7 @@ pub enum DatasetError {
     Content {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong and what is expected.
+        /// Explanation of the error, with what is expected.
         message: String,
     },
     /// An unknown suite; the message names the nearest one.

@@ -32,7 +32,7 @@ mod unpack;
 
 pub use download::{FetchWatch, Patience};
 pub use error::FetchError;
-pub use member::Why;
+pub use member::MemberFault;
 pub use place::{MARKER, Placed, Workspace};
 pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
 pub use sink::Caps;
@@ -89,9 +89,10 @@ pub fn fetch(
     watch: &dyn FetchWatch,
 ) -> Result<Fetched, FetchError> {
     let archive = &job.archive;
-    let fail = |why| FetchError::Entry { archive: archive.name.clone(), name: archive.name.clone(), why };
+    let fail =
+        |reason| FetchError::Entry { archive: archive.name.clone(), name: archive.name.clone(), reason };
     if entry_parts(archive, &archive.name)?.len() != 1 {
-        return Err(fail(Why::Deep(1)));
+        return Err(fail(MemberFault::Deep(1)));
     }
     let layout = ArchiveLayout::new(archive, &job.folders)?;
     let downloads = space.downloads();

@@ -57,7 +57,7 @@ pub struct Experiment {
     pub paper: Option<String>,
     /// The paper's object: `Table 1`.
     pub object: Option<String>,
-    /// What a reader has to know to judge the numbers.
+    /// Warning to the reader, without which the numbers would be misjudged.
     pub note: Option<String>,
     /// How labels are scored, unless a method names a protocol of its own; `None` without methods.
     pub protocol: Option<&'static Protocol>,

@@ -57,7 +57,7 @@ const MAX_BATCH: usize = 64 << 20;
 pub struct StoreError {
     /// The file or folder.
     pub path: PathBuf,
-    /// What went wrong.
+    /// Cause of the failure.
     pub source: Box<dyn std::error::Error + Send + Sync>,
 }
 

@@ -86,7 +86,7 @@ pub enum ResultsError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Error of reading it.
         source: TableError,
     },
     /// A file with columns is so damaged that polars gives up.
@@ -97,7 +97,7 @@ pub enum ResultsError {
     Json {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Error of reading it.
         source: serde_json::Error,
     },
     /// A file has another digest than the manifest states.

@@ -1,12 +1,12 @@
 //! The texts of the batch scripts: the same plan gives the same bytes.
 //!
 //! `shards.sbatch` is an array; task I becomes `trackfail run --shard I/N`. `exec` puts the program in
-//! the place of the batch shell, which is the process that `--signal=B:TERM` reaches. `report.sbatch`
+//! the place of the batch shell, the process that `--signal=B:TERM` reaches. `report.sbatch`
 //! runs the experiments again over the finished cells. It waits for the array by `afterany`: a task
 //! with failed cells ends with exit code 4 and a task that ran out of time with 130, and after both
 //! there is a report to write; `afterok` would wait for ever.
 //!
-//! Paths stand only where the shell reads them, in quotes. The working directory, and so the folder of
+//! Paths appear only where the shell reads them, in quotes. The working directory, and so the folder of
 //! the logs, is an argument of sbatch.
 
 use super::value::{NOTICE, Setting, Word};
@@ -21,7 +21,7 @@ pub const SUBMIT: &str = "submit.sh";
 
 /// Experiments to run, with their folders and resources. All paths are absolute.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub struct ClusterRun {
     /// The program.
     pub program: Word,
     /// Experiment files, or names of built-in experiments.
@@ -54,7 +54,7 @@ pub struct Plan {
     pub folder: Word,
 }
 
-impl Plan {
+impl ClusterRun {
     /// The text of [`SHARDS`].
     pub fn shards_script(&self) -> String {
         let n = self.shards;
@@ -151,7 +151,7 @@ impl Plan {
         text
     }
 
-    /// The call of the program that the script ends in.
+    /// The last line of a script: the call of the program.
     fn run(&self, more: &[String]) -> String {
         let mut lines = vec![format!("exec {} run", self.program)];
         lines.extend(self.specs.iter().map(Word::to_string));
@@ -163,7 +163,7 @@ impl Plan {
         lines.join(" \\\n    ") + "\n"
     }
 
-    /// Joins the stores of the tasks that have one; a task that never started has none.
+    /// Merges the stores of the tasks; a task that never started has none.
     fn merge(&self) -> String {
         format!(
             "shard=1\n\
@@ -199,8 +199,8 @@ mod tests {
         Word::new(text).unwrap()
     }
 
-    fn plan() -> Plan {
-        Plan {
+    fn plan() -> ClusterRun {
+        ClusterRun {
             program: word("/opt/trackfail"),
             specs: vec![word("quickstart"), word("/home/ann/it's mine.toml")],
             shards: 3,
@@ -219,8 +219,8 @@ mod tests {
         }
     }
 
-    fn bare() -> Plan {
-        Plan {
+    fn bare() -> ClusterRun {
+        ClusterRun {
             specs: vec![word("quickstart")],
             separate: true,
             allow_missing: true,

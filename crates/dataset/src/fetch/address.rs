@@ -15,7 +15,7 @@ impl Address {
     /// # Errors
     /// [`FetchError::Address`] for anything else.
     pub fn parse(url: &str) -> Result<Self, FetchError> {
-        let fail = |why: &str| FetchError::Address { url: url.into(), why: why.into() };
+        let fail = |reason: &str| FetchError::Address { url: url.into(), reason: reason.into() };
         let uri: Uri = url.parse().map_err(|e| fail(&format!("no address ({e})")))?;
         match uri.scheme_str() {
             Some("http" | "https") => {}
@@ -55,7 +55,7 @@ impl Address {
     /// # Errors
     /// [`FetchError::Redirect`] when it is not to be followed.
     pub fn redirected(&self, location: &str) -> Result<Self, FetchError> {
-        let refuse = |why| FetchError::Redirect { url: self.text(), to: location.into(), why };
+        let refuse = |reason| FetchError::Redirect { url: self.text(), to: location.into(), reason };
         let scheme = self.0.scheme_str().unwrap_or_default();
         let authority = self.0.authority().map_or("", |a| a.as_str());
         let location = location.split('#').next().unwrap_or_default();

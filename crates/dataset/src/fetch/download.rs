@@ -180,7 +180,12 @@ impl ActiveDownload<'_> {
             failures = if gained { 1 } else { failures + 1 };
             let allowed = if heard { self.patience.attempts } else { self.patience.attempts.min(3) };
             if failures >= allowed {
-                return Err(FetchError::Network { url: self.address.text(), what, attempts: failures, kept });
+                return Err(FetchError::Network {
+                    url: self.address.text(),
+                    reason: what,
+                    attempts: failures,
+                    kept,
+                });
             }
             let doubled = self.patience.pause.saturating_mul(1 << (failures - 1).min(16));
             let pause = wait.unwrap_or(doubled).min(self.patience.longest);
@@ -278,8 +283,8 @@ impl ActiveDownload<'_> {
             }
             let response = match request.call() {
                 Ok(response) => response,
-                Err(ureq::Error::BadUri(why)) => {
-                    return Err(FetchError::Address { url: address.text(), why });
+                Err(ureq::Error::BadUri(reason)) => {
+                    return Err(FetchError::Address { url: address.text(), reason });
                 }
                 Err(e) => {
                     let what = format!("no answer ({e})");
@@ -294,7 +299,7 @@ impl ActiveDownload<'_> {
             address = address.redirected(&location)?;
         }
         let (url, to) = (self.address.text(), address.text());
-        Err(FetchError::Redirect { url, to, why: "which is one redirect too many" })
+        Err(FetchError::Redirect { url, to, reason: "which is one redirect too many" })
     }
 
     /// Compares the size a server announces with the expected one, before anything is written.

@@ -1,28 +1,28 @@
 //! Why something was not fetched, and what to do about it.
 
-use super::member::Why;
+use super::member::MemberFault;
 use std::path::{Path, PathBuf};
 
 /// Why a download or an archive came to nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum FetchError {
     /// An address that is never asked.
-    #[error("{url}: {why}; only complete http:// and https:// addresses are fetched")]
+    #[error("{url}: {reason}; only complete http:// and https:// addresses are fetched")]
     Address {
         /// As it was given.
         url: String,
-        /// What is wrong with it.
-        why: String,
+        /// Part of the address that is not allowed.
+        reason: String,
     },
     /// A name or folder of `datasets.lock` that cannot be one on disk.
-    #[error("archive {archive}: `{name}` in datasets.lock cannot be a path below the data root: {why}")]
+    #[error("archive {archive}: `{name}` in datasets.lock cannot be a path below the data root: {reason}")]
     Entry {
         /// The archive.
         archive: String,
         /// The name.
         name: String,
-        /// What is wrong with it.
-        why: Why,
+        /// Rule that the name breaks.
+        reason: MemberFault,
     },
     /// An answer that trying again does not change.
     #[error("{url}: the server answers {status}{}", advice(*status))]
@@ -33,25 +33,25 @@ pub enum FetchError {
         status: u16,
     },
     /// A redirect that is not followed.
-    #[error("{url}: sent on to {to:?}, {why}; get the file by hand, or from a --mirror")]
+    #[error("{url}: sent on to {to:?}, {reason}; get the file by hand, or from a --mirror")]
     Redirect {
         /// The address asked last.
         url: String,
         /// Where it points.
         to: String,
         /// Why not.
-        why: &'static str,
+        reason: &'static str,
     },
     /// No connection, or one that breaks again and again.
     #[error(
-        "{url}: {what} (attempt {attempts}, then given up). Is this machine online, and is HTTPS_PROXY set if \
+        "{url}: {reason} (attempt {attempts}, then given up). Is this machine online, and is HTTPS_PROXY set if \
          it needs a proxy? {kept} bytes have arrived and are kept: the same command goes on from there"
     )]
     Network {
         /// The address asked first.
         url: String,
-        /// What happened last.
-        what: String,
+        /// Last failure.
+        reason: String,
         /// Number of attempts.
         attempts: u32,
         /// Bytes in the part file.
@@ -94,22 +94,22 @@ pub enum FetchError {
         got: String,
     },
     /// An archive that is damaged or hostile.
-    #[error("archive {archive}, member {}: {why}; nothing of it is kept", shown(member))]
+    #[error("archive {archive}, member {}: {reason}; nothing of it is kept", shown(member))]
     Member {
         /// The archive.
         archive: String,
         /// Name of the member, as far as it is text.
         member: String,
-        /// What is wrong.
-        why: Why,
+        /// Rule that the member breaks.
+        reason: MemberFault,
     },
     /// A file that is no archive of its kind, or a cut one.
-    #[error("archive {archive}: {what}; nothing of it is kept, fetch it again")]
+    #[error("archive {archive}: {reason}; nothing of it is kept, fetch it again")]
     NotAnArchive {
         /// The archive.
         archive: String,
-        /// What is wrong.
-        what: String,
+        /// Error of reading it.
+        reason: String,
     },
     /// A whole archive without what it was fetched for.
     #[error(

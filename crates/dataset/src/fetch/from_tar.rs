@@ -5,7 +5,7 @@
 //! extended header, sparse files, global paths) is refused.
 
 use super::error::FetchError;
-use super::member::Why;
+use super::member::MemberFault;
 use super::sink::{Metered, Sink, damaged};
 use flate2::read::MultiGzDecoder;
 use std::cell::Cell;
@@ -24,7 +24,7 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
     let room = sink.room().saturating_add(GRANTED.saturating_mul(sink.caps.entries));
     let left = Rc::new(Cell::new(room));
     let inner = MultiGzDecoder::new(BufReader::new(file));
-    let mut archive = Archive::new(Metered { inner, left, why: sink.no_room() });
+    let mut archive = Archive::new(Metered { inner, left, reason: sink.no_room() });
     let mut last: Vec<u8> = Vec::new();
     let mut renamed: Option<Vec<u8>> = None;
     let mut any = false;
@@ -40,9 +40,9 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
         let kind = entry.header().entry_type();
         if let EntryType::GNULongName | EntryType::XHeader | EntryType::XGlobalHeader = kind {
             sink.count(&own)?;
-            let name = extended(&mut entry, kind).map_err(|why| sink.refuse(&own, why))?;
+            let name = extended(&mut entry, kind).map_err(|reason| sink.refuse(&own, reason))?;
             if name.is_some() && renamed.is_some() {
-                return Err(sink.refuse(&own, Why::Twice));
+                return Err(sink.refuse(&own, MemberFault::Twice));
             }
             renamed = name.or(renamed);
             continue;
@@ -53,22 +53,24 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
             EntryType::Directory => true,
             // Older than folders' own type.
             EntryType::Regular | EntryType::Continuous => raw.ends_with(b"/"),
-            EntryType::Symlink => return Err(sink.refuse(&raw, Why::Kind("symbolic link"))),
-            EntryType::Link | EntryType::GNULongLink => return Err(sink.refuse(&raw, Why::Kind("hard link"))),
-            EntryType::Char | EntryType::Block => return Err(sink.refuse(&raw, Why::Kind("device"))),
-            EntryType::Fifo => return Err(sink.refuse(&raw, Why::Kind("named pipe"))),
-            EntryType::GNUSparse => return Err(sink.refuse(&raw, Why::Kind("sparse file"))),
-            _ => return Err(sink.refuse(&raw, Why::Kind("special file"))),
+            EntryType::Symlink => return Err(sink.refuse(&raw, MemberFault::Kind("symbolic link"))),
+            EntryType::Link | EntryType::GNULongLink => {
+                return Err(sink.refuse(&raw, MemberFault::Kind("hard link")));
+            }
+            EntryType::Char | EntryType::Block => return Err(sink.refuse(&raw, MemberFault::Kind("device"))),
+            EntryType::Fifo => return Err(sink.refuse(&raw, MemberFault::Kind("named pipe"))),
+            EntryType::GNUSparse => return Err(sink.refuse(&raw, MemberFault::Kind("sparse file"))),
+            _ => return Err(sink.refuse(&raw, MemberFault::Kind("special file"))),
         };
         let declared = entry.size();
         if is_folder && declared != 0 {
-            return Err(sink.refuse(&raw, Why::FileAndFolder));
+            return Err(sink.refuse(&raw, MemberFault::FileAndFolder));
         }
         match sink.admit(&raw, !is_folder)? {
             Some(path) if is_folder => sink.folder(&path)?,
             Some(path) => sink.file(&raw, &path, declared, &mut entry)?,
             None if declared > sink.caps.member => {
-                return Err(sink.refuse(&raw, Why::Large(sink.caps.member)));
+                return Err(sink.refuse(&raw, MemberFault::Large(sink.caps.member)));
             }
             None => {}
         }
@@ -82,11 +84,11 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
 }
 
 /// The name an extended header gives to the next member.
-fn extended(entry: &mut impl Read, kind: EntryType) -> Result<Option<Vec<u8>>, Why> {
+fn extended(entry: &mut impl Read, kind: EntryType) -> Result<Option<Vec<u8>>, MemberFault> {
     let mut text = Vec::new();
     entry.take(MAX_HEADER + 1).read_to_end(&mut text).map_err(damaged)?;
     if text.len() as u64 > MAX_HEADER {
-        return Err(Why::Large(MAX_HEADER));
+        return Err(MemberFault::Large(MAX_HEADER));
     }
     if kind == EntryType::GNULongName {
         let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
@@ -98,7 +100,11 @@ fn extended(entry: &mut impl Read, kind: EntryType) -> Result<Option<Vec<u8>>, W
         match key {
             "path" if kind == EntryType::XHeader && name.is_none() => name = Some(value.to_vec()),
             key if is_harmless(key) => {}
-            other => return Err(Why::Header(other.chars().take(40).flat_map(char::escape_debug).collect())),
+            other => {
+                return Err(MemberFault::Header(
+                    other.chars().take(40).flat_map(char::escape_debug).collect(),
+                ));
+            }
         }
     }
     Ok(name)
@@ -113,8 +119,8 @@ fn is_harmless(key: &str) -> bool {
 }
 
 /// The records `LENGTH KEY=VALUE\n` of an extended header; values may hold any bytes, newlines too.
-fn records(mut text: &[u8]) -> Result<Vec<(&str, &[u8])>, Why> {
-    let damaged = || Why::Damaged("an extended header that cannot be read".into());
+fn records(mut text: &[u8]) -> Result<Vec<(&str, &[u8])>, MemberFault> {
+    let damaged = || MemberFault::Damaged("an extended header that cannot be read".into());
     let mut records = Vec::new();
     while !text.is_empty() {
         let space = text.iter().position(|b| *b == b' ').ok_or_else(damaged)?;

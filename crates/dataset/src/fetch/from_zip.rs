@@ -2,7 +2,7 @@
 //! its names, kinds or announced sizes.
 
 use super::error::FetchError;
-use super::member::Why;
+use super::member::MemberFault;
 use super::sink::{Metered, Sink};
 use std::cell::Cell;
 use std::collections::HashSet;
@@ -24,8 +24,8 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
     // The crate keeps the whole list of members, so its bytes are limited before it is read.
     let budget = (1 << 20) + GRANTED.saturating_mul(sink.caps.entries);
     let left = Rc::new(Cell::new(budget));
-    let why = Why::Many(sink.caps.entries);
-    let mut reader = Metered { inner: BufReader::new(file), left: left.clone(), why };
+    let reason = MemberFault::Many(sink.caps.entries);
+    let mut reader = Metered { inner: BufReader::new(file), left: left.clone(), reason };
     let starts_as_page = starts_as_page(&mut reader);
     let mut archive = ZipArchive::new(reader).map_err(|e| match e {
         ZipError::Io(e) => sink.no_archive(format!("not a whole zip file: {e}")),
@@ -36,18 +36,18 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
     if archive.has_duplicate_names() {
         let start = archive.central_directory_start();
         let name = first_repeated(archive.into_inner(), start).unwrap_or_default();
-        return Err(sink.refuse(&name, Why::Twice));
+        return Err(sink.refuse(&name, MemberFault::Twice));
     }
     let mut wanted = Vec::new();
     let mut announced = 0_u64;
     for index in 0..archive.len() {
         let entry = archive.by_index_data(index).map_err(|e| sink.no_archive(e.to_string()))?;
         let raw = entry.name_raw();
-        let is_file = kind(&entry).map_err(|why| sink.refuse(raw, why))?;
+        let is_file = kind(&entry).map_err(|reason| sink.refuse(raw, reason))?;
         let path = sink.admit(raw, is_file)?;
         announced = announced.saturating_add(entry.size());
         if entry.size() > sink.caps.member {
-            return Err(sink.refuse(raw, Why::Large(sink.caps.member)));
+            return Err(sink.refuse(raw, MemberFault::Large(sink.caps.member)));
         }
         if announced > sink.room() {
             return Err(sink.refuse(raw, sink.no_room()));
@@ -62,7 +62,7 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
         }
         let raw = archive.by_index_data(index).map(|e| e.name_raw().to_vec()).unwrap_or_default();
         let mut member =
-            archive.by_index(index).map_err(|e| sink.refuse(&raw, Why::Damaged(e.to_string())))?;
+            archive.by_index(index).map_err(|e| sink.refuse(&raw, MemberFault::Damaged(e.to_string())))?;
         let declared = member.size();
         sink.file(&raw, &path, declared, &mut member)?;
     }
@@ -70,24 +70,24 @@ pub(super) fn unpack(file: File, sink: &mut Sink) -> Result<(), FetchError> {
 }
 
 /// Whether a member is a file (`true`) or a folder.
-fn kind(entry: &ZipFileEntry) -> Result<bool, Why> {
+fn kind(entry: &ZipFileEntry) -> Result<bool, MemberFault> {
     let is_folder = entry.name_raw().ends_with(b"/");
     match (entry.external_attributes() >> 16) & KIND {
         0 => {}
         0o100_000 if !is_folder => {}
         0o040_000 if is_folder => {}
-        0o120_000 => return Err(Why::Kind("symbolic link")),
-        0o020_000 | 0o060_000 => return Err(Why::Kind("device")),
-        0o010_000 => return Err(Why::Kind("named pipe")),
-        0o100_000 | 0o040_000 => return Err(Why::FileAndFolder),
-        _ => return Err(Why::Kind("special file")),
+        0o120_000 => return Err(MemberFault::Kind("symbolic link")),
+        0o020_000 | 0o060_000 => return Err(MemberFault::Kind("device")),
+        0o010_000 => return Err(MemberFault::Kind("named pipe")),
+        0o100_000 | 0o040_000 => return Err(MemberFault::FileAndFolder),
+        _ => return Err(MemberFault::Kind("special file")),
     }
     if entry.encrypted() {
-        return Err(Why::Encrypted);
+        return Err(MemberFault::Encrypted);
     }
     match entry.compression() {
         CompressionMethod::Stored | CompressionMethod::Deflated => Ok(!is_folder),
-        other => Err(Why::Method(other.to_string())),
+        other => Err(MemberFault::Method(other.to_string())),
     }
 }
 
@@ -96,7 +96,7 @@ fn check_overlap<R: Read + Seek>(archive: &mut ZipArchive<R>, sink: &Sink) -> Re
     let mut ranges = Vec::with_capacity(archive.len());
     for index in 0..archive.len() {
         let raw = archive.by_index_data(index).map(|e| e.name_raw().to_vec()).unwrap_or_default();
-        let damaged = |what: String| sink.refuse(&raw, Why::Damaged(what));
+        let damaged = |what: String| sink.refuse(&raw, MemberFault::Damaged(what));
         let member = archive.by_index_raw(index).map_err(|e| damaged(e.to_string()))?;
         let end = member.data_start().and_then(|start| start.checked_add(member.compressed_size()));
         let end = end.ok_or_else(|| damaged("it ends nowhere".into()))?;
@@ -106,7 +106,7 @@ fn check_overlap<R: Read + Seek>(archive: &mut ZipArchive<R>, sink: &Sink) -> Re
     let list = archive.central_directory_start();
     let next = ranges.iter().skip(1).map(|r| r.0).chain([list]);
     match ranges.iter().zip(next).find(|((_, end, _), next)| end > next) {
-        Some(((_, _, raw), _)) => Err(sink.refuse(raw, Why::Overlap)),
+        Some(((_, _, raw), _)) => Err(sink.refuse(raw, MemberFault::Overlap)),
         None => Ok(()),
     }
 }

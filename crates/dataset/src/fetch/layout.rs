@@ -2,7 +2,7 @@
 
 use super::address::Address;
 use super::error::FetchError;
-use super::member::{Why, parts};
+use super::member::{MemberFault, parts};
 use crate::archive::Archive;
 use std::path::{Path, PathBuf};
 
@@ -67,11 +67,11 @@ impl ArchiveLayout {
 
 /// The parts of a path that `datasets.lock` names.
 pub(super) fn entry_parts(archive: &Archive, name: &str) -> Result<Vec<String>, FetchError> {
-    let fail = |why| FetchError::Entry { archive: archive.name.clone(), name: name.into(), why };
+    let fail = |reason| FetchError::Entry { archive: archive.name.clone(), name: name.into(), reason };
     match parts(name.as_bytes(), MAX_DEPTH) {
-        Ok(parts) if parts.is_empty() => Err(fail(Why::Empty)),
+        Ok(parts) if parts.is_empty() => Err(fail(MemberFault::Empty)),
         Ok(parts) => Ok(parts),
-        Err(why) => Err(fail(why)),
+        Err(reason) => Err(fail(reason)),
     }
 }
 

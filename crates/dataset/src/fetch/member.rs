@@ -11,7 +11,7 @@ const DEVICES: [&str; 6] = ["con", "prn", "aux", "nul", "conin$", "conout$"];
 
 /// Why a member, and with it its archive, is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Why {
+pub enum MemberFault {
     /// Bytes that are no text.
     #[error("its name is not UTF-8")]
     NotUtf8,
@@ -95,22 +95,22 @@ pub enum Why {
 ///
 /// # Errors
 /// Every name that is not one or more plain names with `/` between them.
-pub(super) fn parts(raw: &[u8], depth: usize) -> Result<Vec<String>, Why> {
-    let name = std::str::from_utf8(raw).map_err(|_| Why::NotUtf8)?;
+pub(super) fn parts(raw: &[u8], depth: usize) -> Result<Vec<String>, MemberFault> {
+    let name = std::str::from_utf8(raw).map_err(|_| MemberFault::NotUtf8)?;
     if name.chars().any(char::is_control) {
-        return Err(Why::Control);
+        return Err(MemberFault::Control);
     }
     if name.contains('\\') {
-        return Err(Why::Backslash);
+        return Err(MemberFault::Backslash);
     }
     if name.contains(':') {
-        return Err(Why::Colon);
+        return Err(MemberFault::Colon);
     }
     if name.starts_with('/') {
-        return Err(Why::Absolute);
+        return Err(MemberFault::Absolute);
     }
     if name.is_empty() {
-        return Err(Why::Empty);
+        return Err(MemberFault::Empty);
     }
     // `tar -c .` writes `./` before every path.
     let name = name.strip_suffix('/').unwrap_or(name);
@@ -121,30 +121,30 @@ pub(super) fn parts(raw: &[u8], depth: usize) -> Result<Vec<String>, Why> {
     let parts: Vec<String> = name.split('/').map(String::from).collect();
     parts.iter().try_for_each(|p| check(p))?;
     if parts.len() > depth {
-        return Err(Why::Deep(depth));
+        return Err(MemberFault::Deep(depth));
     }
     Ok(parts)
 }
 
-fn check(part: &str) -> Result<(), Why> {
+fn check(part: &str) -> Result<(), MemberFault> {
     if part.is_empty() {
-        return Err(Why::Empty);
+        return Err(MemberFault::Empty);
     }
     if part == "." || part == ".." {
-        return Err(Why::Dots);
+        return Err(MemberFault::Dots);
     }
     if part.len() > COMPONENT {
-        return Err(Why::Long);
+        return Err(MemberFault::Long);
     }
     if part.ends_with(['.', ' ']) {
-        return Err(Why::End);
+        return Err(MemberFault::End);
     }
     let stem = part.split('.').next().unwrap_or_default().trim_end_matches(' ').to_lowercase();
     let port = ["com", "lpt"].iter().find_map(|p| stem.strip_prefix(p)).unwrap_or_default();
     let numbered =
         port.chars().count() == 1 && port.contains(|c: char| c.is_ascii_digit() || "¹²³".contains(c));
     if numbered || DEVICES.contains(&stem.as_str()) {
-        return Err(Why::Device);
+        return Err(MemberFault::Device);
     }
     Ok(())
 }
@@ -178,45 +178,45 @@ mod tests {
     fn every_other_name_is_refused() {
         let long = "x".repeat(256);
         let wide = "é".repeat(128);
-        for (raw, why) in [
-            (&b"a\xff"[..], Why::NotUtf8),
-            (b"\xc0\xae\xc0\xae/a", Why::NotUtf8),
-            (b"a\0b", Why::Control),
-            (b"a\x1b[2J", Why::Control),
-            ("a\u{85}".as_bytes(), Why::Control),
-            (b"a\nb", Why::Control),
-            (b"..\\a", Why::Backslash),
-            (b"\\\\host\\a", Why::Backslash),
-            (b"C:a", Why::Colon),
-            (b"C:/a", Why::Colon),
-            (b"a.jpg:stream", Why::Colon),
-            (b"/etc/passwd", Why::Absolute),
-            (b"//host/a", Why::Absolute),
-            (b"/", Why::Absolute),
-            (b"../a", Why::Dots),
-            (b"a/../../b", Why::Dots),
-            (b"a/..", Why::Dots),
-            (b"..", Why::Dots),
-            (b"a/./b", Why::Dots),
-            (b"././a", Why::Dots),
-            (b"./../a", Why::Dots),
-            (b"", Why::Empty),
-            (b"a//b", Why::Empty),
-            (b".//etc/passwd", Why::Empty),
-            (b"a//", Why::Empty),
-            (long.as_bytes(), Why::Long),
-            (wide.as_bytes(), Why::Long),
-            (b"a./b", Why::End),
-            (b"a /b", Why::End),
-            (b"...", Why::End),
-            (b"a/NUL", Why::Device),
-            (b"con.txt", Why::Device),
-            (b"Com1.tar.gz", Why::Device),
-            ("lpt\u{b2}".as_bytes(), Why::Device),
-            (b"aux .c", Why::Device),
-            (b"1/2/3/4/5", Why::Deep(4)),
+        for (raw, reason) in [
+            (&b"a\xff"[..], MemberFault::NotUtf8),
+            (b"\xc0\xae\xc0\xae/a", MemberFault::NotUtf8),
+            (b"a\0b", MemberFault::Control),
+            (b"a\x1b[2J", MemberFault::Control),
+            ("a\u{85}".as_bytes(), MemberFault::Control),
+            (b"a\nb", MemberFault::Control),
+            (b"..\\a", MemberFault::Backslash),
+            (b"\\\\host\\a", MemberFault::Backslash),
+            (b"C:a", MemberFault::Colon),
+            (b"C:/a", MemberFault::Colon),
+            (b"a.jpg:stream", MemberFault::Colon),
+            (b"/etc/passwd", MemberFault::Absolute),
+            (b"//host/a", MemberFault::Absolute),
+            (b"/", MemberFault::Absolute),
+            (b"../a", MemberFault::Dots),
+            (b"a/../../b", MemberFault::Dots),
+            (b"a/..", MemberFault::Dots),
+            (b"..", MemberFault::Dots),
+            (b"a/./b", MemberFault::Dots),
+            (b"././a", MemberFault::Dots),
+            (b"./../a", MemberFault::Dots),
+            (b"", MemberFault::Empty),
+            (b"a//b", MemberFault::Empty),
+            (b".//etc/passwd", MemberFault::Empty),
+            (b"a//", MemberFault::Empty),
+            (long.as_bytes(), MemberFault::Long),
+            (wide.as_bytes(), MemberFault::Long),
+            (b"a./b", MemberFault::End),
+            (b"a /b", MemberFault::End),
+            (b"...", MemberFault::End),
+            (b"a/NUL", MemberFault::Device),
+            (b"con.txt", MemberFault::Device),
+            (b"Com1.tar.gz", MemberFault::Device),
+            ("lpt\u{b2}".as_bytes(), MemberFault::Device),
+            (b"aux .c", MemberFault::Device),
+            (b"1/2/3/4/5", MemberFault::Deep(4)),
         ] {
-            assert_eq!(parts(raw, 4), Err(why), "{}", String::from_utf8_lossy(raw));
+            assert_eq!(parts(raw, 4), Err(reason), "{}", String::from_utf8_lossy(raw));
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::error::FetchError;
 use super::layout::{ArchiveLayout, MAX_DEPTH, join};
-use super::member::{Why, parts};
+use super::member::{MemberFault, parts};
 use crate::archive::Archive;
 use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap};
@@ -83,14 +83,14 @@ impl<'a> Sink<'a> {
 
 impl Sink<'_> {
     /// The error of a member.
-    pub fn refuse(&self, raw: &[u8], why: Why) -> FetchError {
+    pub fn refuse(&self, raw: &[u8], reason: MemberFault) -> FetchError {
         let member = String::from_utf8_lossy(raw).into_owned();
-        FetchError::Member { archive: self.archive.into(), member, why }
+        FetchError::Member { archive: self.archive.into(), member, reason }
     }
 
     /// The error of the archive as a whole.
     pub fn no_archive(&self, what: impl Into<String>) -> FetchError {
-        FetchError::NotAnArchive { archive: self.archive.into(), what: what.into() }
+        FetchError::NotAnArchive { archive: self.archive.into(), reason: what.into() }
     }
 
     /// Most bytes that may come out.
@@ -102,7 +102,7 @@ impl Sink<'_> {
     pub fn count(&mut self, raw: &[u8]) -> Result<(), FetchError> {
         self.entries += 1;
         if self.entries > self.caps.entries {
-            return Err(self.refuse(raw, Why::Many(self.caps.entries)));
+            return Err(self.refuse(raw, MemberFault::Many(self.caps.entries)));
         }
         Ok(())
     }
@@ -110,15 +110,15 @@ impl Sink<'_> {
     /// Checks a member; its path under the data root if it is wanted.
     pub fn admit(&mut self, raw: &[u8], is_file: bool) -> Result<Option<Vec<String>>, FetchError> {
         self.count(raw)?;
-        let parts = parts(raw, self.caps.depth).map_err(|why| self.refuse(raw, why))?;
+        let parts = parts(raw, self.caps.depth).map_err(|reason| self.refuse(raw, reason))?;
         if parts.is_empty() && is_file {
-            return Err(self.refuse(raw, Why::Empty));
+            return Err(self.refuse(raw, MemberFault::Empty));
         }
         let mut path = String::new();
         for (k, part) in parts.iter().enumerate() {
             path.push_str(part);
             let is_file = is_file && k + 1 == parts.len();
-            self.register(&path, is_file).map_err(|why| self.refuse(raw, why))?;
+            self.register(&path, is_file).map_err(|reason| self.refuse(raw, reason))?;
             path.push('/');
         }
         if let Some(rest) = parts.strip_prefix(self.layout.below()) {
@@ -128,15 +128,15 @@ impl Sink<'_> {
         Ok(self.layout.target(&parts))
     }
 
-    fn register(&mut self, path: &str, is_file: bool) -> Result<(), Why> {
+    fn register(&mut self, path: &str, is_file: bool) -> Result<(), MemberFault> {
         let folded = path.to_lowercase();
         match self.seen.get(&folded) {
             None => {
                 self.seen.insert(folded, (path.to_owned(), is_file));
                 Ok(())
             }
-            Some((_, was_file)) if *was_file != is_file => Err(Why::FileAndFolder),
-            Some((spelled, _)) if is_file || spelled != path => Err(Why::Twice),
+            Some((_, was_file)) if *was_file != is_file => Err(MemberFault::FileAndFolder),
+            Some((spelled, _)) if is_file || spelled != path => Err(MemberFault::Twice),
             Some(_) => Ok(()),
         }
     }
@@ -156,7 +156,7 @@ impl Sink<'_> {
         reader: &mut impl Read,
     ) -> Result<(), FetchError> {
         if declared > self.caps.member {
-            return Err(self.refuse(raw, Why::Large(self.caps.member)));
+            return Err(self.refuse(raw, MemberFault::Large(self.caps.member)));
         }
         let file = join(self.into, path);
         let disk = |e| FetchError::disk(&file, e);
@@ -165,7 +165,9 @@ impl Sink<'_> {
         }
         let mut out = match OpenOptions::new().write(true).create_new(true).open(&file) {
             // Names that only this file system takes for the same, such as composed and decomposed accents.
-            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Err(self.refuse(raw, Why::Twice)),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => {
+                return Err(self.refuse(raw, MemberFault::Twice));
+            }
             opened => opened.map_err(disk)?,
         };
         let mut buffer = vec![0; 1 << 16];
@@ -179,41 +181,45 @@ impl Sink<'_> {
             };
             got += n as u64;
             self.written += n as u64;
-            if let Some(why) = self.over(got) {
-                return Err(self.refuse(raw, why));
+            if let Some(reason) = self.over(got) {
+                return Err(self.refuse(raw, reason));
             }
             out.write_all(buffer.get(..n).unwrap_or_default()).map_err(disk)?;
         }
         if got != declared {
-            return Err(self.refuse(raw, Why::Length { got, declared }));
+            return Err(self.refuse(raw, MemberFault::Length { got, declared }));
         }
         Ok(())
     }
 
     /// The limit that is passed, where a member has `got` bytes so far.
-    fn over(&self, got: u64) -> Option<Why> {
+    fn over(&self, got: u64) -> Option<MemberFault> {
         if got > self.caps.member {
-            return Some(Why::Large(self.caps.member));
+            return Some(MemberFault::Large(self.caps.member));
         }
         (self.written > self.room()).then(|| self.no_room())
     }
 
     /// Which of the limits in [`Sink::room`] it is.
-    pub fn no_room(&self) -> Why {
-        if self.room() == self.caps.total { Why::Total(self.caps.total) } else { Why::Ratio(self.caps.ratio) }
+    pub fn no_room(&self) -> MemberFault {
+        if self.room() == self.caps.total {
+            MemberFault::Total(self.caps.total)
+        } else {
+            MemberFault::Ratio(self.caps.ratio)
+        }
     }
 }
 
 /// Why reading packed bytes failed.
-pub(super) fn damaged(e: std::io::Error) -> Why {
-    e.downcast::<Why>().unwrap_or_else(|e| Why::Damaged(e.to_string()))
+pub(super) fn damaged(e: std::io::Error) -> MemberFault {
+    e.downcast::<MemberFault>().unwrap_or_else(|e| MemberFault::Damaged(e.to_string()))
 }
 
 /// A reader that fails with `why` once more than `left` bytes have come through.
 pub(super) struct Metered<R> {
     pub inner: R,
     pub left: Rc<Cell<u64>>,
-    pub why: Why,
+    pub reason: MemberFault,
 }
 
 impl<R: Read> Read for Metered<R> {
@@ -221,7 +227,7 @@ impl<R: Read> Read for Metered<R> {
         let n = self.inner.read(buffer)?;
         match self.left.get().checked_sub(n as u64) {
             Some(left) => self.left.set(left),
-            None => return Err(std::io::Error::other(self.why.clone())),
+            None => return Err(std::io::Error::other(self.reason.clone())),
         }
         Ok(n)
     }
@@ -248,7 +254,7 @@ mod tests {
         let write = |name: &str, caps: &Caps, packed: u64, declared: u64, bytes: u64| {
             let mut sink = Sink::new(&archive, &layout, caps, folder.path(), packed);
             match sink.file(b"m", &parts(name), declared, &mut std::io::repeat(0).take(bytes)) {
-                Err(FetchError::Member { why, .. }) => Some(why),
+                Err(FetchError::Member { reason, .. }) => Some(reason),
                 other => {
                     other.unwrap();
                     None
@@ -256,12 +262,12 @@ mod tests {
             }
         };
         assert_eq!(write("a/1", &caps, 900, 1000, 1000), None);
-        assert_eq!(write("a/2", &caps, 900, 1000, 1001), Some(Why::Large(1000)));
-        assert_eq!(write("a/3", &caps, 900, 1001, 1000), Some(Why::Large(1000)));
-        assert_eq!(write("a/4", &caps, 100, 400, 401), Some(Why::Ratio(3)));
-        assert_eq!(write("a/5", &Caps { total: 300, ..caps }, 100, 300, 301), Some(Why::Total(300)));
-        assert_eq!(write("a/6", &caps, 900, 7, 8), Some(Why::Length { got: 8, declared: 7 }));
-        assert_eq!(write("a/7", &caps, 900, 8, 7), Some(Why::Length { got: 7, declared: 8 }));
-        assert_eq!(write("a/1", &caps, 900, 7, 7), Some(Why::Twice));
+        assert_eq!(write("a/2", &caps, 900, 1000, 1001), Some(MemberFault::Large(1000)));
+        assert_eq!(write("a/3", &caps, 900, 1001, 1000), Some(MemberFault::Large(1000)));
+        assert_eq!(write("a/4", &caps, 100, 400, 401), Some(MemberFault::Ratio(3)));
+        assert_eq!(write("a/5", &Caps { total: 300, ..caps }, 100, 300, 301), Some(MemberFault::Total(300)));
+        assert_eq!(write("a/6", &caps, 900, 7, 8), Some(MemberFault::Length { got: 8, declared: 7 }));
+        assert_eq!(write("a/7", &caps, 900, 8, 7), Some(MemberFault::Length { got: 7, declared: 8 }));
+        assert_eq!(write("a/1", &caps, 900, 7, 7), Some(MemberFault::Twice));
     }
 }

@@ -78,7 +78,7 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         ),
         sequence: found,
     };
-    user::check(&suite).map_err(&fault)?;
+    user::check(&suite).map_err(|e| fault(e.to_string()))?;
     let facts: Vec<Result<Entry, DatasetError>> = suite
         .sequence
         .par_iter()

@@ -24,7 +24,7 @@ pub struct Missing {
 pub struct Broken {
     /// Its name.
     pub name: String,
-    /// What is wrong.
+    /// First error of reading it.
     pub error: DatasetError,
 }
 

@@ -49,7 +49,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
             let name = text::shorten(&text::visible(&suite.name));
             DatasetError::content(path, format!("suite `{name}`: {message}"))
         };
-        check(suite).map_err(fault)?;
+        check(suite).map_err(|e| fault(e.to_string()))?;
         if !seen.insert(&suite.name) {
             return Err(fault("it stands there twice; names are unique".into()));
         }
@@ -57,26 +57,87 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
     Ok(wire.suite)
 }
 
-/// Whether a suite can be a user suite; the error says why not.
-pub(super) fn check(suite: &PinnedSuite) -> Result<(), String> {
-    check_name(&suite.name).map_err(|e| e.to_string())?;
+/// Checks whether a suite can be a user suite.
+///
+/// # Errors
+/// The first rule that it breaks.
+pub(super) fn check(suite: &PinnedSuite) -> Result<(), UserSuiteError> {
+    check_name(&suite.name)?;
     for line in [&suite.title, &suite.source, &suite.licence, &suite.how_to_get] {
         if !line.chars().all(text::is_plain) {
-            return Err(format!("`{}` is no plain line of text", text::shorten(&text::visible(line))));
+            return Err(UserSuiteError::NotPlain(text::shorten(&text::visible(line))));
         }
     }
     if suite.sequence.is_empty() {
-        return Err("it has no sequence".into());
+        return Err(UserSuiteError::Empty);
     }
     let mut seen = BTreeSet::new();
     for entry in &suite.sequence {
-        let shown = text::shorten(&text::visible(&entry.name));
-        check_entry(entry).map_err(|message| format!("sequence `{shown}`: {message}"))?;
+        let name = || text::shorten(&text::visible(&entry.name));
+        check_entry(entry).map_err(|error| UserSuiteError::Sequence { name: name(), error })?;
         if !seen.insert(&entry.name) {
-            return Err(format!("sequence `{shown}` stands there twice; names are unique in a suite"));
+            return Err(UserSuiteError::Twice(name()));
         }
     }
     Ok(())
+}
+
+/// Why a suite cannot be a user suite.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UserSuiteError {
+    /// Its name is not allowed.
+    #[error(transparent)]
+    Name(#[from] UserSuiteNameError),
+    /// A description has control characters or several lines.
+    #[error("`{0}` is no plain line of text")]
+    NotPlain(String),
+    /// It is empty.
+    #[error("it has no sequence")]
+    Empty,
+    /// Two sequences have one name.
+    #[error("sequence `{0}` stands there twice; names are unique in a suite")]
+    Twice(String),
+    /// A sequence is not described as it must be.
+    #[error("sequence `{name}`: {error}")]
+    Sequence {
+        /// Name of the sequence.
+        name: String,
+        /// The rule that it breaks.
+        error: EntryError,
+    },
+}
+
+/// Why a sequence cannot be in a user suite.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EntryError {
+    /// Its name would not fit into addresses of cells, whose parts are separated by slashes.
+    #[error("a name is plain text without quotes, slashes and backslashes")]
+    Name,
+    /// Its folder leaves the data root.
+    #[error("`folder` is a path under the data root, parts separated by `/`, without `..`")]
+    Folder,
+    /// An attribute is no word.
+    #[error("attributes are plain words without quotes, slashes and backslashes")]
+    Attribute,
+    /// It names an archive.
+    #[error("only sequences of the built-in file come in archives")]
+    Archive,
+    /// Its digest is malformed.
+    #[error("`digest` is 64 hexadecimal digits in small letters")]
+    Digest,
+    /// A range ends before it begins.
+    #[error("`{key}` goes from a first to a last frame, not from {first} to {last}")]
+    Range {
+        /// `range` or `official`.
+        key: &'static str,
+        /// First frame.
+        first: u32,
+        /// Last frame.
+        last: u32,
+    },
+    /// The number of frames contradicts the range.
+    #[error("`frames` is the number of frames of `range`")]
+    Frames,
 }
 
 /// Why a user suite cannot have a name.
@@ -105,37 +166,36 @@ pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
     Ok(())
 }
 
-fn check_entry(entry: &Entry) -> Result<(), String> {
-    // Names stand in addresses of cells, whose parts are separated by slashes.
+fn check_entry(entry: &Entry) -> Result<(), EntryError> {
     let word = |w: &str| !w.is_empty() && w.chars().all(|c| text::is_plain(c) && !"\"\\/".contains(c));
     if !word(&entry.name) {
-        return Err("a name is plain text without quotes, slashes and backslashes".into());
+        return Err(EntryError::Name);
     }
     if !is_below(&entry.folder) {
-        return Err("`folder` is a path under the data root, parts separated by `/`, without `..`".into());
+        return Err(EntryError::Folder);
     }
     if !entry.attributes.iter().all(|a| word(a)) {
-        return Err("attributes are plain words without quotes, slashes and backslashes".into());
+        return Err(EntryError::Attribute);
     }
     if entry.archive.is_some() || entry.truth_archive.is_some() {
-        return Err("only sequences of the built-in file come in archives".into());
+        return Err(EntryError::Archive);
     }
     let digest =
         |d: &String| d.len() == 64 && d.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     if !entry.digest.as_ref().is_none_or(digest) {
-        return Err("`digest` is 64 hexadecimal digits in small letters".into());
+        return Err(EntryError::Digest);
     }
     for (key, (first, last)) in [("range", entry.range), ("official", entry.official)]
         .into_iter()
         .filter_map(|(key, range)| Some((key, range?)))
     {
         if first > last || last > i32::MAX as u32 {
-            return Err(format!("`{key}` goes from a first to a last frame, not from {first} to {last}"));
+            return Err(EntryError::Range { key, first, last });
         }
     }
     let (range, frames) = (entry.range.map(|(a, b)| (b - a) as usize + 1), entry.frames);
     if frames == Some(0) || (range.is_some() && frames.is_some() && range != frames) {
-        return Err("`frames` is the number of frames of `range`".into());
+        return Err(EntryError::Frames);
     }
     Ok(())
 }

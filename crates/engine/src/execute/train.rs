@@ -11,6 +11,7 @@ use crate::error::{CellError, RunError, StepError};
 use crate::limits::RunLimits;
 use crate::observe::tally::Work;
 use crate::plan::{recipes, variants};
+use crate::plugin::ParamError;
 use crate::score::Protocol;
 use crate::score::{Counts, Pooled};
 use crate::spec::TEST;
@@ -239,7 +240,7 @@ fn instantiate(need: &TrainingNeed<'_>, model: StoredModel) -> Result<(ReadyDete
             let value = value.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
             let fixed = match &training.candidates {
                 Candidates::Listed(list) => list.get(chosen.index as usize).map(|(_, fixed)| fixed.clone()),
-                Candidates::Quantiles { make, .. } => Some(make(value).map_err(failed)?),
+                Candidates::Quantiles { build, .. } => Some(build(value).map_err(|e| failed(e.to_string()))?),
             };
             let fixed = fixed.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
             let content = Content::Chosen {
@@ -304,7 +305,8 @@ fn train(
     limits: &RunLimits,
 ) -> Result<Chosen, StepError> {
     let within = |e: StepError| e.within(&format!("training `{}`", training.key));
-    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
+    let candidates =
+        candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e.to_string())))?;
     if candidates.is_empty() {
         return Err(within(StepError::failed("there is no value to try")));
     }
@@ -375,10 +377,10 @@ fn candidates(
     training: &Training,
     tracks: &[Arc<Track>],
     signal: Option<usize>,
-) -> Result<Vec<(f64, FixedDetector)>, String> {
-    let (count, make) = match &training.candidates {
+) -> Result<Vec<(f64, FixedDetector)>, ParamError> {
+    let (count, build) = match &training.candidates {
         Candidates::Listed(list) => return Ok(list.clone()),
-        Candidates::Quantiles { count, make } => (*count, make),
+        Candidates::Quantiles { count, build } => (*count, build),
     };
     let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
     values.sort_by(f64::total_cmp);
@@ -386,7 +388,7 @@ fn candidates(
     // Values that were seen, so that nothing depends on how quantiles are interpolated.
     let mut tried: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
     tried.dedup();
-    tried.into_iter().map(|value| Ok((value, make(value)?))).collect()
+    tried.into_iter().map(|value| Ok((value, build(value)?))).collect()
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! tracker is tested for every tracker. A missing value makes the claim untestable, never false.
 
 use super::error::{Source, SpecError};
-use super::table::{Made, Words};
+use super::table::{FindingName, Words};
 use super::wire;
 use crate::plugin::unknown;
 use crate::score::Metric;
@@ -35,7 +35,7 @@ pub enum Quantity {
     /// A pooled metric of a method.
     Metric(Metric, String),
     /// A number that an analysis computes.
-    Finding(Made),
+    Finding(FindingName),
 }
 
 /// A number in a claim.
@@ -321,7 +321,9 @@ impl Parser<'_> {
         let mut parts = inside.split(',').map(str::trim);
         let subject = parts.next().unwrap_or_default().to_string();
         let quantity = match metric {
-            None => Quantity::Finding(self.words.made(&subject, |n| &n.numbers)?),
+            None => {
+                Quantity::Finding(self.words.finding(&subject, |n| &n.numbers).map_err(|e| e.to_string())?)
+            }
             Some(_) if !self.words.methods.contains(&subject) => {
                 return Err(unknown("method", &subject, self.words.methods.iter().map(String::as_str)));
             }

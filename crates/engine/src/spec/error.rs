@@ -14,7 +14,7 @@ pub struct SpecError {
     pub file: String,
     /// Line, from 1.
     pub line: usize,
-    /// What is wrong and what is valid instead.
+    /// Explanation of the error, with what is valid instead.
     pub message: String,
 }
 

@@ -10,7 +10,7 @@ pub use panel::Panel;
 
 use super::error::{Source, SpecError};
 use super::name::check_file_name;
-use super::table::{Made, Words, grid_axis, metric, read_methods};
+use super::table::{FindingName, Words, grid_axis, metric, read_methods};
 use super::wire;
 use crate::score::Metric;
 use panel::read_panel;
@@ -128,7 +128,7 @@ pub struct FigureParams {
     /// Number of video frames.
     pub stills: usize,
     /// The chart of an analysis.
-    pub shows: Option<Made>,
+    pub shows: Option<FindingName>,
 }
 
 /// Maximum number of video frames above a strip figure.
@@ -236,10 +236,11 @@ impl FigureKey {
                 params.stills = wire.stills.as_ref().map_or(0, |s| *s.get_ref());
             }
             Self::Shows => {
-                let made = |s: &Spanned<String>| {
-                    words.made(s.get_ref(), |n| &n.charts).map_err(|e| source.error(s.span(), e))
+                let finding = |s: &Spanned<String>| {
+                    let name = words.finding(s.get_ref(), |n| &n.charts);
+                    name.map_err(|e| source.error(s.span(), e.to_string()))
                 };
-                params.shows = wire.shows.as_ref().map(made).transpose()?;
+                params.shows = wire.shows.as_ref().map(finding).transpose()?;
             }
         }
         Ok(())

@@ -110,8 +110,8 @@ pub struct Training {
     pub example: FixedDetector,
 }
 
-/// Builds the detector with a value of the trained parameter; an error says why it refuses the value.
-pub type Make = Arc<dyn Fn(f64) -> Result<FixedDetector, String> + Send + Sync>;
+/// Builds the detector with a value of the trained parameter, unless it refuses the value.
+pub type BuildWith = Arc<dyn Fn(f64) -> Result<FixedDetector, ParamError> + Send + Sync>;
 
 /// Values that are tried in training.
 #[derive(Clone)]
@@ -123,7 +123,7 @@ pub enum Candidates {
         /// Number of quantiles.
         count: usize,
         /// Builds the detector with a value.
-        make: Make,
+        build: BuildWith,
     },
 }
 
@@ -374,14 +374,13 @@ fn train_choice(
             table.get_mut().remove(key.as_str());
             let table = toml::Table::deserialize(RawParams::from(as_value(&table)))
                 .map_err(|e| source.toml(&e, wire.grid.span()))?;
-            let make = move |value: f64| {
+            let build = move |value: f64| {
                 let mut table = table.clone();
                 table.insert(key.clone(), toml::Value::Float(value));
-                let built = entry.build_from_text(&toml::Value::Table(table).to_string());
-                let detector = Arc::from(built.map_err(|e| e.to_string())?);
+                let detector = Arc::from(entry.build_from_text(&toml::Value::Table(table).to_string())?);
                 Ok(FixedDetector { kind: entry.kind, version: entry.version, detector })
             };
-            (Candidates::Quantiles { count: *count, make: Arc::new(make) }, example)
+            (Candidates::Quantiles { count: *count, build: Arc::new(build) }, example)
         }
         _ => {
             let message = "`grid` needs `from`, `to` and `step`, or `quantiles` alone";

@@ -1,5 +1,6 @@
 //! The JSON Schema of experiment files, generated from the types that read them.
 
+use super::figure::FIGURE_KINDS;
 use super::wire;
 use crate::plugin::Entry;
 use serde_json::{Value, json};
@@ -33,7 +34,15 @@ pub fn schema() -> Value {
             tracker.insert("anyOf".into(), kinds);
         }
     }
+    describe_figure_kinds(&mut root);
     root
+}
+
+/// Writes the list of figure kinds below the key that takes one.
+fn describe_figure_kinds(root: &mut Value) {
+    let kinds: Vec<String> =
+        FIGURE_KINDS.iter().map(|kind| format!("`{}` ({})", kind.word, kind.summary)).collect();
+    root["$defs"]["Figure"]["properties"]["kind"]["description"] = json!(format!("{}.", kinds.join("; ")));
 }
 
 /// Keys of an item that tell it from the others; an experiment that extends another gives only these and what differs.

@@ -44,7 +44,7 @@ pub struct Table {
     /// The metric by which the methods are ranked; it has no rows and columns of its own then.
     pub ranked: Option<Metric>,
     /// The analysis whose table it is, instead of all that.
-    pub shows: Option<Made>,
+    pub shows: Option<FindingName>,
     /// The column of that table to which the trackers are the columns; all columns when `None`.
     pub column: Option<String>,
 }
@@ -82,35 +82,41 @@ pub struct Words {
 
 /// A product of an analysis: the analysis's name in the experiment, and the name of the table, chart or number.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Made {
+pub struct FindingName {
     /// The analysis.
     pub analysis: String,
     /// Name of the table, chart or number.
     pub part: String,
 }
 
-impl std::fmt::Display for Made {
+impl std::fmt::Display for FindingName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}.{}", self.analysis, self.part)
     }
 }
 
+/// A name that no analysis of the experiment gives to a finding; the message lists those that are.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnknownFinding(String);
+
 impl Words {
     /// Reads `ANALYSIS.PART`, where `parts` picks out which parts are meant.
     ///
     /// # Errors
-    /// In words, for one that no analysis makes.
-    pub fn made(&self, text: &str, parts: fn(&Names) -> &[String]) -> Result<Made, String> {
+    /// A name that no analysis makes.
+    pub fn finding(&self, text: &str, parts: fn(&Names) -> &[String]) -> Result<FindingName, UnknownFinding> {
         let known = || {
             let all = self.analyses.iter();
             all.flat_map(|(name, names)| parts(names).iter().map(move |part| format!("{name}.{part}")))
         };
         if !known().any(|k| k == text) {
             let known: Vec<String> = known().collect();
-            return Err(crate::plugin::unknown("finding", text, known.iter().map(String::as_str)));
+            let message = crate::plugin::unknown("finding", text, known.iter().map(String::as_str));
+            return Err(UnknownFinding(message));
         }
         let (analysis, part) = text.split_once('.').unwrap_or((text, ""));
-        Ok(Made { analysis: analysis.to_string(), part: part.to_string() })
+        Ok(FindingName { analysis: analysis.to_string(), part: part.to_string() })
     }
 }
 
@@ -218,7 +224,8 @@ fn read_shown(
         let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
         return Err(source.error(span, message));
     }
-    let made = words.made(shows.get_ref(), |n| &n.tables).map_err(|e| source.error(shows.span(), e))?;
+    let finding = words.finding(shows.get_ref(), |n| &n.tables);
+    let finding = finding.map_err(|e| source.error(shows.span(), e.to_string()))?;
     Ok(Table {
         name: wire.name.get_ref().clone(),
         caption: wire.caption.clone(),
@@ -227,7 +234,7 @@ fn read_shown(
         metric: None,
         methods: Vec::new(),
         ranked: None,
-        shows: Some(made),
+        shows: Some(finding),
         column: wire.column.as_ref().map(|c| c.get_ref().clone()),
     })
 }

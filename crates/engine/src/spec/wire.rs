@@ -21,7 +21,7 @@ pub struct Experiment {
     pub paper: Option<String>,
     /// The paper's object, e.g. `Table 1`.
     pub object: Option<String>,
-    /// What a reader has to know to judge the numbers.
+    /// Warning to the reader, without which the numbers would be misjudged.
     pub note: Option<String>,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
     #[schemars(with = "Option<String>")]
@@ -193,9 +193,7 @@ pub struct Figure {
     /// File name of the figure.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `strips` (series over frames), `sweep` (a metric over a grid axis), `curve` (a metric over another), `delay`
-    /// (the share of events detected within a number of frames), `chart` (of an analysis) or `machine` (the
-    /// conditions of a tracker that ARTE follows).
+    /// One of the kinds of figures.
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Text below the figure.

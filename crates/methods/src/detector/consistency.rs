@@ -140,7 +140,7 @@ pub enum ConsistencyError {
     Mixture {
         /// Error below which a frame counts as consistent.
         tau: f64,
-        /// What the fit says.
+        /// Error of the fit.
         source: FitError,
     },
     /// The order that is asked for was not fitted.

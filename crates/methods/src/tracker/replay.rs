@@ -138,7 +138,7 @@ impl Replay {
         let Params { results, .. } = &self.0;
         let Some(root) = data_root else {
             return Err(TrackerError::Missing(format!(
-                "results `{results}` need a data root; give --data-root or TRACKFAIL_DATA"
+                "results `{results}` are files of a data root, and none is given; add --data-root DIR or set TRACKFAIL_DATA"
             )));
         };
         let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));

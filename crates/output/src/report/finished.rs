@@ -32,7 +32,7 @@ pub enum FinishedError {
     Results {
         /// Name of the experiment.
         name: String,
-        /// What is wrong with them.
+        /// First error of reading them.
         source: ResultsError,
     },
 }

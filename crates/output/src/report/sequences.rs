@@ -30,7 +30,7 @@ pub struct Sequences {
     pub sequences: Vec<Sequence>,
     /// Tracks by sequence, then tracker.
     pub tracks: Vec<Track>,
-    /// What is left out, in sentences; may be empty.
+    /// Sentences about tracks that are left out; may be empty.
     pub note: String,
 }
 
@@ -229,7 +229,7 @@ fn judged_series(
 /// The table of counts.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Tallies {
-    /// What is left out, in sentences; may be empty.
+    /// Sentences about tracks that are left out; may be empty.
     pub note: String,
     /// Column headings.
     pub methods: Vec<String>,

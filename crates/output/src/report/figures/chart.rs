@@ -7,7 +7,7 @@ use crate::engine::execute::analyse::Analysed;
 use crate::figure::Curves;
 use crate::results::Results;
 use crate::results::manifest;
-use crate::spec::table::Made;
+use crate::spec::table::FindingName;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "chart", draw };
@@ -18,7 +18,7 @@ fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
 }
 
 /// Draws a chart of an analysis, on every tracker.
-fn chart(results: &Results, shows: &Made) -> Curves {
+fn chart(results: &Results, shows: &FindingName) -> Curves {
     let found: Vec<(&Analysed, &Chart)> = results
         .analyses
         .iter()

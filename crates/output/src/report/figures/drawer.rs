@@ -68,7 +68,7 @@ pub enum DrawError {
     Figure {
         /// Name of the figure.
         name: String,
-        /// What went wrong.
+        /// Error of the drawing.
         error: FigureError,
     },
     /// A key that the kind of figure requires was not checked for.

@@ -14,7 +14,7 @@ function make(tag, attributes = {}, text = "", parent = null, space = parent && 
 
 // Tables: a click on a heading sorts, largest first, then smallest first, then as it was.
 
-/** What a cell is sorted by: a number, a text, or null for nothing. */
+/** The sort key of a cell: a number, a text, or null for an empty cell. */
 function key(cell) {
   if (!cell) return null;
   if (cell.dataset.v !== undefined) return Number.isNaN(Number(cell.dataset.v)) ? null : Number(cell.dataset.v);
@@ -87,7 +87,7 @@ function sortable(table) {
 
 all("table.numbers").forEach(sortable);
 
-// A table that is folded opens when it is gone to.
+// A folded table opens when a link leads to it.
 for (const link of all(".contents a")) {
   link.addEventListener("click", () => { byId(link.hash.slice(1)).closest("details").open = true; });
 }
@@ -133,14 +133,14 @@ function applyFilters() {
   }
 }
 
-/** Shows the track that is on top of the table. */
+/** Shows the first track of the table. */
 function openFirst() {
   const top = [...table.tBodies[0].rows].find(row => !row.hidden);
   const method = filter.method.value;
   if (top) open(Number(top.dataset.s), Number(top.dataset.t), method === "" ? state.m : Number(method));
 }
 
-// From a number of a table to the sequences behind it. The link leads to what is told of it, and the focus with it.
+// A number of a table links to the sequences behind it, and moves the keyboard focus there.
 
 const explained = byId("explained");
 let origin = null;
@@ -229,7 +229,7 @@ function decode(s, t) {
   return decoded.get(name);
 }
 
-/** What a mark is about: its frame and kind, the other half of a match, and what event and detection say. */
+/** Label of a mark: its frame and kind, the frame it is matched with, and the notes of event and detection. */
 function markOf([event, detection, found, clear]) {
   const kind = event === null ? "false" : detection === null ? "miss" : "hit";
   return { frame: event ?? detection, other: detection, event, detection, found, clear, kind };

@@ -1,5 +1,5 @@
 "use strict";
-// Keeps the page that is served up to date: asks for it again and takes over what has changed. The server has
+// Keeps the served page up to date: asks for it again and replaces the parts that have changed. The server has
 // escaped all texts, and what is parsed here runs no script.
 (() => {
   const part = (page, id) => page.getElementById(id);
@@ -12,7 +12,7 @@
       for (const id of ["running", "reports"]) {
         const [old, fresh] = [part(document, id), part(page, id)];
         if (!fresh || old.innerHTML === fresh.innerHTML) continue;
-        // Who goes through the page by keyboard stays where they are.
+        // The keyboard focus stays where it is.
         const at = old.contains(document.activeElement) ? document.activeElement.getAttribute("href") : null;
         old.innerHTML = fresh.innerHTML;
         if (at) [...old.querySelectorAll("a")].find(a => a.getAttribute("href") === at)?.focus();

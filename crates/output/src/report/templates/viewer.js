@@ -36,7 +36,7 @@ function fillChoices() {
   options(choice.m, methods, m => series.methods[m].name, state.m);
 }
 
-/** Shows a track; the frame is its first event or detection unless one is given. */
+/** Shows a track at a frame; by default at its first event or detection. */
 function open(s, t, m, f = null) {
   if (!rowOf(s, t)) t = Number(rows.find(row => row.dataset.s === String(s)).dataset.t);
   const can = methodsOf(rowOf(s, t));
@@ -168,7 +168,7 @@ function boxAt(columns, f) {
   return [x, y, x + w, y, x + w, y + h, x, y + h];
 }
 
-/** The frame with a margin; where its size is not known, all that the boxes ever cover. */
+/** The visible area: the frame with a margin, or the area that all boxes cover where the frame's size is unknown. */
 function extent() {
   const size = series.sequences[state.s].size;
   if (size) return [0, 0, size[0], size[1]];

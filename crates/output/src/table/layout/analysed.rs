@@ -5,14 +5,14 @@ use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
 use crate::spec::Experiment;
-use crate::spec::table::{Made, Published, Table};
+use crate::spec::table::{FindingName, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value};
 
 /// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(
     experiment: &Experiment,
     table: &Table,
-    shows: &Made,
+    shows: &FindingName,
     analyses: &[Analysed],
     data_note: &str,
 ) -> TableLayout {
