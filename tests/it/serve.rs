@@ -74,7 +74,18 @@ fn only_reports_are_served() {
     std::os::unix::fs::symlink("../../", reports.join("mine/up")).unwrap();
     let server = Server::start(root.path());
 
-    // Pages and files, with their content types.
+    files_have_their_types(&server, &reports);
+    nothing_outside_is_served(&server, root.path());
+    requests_of_other_hosts_are_refused(&server);
+
+    // Clients that send nothing do not delay others.
+    let silent: Vec<TcpStream> = (0..20).map(|_| server.connect()).collect();
+    assert_eq!(server.status("/mine/a/"), "200");
+    drop(silent);
+}
+
+/// Pages and files are served with their content types.
+fn files_have_their_types(server: &Server, reports: &Path) {
     let site = server.page("/");
     assert!(site.contains("A &lt;b&gt;first&lt;/b&gt; one") && site.contains("No experiment is running"));
     assert_eq!(site.matches("<script").count(), 1);
@@ -102,9 +113,11 @@ fn only_reports_are_served() {
         "{head}"
     );
     assert_eq!(server.page("/progress.json").trim(), "[]");
+}
 
-    // Nothing outside the folder, whatever the path.
-    let outside = root.path().join("secret.txt").display().to_string();
+/// Nothing outside the folder of reports is served, whatever the path.
+fn nothing_outside_is_served(server: &Server, root: &Path) {
+    let outside = root.join("secret.txt").display().to_string();
     let mut paths: Vec<String> =
         ["/nothing", "/mine", "/mine/", "/mine/a/figures/", "/.hidden.txt", "/link.txt"]
             .iter()
@@ -130,8 +143,10 @@ fn only_reports_are_served() {
         assert!(head.starts_with("HTTP/1.1 404 "), "{path}: {head}");
         assert_eq!(body, b"no such page\n", "{path}");
     }
+}
 
-    // Requests that would change something, and those of other hosts, are refused.
+/// Requests that would change something, and those of other hosts, are refused.
+fn requests_of_other_hosts_are_refused(server: &Server) {
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "PATCH"] {
         let (head, _) = server.ask(method, "/", "localhost");
         assert!(head.starts_with("HTTP/1.1 405 ") && head.contains("Allow: GET, HEAD"), "{head}");
@@ -159,11 +174,6 @@ fn only_reports_are_served() {
     }
     let long = format!("GET /{} HTTP/1.1\r\nHost: localhost\r\n\r\n", "a".repeat(1 << 15));
     assert!(server.send(long.as_bytes()).0.starts_with("HTTP/1.1 431 "));
-
-    // Clients that send nothing do not delay others.
-    let silent: Vec<TcpStream> = (0..20).map(|_| server.connect()).collect();
-    assert_eq!(server.status("/mine/a/"), "200");
-    drop(silent);
 }
 
 #[test]

@@ -112,7 +112,17 @@ fn works(browser: &mut Browser) {
         browser.text("document.querySelector('.verdicts').innerText").contains("1 holds · 1 does not hold")
     );
 
-    // Sorting, by keyboard: largest, smallest, as it was.
+    headings_sort(browser);
+    number_leads_to_its_sequences(browser);
+    folded_table_opens(browser);
+    filters_hide_rows(browser);
+    viewer_moves(browser);
+    marks_are_the_counts(browser);
+    picture_is_shown(browser);
+}
+
+/// Sorting by keyboard: largest first, smallest first, the first order.
+fn headings_sort(browser: &mut Browser) {
     let labels = "[...document.querySelectorAll('#sequence-table tbody tr')].map(r => r.cells[2].textContent).join(' ')";
     let as_it_was = browser.text(labels);
     let mut counts: Vec<usize> = as_it_was.split(' ').map(|n| n.parse().unwrap()).collect();
@@ -141,16 +151,18 @@ fn works(browser: &mut Browser) {
     assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] <= v)")), true);
     browser.click(&format!("{row}.querySelector('th button')"), 0.5);
     assert_eq!(browser.text(heads), before);
+}
 
-    number_leads_to_its_sequences(browser);
-
-    // A folded table opens when it is gone to.
+/// A folded table opens when a link leads to it.
+fn folded_table_opens(browser: &mut Browser) {
     let last = "document.querySelector('.table:last-of-type')";
     browser.value(&format!("{last}.open = false"));
     browser.click("document.querySelector('.contents li:last-child a')", 0.5);
     assert_eq!(browser.value(&format!("{last}.open")), true);
+}
 
-    // Filters.
+/// Filters of the table of sequences, and the button that clears them.
+fn filters_hide_rows(browser: &mut Browser) {
     let all = browser.value(SHOWN).as_u64().unwrap();
     choose(browser, "by-tracker", "still too");
     assert_eq!(browser.value(SHOWN), all / 2);
@@ -172,8 +184,10 @@ fn works(browser: &mut Browser) {
     assert_eq!(browser.value(SHOWN), 0);
     browser.click("document.getElementById('clear')", 0.5);
     assert_eq!(browser.value(SHOWN), all);
+}
 
-    // The viewer, by keyboard.
+/// The viewer by keyboard, then by mouse: a mark of the strip, a place of the strip, an entry of the list.
+fn viewer_moves(browser: &mut Browser) {
     choose(browser, "show-method", "hist");
     browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
     browser.value("document.querySelector('.strip').focus()");
@@ -206,8 +220,10 @@ fn works(browser: &mut Browser) {
     assert!((last / 4..=3 * last / 4).contains(&middle), "{middle} of {last}");
     browser.click("document.querySelector('#marks button')", 0.5);
     assert_eq!(frame(browser), first + browser.value(&format!("{marks}[0]")).as_i64().unwrap());
+}
 
-    // What is drawn is what was counted.
+/// The marks that the viewer draws are those that the table counts.
+fn marks_are_the_counts(browser: &mut Browser) {
     let row = "document.querySelector('#sequence-table tr.open')";
     let column = "[...document.querySelector('#sequence-table thead tr').cells].findIndex(c => c.textContent.startsWith('hist'))";
     let counted = browser.text(&format!("{row}.cells[{column}].textContent"));
@@ -220,8 +236,10 @@ fn works(browser: &mut Browser) {
     browser.becomes(&format!("{boxes}.includes('background')"));
     let boxes = browser.text(boxes);
     assert!(boxes.starts_with("background tracker"), "{boxes}");
+}
 
-    // A sequence with pictures: one is on the stage in the frame that it shows.
+/// A sequence with pictures shows one in the frame that it is of.
+fn picture_is_shown(browser: &mut Browser) {
     let with_stills =
         "JSON.parse(document.getElementById('series').textContent).sequences.find(s => s.stills.length)";
     let name = browser.text(&format!("{with_stills}.name"));
