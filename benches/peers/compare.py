@@ -1,22 +1,27 @@
-"""Runs the peers and sets them beside the criterion benches: a line a measurement, with the ratio.
+"""Runs peers and our benchmarks in turn and prints one table of ratios, in Markdown.
 
     pip install -r benches/peers/requirements.txt
-    cargo bench -p trackfail-benches              # leaves estimates in target/criterion
-    python3 benches/peers/compare.py [PEER...]
+    python3 benches/peers/compare.py [--rounds N] [PEER...]
 
-A peer is a script in this folder that prints JSON lines with `bench`, `size`, `peer` and `seconds`; it is
-compared with target/criterion/<bench>/<size>. Both sides are one thread and their fastest repetition
-(criterion: the sample with the least time an iteration). Without estimates the ratio stays empty.
+A peer is a script in this folder that prints JSON lines with `bench`, `size`, `peer` and `seconds`. It is compared
+with the benchmark `<bench>/<size>` of `cargo bench -p trackfail-benches`. Both sides have one thread, and a round
+takes the fastest repetition of each (criterion: the sample with the least time an iteration). The table has the
+median of the rounds, and the least and the largest ratio: what else the machine does changes both sides alike.
 """
 
+import argparse
 import json
 import os
 import pathlib
+import platform
+import re
+import statistics
 import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-CRITERION = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent.parent / "target")) / "criterion"
+ROOT = HERE.parent.parent
+CRITERION = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "criterion"
 PEERS = [
     "signals_numpy.py",
     "arma_statsmodels.py",
@@ -25,32 +30,76 @@ PEERS = [
     "reconstructed_trackers.py",
     "opencv_trackers.py",
 ]
+SHORT = ["--noplot", "--sample-size", "10", "--warm-up-time", "0.5", "--measurement-time", "2"]
+ONE_THREAD = {
+    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+}
 
 
-def ours(bench, size):
+def benchmarks():
+    """Builds our benchmarks; returns the program that has each, by name."""
+    command = ["cargo", "bench", "-p", "trackfail-benches", "--no-run", "--message-format", "json"]
+    built = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+    programs = {}
+    for line in built.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and "bench" in message["target"]["kind"]:
+            program = message["executable"]
+            listed = subprocess.run([program, "--bench", "--list"], stdout=subprocess.PIPE, text=True, check=True)
+            names = (name.removesuffix(": benchmark") for name in listed.stdout.splitlines())
+            programs.update({name: program for name in names})
+    return programs
+
+
+def ours(programs, name):
     """Seconds an iteration, or None without a benchmark of that name."""
-    path = CRITERION / bench / str(size) / "new" / "sample.json"
-    if not path.is_file():
+    if name not in programs:
         return None
-    sample = json.loads(path.read_text())
+    command = [programs[name], "--bench", f"^{re.escape(name)}$", *SHORT]
+    subprocess.run(command, cwd=ROOT, env=os.environ | ONE_THREAD, stdout=subprocess.DEVNULL, check=True)
+    sample = json.loads((CRITERION / name / "new" / "sample.json").read_text())
     return min(t / n for t, n in zip(sample["times"], sample["iters"])) * 1e-9
 
 
+def theirs(peer):
+    """Measurements of a peer, and whether it ended well."""
+    command = [sys.executable, HERE / peer]
+    run = subprocess.run(command, env=os.environ | ONE_THREAD, stdout=subprocess.PIPE, text=True)
+    return [json.loads(line) for line in run.stdout.splitlines()], run.returncode == 0
+
+
+def milliseconds(seconds):
+    return f"{seconds * 1e3:.3g} ms"
+
+
 def main():
-    one_thread = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    print(f"{'bench':<22}{'size':>6}  {'peer':<18}{'peer ms':>10}{'ours ms':>10}{'ratio':>8}")
-    failed = False
-    for peer in sys.argv[1:] or PEERS:
-        run = subprocess.run(
-            [sys.executable, HERE / peer], env=os.environ | one_thread, stdout=subprocess.PIPE, text=True
-        )
-        failed |= run.returncode != 0
-        for line in run.stdout.splitlines():
-            m = json.loads(line)
-            own = ours(m["bench"], m["size"])
-            mine = f"{own * 1e3:10.3f}{m['seconds'] / own:8.1f}" if own else f"{'-':>10}{'-':>8}"
-            print(f"{m['bench']:<22}{m['size']:>6}  {m['peer']:<18}{m['seconds'] * 1e3:10.3f}{mine}")
-    sys.exit(failed)
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    arguments.add_argument("--rounds", type=int, default=3)
+    arguments.add_argument("peers", nargs="*", default=PEERS, metavar="PEER")
+    arguments = arguments.parse_args()
+    programs = benchmarks()
+    rounds, well = {}, True
+    for _ in range(arguments.rounds):
+        for peer in arguments.peers:
+            measured, ended = theirs(peer)
+            well &= ended
+            names = {f"{m['bench']}/{m['size']}" for m in measured}
+            own = {name: ours(programs, name) for name in sorted(names)}
+            for m in measured:
+                name = f"{m['bench']}/{m['size']}"
+                rounds.setdefault((name, m["peer"]), []).append((m["seconds"], own[name]))
+    print(f"{platform.machine()}, {os.cpu_count()} cores, {arguments.rounds} rounds\n")
+    print("| bench | ours | peer | its time | ratio | least to largest |\n|---|--:|---|--:|--:|--:|")
+    for (name, peer), pairs in rounds.items():
+        its = milliseconds(statistics.median(seconds for seconds, _ in pairs))
+        if pairs[0][1] is None:
+            print(f"| {name} | | {peer} | {its} | | |")
+            continue
+        ratios = [seconds / own for seconds, own in pairs]
+        own = milliseconds(statistics.median(own for _, own in pairs))
+        spread = f"{min(ratios):.3g} to {max(ratios):.3g}"
+        print(f"| {name} | {own} | {peer} | {its} | {statistics.median(ratios):.3g} | {spread} |")
+    sys.exit(not well)
 
 
 if __name__ == "__main__":
