@@ -7,7 +7,9 @@ use crate::dataset::format::otb;
 use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Input;
-use crate::engine::execute::frame_loop::{Collected, Collector, Lane, run_lane};
+use crate::engine::execute::cores::Cores;
+use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
+use crate::engine::execute::lane::Lane;
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store;
@@ -194,7 +196,9 @@ fn track(
 ) -> Result<(), Failure> {
     let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
-    let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
+    let goes_back = |m: &Method| m.variants.iter().any(|v| v.detector.example().detector.needs_reverse());
+    let goes_back = methods.iter().any(goes_back);
+    let frames = Arc::new(FrameCache::new(if goes_back { FRAMES_IN_MEMORY } else { 0 }));
     let failure = |e: TrackingError| match e {
         TrackingError::Tracker(e) => Failure::data(format!("{}: {e}", entry.kind)),
         e => Failure::data(e.to_string()),
@@ -296,7 +300,11 @@ fn follow(
     methods: usize,
 ) -> Result<Collected, TrackingError> {
     let collector = Collector::new([methods]);
-    run_lane(sequence, frames, 0..sequence.len(), lane, &collector)?;
+    let (cores, mut lanes) = (Cores::new(rayon::current_num_threads()), [Ok(lane)]);
+    let _share = cores.enter();
+    run_frames_on(&cores, sequence, frames, &mut lanes, &collector)?;
+    let [lane] = lanes;
+    lane?;
     Ok(collector.into_collected().swap_remove(0))
 }
 

@@ -1,9 +1,14 @@
 //! Decoded frames that are kept for a while, for those who go over a sequence more than once or backwards.
+//!
+//! Frames of more than [`MAX_FRAME_BYTES`] are not kept: too few of them have room for one to be found again.
 
 use super::{DatasetError, Sequence};
 use crate::image::Frame;
 use lru::LruCache;
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// Size of the largest frame that is kept, that of about 2.8 megapixels.
+const MAX_FRAME_BYTES: usize = 8 << 20;
 
 /// The frames used last, of any number of sequences, up to a number of bytes.
 pub struct FrameCache {
@@ -34,7 +39,7 @@ impl FrameCache {
         }
         let frame = Arc::new(sequence.frame(t)?);
         let bytes = |f: &Frame| 3 * f.width() * f.height();
-        if bytes(&frame) <= self.most {
+        if bytes(&frame) <= self.most.min(MAX_FRAME_BYTES) {
             let mut kept = self.kept();
             if kept.frames.put(key, (sequence.clone(), frame.clone())).is_none() {
                 kept.bytes += bytes(&frame);

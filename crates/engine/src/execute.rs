@@ -4,7 +4,9 @@
 //! |---|---|
 //! | [`supervise`] | jobs that may panic, hang or be interrupted |
 //! | [`tracker_run`] | one run of a tracker on a sequence |
-//! | [`frame_loop`] | the loop over frames, shared by all below and by `detect` |
+//! | [`cores`] | cores that have nothing to do |
+//! | [`lane`] | a tracker with the signals read from it |
+//! | [`frame_loop`], [`schedule`] | the loop over frames, shared by all below and by `detect` |
 //! | [`pass`](mod@pass) | one pass over the frames of a sequence, for all its trackers and signals |
 //! | [`reverse`] | trackers run backwards in time |
 //! | [`track`] | a track with its signals |
@@ -19,14 +21,17 @@
 
 pub mod analyse;
 pub mod context;
+pub mod cores;
 pub mod detector_outputs;
 pub mod frame_loop;
 pub mod judge;
+pub mod lane;
 pub mod outcome;
 pub mod pass;
 pub mod reverse;
 pub mod run;
 pub mod run_shard;
+mod schedule;
 pub mod supervise;
 pub mod timing;
 pub mod track;

@@ -165,6 +165,11 @@ pub trait TrackerConfig: Send + Sync {
         false
     }
 
+    /// Whether it looks at the pixels of frames; a tracker that does not may be given a frame of any size.
+    fn reads_pixels(&self) -> bool {
+        true
+    }
+
     /// Binds a configuration that names a program to that program, one of those that the user of this computer
     /// allows.
     ///

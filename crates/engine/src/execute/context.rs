@@ -1,5 +1,6 @@
 //! Options of a run, and the context that its parts share.
 
+use super::cores::Cores;
 use super::detector_outputs::DetectorOutputCache;
 use super::reverse::FRAMES_IN_MEMORY;
 use super::tracker_run::TrackerRun;
@@ -53,6 +54,8 @@ pub struct Context<'a> {
     pub on_frame: Arc<dyn Fn() + Send + Sync>,
     /// Cache of decoded frames, for experiments with reverse runs.
     pub frames: Arc<FrameCache>,
+    /// The cores that passes share: as many as the current pool has threads.
+    pub cores: Cores,
     /// Outputs of detectors in memory.
     pub outputs: DetectorOutputCache,
 }
@@ -76,6 +79,7 @@ impl<'a> Context<'a> {
             tally,
             on_frame: Arc::new(on_frame),
             frames,
+            cores: Cores::new(rayon::current_num_threads()),
             outputs: DetectorOutputCache::default(),
         }
     }

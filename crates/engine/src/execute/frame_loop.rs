@@ -1,74 +1,22 @@
 //! The loop over the frames of a sequence: the one place where trackers and signals are given frames.
 //!
-//! A [`Lane`] is a tracker, or its stored states, with the signals read from it. [`run_frames`] decodes each frame once
-//! and gives it to all lanes. A [`FrameObserver`] receives the results, and wraps what differs between passes, reverse
-//! runs, timing and `detect`: supervision and the clock.
+//! [`run_frames`] decodes each frame once and gives it to all [`Lane`]s. A [`FrameObserver`] receives the results, and
+//! wraps what differs between passes, reverse runs, timing and `detect`: supervision and the clock. The order of the
+//! work is that of [`super::schedule`]; on one thread a frame is decoded when all lanes have finished the one before.
 
-use super::tracker_run::{TrackerRun, TrackingError};
+use super::cores::Cores;
+use super::lane::{Lane, LaneStep};
+use super::schedule::Schedule;
+use super::tracker_run::TrackingError;
 use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
-use crate::image::Frame;
 use crate::limits::Interrupted;
-use crate::signal::{Reads, Session};
-use crate::spec::method::SignalChoice;
-use crate::tracker::{StartedTracker, Tracker, TrackerState};
-use std::cell::RefCell;
-use std::sync::Arc;
-
-/// A tracker, or its stored states, with the signals read from it.
-pub struct Lane {
-    source: StateSource,
-    signals: Vec<Option<LaneSignal>>,
-}
-
-/// Where a lane's states come from.
-enum StateSource {
-    /// A run that starts in the first frame that it is given.
-    Run(TrackerRun),
-    /// A started tracker; the state is that of the next frame, if it is known already.
-    Tracker(Box<dyn Tracker>, Option<TrackerState>),
-    /// States of an earlier run, one a frame.
-    Stored(Arc<Vec<TrackerState>>),
-}
-
-/// A signal of a lane.
-struct LaneSignal {
-    kind: &'static str,
-    reads: Reads,
-    session: Box<dyn Session>,
-}
-
-/// Output of a lane in a frame.
-pub struct LaneStep<'a> {
-    /// Index of the frame, from 0.
-    pub t: usize,
-    /// The tracker's state.
-    pub state: TrackerState,
-    /// The value of each of the lane's signals; 0 in place of an absent one.
-    pub values: Vec<f64>,
-    tracker: Option<&'a dyn Tracker>,
-}
-
-/// A lane without signals that continues from the tracker's belief; see [`Tracker::fork`].
-fn fork(tracker: Option<&dyn Tracker>, seed: Option<u64>) -> Result<Lane, TrackingError> {
-    let tracker = tracker.and_then(|tracker| tracker.fork(seed)).ok_or(TrackingError::NoFork)?;
-    Ok(Lane::of_tracker(tracker))
-}
-
-impl LaneStep<'_> {
-    /// A lane without signals that continues from the tracker's belief after this frame, with the same random numbers
-    /// or with those of `seed`.
-    ///
-    /// # Errors
-    /// When the tracker cannot be copied.
-    pub fn fork(&self, seed: Option<u64>) -> Result<Lane, TrackingError> {
-        fork(self.tracker, seed)
-    }
-}
+use crate::tracker::TrackerState;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Receives the results of [`run_frames`], and wraps its work. The defaults only do the work.
 pub trait FrameObserver {
-    /// Called before each frame.
+    /// Called before each step.
     ///
     /// # Errors
     /// [`Interrupted`] ends the loop.
@@ -76,7 +24,8 @@ pub trait FrameObserver {
         Ok(())
     }
 
-    /// Wraps all work of a lane in a frame. The decoding of frames is the work of one more lane than there are.
+    /// Wraps the work of a lane's tracker or of one of its signals in a frame. The decoding of frames is the work of
+    /// one more lane than there are.
     ///
     /// # Errors
     /// Those of the work, or of its supervision.
@@ -98,114 +47,17 @@ pub trait FrameObserver {
         work()
     }
 
-    /// Receives the output of a lane in a frame.
+    /// Receives the state of a lane in a frame; frames come in order.
     ///
     /// # Errors
     /// An error ends the lane.
-    fn lane_done(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError>;
+    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError>;
+
+    /// Receives the value of a lane's signal in a frame, 0 in place of an absent signal; frames come in order.
+    fn measured(&self, _lane: usize, _signal: usize, _value: f64) {}
 
     /// Called after each frame.
     fn frame_done(&self) {}
-}
-
-impl Lane {
-    fn new<'s>(source: StateSource, signals: impl IntoIterator<Item = Option<&'s SignalChoice>>) -> Self {
-        let signal = |choice: &SignalChoice| LaneSignal {
-            kind: choice.kind,
-            reads: choice.signal.reads(),
-            session: choice.signal.start(),
-        };
-        Self { source, signals: signals.into_iter().map(|choice| choice.map(signal)).collect() }
-    }
-
-    /// A lane that starts a tracker in the first frame it is given.
-    pub fn of_run<'s>(run: TrackerRun, signals: impl IntoIterator<Item = Option<&'s SignalChoice>>) -> Self {
-        Self::new(StateSource::Run(run), signals)
-    }
-
-    /// A lane of a tracker that was started in the first frame that the lane will be given.
-    pub fn of_started<'s>(
-        (tracker, state): StartedTracker,
-        signals: impl IntoIterator<Item = Option<&'s SignalChoice>>,
-    ) -> Self {
-        Self::new(StateSource::Tracker(tracker, Some(state)), signals)
-    }
-
-    /// A lane without signals of a started tracker; the first frame that it will be given is the tracker's next one.
-    pub fn of_tracker(tracker: Box<dyn Tracker>) -> Self {
-        Self { source: StateSource::Tracker(tracker, None), signals: Vec::new() }
-    }
-
-    /// A lane of stored states, one for each frame of the sequence.
-    pub fn of_states<'s>(
-        states: Arc<Vec<TrackerState>>,
-        signals: impl IntoIterator<Item = Option<&'s SignalChoice>>,
-    ) -> Self {
-        Self::new(StateSource::Stored(states), signals)
-    }
-
-    /// A lane without signals that continues from the tracker's belief, with the same random numbers or with those of
-    /// `seed`.
-    ///
-    /// # Errors
-    /// When the tracker cannot be copied, or has not been started.
-    pub fn fork(&self, seed: Option<u64>) -> Result<Self, TrackingError> {
-        match &self.source {
-            StateSource::Tracker(tracker, _) => fork(Some(&**tracker), seed),
-            StateSource::Run(_) | StateSource::Stored(_) => fork(None, seed),
-        }
-    }
-
-    /// Whether the lane looks at pixels; signals of the posterior on stored states do not.
-    fn reads_pixels(&self) -> bool {
-        !matches!(self.source, StateSource::Stored(_))
-            || self.signals.iter().flatten().any(|s| s.reads == Reads::Pixels)
-    }
-
-    fn state(&mut self, t: usize, frame: &Frame) -> Result<TrackerState, TrackingError> {
-        match &mut self.source {
-            StateSource::Stored(states) => states.get(t).cloned().ok_or(TrackingError::NoState(t)),
-            StateSource::Tracker(tracker, known) => match known.take() {
-                Some(state) => Ok(state),
-                None => Ok(tracker.update(frame)?),
-            },
-            StateSource::Run(run) => {
-                let (tracker, state) = run.start(frame)?;
-                self.source = StateSource::Tracker(tracker, None);
-                Ok(state)
-            }
-        }
-    }
-
-    fn step<O: FrameObserver>(
-        &mut self,
-        lane: usize,
-        sequence: &Sequence,
-        (t, frame): (usize, &Frame),
-        observer: &O,
-    ) -> Result<(), TrackingError> {
-        let state = observer.time_tracker(|| self.state(t, frame))?;
-        let mut values = Vec::with_capacity(self.signals.len());
-        for (k, signal) in self.signals.iter_mut().enumerate() {
-            let Some(LaneSignal { kind, reads, session }) = signal else {
-                values.push(0.0);
-                continue;
-            };
-            if *reads == Reads::Posterior && state.posterior.is_none() {
-                return Err(TrackingError::NoPosterior(kind));
-            }
-            let value = observer.time_signal(k, || session.push(frame, &state));
-            if !value.is_finite() {
-                return Err(TrackingError::NotFinite { kind, value, number: sequence.number(t) });
-            }
-            values.push(value);
-        }
-        let tracker = match &self.source {
-            StateSource::Tracker(tracker, _) => Some(&**tracker),
-            StateSource::Run(_) | StateSource::Stored(_) => None,
-        };
-        observer.lane_done(lane, LaneStep { t, state, values, tracker })
-    }
 }
 
 /// Gives the frames of a sequence, in `order`, to all lanes. A lane that fails is replaced by its error; the others go
@@ -220,30 +72,25 @@ pub fn run_frames<O: FrameObserver>(
     lanes: &mut [Result<Lane, TrackingError>],
     observer: &O,
 ) -> Result<(), Interrupted> {
-    let decoder = lanes.len();
-    for t in order {
-        observer.check_interrupted()?;
-        if lanes.iter().all(Result::is_err) {
-            break;
-        }
-        let frame = if lanes.iter().flatten().any(Lane::reads_pixels) {
-            observer.supervise(decoder, || Ok(frames.frame(sequence, t).map_err(Arc::new)?))
-        } else {
-            Ok(Arc::new(Frame::from_fn(1, 1, |_, _| [0; 3])))
-        };
-        for (k, entry) in lanes.iter_mut().enumerate() {
-            let Ok(lane) = entry else { continue };
-            let done = match &frame {
-                Ok(frame) => observer.supervise(k, || lane.step(k, sequence, (t, frame), observer)),
-                Err(e) => Err(e.clone()),
-            };
-            if let Err(e) = done {
-                *entry = Err(e);
-            }
-        }
-        observer.frame_done();
-    }
-    Ok(())
+    let schedule = Schedule::new(sequence, frames, order.into_iter().collect(), lanes, observer);
+    schedule.work_alone();
+    schedule.finish(lanes)
+}
+
+/// As [`run_frames`], on this thread and on cores that have nothing else to do; the results are the same.
+///
+/// # Errors
+/// [`Interrupted`], from the observer.
+pub fn run_frames_on<O: FrameObserver + Sync>(
+    cores: &Cores,
+    sequence: &Arc<Sequence>,
+    frames: &FrameCache,
+    lanes: &mut [Result<Lane, TrackingError>],
+    observer: &O,
+) -> Result<(), Interrupted> {
+    let schedule = Schedule::new(sequence, frames, (0..sequence.len()).collect(), lanes, observer);
+    schedule.work_on(cores);
+    schedule.finish(lanes)
 }
 
 /// Gives the frames of a sequence, in `order`, to one lane, and returns it.
@@ -265,7 +112,13 @@ pub fn run_lane<O: FrameObserver>(
 
 /// Collects the states and signals of lanes.
 #[derive(Debug)]
-pub struct Collector(Vec<RefCell<Collected>>);
+pub struct Collector(Vec<CollectedLane>);
+
+#[derive(Debug)]
+struct CollectedLane {
+    states: Mutex<Vec<Arc<TrackerState>>>,
+    signals: Vec<Mutex<Vec<f64>>>,
+}
 
 /// States and signals of a lane.
 #[derive(Debug, Default)]
@@ -276,26 +129,43 @@ pub struct Collected {
     pub signals: Vec<Vec<f64>>,
 }
 
+fn push<T>(series: Option<&Mutex<Vec<T>>>, value: T) {
+    if let Some(series) = series {
+        series.lock().unwrap_or_else(PoisonError::into_inner).push(value);
+    }
+}
+
+fn series<T>(of: Mutex<Vec<T>>) -> Vec<T> {
+    of.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Collector {
     /// A collector for lanes with these numbers of signals.
     pub fn new(signals: impl IntoIterator<Item = usize>) -> Self {
-        let empty = |n: usize| RefCell::new(Collected { states: Vec::new(), signals: vec![Vec::new(); n] });
+        let empty = |n: usize| CollectedLane {
+            states: Mutex::default(),
+            signals: std::iter::repeat_with(Mutex::default).take(n).collect(),
+        };
         Self(signals.into_iter().map(empty).collect())
     }
 
     /// The states and signals of each lane.
     pub fn into_collected(self) -> Vec<Collected> {
-        self.0.into_iter().map(RefCell::into_inner).collect()
+        let collected = |lane: CollectedLane| Collected {
+            states: series(lane.states).into_iter().map(Arc::unwrap_or_clone).collect(),
+            signals: lane.signals.into_iter().map(series).collect(),
+        };
+        self.0.into_iter().map(collected).collect()
     }
 }
 
 impl FrameObserver for Collector {
-    fn lane_done(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        if let Some(collected) = self.0.get(lane) {
-            let mut collected = collected.borrow_mut();
-            collected.states.push(step.state);
-            collected.signals.iter_mut().zip(step.values).for_each(|(series, value)| series.push(value));
-        }
+    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        push(self.0.get(lane).map(|lane| &lane.states), step.state);
         Ok(())
+    }
+
+    fn measured(&self, lane: usize, signal: usize, value: f64) {
+        push(self.0.get(lane).and_then(|lane| lane.signals.get(signal)), value);
     }
 }

@@ -1,7 +1,9 @@
 //! One pass over one sequence: each frame is decoded once and given to every tracker and, with the tracker's state, to
 //! every signal.
 
-use super::frame_loop::{Collected, Collector, FrameObserver, Lane, LaneStep, run_frames};
+use super::cores::Cores;
+use super::frame_loop::{Collected, Collector, FrameObserver, run_frames_on};
+use super::lane::{Lane, LaneStep};
 use super::supervise::{JobError, Watchdog, supervised};
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::dataset::Sequence;
@@ -35,6 +37,8 @@ pub struct Pass {
     pub tasks: Vec<Task>,
     /// Called once a frame, for progress.
     pub on_frame: Arc<dyn Fn() + Send + Sync>,
+    /// The cores of the run.
+    pub cores: Cores,
 }
 
 /// Result of a task.
@@ -53,6 +57,7 @@ pub struct PassOutput {
 pub fn pass(pass: Pass, limits: &RunLimits) -> Result<Vec<Result<PassOutput, CellError>>, Interrupted> {
     // One job more: decoding the frames.
     let jobs = pass.tasks.len() + 1;
+    let _share = pass.cores.enter();
     supervised(jobs, limits, move |watch, left_out| pass.run(watch, left_out))
 }
 
@@ -76,8 +81,12 @@ impl FrameObserver for PassObserver<'_> {
         self.watch.step(lane, work)
     }
 
-    fn lane_done(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        self.collector.lane_done(lane, step)
+    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        self.collector.tracked(lane, step)
+    }
+
+    fn measured(&self, lane: usize, signal: usize, value: f64) {
+        self.collector.measured(lane, signal, value);
     }
 
     fn frame_done(&self) {
@@ -101,7 +110,7 @@ impl Pass {
         let mut lanes: Vec<_> = self.tasks.iter().enumerate().map(lane).collect();
         let collector = Collector::new(self.tasks.iter().map(|task| task.signals.len()));
         let observer = PassObserver { watch, on_frame: &*self.on_frame, collector };
-        run_frames(&self.sequence, &self.frames, 0..self.sequence.len(), &mut lanes, &observer)?;
+        run_frames_on(&self.cores, &self.sequence, &self.frames, &mut lanes, &observer)?;
         let collected = observer.collector.into_collected();
         let output = |((lane, collected), task): ((Result<Lane, TrackingError>, _), &Task)| {
             lane.map_err(|e| e.in_sequence(&self.sequence.name))?;

@@ -5,7 +5,8 @@
 //! with random numbers of its own from the track's seed and `from`. All methods on a track share these runs, so neither
 //! their number nor their order changes a result.
 
-use super::frame_loop::{FrameObserver, Lane, LaneStep, run_lane};
+use super::frame_loop::{FrameObserver, run_lane};
+use super::lane::{Lane, LaneStep};
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::detector::{Detector, DetectorOutput, Input, Reverse};
 use crate::num;
@@ -63,7 +64,7 @@ struct ForwardRun<'a> {
 }
 
 impl FrameObserver for ForwardRun<'_> {
-    fn lane_done(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+    fn tracked(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
         if Some(&step.state.region) != self.regions.get(step.t) {
             return Err(TrackingError::NotRepeatable(step.t));
         }
@@ -82,7 +83,7 @@ struct BackwardRun<'a> {
 }
 
 impl FrameObserver for BackwardRun<'_> {
-    fn lane_done(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+    fn tracked(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
         let mut errors = self.errors.borrow_mut();
         // A reverse run to an earlier frame passes through the later ones, whose errors are known already.
         if errors.len() == self.from - step.t - 1 {

@@ -1,8 +1,8 @@
 //! Work that may panic, hang or be interrupted, on a thread of its own.
 //!
-//! One thread steps through several jobs in turn and tells a [`Watchdog`] which of them it is at. A job that panics or
-//! has used up its time is left out, the others go on. A job that hangs cannot be stopped: its thread is abandoned, to
-//! end with the process, and the work starts again without that job.
+//! One thread, with its helpers, steps through several jobs and tells a [`Watchdog`] which of them it is at. A job that
+//! panics or has used up its time is left out, the others go on. A job that hangs cannot be stopped: its thread is
+//! abandoned, to end with the process, and the work starts again without that job.
 
 use crate::error::StepError;
 use crate::limits::{Interrupted, RunLimits};
@@ -42,15 +42,15 @@ pub struct Watchdog {
 
 #[derive(Default)]
 struct Clock {
-    /// The job that is running, and its start.
-    current: Option<(usize, Instant)>,
-    /// Time that each job has used.
+    /// The jobs that are running, and the starts of their steps.
+    running: Vec<(usize, Instant)>,
+    /// Time that each job has used in finished steps.
     used: Vec<Duration>,
 }
 
 impl Watchdog {
     fn new(jobs: usize, limits: &RunLimits) -> Self {
-        let clock = Clock { current: None, used: vec![Duration::ZERO; jobs] };
+        let clock = Clock { running: Vec::new(), used: vec![Duration::ZERO; jobs] };
         Self { limits: limits.clone(), clock: Mutex::new(clock) }
     }
 
@@ -76,10 +76,12 @@ impl Watchdog {
         step: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
         let start = Instant::now();
-        self.clock().current = Some((job, start));
+        self.clock().running.push((job, start));
         let outcome = catch(step);
         let mut clock = self.clock();
-        clock.current = None;
+        if let Some(at) = clock.running.iter().position(|step| *step == (job, start)) {
+            clock.running.swap_remove(at);
+        }
         if let Some(used) = clock.used.get_mut(job) {
             *used += start.elapsed();
             if let Some(timeout) = self.limits.timeout.filter(|t| *used > *t) {
@@ -89,13 +91,14 @@ impl Watchdog {
         outcome.unwrap_or_else(|panic| Err(JobError::Panicked(panic).into()))
     }
 
-    /// The job that hangs: it is running and its time is over.
+    /// A job that hangs: it is running and its time is over.
     fn hung(&self) -> Option<(usize, Duration)> {
         let timeout = self.limits.timeout?;
         let clock = self.clock();
-        let (job, since) = clock.current?;
-        let used = clock.used.get(job).copied().unwrap_or_default() + since.elapsed();
-        (used > timeout).then_some((job, timeout))
+        let used = |(job, since): (usize, Instant)| {
+            clock.used.get(job).copied().unwrap_or_default() + since.elapsed()
+        };
+        clock.running.iter().find(|step| used(**step) > timeout).map(|(job, _)| (*job, timeout))
     }
 }
 

@@ -3,8 +3,9 @@
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::context::Context;
-use super::frame_loop::{Collected, Collector, FrameObserver, Lane, LaneStep, run_lane};
+use super::frame_loop::{Collected, Collector, FrameObserver, run_lane};
 use super::judge::ReadyDetector;
+use super::lane::{Lane, LaneStep};
 use super::reverse;
 use super::supervise::run_single;
 use super::track::{self, Tracks};
@@ -137,11 +138,15 @@ impl FrameObserver for ForwardClock {
         }
     }
 
-    fn lane_done(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
         if let Some(forks) = &self.forks {
             forks.borrow_mut().push(step.fork(None)?);
         }
-        self.collector.lane_done(lane, step)
+        self.collector.tracked(lane, step)
+    }
+
+    fn measured(&self, lane: usize, signal: usize, value: f64) {
+        self.collector.measured(lane, signal, value);
     }
 }
 
@@ -209,8 +214,8 @@ impl FrameObserver for ReverseClock {
         clocked(&self.running, work)
     }
 
-    fn lane_done(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        self.region.replace(Some(step.state.region));
+    fn tracked(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        self.region.replace(Some(step.state.region.clone()));
         Ok(())
     }
 }

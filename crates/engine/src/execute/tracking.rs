@@ -95,6 +95,7 @@ fn some_tracks(
             signals: plan.signals.clone(),
             tasks: wanted.iter().filter_map(task).collect(),
             on_frame: context.on_frame.clone(),
+            cores: context.cores.clone(),
         };
         let mut outputs = pass(one, &context.options.limits)?;
         if let Err(e) = unchanged(context, planned, &wanted, &found) {

@@ -142,6 +142,12 @@ impl TrackerConfig for Under {
         self.config.uses_run() || self.protocol.runs().is_some()
     }
 
+    fn reads_pixels(&self) -> bool {
+        // A failure is one within the frame, whose size is needed.
+        let exact = matches!(self.protocol, RunProtocol::VotReset | RunProtocol::VotRegionNoise);
+        exact || self.config.reads_pixels()
+    }
+
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         self.config.inputs(context)
     }

@@ -274,6 +274,10 @@ impl TrackerConfig for Replay {
         true
     }
 
+    fn reads_pixels(&self) -> bool {
+        false
+    }
+
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         Ok(vec![self.find(context.sequence, context.run, context.data_root)?.path])
     }

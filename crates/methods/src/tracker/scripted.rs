@@ -124,6 +124,10 @@ impl TrackerConfig for Scripted {
         true
     }
 
+    fn reads_pixels(&self) -> bool {
+        false
+    }
+
     fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         let truth = context.sequence.truth.clone();
         let start = truth.iter().position(|t| t.as_ref() == Some(region)).unwrap_or(0);

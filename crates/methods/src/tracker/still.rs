@@ -35,6 +35,10 @@ impl TrackerConfig for Still {
         false
     }
 
+    fn reads_pixels(&self) -> bool {
+        false
+    }
+
     fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         Ok((Box::new(Tracking(region.clone())), TrackerState::initialized(region.clone())))
     }
