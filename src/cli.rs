@@ -65,7 +65,7 @@ enum Verb {
     /// Run a built-in tracker for a program that speaks the TraX protocol
     ServeTrax(serve_trax::Args),
     /// Explain why cells of an experiment would be computed again, or not
-    MemberFault(why::Args),
+    Why(why::Args),
     /// Trace a number of a table down to its sequences, events, detections and frames
     Explain(explain::Args),
 }
@@ -88,7 +88,7 @@ impl Cli {
             Verb::Compare(args) => compare::run(args),
             Verb::Serve(args) => serve::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
-            Verb::MemberFault(args) => why::run(args),
+            Verb::Why(args) => why::run(args),
             Verb::Explain(args) => explain::run(args),
         }
     }

@@ -1,6 +1,6 @@
 //! Gray values.
 
-use super::Frame;
+use super::{Frame, Window};
 
 /// Luma of an RGB pixel, 0 to 255: .2989 R + .5870 G + .1140 B (ITU-R BT.601 as MATLAB rounds it), rounded
 /// half up.
@@ -8,22 +8,35 @@ pub fn luma([r, g, b]: [u8; 3]) -> u8 {
     ((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000) as u8
 }
 
-/// A gray image, rows from the top, pixels from the left, a byte each.
+/// The gray values of a frame, or of a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Gray {
-    /// Width in pixels.
+    /// Width of the frame in pixels.
     pub width: usize,
-    /// Height in pixels.
+    /// Height of the frame in pixels.
     pub height: usize,
-    /// `width * height` values.
+    /// The part whose values are known, within the frame.
+    pub part: Window,
+    /// Values of the part, rows from the top, pixels from the left, a byte each.
     pub values: Vec<u8>,
 }
 
 impl Gray {
     /// The luma of every pixel of a frame.
     pub fn of(frame: &Frame) -> Self {
-        let values = frame.bytes().chunks_exact(3).map(|p| luma([p[0], p[1], p[2]])).collect();
-        Self { width: frame.width(), height: frame.height(), values }
+        Self::of_part(frame, &Window { x: 0, y: 0, w: frame.width(), h: frame.height() })
+    }
+
+    /// The luma of the pixels in a window, of one pixel at least.
+    pub fn of_part(frame: &Frame, window: &Window) -> Self {
+        let part = window.clipped(frame).unwrap_or(Window { x: 0, y: 0, w: 1, h: 1 });
+        let (left, top) = (part.x as usize, part.y as usize);
+        let mut values = Vec::with_capacity(part.w * part.h);
+        for y in top..top + part.h {
+            let pixels = frame.row(y)[3 * left..3 * (left + part.w)].as_chunks::<3>().0;
+            values.extend(pixels.iter().map(|p| luma(*p)));
+        }
+        Self { width: frame.width(), height: frame.height(), part, values }
     }
 }
 
@@ -41,5 +54,7 @@ mod tests {
         let gray = Gray::of(&frame);
         assert_eq!((gray.width, gray.height), (3, 2));
         assert_eq!(gray.values, [0, 255, 76, 150, 29, 132]);
+        let part = Gray::of_part(&frame, &Window { x: 1, y: -3, w: 9, h: 4 });
+        assert_eq!((part.part, part.values), (Window { x: 1, y: 0, w: 2, h: 1 }, vec![255, 76]));
     }
 }

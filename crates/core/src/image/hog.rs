@@ -67,10 +67,23 @@ impl Hog {
         channels: usize,
         features: &mut Vec<f32>,
     ) -> (usize, usize) {
+        features.clear();
+        self.append(patch, cell, channels, features)
+    }
+
+    /// As [`Hog::compute`], after the features that are there.
+    pub fn append(
+        &mut self,
+        patch: &Patch,
+        cell: usize,
+        channels: usize,
+        features: &mut Vec<f32>,
+    ) -> (usize, usize) {
         let cell = cell.max(1);
         let (w, h) = (patch.width / cell, patch.height / cell);
-        features.clear();
-        features.resize(channels.min(CHANNELS) * w * h, 0.0);
+        let start = features.len();
+        features.resize(start + channels.min(CHANNELS) * w * h, 0.0);
+        let features = &mut features[start..];
         if w * h > 0 {
             self.sum_gradients(patch, cell, w, h);
             self.weigh_border(w, h);

@@ -21,8 +21,9 @@
 //! these, [`geometry`] takes the one with `phi` in `(-pi/4, pi/4]`, which is unique unless `r = 1`; the authors'
 //! code may take any with `|phi| < pi/2`.
 
-use super::Gray;
+use super::{Gray, Window};
 use crate::region::{Rect, Region};
+use multiversion::multiversion;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// `(x, y, s, theta, r, phi)`; see the module.
@@ -124,21 +125,70 @@ impl Template {
         Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
     }
 
+    /// The window of the pixels that [`Template::sample`] reads for any of these geometries.
+    pub fn window<'g>(&self, geometries: impl IntoIterator<Item = &'g Geometry>) -> Window {
+        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for g in geometries {
+            let (x, y) = self.reach(&matrix(g));
+            let at = [g[0] - x, g[1] - y, g[0] + x, g[1] + y];
+            for k in 0..2 {
+                bounds[k] = bounds[k].min(at[k]);
+                bounds[k + 2] = bounds[k + 2].max(at[k + 2]);
+            }
+        }
+        // Values lie between pixel centers; one pixel more for rounding.
+        let [left, top, right, bottom] = bounds.map(|v| v.clamp(-MAX_COORDINATE, MAX_COORDINATE));
+        let (left, top) = ((left - 2.0).floor(), (top - 2.0).floor());
+        let size = |from: f64, to: f64| (to + 3.0 - from).max(1.0) as usize;
+        Window { x: left as i64, y: top as i64, w: size(left, right), h: size(top, bottom) }
+    }
+
+    /// Largest distance in x and y between the center and a place of the template.
+    fn reach(&self, [a, b, c, d]: &[f64; 4]) -> (f64, f64) {
+        let (u, v) = (self.width as f64 / 2.0, self.height as f64 / 2.0);
+        (a.abs() * u + b.abs() * v, c.abs() * u + d.abs() * v)
+    }
+
     /// Writes the `width * height` gray values under the template, times `unit`, into `out`, row by row.
     ///
     /// # Panics
-    /// When `out` has another length: a mistake in the caller.
+    /// When `out` has another length, or the image lacks a part of [`Template::window`] that the frame has: a
+    /// mistake in the caller.
     pub fn sample(&self, image: &Gray, geometry: &Geometry, unit: f32, out: &mut [f32]) {
         assert_eq!(out.len(), self.pixels(), "values of a template");
-        let [a, b, c, d] = matrix(geometry);
-        let (right, bottom) = ((image.width - 1) as f64, (image.height - 1) as f64);
+        let matrix = matrix(geometry);
+        let (reach, part) = (self.reach(&matrix), &image.part);
+        let fits = |center: f64, reach: f64, start: i64, size: usize| {
+            center - reach - 2.0 >= start as f64 && center + reach + 2.0 <= start as f64 + size as f64
+        };
+        if fits(geometry[0], reach.0, part.x, part.w) && fits(geometry[1], reach.1, part.y, part.h) {
+            sample_inside(*self, image, geometry, &matrix, unit, out);
+        } else {
+            self.sample_anywhere(image, geometry, &matrix, unit, out);
+        }
+    }
+
+    /// Where the first value of row `i` lies, in units of pixel centers.
+    #[inline(always)]
+    fn row_start(&self, i: usize, geometry: &Geometry, &[a, b, c, d]: &[f64; 4]) -> (f64, f64) {
         let u = 0.5 - self.width as f64 / 2.0;
+        let v = i as f64 + 0.5 - self.height as f64 / 2.0;
+        (geometry[0] + a * u + b * v - 0.5, geometry[1] + c * u + d * v - 0.5)
+    }
+
+    fn sample_anywhere(
+        &self,
+        image: &Gray,
+        geometry: &Geometry,
+        matrix: &[f64; 4],
+        unit: f32,
+        out: &mut [f32],
+    ) {
+        let (right, bottom) = ((image.width - 1) as f64, (image.height - 1) as f64);
         for (i, row) in out.chunks_exact_mut(self.width).enumerate() {
-            let v = i as f64 + 0.5 - self.height as f64 / 2.0;
-            // In units of pixel centers.
-            let (x, y) = (geometry[0] + a * u + b * v - 0.5, geometry[1] + c * u + d * v - 0.5);
+            let (x, y) = self.row_start(i, geometry, matrix);
             for (j, out) in row.iter_mut().enumerate() {
-                let (x, y) = (x + a * j as f64, y + c * j as f64);
+                let (x, y) = (x + matrix[0] * j as f64, y + matrix[2] * j as f64);
                 let inside = x >= -0.5 && x <= right + 0.5 && y >= -0.5 && y <= bottom + 0.5;
                 *out = if inside {
                     unit * bilinear(image, x.clamp(0.0, right), y.clamp(0.0, bottom))
@@ -150,14 +200,65 @@ impl Template {
     }
 }
 
+/// Largest absolute coordinate of a window, in pixels; no frame is so large.
+const MAX_COORDINATE: f64 = 1e6;
+/// Places of a template that are processed together.
+const LANES: usize = 16;
+
+/// As [`Template::sample_anywhere`], for places that are all more than a pixel away from the image's border: the
+/// same operations, on whole vectors but for the look-up of pixels.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn sample_inside(
+    template: Template,
+    image: &Gray,
+    geometry: &Geometry,
+    matrix: &[f64; 4],
+    unit: f32,
+    out: &mut [f32],
+) {
+    let (left, top, stride) = (image.part.x as i32, image.part.y as i32, image.part.w as i32);
+    for (i, row) in out.chunks_exact_mut(template.width).enumerate() {
+        let (x, y) = template.row_start(i, geometry, matrix);
+        for (block, out) in row.chunks_mut(LANES).enumerate() {
+            let (mut at, mut fx, mut fy) = ([0_i32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
+            for l in 0..LANES {
+                let j = (LANES * block + l) as f64;
+                let (x, y) = (x + matrix[0] * j, y + matrix[2] * j);
+                let (column, row) = (x as i32, y as i32);
+                fx[l] = (x - f64::from(column)) as f32;
+                fy[l] = (y - f64::from(row)) as f32;
+                at[l] = (row - top).wrapping_mul(stride).wrapping_add(column - left);
+            }
+            let mut corners = [[0_u8; LANES]; 4];
+            for l in 0..out.len() {
+                let at = at[l] as usize;
+                let (upper, lower) = (&image.values[at..], &image.values[at + stride as usize..]);
+                corners[0][l] = upper[0];
+                corners[1][l] = upper[1];
+                corners[2][l] = lower[0];
+                corners[3][l] = lower[1];
+            }
+            let mut values = [0.0_f32; LANES];
+            for l in 0..LANES {
+                let corner = |k: usize| f32::from(corners[k][l]);
+                let upper = corner(0) + fx[l] * (corner(1) - corner(0));
+                let lower = corner(2) + fx[l] * (corner(3) - corner(2));
+                values[l] = unit * (upper + fy[l] * (lower - upper));
+            }
+            out.copy_from_slice(&values[..out.len()]);
+        }
+    }
+}
+
 /// The value at a place from `(0, 0)` to `(width - 1, height - 1)`.
 #[inline(always)]
 fn bilinear(image: &Gray, x: f64, y: f64) -> f32 {
     let (column, row) = (x as usize, y as usize);
     let (fx, fy) = ((x - column as f64) as f32, (y - row as f64) as f32);
-    let at = row * image.width + column;
+    let part = &image.part;
+    let at = (row - part.y as usize) * part.w + (column - part.x as usize);
     let next = usize::from(column + 1 < image.width);
-    let below = if row + 1 < image.height { image.width } else { 0 };
+    let below = if row + 1 < image.height { part.w } else { 0 };
     let value = |at: usize| f32::from(image.values[at]);
     let upper = value(at) + fx * (value(at + next) - value(at));
     let lower = value(at + below) + fx * (value(at + below + next) - value(at + below));
@@ -167,12 +268,14 @@ fn bilinear(image: &Gray, x: f64, y: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Frame;
     use proptest::prelude::*;
 
     const TEMPLATE: Template = Template { width: 8, height: 8 };
 
     fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> u8) -> Gray {
-        Gray { width, height, values: (0..width * height).map(|k| f(k % width, k / width)).collect() }
+        let part = Window { x: 0, y: 0, w: width, h: height };
+        Gray { width, height, part, values: (0..width * height).map(|k| f(k % width, k / width)).collect() }
     }
 
     fn sampled(template: Template, image: &Gray, geometry: &Geometry) -> Vec<f32> {
@@ -296,6 +399,22 @@ mod tests {
                     for (a, b) in matrix(&g).iter().zip(m) {
                         prop_assert!((a - b).abs() < 1e-9, "{a} {b}");
                     }
+                }
+            }
+        }
+
+        #[test]
+        fn vectors_and_parts_of_a_frame_change_no_bit(g in geometries(), right in any::<bool>()) {
+            let g = [g[0] + if right { 150.0 } else { 0.0 }, g[1] + 60.0, 0.3 + 0.4 * g[2], g[3], g[4].min(3.0), g[5]];
+            let frame = Frame::from_fn(230, 120, |x, y| [(x * 31 + y * 17) as u8, (x * y) as u8, (x ^ y) as u8]);
+            for template in [TEMPLATE, Template { width: 19, height: 5 }] {
+                let mut plain = vec![0.0; template.pixels()];
+                template.sample_anywhere(&Gray::of(&frame), &g, &matrix(&g), 0.01, &mut plain);
+                let part = Gray::of_part(&frame, &template.window([&g]));
+                for image in [Gray::of(&frame), part] {
+                    let mut out = vec![0.0; template.pixels()];
+                    template.sample(&image, &g, 0.01, &mut out);
+                    prop_assert_eq!(&out, &plain);
                 }
             }
         }

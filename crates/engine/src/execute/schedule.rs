@@ -23,7 +23,7 @@ use std::thread::ScopedJoinHandle;
 
 /// Most decoded frames at once, the one that is furthest behind included.
 const MOST_FRAMES: usize = 16;
-/// Most bytes of decoded frames at once, unless two frames have more.
+/// Most bytes of decoded frames at once, unless one frame has more.
 const MOST_BYTES: usize = 64 << 20;
 
 /// The work on a sequence.
@@ -302,7 +302,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
         let mut shared = self.lock();
         match frame {
             Ok(frame) => {
-                shared.most = (MOST_BYTES / frame.bytes().len().max(1)).clamp(2, MOST_FRAMES);
+                shared.most = (MOST_BYTES / frame.bytes().len().max(1)).clamp(1, MOST_FRAMES);
                 let at = place - shared.first;
                 if let Some(slot) = shared.frames.get_mut(at) {
                     *slot = Slot::Decoded(frame);

@@ -151,7 +151,8 @@ impl TrackerConfig for AdaptiveLocalSparse {
         let p = &self.0;
         let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Gray::of(frame), &estimate, LEVEL, &mut window);
+        let gray = Gray::of_part(frame, &TEMPLATE.window([&estimate]));
+        TEMPLATE.sample(&gray, &estimate, LEVEL, &mut window);
         let tracker = Tracking {
             params: p.clone(),
             candidates: Candidates::new(p.samples, p.noise),
@@ -272,8 +273,8 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         let Self { params, candidates, coder, work, rng, target } = self;
-        let gray = Gray::of(frame);
         candidates.draw(&target.estimate, &SideLimits::of(frame), rng);
+        let gray = Gray::of_part(frame, &TEMPLATE.window(&candidates.states));
         let collecting = target.collecting();
         let mut window = vec![0.0; PIXELS];
         let (mut confidences, mut nearest) = (Vec::new(), (f64::INFINITY, 0));

@@ -227,7 +227,6 @@ impl Target {
         let window = self.window(self.size, self.scale);
         let mut patch = Patch::resized(frame, &window, self.size.0, self.size.1, self.colors);
         patch.round();
-        self.hog.compute(&patch, 1, GRADIENTS, &mut self.cells);
         let n = self.size.0 * self.size.1;
         let planes: Vec<&[f32]> = patch.values.chunks_exact(n).collect();
         self.features.clear();
@@ -238,7 +237,7 @@ impl Target {
             }
             _ => self.features.extend(patch.values.iter().map(|v| v / 255.0 - 0.5)),
         }
-        self.features.extend_from_slice(&self.cells);
+        self.hog.append(&patch, 1, GRADIENTS, &mut self.features);
     }
 
     /// Computes `features`, the samples of the scale: for each feature a line over the scales.

@@ -247,7 +247,8 @@ impl Tracking {
         };
         let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        TEMPLATE.sample(&Gray::of(frame), &estimate, LEVEL, &mut window);
+        let gray = Gray::of_part(frame, &TEMPLATE.window([&estimate]));
+        TEMPLATE.sample(&gray, &estimate, LEVEL, &mut window);
         let mut tracker = Self {
             rng: seed::rng(seed),
             candidates: Candidates::new(model.samples, model.noise),
@@ -305,8 +306,8 @@ impl Tracking {
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let gray = Gray::of(frame);
         self.candidates.draw(&self.estimate, &SideLimits::of(frame), &mut self.rng);
+        let gray = Gray::of_part(frame, &TEMPLATE.window(&self.candidates.states));
         let mut window = vec![0.0; PIXELS];
         let mut logarithms = Vec::with_capacity(self.candidates.states.len());
         for k in 0..self.candidates.states.len() {

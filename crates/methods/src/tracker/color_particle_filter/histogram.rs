@@ -171,7 +171,7 @@ impl Parabola {
 
     /// `w[0] + ... + w[n - 1] = start n + step n (n - 1) / 2 + bend n (n - 1) (n - 2) / 6`.
     fn sum(&self, n: i64) -> i64 {
-        let pairs = (n * (n - 1)) >> 1;
+        let pairs = n.wrapping_mul(n - 1) >> 1;
         let bent = self.step.wrapping_add(self.third.wrapping_mul(n - 2));
         self.start.wrapping_mul(n).wrapping_add(pairs.wrapping_mul(bent))
     }

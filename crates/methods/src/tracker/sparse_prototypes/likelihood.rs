@@ -120,7 +120,7 @@ pub fn error(r: f32, lambda: f32) -> f32 {
 }
 
 /// `d - e` for the errors of the residuals.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn unoccluded(difference: &[f32], residuals: &[f32], lambda: f32, out: &mut [f32]) {
     for ((out, d), r) in out.iter_mut().zip(difference).zip(residuals) {
         *out = d - error(*r, lambda);
@@ -128,7 +128,7 @@ fn unoccluded(difference: &[f32], residuals: &[f32], lambda: f32, out: &mut [f32
 }
 
 /// `U'x`.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn project(basis: &[f32], x: &[f32], out: &mut Vec<f32>) {
     out.clear();
     let (x, _) = x.as_chunks::<LANES>();
@@ -164,7 +164,7 @@ fn accumulate(sum: &mut [f32; LANES], u: &[f32; LANES], x: &[f32; LANES]) {
 }
 
 /// `d - U z`.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn leave(basis: &[f32], difference: &[f32], z: &[f32], out: &mut [f32]) {
     let (difference, _) = difference.as_chunks::<WIDE>();
     let (out, _) = out.as_chunks_mut::<WIDE>();
@@ -181,7 +181,7 @@ fn leave(basis: &[f32], difference: &[f32], z: &[f32], out: &mut [f32]) {
 }
 
 /// `sum (r - e)^2 + lambda |e|_1`.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn penalized(residuals: &[f32], lambda: f32) -> f32 {
     sum_of(residuals, |r| {
         let kept = r.abs().min(lambda);
@@ -190,7 +190,7 @@ fn penalized(residuals: &[f32], lambda: f32) -> f32 {
 }
 
 /// `sum (r - e)^2` over the pixels with `|e| < lambda`, plus `lambda` for each of the others.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn cost(residuals: &[f32], lambda: f32) -> f32 {
     sum_of(residuals, |r| {
         let kept = r.abs().min(lambda);
