@@ -29,7 +29,7 @@ mod index;
 pub mod pack;
 pub mod staging;
 
-pub use file::{read, read_text, write};
+pub use file::{read, read_text, write, write_with};
 pub use pack::{Head, Name, Record};
 
 use address::{Address, Recipe, Stage};
@@ -213,7 +213,9 @@ impl Store {
 
     /// Whether a cell of that name was computed before, from any recipe.
     pub fn knows(&self, stage: Stage, cell: &str) -> bool {
-        self.index().names.get(&pack::name_key(stage, cell)).is_some_and(|a| !a.is_empty())
+        let index = self.index();
+        !index.names.is_empty()
+            && index.names.get(&pack::name_key(stage, cell)).is_some_and(|a| !a.is_empty())
     }
 
     /// Heads of all records of a cell's name, in the order of their addresses.

@@ -1,6 +1,6 @@
 //! State of a plan's cells in the store.
 
-use super::experiment::{ExperimentPlan, PlannedCell, PlannedSequence};
+use super::experiment::{ExperimentPlan, PlannedSequence};
 use super::recipes;
 use crate::error::CellError;
 use crate::store::Store;
@@ -56,17 +56,15 @@ impl ExperimentPlan<'_> {
     /// Name and state of every cell, in the order of [`ExperimentPlan::cells`].
     pub fn states(&self, store: &Store) -> Vec<(String, CellState)> {
         let cached = self.cached_tracks(store);
-        let state = |(cell, (name, recipe)): (PlannedCell, (String, Result<Recipe, CellError>))| {
-            let track_is_cached = cached[cell.sequence][cell.job];
-            let state = match recipe {
+        self.map_labels(|cell, name, recipe| {
+            let state = match recipe.map(|recipe| store.contains(&recipe.address())) {
                 Err(_) => CellState::Absent,
-                Ok(recipe) if store.contains(&recipe.address()) && track_is_cached => CellState::Cached,
-                Ok(recipe) if store.contains(&recipe.address()) => CellState::Missing,
-                Ok(_) if store.knows(Stage::Labels, &self.stored_name(&name)) => CellState::Stale,
-                Ok(_) => CellState::Missing,
+                Ok(true) if cached[cell.sequence][cell.job] => CellState::Cached,
+                Ok(true) => CellState::Missing,
+                Ok(false) if store.knows(Stage::Labels, &self.stored_name(&name)) => CellState::Stale,
+                Ok(false) => CellState::Missing,
             };
             (name, state)
-        };
-        self.cells().into_par_iter().zip(self.labels()).map(state).collect()
+        })
     }
 }

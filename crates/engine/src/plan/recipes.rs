@@ -174,6 +174,11 @@ impl DetectorKey {
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
+    /// Whether the seed of a cell is part of its recipe.
+    pub fn uses_seed(&self) -> bool {
+        self.uses_seed
+    }
+
     /// A detector with a learned model.
     pub fn learned(address: Address, fixed: &FixedDetector) -> Self {
         let mut key = Self::given(fixed);
@@ -193,7 +198,7 @@ impl DetectorKey {
 /// - 3: with the tracker's condition.
 const OUTPUT_FORM: u32 = 3;
 
-/// Recipe of a cell's labels.
+/// Recipe of a cell's labels; the seed counts for detectors that use it.
 pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
     let mut recipe =
         read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM);

@@ -19,13 +19,12 @@ pub struct Reason {
 }
 
 /// State and reason of every cell whose name `wanted` accepts.
-pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool) -> Vec<Reason> {
+pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool + Sync) -> Vec<Reason> {
     let now = current(plan);
     let cached = plan.cached_tracks(store);
-    let labels = plan.labels();
+    let cells = plan.map_labels(|place, cell, recipe| wanted(&cell).then_some((place, cell, recipe)));
     let mut reasons = Vec::new();
-    let cells = plan.cells().into_iter().zip(labels).filter(|(_, (cell, _))| wanted(cell));
-    for (place, (cell, recipe)) in cells {
+    for (place, cell, recipe) in cells.into_iter().flatten() {
         let (state, because) = match recipe {
             Err(e) => (CellState::Absent, e.to_string()),
             Ok(recipe) if store.contains(&recipe.address()) && !cached[place.sequence][place.job] => {

@@ -9,12 +9,23 @@ use std::path::Path;
 /// # Errors
 /// When the folder cannot be created or written to.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    write_with(path, |file| file.write_all(bytes).map_err(|e| StoreError::new(path, e)))
+}
+
+/// Replaces a file atomically by what `fill` writes, for content that is too large for the memory.
+///
+/// # Errors
+/// When the folder cannot be created or written to, and those of `fill`.
+pub fn write_with<E: From<StoreError>>(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+) -> Result<(), E> {
     let fail = |e: std::io::Error| StoreError::new(path, e);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
-    persist(file, path)
+    fill(&mut file)?;
+    Ok(persist(file, path)?)
 }
 
 /// Gives a temporary file its final name, and waits until both are on the disk.
