@@ -27,6 +27,7 @@ PEERS = [
     "arma_statsmodels.py",
     "color_particle_filter.py",
     "gamma_mixture.py",
+    "score_got10k.py",
     "reconstructed_trackers.py",
     "opencv_trackers.py",
 ]

@@ -132,6 +132,19 @@ pub fn overlap_threshold(i: usize) -> f64 {
     i as f64 / (OVERLAPS - 1) as f64
 }
 
+/// Number of overlap thresholds below the overlap.
+fn overlaps_below(overlap: f64) -> usize {
+    // Rounding may put the product on the wrong side of a threshold; the threshold itself decides.
+    let near = (overlap * (OVERLAPS - 1) as f64) as usize;
+    let from = near.saturating_sub(1).min(OVERLAPS);
+    from + (from..OVERLAPS).take_while(|i| overlap > overlap_threshold(*i)).count()
+}
+
+/// Number of error thresholds below the error, all of them for one that is not a number.
+fn errors_below(error: f64) -> usize {
+    if error <= (ERRORS - 1) as f64 { error.max(0.0).ceil() as usize } else { ERRORS }
+}
+
 fn iou(a: &Rect, b: &Rect) -> f64 {
     let inside = Region::Rect(*a).intersection(&Region::Rect(*b));
     let all = a.area() + b.area() - inside;
@@ -154,7 +167,8 @@ impl Rules {
 
     /// Success and precision of plain boxes, `None` in frames without a box.
     pub fn of_boxes(&self, boxes: &[Option<Rect>], truth: &[Option<Rect>]) -> Curves {
-        let mut hits = Curves { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
+        // How many frames pass exactly so many of the thresholds, which rise.
+        let (mut success, mut precision) = ([0_u64; OVERLAPS + 1], [0_u64; ERRORS + 1]);
         let mut last = None;
         for (t, (reported, truth)) in boxes.iter().zip(truth).enumerate() {
             let mut tracked = *reported;
@@ -178,16 +192,14 @@ impl Rules {
                 }
                 _ => f64::INFINITY,
             };
-            for (i, hits) in hits.success.iter_mut().enumerate() {
-                *hits += f64::from(u8::from(overlap > overlap_threshold(i)));
-            }
-            for (e, hits) in hits.precision.iter_mut().enumerate() {
-                *hits += f64::from(u8::from(error <= e as f64));
-            }
+            success[overlaps_below(overlap)] += 1;
+            precision[errors_below(error)] += 1;
         }
         let frames = boxes.len().max(1) as f64;
-        hits.success.iter_mut().chain(&mut hits.precision).for_each(|v| *v /= frames);
-        hits
+        // An overlap passes the thresholds below it, the first ones; an error those that are not below it, the last ones.
+        let above = |i: usize| success[i + 1..].iter().sum::<u64>() as f64 / frames;
+        let within = |e: usize| precision[..=e].iter().sum::<u64>() as f64 / frames;
+        Curves { success: (0..OVERLAPS).map(above).collect(), precision: (0..ERRORS).map(within).collect() }
     }
 
     /// The annotation that counts for the overlap, and the one that counts for the error.

@@ -117,3 +117,20 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #[test]
+    fn thresholds_below_a_value_are_counted(value in -0.1..1.1_f64, i in 0..OVERLAPS, e in 0..70_u32) {
+        let overlaps = |v: f64| (0..OVERLAPS).filter(|i| v > overlap_threshold(*i)).count();
+        let errors = |v: f64| (0..ERRORS).filter(|e| v > *e as f64).count();
+        let edge = overlap_threshold(i);
+        for v in [value, edge, edge.next_up(), edge.next_down(), -1.0, 1.0] {
+            prop_assert_eq!(overlaps_below(v), overlaps(v), "{}", v);
+        }
+        let edge = f64::from(e);
+        for v in [60.0 * value, edge, edge.next_up(), edge.next_down(), f64::INFINITY] {
+            prop_assert_eq!(errors_below(v), errors(v), "{}", v);
+        }
+        prop_assert_eq!((overlaps_below(f64::NAN), errors_below(f64::NAN)), (0, ERRORS));
+    }
+}
