@@ -86,7 +86,7 @@ impl Sequence {
         let known = match &self.frames {
             Frames::Files(files) => files.size()?,
             Frames::Video(video) => video.files()?.size()?,
-            Frames::Rendered(..) => None,
+            Frames::Rendered(render, n) => (*n > 0).then(|| render.size()),
         };
         known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
     }

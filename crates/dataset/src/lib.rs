@@ -32,6 +32,12 @@ use std::sync::Arc;
 pub trait Render: Send + Sync {
     /// Frame `t`, 0-based.
     fn render(&self, t: usize) -> Frame;
+
+    /// Width and height of the frames, in pixels.
+    fn size(&self) -> (usize, usize) {
+        let first = self.render(0);
+        (first.width(), first.height())
+    }
 }
 
 /// Source of a sequence's frames.

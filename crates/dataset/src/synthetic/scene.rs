@@ -345,6 +345,10 @@ impl Render for Scene {
         self.expose(t, &mut rgb);
         Frame::new(width, height, rgb)
     }
+
+    fn size(&self) -> (usize, usize) {
+        self.plan.size
+    }
 }
 
 impl Scene {
