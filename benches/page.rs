@@ -69,17 +69,21 @@ fn page(criterion: &mut Criterion) {
     group.bench_function("series-in-it", |b| {
         b.iter(|| {
             let all = black_box(&all);
-            let series = embedded(all).index;
+            let series = embedded(all, usize::MAX).expect("room");
             render(&Page { sequences: all.tallies(), series, ..Page::default() }).expect("a page")
         });
     });
     group.bench_function("series-beside-it", |b| {
         b.iter(|| {
             let all = black_box(&all);
-            let packed = beside(all);
-            let page =
-                Page { sequences: all.tallies(), series: packed.index, beside: true, ..Page::default() };
-            (render(&page).expect("a page"), packed.files)
+            let mut bytes = 0;
+            let packed = beside::<()>(all, |_, text| {
+                bytes += text.len();
+                Ok(())
+            });
+            let (series, _) = packed.expect("packed");
+            let page = Page { sequences: all.tallies(), series, beside: true, ..Page::default() };
+            (render(&page).expect("a page"), bytes)
         });
     });
     group.finish();

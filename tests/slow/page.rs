@@ -336,7 +336,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
     let page = Page {
         title: long.clone(),
         sequences: all.tallies(),
-        series: embedded(&all).index,
+        series: embedded(&all, usize::MAX).unwrap(),
         ..Page::default()
     };
     let folder = tempfile::tempdir().unwrap();
@@ -364,8 +364,12 @@ fn names_of_any_kind_are_text_and_break_nothing() {
 fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     let mut browser = Browser::start();
     let all = series(["Girl", "Bolt"]);
-    let packed = beside(&all);
-    assert_eq!(packed.files.len(), 2);
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["data", "figures"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    let (series, files) = beside(&all, |name, text| std::fs::write(folder.path().join(name), text)).unwrap();
+    assert_eq!(files, 2);
     let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60\" height=\"40\"><rect width=\"60\" height=\"40\"/></svg>";
     let file = "figures/a #1 50%.svg".to_string();
     let page = Page {
@@ -377,19 +381,12 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
         }],
         figures_beside: true,
         sequences: all.tallies(),
-        series: packed.index,
+        series,
         beside: true,
         ..Page::default()
     };
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["data", "figures"] {
-        std::fs::create_dir(folder.path().join(name)).unwrap();
-    }
     std::fs::write(folder.path().join(&file), svg).unwrap();
     std::fs::write(folder.path().join("index.html"), render(&page).unwrap()).unwrap();
-    for (name, text) in &packed.files {
-        std::fs::write(folder.path().join(name), text).unwrap();
-    }
     browser.screen(1400, 900, true);
     browser.open(&folder.path().join("index.html"));
     browser.becomes(&format!("{READOUT}.includes('hit')"));

@@ -15,7 +15,7 @@ mod sweep;
 
 pub use drawer::{DrawError, Drawer, Drawing, Scope};
 
-use crate::results::Results;
+use crate::results::{Results, TrackSeries};
 use crate::spec::figure::Figure;
 use crate::table;
 
@@ -43,18 +43,18 @@ pub enum FigureOutcome {
     NoData(String),
 }
 
-/// Draws one figure.
+/// Draws one figure; `tracks` are those of [`Results::all_tracks`].
 ///
 /// # Errors
 /// When results cannot be read or the drawing fails.
-pub fn draw(results: &Results, figure: &Figure) -> Result<FigureOutcome, DrawError> {
+pub fn draw(results: &Results, tracks: &[TrackSeries], figure: &Figure) -> Result<FigureOutcome, DrawError> {
     let note = table::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let (name, kind) = (figure.name.clone(), figure.kind.word);
     let Some(drawer) = DRAWERS.iter().find(|d| d.word == kind) else {
         return Err(DrawError::Kind { name, kind });
     };
-    let scope = Scope { results, figure, note };
+    let scope = Scope { results, tracks, figure, note };
     let (plot, remark) = match (drawer.draw)(&scope)? {
         Drawing::Plot { plot, remark } => (plot, remark),
         Drawing::NoData(reason) => return Ok(FigureOutcome::NoData(reason)),

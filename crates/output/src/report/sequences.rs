@@ -9,7 +9,7 @@ pub mod json;
 use crate::region::{Rect, Region};
 use crate::results::manifest::MethodRecord;
 use crate::results::method_label;
-use crate::results::{Results, ResultsError, TrackSeries};
+use crate::results::{MethodSeries, Results, ResultsError, TrackSeries};
 use crate::score::Counts;
 use crate::score::{Protocol, TrackScore};
 use crate::signal::distribution_field::{self, background_region};
@@ -128,7 +128,7 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
     all.sequences = sequences(results, &tracks)?;
     let place = |name: &str| all.sequences.iter().position(|s| s.name == name);
     let regions = background_rules(results);
-    for track in tracks {
+    for mut track in tracks {
         let Some(tracker) = all.trackers.iter().position(|t| *t == track.tracker) else { continue };
         let Some(sequence) = place(&track.sequence) else { continue };
         let rule = regions.get(track.tracker.as_str());
@@ -138,7 +138,7 @@ pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences,
             (0..track.rects.len()).map(at).collect()
         };
         let background = rule.map_or_else(Vec::new, background);
-        let methods = judged_series(results, &records, &track);
+        let methods = judged_series(results, &records, &mut track);
         let (rects, error) = (track.rects, track.error);
         all.tracks.push(Track { sequence, tracker, rects, background, error, methods });
     }
@@ -156,10 +156,7 @@ fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Meth
 
 fn sequences(results: &Results, tracks: &[TrackSeries]) -> Result<Vec<Sequence>, ResultsError> {
     let suite = &results.manifest.suite;
-    let mut truth: BTreeMap<String, BTreeMap<i64, Region>> = BTreeMap::new();
-    for ((name, number), region) in results.truth()? {
-        truth.entry(name).or_default().insert(number, region);
-    }
+    let mut truth = results.truth()?;
     let mut by_name: BTreeMap<&str, &TrackSeries> = BTreeMap::new();
     for track in tracks {
         by_name.entry(&track.sequence).or_insert(track);
@@ -199,29 +196,24 @@ fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Par
     rules
 }
 
+/// The series of the methods on a track, which loses them.
 fn judged_series(
     results: &Results,
     records: &[&MethodRecord],
-    track: &TrackSeries,
+    track: &mut TrackSeries,
 ) -> Vec<(usize, JudgedSeries)> {
+    let frames = track.error.len();
     let of = |(k, record): (usize, &&MethodRecord)| {
-        let series = track.method(&method_label(&record.name, &record.params))?;
+        let name = method_label(&record.name, &record.params);
+        let series = std::mem::take(track.methods.iter_mut().find(|m| m.name == name)?);
         let protocol = results.experiment.protocol_of(&record.name)?;
-        let frames = track.error.len();
         // A results folder from elsewhere may lack rows.
         if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
             return None;
         }
         let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
-        Some((
-            k,
-            JudgedSeries {
-                score: series.score.clone(),
-                alarm: series.alarm.clone(),
-                changes: series.changes.clone(),
-                judged,
-            },
-        ))
+        let MethodSeries { score, alarm, changes, .. } = series;
+        Some((k, JudgedSeries { score, alarm, changes, judged }))
     };
     records.iter().enumerate().filter_map(of).collect()
 }

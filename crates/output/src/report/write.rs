@@ -16,10 +16,11 @@ use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
 use crate::image;
-use crate::results::{Results, ResultsError};
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::{self, TableLayout};
+use rayon::prelude::*;
 use std::path::Path;
 
 /// Content of a written report.
@@ -59,7 +60,7 @@ const MAX_PAGE: usize = 5 << 20;
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
-    let scores = results.scores()?;
+    let (scores, tracks) = (results.scores()?, results.all_tracks()?);
     let mut layouts = table::layouts(results, &scores);
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
@@ -70,8 +71,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
     table::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
-    let drawn: Vec<_> = results.experiment.figures.iter().map(|f| figures::draw(results, f)).collect();
-    for (figure, drawn) in results.experiment.figures.iter().zip(drawn) {
+    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks)) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
                 let picture = (drawn.svg, drawn.png);
@@ -84,7 +84,6 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         page.figures.push(draw_ranks(results, folder, name, &ranks, caption)?);
     }
     page.summary.extend(note);
-    let tracks = results.all_tracks()?;
     let requests = stills::requested(results, &tracks);
     let mut sequences = sequences::collect(results, tracks)?;
     keep_stills(results, folder, &requests, &mut sequences)?;
@@ -96,6 +95,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     store::write(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
     Ok(WrittenReport { findings, tables: page.tables })
+}
+
+/// Draws all figures, several at once.
+fn draw_all(results: &Results, tracks: &[TrackSeries]) -> Vec<Result<FigureOutcome, DrawError>> {
+    results.experiment.figures.par_iter().map(|figure| figures::draw(results, tracks, figure)).collect()
 }
 
 /// Draws mean ranks under a name that no figure of the experiment has.
@@ -161,10 +165,14 @@ pub(super) fn small_enough(
 ) -> Result<String, WriteError> {
     let drawn: usize = page.figures.iter().map(|f| f.svg.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
+    let room = most.checked_sub(drawn);
+    let mut fits = room.is_some();
     if !page.sequences.rows.is_empty() {
-        page.series = json::embedded(sequences).index;
+        let series = room.and_then(|room| json::embedded(sequences, room));
+        fits = series.is_some();
+        page.series = series.unwrap_or_default();
     }
-    if page.series.len() + drawn <= most {
+    if fits {
         let html = render(page)?;
         if html.len() <= most {
             return Ok(html);
@@ -172,12 +180,9 @@ pub(super) fn small_enough(
     }
     page.beside = true;
     if !page.sequences.rows.is_empty() {
-        let packed = json::beside(sequences);
-        for (name, text) in &packed.files {
-            store::write(&folder.join(name), text.as_bytes())?;
-        }
-        page.series = packed.index;
-        let files = packed.files.len();
+        let keep = |name: &str, text: &str| store::write(&folder.join(name), text.as_bytes());
+        let (index, files) = json::beside(sequences, keep)?;
+        page.series = index;
         page.sequences.note.push_str(&format!(
             " The series of the strips and the viewer are in {files} files in the folder data beside this page."
         ));

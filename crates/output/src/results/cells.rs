@@ -30,18 +30,17 @@ pub(super) fn some_text(text: &str) -> Option<&str> {
 /// The cells by their names, whatever the order in which they were done.
 pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
-    let key = |c: &Cell| {
-        let name = outcome.sequences[c.sequence].name.clone();
-        (name, c.tracker.clone(), c.run, c.method.clone(), c.params.clone())
-    };
-    cells.sort_by_key(|c| key(c));
+    fn key<'c>(outcome: &'c Outcome<'_>, c: &'c Cell) -> (&'c str, &'c str, u32, &'c str, &'c str) {
+        (&outcome.sequences[c.sequence].name, &c.tracker, c.run, &c.method, &c.params)
+    }
+    cells.sort_by(|a, b| key(outcome, a).cmp(&key(outcome, b)));
     cells
 }
 
 /// Cells with the same key together; groups and their cells in the order in which they come.
 pub(super) fn grouped<'a, K: Eq + Hash>(
     cells: impl IntoIterator<Item = &'a Cell>,
-    key: impl Fn(&Cell) -> K,
+    key: impl Fn(&'a Cell) -> K,
 ) -> Vec<Vec<&'a Cell>> {
     let mut places = HashMap::new();
     let mut groups: Vec<Vec<&Cell>> = Vec::new();

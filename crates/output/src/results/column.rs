@@ -191,12 +191,17 @@ impl TableFile {
         Ok(rows)
     }
 
-    /// Reads some columns of the file from Parquet.
+    /// Reads some columns of the file from Parquet, a row group at a time.
     ///
     /// # Errors
-    /// When the bytes are no Parquet file, or its columns are not the declared ones.
-    pub(super) fn read_parquet(&self, bytes: Vec<u8>, columns: &[Column]) -> Result<Rows, TableError> {
-        Rows::from_parquet(bytes, |names| self.check(names), columns)
+    /// When the bytes are no Parquet file, or its columns are not the declared ones, and those of `take`.
+    pub(super) fn read_parquet_parts(
+        &self,
+        bytes: Vec<u8>,
+        columns: &[Column],
+        take: impl FnMut(Rows) -> Result<(), TableError>,
+    ) -> Result<(), TableError> {
+        Rows::each_part_of_parquet(bytes, |names| self.check(names), columns, take)
     }
 
     /// Whether a header has every column that is not recent, and no others.

@@ -43,21 +43,21 @@ pub(super) fn to_parquet(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
     Ok(bytes)
 }
 
-/// Parquet with zstd compression from frames with the same columns, a row group each; no bytes without a frame.
+/// Writes Parquet with zstd compression from frames with the same columns, a row group each; nothing without a frame.
 pub(super) fn parts_to_parquet<E: From<TableError>>(
+    file: &mut dyn std::io::Write,
     parts: impl IntoIterator<Item = Result<DataFrame, E>>,
-) -> Result<Vec<u8>, E> {
+) -> Result<(), E> {
     let refused = |e: PolarsError| E::from(TableError::Polars(e));
-    let mut bytes = Vec::new();
     let mut parts = parts.into_iter();
-    let Some(first) = parts.next().transpose()? else { return Ok(bytes) };
-    let writer = ParquetWriter::new(&mut bytes).with_compression(ParquetCompression::Zstd(None));
+    let Some(first) = parts.next().transpose()? else { return Ok(()) };
+    let writer = ParquetWriter::new(file).with_compression(ParquetCompression::Zstd(None));
     let mut writer = writer.batched(first.schema()).map_err(refused)?;
     for part in std::iter::once(Ok(first)).chain(parts) {
         writer.write_batch(&part?).map_err(refused)?;
     }
     writer.finish().map_err(refused)?;
-    Ok(bytes)
+    Ok(())
 }
 
 /// CSV of texts under headings, one row an array; empty texts are missing values.
@@ -96,16 +96,26 @@ impl Rows {
         Ok(Self(options.into_reader_with_file_handle(Cursor::new(bytes)).finish()?))
     }
 
-    /// Some columns of a Parquet file whose header passes a check.
-    pub fn from_parquet(
+    /// Gives `take` some columns of a Parquet file whose header passes a check, a row group at a time.
+    pub fn each_part_of_parquet(
         bytes: Vec<u8>,
         check: impl Fn(Vec<&str>) -> Result<(), TableError>,
         columns: &[Column],
-    ) -> Result<Self, TableError> {
-        let mut reader = ParquetReader::new(Cursor::new(bytes));
+        mut take: impl FnMut(Self) -> Result<(), TableError>,
+    ) -> Result<(), TableError> {
+        let mut reader = ParquetReader::new(Cursor::new(&bytes));
         check(reader.schema()?.iter_names().map(PlSmallStr::as_str).collect())?;
-        let names = columns.iter().map(|c| c.name.to_string()).collect();
-        Ok(Self(reader.with_columns(Some(names)).finish()?))
+        let about = reader.get_metadata()?.clone();
+        let names: Vec<String> = columns.iter().map(|c| c.name.to_string()).collect();
+        let mut from = 0;
+        for rows in about.row_groups.iter().map(|group| group.num_rows()) {
+            let mut reader = ParquetReader::new(Cursor::new(&bytes));
+            reader.set_metadata(about.clone());
+            let reader = reader.with_columns(Some(names.clone())).with_slice(Some((from, rows)));
+            take(Self(reader.finish()?))?;
+            from += rows;
+        }
+        Ok(())
     }
 
     /// The header.
@@ -185,8 +195,13 @@ mod tests {
         let frame = || FILE.frame(vec![V.of(values)]).unwrap();
         let csv = FILE.read_csv(to_csv(frame()).unwrap()).unwrap();
         assert_eq!(bits(csv.all_numbers(&V).unwrap()), values.map(f64::to_bits));
-        let parquet = FILE.read_parquet(to_parquet(frame()).unwrap(), &[V]).unwrap();
-        assert_eq!(bits(parquet.reals(&V).unwrap()), values.map(f64::to_bits));
+        let mut parquet = Vec::new();
+        let take = |rows: Rows| {
+            parquet.extend(rows.reals(&V)?);
+            Ok(())
+        };
+        FILE.read_parquet_parts(to_parquet(frame()).unwrap(), &[V], take).unwrap();
+        assert_eq!(bits(parquet), values.map(f64::to_bits));
     }
 
     #[test]

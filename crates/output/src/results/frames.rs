@@ -7,6 +7,7 @@ use super::frame::parts_to_parquet;
 use crate::engine::{Cell, Outcome};
 use crate::region::Region;
 use polars::prelude::DataFrame;
+use std::io::Write;
 
 pub(super) const X: Column = Column::real("x", "pixels", "Left edge of the tracker's box");
 pub(super) const Y: Column = Column::real("y", "pixels", "Upper edge of the tracker's box");
@@ -51,7 +52,7 @@ const ROWS_AT_ONCE: usize = 1 << 19;
 ///
 /// # Errors
 /// When a detection cannot be read from the store any more, or polars refuses.
-pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
+pub(super) fn write(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), ResultsError> {
     let cells = sorted_cells(outcome);
     let mut parts: Vec<&[&Cell]> = Vec::new();
     let mut rest = cells.as_slice();
@@ -68,7 +69,7 @@ pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
     if parts.is_empty() {
         parts.push(&[]);
     }
-    parts_to_parquet(parts.into_iter().map(|cells| frames_of(outcome, cells)))
+    parts_to_parquet(file, parts.into_iter().map(|cells| frames_of(outcome, cells)))
 }
 
 fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, ResultsError> {
@@ -76,13 +77,13 @@ fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Result
     let (mut x, mut y, mut w, mut h) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut error, mut method, mut score) = (Vec::new(), Vec::new(), Vec::new());
     let (mut label, mut change) = (Vec::new(), Vec::new());
-    for cell in cells {
+    let names: Vec<String> = cells.iter().map(|c| method_label(&c.method, &c.params)).collect();
+    for (cell, name) in cells.iter().zip(&names) {
         let Ok(judged) = &cell.result else { continue };
         let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
             continue;
         };
         let detection = outcome.detector_output(cell, judged)?;
-        let name = method_label(&cell.method, &cell.params);
         keys.push(outcome, cell, track.regions.len());
         for rect in track.regions.iter().map(Region::rect) {
             x.push(rect.x);
@@ -91,7 +92,7 @@ fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Result
             h.push(rect.h);
         }
         error.extend(track.error.iter().map(|e| (!e.is_nan()).then_some(*e)));
-        method.extend(std::iter::repeat_n(name, track.regions.len()));
+        method.extend(std::iter::repeat_n(name.as_str(), track.regions.len()));
         score.extend_from_slice(&detection.score);
         label.extend(detection.alarm.iter().map(|a| i32::from(*a)));
         change.extend_from_slice(&detection.changes());

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 
 /// The file; it is written last and says that the folder is whole.
@@ -140,6 +141,35 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
+/// Passes on what is written, and makes its SHA-256 meanwhile.
+pub(super) struct Hashed<'w> {
+    to: &'w mut dyn Write,
+    hash: Sha256,
+}
+
+impl<'w> Hashed<'w> {
+    pub fn new(to: &'w mut dyn Write) -> Self {
+        Self { to, hash: Sha256::new() }
+    }
+
+    /// SHA-256 of everything written, in hexadecimal.
+    pub fn hexadecimal(self) -> String {
+        hexadecimal(&self.hash.finalize())
+    }
+}
+
+impl Write for Hashed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.to.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.to.flush()
+    }
+}
+
 impl Manifest {
     /// The manifest of an outcome.
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
@@ -240,6 +270,15 @@ fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
 
 fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodRecord> {
     let mut records = Vec::new();
+    let mut thresholds: BTreeMap<(&str, &str), BTreeMap<String, f64>> = BTreeMap::new();
+    for cell in &outcome.cells {
+        let of_variant = thresholds.entry((&cell.method, &cell.params)).or_default();
+        if let Some(threshold) = cell.threshold
+            && of_variant.get(&cell.tracker) != Some(&threshold)
+        {
+            of_variant.insert(cell.tracker.clone(), threshold);
+        }
+    }
     for method in &experiment.methods {
         for variant in &method.variants {
             let params = variant.params();
@@ -251,14 +290,13 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
             };
             let suite = variant.detector.role().and_then(|role| experiment.suites.get(role));
             let trained = key.zip(suite.cloned());
-            let mine = outcome.cells.iter().filter(|c| c.method == method.name && c.params == params);
             records.push(MethodRecord {
                 name: method.name.clone(),
                 params: params.clone(),
                 signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
                 detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
                 trained,
-                thresholds: mine.filter_map(|c| Some((c.tracker.clone(), c.threshold?))).collect(),
+                thresholds: thresholds.get(&(&*method.name, &*params)).cloned().unwrap_or_default(),
             });
         }
     }

@@ -104,16 +104,15 @@ impl Measure {
 /// # Errors
 /// When a detection cannot be read from the store any more.
 pub(super) fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
-    let key = |cell: &Cell| (cell.tracker.clone(), cell.method.clone(), cell.params.clone());
-    let groups = grouped(outcome.cells.iter(), key);
+    let groups = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method, &cell.params));
     groups
         .into_iter()
-        .filter_map(|cells| Some((key(cells.first()?), cells)))
-        .map(|((tracker, method, params), cells)| {
+        .filter_map(|cells| Some((*cells.first()?, cells)))
+        .map(|(first, cells)| {
             Ok(Measure {
-                tracker,
-                method,
-                params,
+                tracker: first.tracker.clone(),
+                method: first.method.clone(),
+                params: first.params.clone(),
                 attribute: None,
                 pooled: pool_cells(outcome, &cells)?,
                 done: cells.iter().filter(|c| c.result.is_ok()).count(),

@@ -8,17 +8,16 @@ use super::frame::TableError;
 use super::manifest::{self, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::scores::{self, CellScore};
-use super::{ResultsError, SPEC, USER_SUITES, analyses, truth};
+use super::truth::{self, Truth};
+use super::{ResultsError, SPEC, USER_SUITES, analyses};
 use crate::dataset::suite::Catalog;
 use crate::dataset::text;
 use crate::engine::execute::analyse::Analysed;
 use crate::engine::execute::supervise::catch;
 use crate::engine::store;
 use crate::image::{self, Frame};
-use crate::region::Region;
 use crate::spec::limits::MAX_BYTES;
 use crate::spec::{self, Experiment};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Size of the largest manifest that is read, in bytes.
@@ -80,11 +79,11 @@ impl Results {
         self.table(scores::FILE.name, scores::read)
     }
 
-    /// Reads the ground truth by sequence and frame number; frames without annotation are left out.
+    /// Reads the ground truth; frames without annotation are left out.
     ///
     /// # Errors
     /// When the file is absent or damaged.
-    pub fn truth(&self) -> Result<BTreeMap<(String, i64), Region>, ResultsError> {
+    pub fn truth(&self) -> Result<Truth, ResultsError> {
         self.table(truth::FILE.name, truth::read)
     }
 

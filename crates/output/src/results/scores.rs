@@ -62,11 +62,10 @@ pub fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec<u8>, 
     let mut rows: Vec<Row> = cells.iter().map(|cell| row_of_cell(outcome, cell)).collect();
     rows.extend(pooled_rows(outcome, cells));
     rows.extend(rows_of_missing(experiment, outcome));
-    rows.sort_by(|a, b| {
-        let key =
-            |r: &Row| (r.sequence.clone(), r.tracker.clone(), r.run, r.method.clone(), r.params.clone());
-        key(a).cmp(&key(b))
-    });
+    fn key(r: &Row) -> (&str, &str, i64, &str, &str) {
+        (&r.sequence, &r.tracker, r.run, &r.method, &r.params)
+    }
+    rows.sort_by(|a, b| key(a).cmp(&key(b)));
     let text = |f: fn(&Row) -> &str| rows.iter().map(f).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![outcome.suite.as_str(); rows.len()]),
@@ -105,17 +104,19 @@ fn row_of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Row {
 
 /// The rows with sequence `*`.
 fn pooled_rows(outcome: &Outcome<'_>, cells: Vec<&Cell>) -> Vec<Row> {
-    let key = |c: &Cell| (c.tracker.clone(), c.run, c.method.clone(), c.params.clone());
     let pooled = |group: Vec<&Cell>| {
-        let (tracker, run, method, params) = key(group.first()?);
+        let first = group.first()?;
+        let (tracker, method, params) = (first.tracker.clone(), first.method.clone(), first.params.clone());
         let done = group.iter().filter(|c| c.result.is_ok()).count();
         let complete = done == group.len() && outcome.missing.is_empty();
         let status =
             if complete { "ok".to_string() } else { format!("partial: {done} of {}", outcome.wanted) };
         let counts = (done > 0).then(|| sum_of_cells(&group));
-        Some(Row { sequence: "*".to_string(), tracker, run: i64::from(run), method, params, counts, status })
+        let run = i64::from(first.run);
+        Some(Row { sequence: "*".to_string(), tracker, run, method, params, counts, status })
     };
-    grouped(cells, key).into_iter().filter_map(pooled).collect()
+    let groups = grouped(cells, |c| (&c.tracker, c.run, &c.method, &c.params));
+    groups.into_iter().filter_map(pooled).collect()
 }
 
 /// Rows for the cells of sequences that are not there.

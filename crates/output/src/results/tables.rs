@@ -100,9 +100,17 @@ mod tests {
         assert_eq!(lines[2], ",,precision,DT|EF,0.12,,,12 of 21 targets");
         let bytes = parquet(&rows, "").unwrap();
         assert_eq!(bytes, parquet(&rows, "").unwrap());
-        let read = FILE.read_parquet(bytes, FILE.columns).unwrap();
-        assert_eq!(read.reals(&OURS).unwrap(), [0.12, 0.12]);
-        assert_eq!(read.texts(&PUBLISHED).unwrap(), [".110", ""]);
-        assert_eq!(FILE.read_parquet(parquet(&[], "").unwrap(), FILE.columns).unwrap().len(), 0);
+        let read = |bytes| {
+            let (mut ours, mut published) = (Vec::new(), Vec::new());
+            let take = |rows: frame::Rows| {
+                ours.extend(rows.reals(&OURS)?);
+                published.extend(rows.texts(&PUBLISHED)?.into_iter().map(str::to_string));
+                Ok(())
+            };
+            FILE.read_parquet_parts(bytes, FILE.columns, take).unwrap();
+            (ours, published)
+        };
+        assert_eq!(read(bytes), (vec![0.12, 0.12], vec![".110".to_string(), String::new()]));
+        assert_eq!(read(parquet(&[], "").unwrap()), (vec![], vec![]));
     }
 }

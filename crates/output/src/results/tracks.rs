@@ -9,6 +9,7 @@ use super::frames::{self, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
 use super::signals::{self, FORECAST, SIGNAL};
 use super::{Results, ResultsError};
 use crate::region::Rect;
+use std::ops::Range;
 
 /// One run of a tracker over a sequence, with what methods made of it.
 #[derive(Debug, Clone, Default)]
@@ -71,19 +72,13 @@ pub struct TrackFilter<'a> {
 }
 
 impl TrackFilter<'_> {
-    /// The rows that pass.
-    fn of(&self, rows: Rows) -> Result<Rows, TableError> {
+    /// Whether row `i` passes.
+    fn passes(&self, keys: &Keys<'_>, i: usize) -> bool {
         let is = |wanted: Option<&str>, found: &str| wanted.is_none_or(|w| w == found);
-        let names = rows.texts(&TRACKER)?.into_iter().zip(rows.texts(&SEQUENCE)?);
-        let cells = names.zip(rows.texts(&METHOD)?).zip(rows.integers(&RUN)?);
-        let keep = cells.map(|(((tracker, sequence), method), run)| {
-            is(self.tracker, tracker)
-                && is(self.sequence, sequence)
-                && is(self.method, method)
-                && self.run.is_none_or(|r| r == run)
-        });
-        let keep = keep.collect();
-        rows.filter(keep)
+        is(self.tracker, keys.tracker[i])
+            && is(self.sequence, keys.sequence[i])
+            && is(self.method, keys.method[i])
+            && self.run.is_none_or(|r| r == keys.run[i])
     }
 }
 
@@ -112,27 +107,45 @@ impl<'r> Keys<'r> {
     fn is_on(&self, i: usize, track: &TrackSeries) -> bool {
         self.sequence[i] == track.sequence && self.tracker[i] == track.tracker && self.run[i] == track.run
     }
+
+    /// The rows that follow each other with the same keys.
+    fn stretches(&self) -> Vec<Range<usize>> {
+        let row = |i: usize| (self.method[i], self.run[i], self.tracker[i], self.sequence[i]);
+        let mut from = 0;
+        let mut all = Vec::new();
+        for i in 1..=self.method.len() {
+            if i == self.method.len() || row(i) != row(i - 1) {
+                all.push(from..i);
+                from = i;
+            }
+        }
+        all
+    }
 }
 
 impl Results {
-    /// Reads the tracks of one tracker's first run, with signals and conditions.
-    ///
-    /// # Errors
-    /// When a file is absent or damaged.
-    pub fn tracks(&self, tracker: &str) -> Result<Vec<TrackSeries>, ResultsError> {
-        let filter = TrackFilter { tracker: Some(tracker), run: Some(0), ..TrackFilter::default() };
-        let mut tracks = self.read_frames(&filter)?;
-        self.add_signals(&filter, &mut tracks)?;
-        self.add_conditions(&filter, &mut tracks)?;
-        Ok(tracks)
-    }
-
     /// Reads the tracks of every tracker's first run, without signals and conditions.
     ///
     /// # Errors
     /// When the file is absent or damaged.
     pub fn all_tracks(&self) -> Result<Vec<TrackSeries>, ResultsError> {
         self.read_frames(&TrackFilter { run: Some(0), ..TrackFilter::default() })
+    }
+
+    /// Copies of tracks of a tracker's first run, with signals and conditions.
+    ///
+    /// # Errors
+    /// When a file is absent or damaged.
+    pub fn with_signals(
+        &self,
+        tracker: &str,
+        tracks: &[&TrackSeries],
+    ) -> Result<Vec<TrackSeries>, ResultsError> {
+        let mut tracks: Vec<TrackSeries> = tracks.iter().map(|track| (*track).clone()).collect();
+        let filter = TrackFilter { tracker: Some(tracker), run: Some(0), ..TrackFilter::default() };
+        self.add_signals(&filter, &mut tracks)?;
+        self.add_conditions(&filter, &mut tracks)?;
+        Ok(tracks)
     }
 
     /// Reads the tracks that pass a filter, with conditions and checks.
@@ -148,39 +161,27 @@ impl Results {
 
     fn read_frames(&self, filter: &TrackFilter<'_>) -> Result<Vec<TrackSeries>, ResultsError> {
         self.table(frames::FILE.name, |bytes| {
-            let rows = filter.of(frames::FILE.read_parquet(bytes, &frames::FILE.columns[1..])?)?;
-            let (keys, number) = (Keys::of(&rows)?, rows.integers(&FRAME)?);
-            let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
-            let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
-            let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
             let mut tracks: Vec<TrackSeries> = Vec::new();
-            for i in 0..rows.len() {
-                if tracks.last().is_none_or(|track| !keys.is_on(i, track)) {
-                    let (sequence, tracker) = (keys.sequence[i].to_string(), keys.tracker[i].to_string());
-                    tracks.push(TrackSeries {
-                        sequence,
-                        tracker,
-                        run: keys.run[i],
-                        ..TrackSeries::default()
-                    });
+            frames::FILE.read_parquet_parts(bytes, &frames::FILE.columns[1..], |rows| {
+                let (keys, number) = (Keys::of(&rows)?, rows.integers(&FRAME)?);
+                let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
+                let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
+                let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
+                for rows in keys.stretches().into_iter().filter(|rows| filter.passes(&keys, rows.start)) {
+                    let (track, series) = place_of(&mut tracks, &keys, rows.start);
+                    // The boxes are the same for every method.
+                    if series == 0 {
+                        track.numbers.extend_from_slice(&number[rows.clone()]);
+                        track.rects.extend(rows.clone().map(|i| Rect::new(x[i], y[i], w[i], h[i])));
+                        track.error.extend_from_slice(&error[rows.clone()]);
+                    }
+                    let series = &mut track.methods[series];
+                    series.score.extend_from_slice(&score[rows.clone()]);
+                    series.alarm.extend(label[rows.clone()].iter().map(|label| *label != 0));
+                    series.changes.extend_from_slice(&change[rows]);
                 }
-                let Some(track) = tracks.last_mut() else { continue };
-                if track.methods.last().is_none_or(|m| m.name != keys.method[i]) {
-                    let name = keys.method[i].to_string();
-                    track.methods.push(MethodSeries { name, ..MethodSeries::default() });
-                }
-                // The boxes are the same for every method.
-                if track.methods.len() == 1 {
-                    track.numbers.push(number[i]);
-                    track.rects.push(Rect::new(x[i], y[i], w[i], h[i]));
-                    track.error.push(error[i]);
-                }
-                if let Some(m) = track.methods.last_mut() {
-                    m.score.push(score[i]);
-                    m.alarm.push(label[i] != 0);
-                    m.changes.push(change[i]);
-                }
-            }
+                Ok(())
+            })?;
             Ok(tracks)
         })
     }
@@ -189,13 +190,14 @@ impl Results {
         self.table(signals::FILE.name, |bytes| {
             let [sequence, tracker, run, method] = KEYS;
             let columns = [sequence, tracker, run, method, SIGNAL, FORECAST];
-            let rows = filter.of(signals::FILE.read_parquet(bytes, &columns)?)?;
-            let (signal, forecast) = (rows.reals(&SIGNAL)?, rows.reals(&FORECAST)?);
-            add_rows(tracks, &Keys::of(&rows)?, |series, i| {
-                series.signal.push(signal[i]);
-                series.forecast.push(forecast[i]);
-            });
-            Ok(())
+            signals::FILE.read_parquet_parts(bytes, &columns, |rows| {
+                let (signal, forecast) = (rows.reals(&SIGNAL)?, rows.reals(&FORECAST)?);
+                add_rows(tracks, filter, &Keys::of(&rows)?, |series, rows| {
+                    series.signal.extend_from_slice(&signal[rows.clone()]);
+                    series.forecast.extend_from_slice(&forecast[rows]);
+                });
+                Ok(())
+            })
         })
     }
 
@@ -211,10 +213,13 @@ impl Results {
         self.table(conditions::FILE.name, |bytes| {
             let [sequence, tracker, run, method] = KEYS;
             let columns = [sequence, tracker, run, method, CONDITION];
-            let rows = filter.of(conditions::FILE.read_parquet(bytes, &columns)?)?;
-            let condition = rows.reals(&CONDITION)?;
-            add_rows(tracks, &Keys::of(&rows)?, |series, i| series.condition.push(condition[i]));
-            Ok(())
+            conditions::FILE.read_parquet_parts(bytes, &columns, |rows| {
+                let condition = rows.reals(&CONDITION)?;
+                add_rows(tracks, filter, &Keys::of(&rows)?, |series, rows| {
+                    series.condition.extend_from_slice(&condition[rows]);
+                });
+                Ok(())
+            })
         })
     }
 
@@ -236,20 +241,38 @@ impl Results {
     }
 }
 
-/// Gives each row to the method on the track that it is about.
-fn add_rows(tracks: &mut [TrackSeries], keys: &Keys<'_>, mut add: impl FnMut(&mut MethodSeries, usize)) {
-    let mut place = (0, 0);
-    for i in 0..keys.method.len() {
-        let is_here = |(t, m): (usize, usize), tracks: &[TrackSeries]| {
-            let track = tracks.get(t).filter(|track| keys.is_on(i, track));
-            track.and_then(|track| track.methods.get(m)).is_some_and(|s| s.name == keys.method[i])
-        };
-        // The rows of a method on a track follow each other.
-        if !is_here(place, tracks) {
-            let Some(t) = tracks.iter().position(|track| keys.is_on(i, track)) else { continue };
-            let Some(m) = tracks[t].methods.iter().position(|s| s.name == keys.method[i]) else { continue };
-            place = (t, m);
+/// The track that row `i` is about, and the place of the method among its methods; both are added where the row before
+/// was about another.
+fn place_of<'t>(tracks: &'t mut Vec<TrackSeries>, keys: &Keys<'_>, i: usize) -> (&'t mut TrackSeries, usize) {
+    let place = match tracks.last() {
+        Some(track) if keys.is_on(i, track) => tracks.len() - 1,
+        _ => {
+            let (sequence, tracker) = (keys.sequence[i].to_string(), keys.tracker[i].to_string());
+            tracks.push(TrackSeries { sequence, tracker, run: keys.run[i], ..TrackSeries::default() });
+            tracks.len() - 1
         }
-        add(&mut tracks[place.0].methods[place.1], i);
+    };
+    let track = &mut tracks[place];
+    if track.methods.last().is_none_or(|m| m.name != keys.method[i]) {
+        let name = keys.method[i].to_string();
+        track.methods.push(MethodSeries { name, ..MethodSeries::default() });
+    }
+    let last = track.methods.len() - 1;
+    (track, last)
+}
+
+/// Gives the rows that pass to the method on the track that they are about.
+fn add_rows(
+    tracks: &mut [TrackSeries],
+    filter: &TrackFilter<'_>,
+    keys: &Keys<'_>,
+    mut add: impl FnMut(&mut MethodSeries, Range<usize>),
+) {
+    for rows in keys.stretches().into_iter().filter(|rows| filter.passes(keys, rows.start)) {
+        let track = tracks.iter_mut().find(|track| keys.is_on(rows.start, track));
+        let methods = track.into_iter().flat_map(|track| &mut track.methods);
+        if let Some(series) = methods.into_iter().find(|m| m.name == keys.method[rows.start]) {
+            add(series, rows);
+        }
     }
 }

@@ -65,17 +65,29 @@ pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
     to_parquet(FILE.frame(columns)?)
 }
 
-/// Reads the ground truth by sequence and frame number; frames without annotation are left out.
+/// The ground truth by sequence and frame number.
+pub type Truth = BTreeMap<String, BTreeMap<i64, Region>>;
+
+/// Reads the ground truth; frames without annotation are left out.
 ///
 /// # Errors
 /// When the bytes are not such a file.
-pub(super) fn read(bytes: Vec<u8>) -> Result<BTreeMap<(String, i64), Region>, TableError> {
-    let rows = FILE.read_parquet(bytes, &FILE.columns[1..])?;
-    let (sequence, number) = (rows.texts(&SEQUENCE)?, rows.integers(&FRAME)?);
-    let corners = CORNERS.iter().map(|c| rows.reals(c)).collect::<Result<Vec<_>, _>>()?;
-    let region = |i: usize| {
-        let numbers: Vec<f64> = corners.iter().map(|c| c[i]).collect();
-        Some(((sequence[i].to_string(), number[i]), Region::from_numbers(&numbers).ok()?))
-    };
-    Ok((0..rows.len()).filter_map(region).collect())
+pub(super) fn read(bytes: Vec<u8>) -> Result<Truth, TableError> {
+    let mut truth = Truth::new();
+    FILE.read_parquet_parts(bytes, &FILE.columns[1..], |rows| {
+        let (sequence, number) = (rows.texts(&SEQUENCE)?, rows.integers(&FRAME)?);
+        let corners = CORNERS.iter().map(|c| rows.reals(c)).collect::<Result<Vec<_>, _>>()?;
+        let mut from = 0;
+        for name in sequence.chunk_by(|a, b| a == b) {
+            let of_sequence = truth.entry(name[0].to_string()).or_default();
+            let region = |i: usize| {
+                let numbers: [f64; CORNERS.len()] = std::array::from_fn(|k| corners[k][i]);
+                Some((number[i], Region::from_numbers(&numbers).ok()?))
+            };
+            of_sequence.extend((from..from + name.len()).filter_map(region));
+            from += name.len();
+        }
+        Ok(())
+    })?;
+    Ok(truth)
 }

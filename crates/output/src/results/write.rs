@@ -1,6 +1,6 @@
 //! Writing a results folder.
 
-use super::manifest::{self, Manifest};
+use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
     ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frames, json::to_json, measures, models,
@@ -33,7 +33,13 @@ pub fn write(
     }
     put(scores::FILE.name, &scores::write(experiment, outcome)?)?;
     put(measures::FILE.name, &measures::write(outcome)?)?;
-    put(frames::FILE.name, &frames::write(outcome)?)?;
+    let mut digest = String::new();
+    store::write_with(&folder.join(frames::FILE.name), |file| {
+        let mut file = Hashed::new(file);
+        frames::write(outcome, &mut file)?;
+        digest = file.hexadecimal();
+        Ok::<_, ResultsError>(())
+    })?;
     put(signals::FILE.name, &signals::write(outcome)?)?;
     put(truth::FILE.name, &truth::write(outcome)?)?;
     let followed = conditions::followed(outcome)?;
@@ -44,6 +50,7 @@ pub fn write(
     if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
         put(analyses::FILE, &bytes)?;
     }
+    files.insert(frames::FILE.name.to_string(), digest);
     models::write(folder, outcome)?;
     let path = folder.join(run::FILE);
     store::write(&path, &to_json(&path, record)?)?;

@@ -3,7 +3,7 @@
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{drawing, plain};
 use crate::figure::{Curves, Range};
-use crate::results::{Results, ResultsError, TrackSeries};
+use crate::results::TrackSeries;
 use crate::score::TrackScore;
 use crate::score::khalid2016::TOLERANCE;
 
@@ -11,7 +11,7 @@ use crate::score::khalid2016::TOLERANCE;
 pub const DRAWER: Drawer = Drawer { word: "delay", draw };
 
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
-    let curves = delays(scope.results, &scope.note, &scope.params().methods)?;
+    let curves = delays(scope);
     Ok(drawing(curves, "no method has an event to find".to_string()))
 }
 
@@ -27,27 +27,24 @@ fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
 }
 
 /// One curve for each method without a grid, on every tracker that it runs on; first runs.
-///
-/// # Errors
-/// When the frames cannot be read.
-fn delays(results: &Results, note: &str, methods: &[String]) -> Result<Curves, ResultsError> {
-    let mut curves = Vec::new();
+fn delays(scope: &Scope<'_>) -> Curves {
+    let (results, mut curves) = (scope.results, Vec::new());
     let several = results.experiment.trackers.len() > 1;
     for tracker in &results.experiment.trackers {
-        let tracks = results.tracks(&tracker.label)?;
-        for method in methods {
+        for method in &scope.params().methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
             let score = |track: &TrackSeries| {
                 let series = track.method(method)?;
                 Some((protocol.score)(&track.error, &series.alarm, &series.changes))
             };
-            let scores: Vec<TrackScore> = tracks.iter().filter_map(score).collect();
+            let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
+            let scores: Vec<TrackScore> = tracks.filter_map(score).collect();
             let name = if several { format!("{method}, {}", tracker.label) } else { method.clone() };
             curves.extend(found_by(&scores).map(|points| (name, points)));
         }
     }
     let label = "frames after the event";
-    Ok(Curves { y_range: Range::Fixed(0.0, 1.0), ..plain(note, label, "share of events found", curves) })
+    Curves { y_range: Range::Fixed(0.0, 1.0), ..plain(&scope.note, label, "share of events found", curves) }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Types that all drawers share: their entry, their input and their result.
 
 use crate::figure::{FigureError, Plot};
-use crate::results::{Results, ResultsError};
+use crate::results::{Results, ResultsError, TrackSeries};
 use crate::spec::figure::{Figure, FigureParams};
 
 /// Draws the figures of one kind.
@@ -16,6 +16,8 @@ pub struct Drawer {
 pub struct Scope<'r> {
     /// The experiment's results.
     pub results: &'r Results,
+    /// Its tracks, from [`Results::all_tracks`].
+    pub tracks: &'r [TrackSeries],
     /// The figure that is asked for.
     pub figure: &'r Figure,
     /// Which data there is: `suite d1: 12 of 21 targets`.

@@ -8,7 +8,6 @@ use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
 use crate::signal::distribution_field::{self, Displacement};
 use crate::spec::figure::{self, Figure};
-use std::collections::BTreeMap;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "strips", draw };
@@ -16,14 +15,14 @@ pub const DRAWER: Drawer = Drawer { word: "strips", draw };
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let (results, params) = (scope.results, scope.params());
     let tracker = stills::tracker(results, params.tracker.as_deref());
-    let tracks = results.tracks(tracker)?;
-    let tracks: Vec<&TrackSeries> = tracks.iter().collect();
+    let tracks: Vec<&TrackSeries> = scope.tracks.iter().filter(|t| t.tracker == tracker).collect();
     let shown = stills::chosen(results, &params.sequences, &tracks);
     if shown.is_empty() {
         return Ok(Drawing::NoData(format!("none of its sequences is there with tracker {tracker}")));
     }
     let is_absent = |name: &&String| !shown.iter().any(|t| t.sequence == **name);
     let absent: Vec<&str> = params.sequences.iter().filter(is_absent).map(String::as_str).collect();
+    let shown = results.with_signals(tracker, &shown)?;
     let mut strip = strip(results, &scope.note, tracker, &shown, &params.panels);
     strip.stills = load_stills(results, scope.figure, &tracks)?;
     let remark = match absent.as_slice() {
@@ -37,7 +36,7 @@ fn strip(
     results: &Results,
     note: &str,
     tracker: &str,
-    shown: &[&TrackSeries],
+    shown: &[TrackSeries],
     panels: &[Vec<figure::Panel>],
 ) -> Strip {
     let single = shown.len() == 1;
@@ -52,7 +51,7 @@ fn strip(
         strip.title = shown[0].sequence.clone();
         let mut letter = 'a';
         for row in panels {
-            let mut drawn: Vec<Panel> = row.iter().map(|p| panel(results, tracker, shown[0], p)).collect();
+            let mut drawn: Vec<Panel> = row.iter().map(|p| panel(results, tracker, &shown[0], p)).collect();
             for p in &mut drawn {
                 p.caption = format!("({letter})");
                 letter = char::from_u32(letter as u32 + 1).unwrap_or('z');
@@ -76,7 +75,8 @@ fn load_stills(
 ) -> Result<Vec<Still>, ResultsError> {
     let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };
     let Some(track) = tracks.iter().find(|t| t.sequence == request.sequence) else { return Ok(Vec::new()) };
-    let truth: BTreeMap<(String, i64), Region> = results.truth()?;
+    let truth = results.truth()?;
+    let truth = truth.get(&track.sequence);
     // The region around the target that a distribution field is compared with.
     let signals =
         results.experiment.methods.iter().flat_map(|m| &m.variants).filter_map(|v| v.signal.as_ref());
@@ -93,7 +93,7 @@ fn load_stills(
         if has_background {
             boxes.insert(0, (Region::Rect(background), BoxStyle::Background));
         }
-        if let Some(region) = truth.get(&(track.sequence.clone(), number)) {
+        if let Some(region) = truth.and_then(|truth| truth.get(&number)) {
             boxes.push((region.clone(), BoxStyle::Truth));
         }
         let caption = if track.error[t] >= 1.0 { "lost".to_string() } else { String::new() };

@@ -27,56 +27,71 @@ use std::collections::BTreeMap;
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;
 
-/// Series packed for a page.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Packed {
-    /// JSON in the page.
-    pub index: String,
-    /// Files beside the page: name and text.
-    pub files: Vec<(String, String)>,
-}
-
-/// Packs all series into the page.
-pub fn embedded(all: &Sequences) -> Packed {
+/// Packs all series into the page; `None` where that takes more than `most` bytes.
+pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
     let places: Vec<Option<usize>> = vec![None; all.tracks.len()];
-    let truth = all.sequences.iter().enumerate().map(|(s, q)| (s, truth(q)));
-    let data = all.tracks.iter().map(|t| (key(t), track(all, t)));
-    let index = index(all, &places, &[], &object(truth), &object(data));
-    Packed { index, files: Vec::new() }
+    let mut left = most;
+    let mut fits = |text: &str| {
+        left = left.checked_sub(text.len())?;
+        Some(())
+    };
+    let mut truths = Vec::new();
+    for (s, sequence) in all.sequences.iter().enumerate() {
+        let truth = truth(sequence);
+        fits(&truth)?;
+        truths.push((s, truth));
+    }
+    let mut datas = Vec::new();
+    for one in &all.tracks {
+        let data = track(all, one);
+        fits(&data)?;
+        datas.push((key(one), data));
+    }
+    let index = index(all, &places, &[], &object(truths), &object(datas));
+    (index.len() <= most).then_some(index)
 }
 
-/// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file as fit.
-pub fn beside(all: &Sequences) -> Packed {
+/// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file as fit;
+/// `keep` is given the name and the text of each. Returns the JSON in the page, and the number of files.
+///
+/// # Errors
+/// Those of `keep`.
+pub fn beside<E>(
+    all: &Sequences,
+    mut keep: impl FnMut(&str, &str) -> Result<(), E>,
+) -> Result<(String, usize), E> {
     let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
-    let mut files: Vec<(String, String)> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     for tracker in 0..all.trackers.len() {
         let mine = all.tracks.iter().enumerate().filter(|(_, t)| t.tracker == tracker);
         let (mut truths, mut datas, mut size) = (Vec::new(), Vec::new(), 0);
         let mut part = 0;
-        let mut keep = |truths: &mut Vec<(usize, String)>, datas: &mut Vec<(String, String)>| {
+        let mut finish = |truths: &mut Vec<(usize, String)>, datas: &mut Vec<(String, String)>| {
             if !datas.is_empty() {
                 let text = json_of_parts(&object(truths.drain(..)), &object(datas.drain(..)));
-                files.push((format!("data/{tracker:02}-{part:03}.js"), format!("trackfail({text});\n")));
+                let name = format!("data/{tracker:02}-{part:03}.js");
+                keep(&name, &format!("trackfail({text});\n"))?;
+                names.push(name);
                 part += 1;
             }
-            files.len()
+            Ok(names.len())
         };
-        let mut next = keep(&mut truths, &mut datas);
+        let mut next = finish(&mut truths, &mut datas)?;
         for (k, t) in mine {
             let (truth, data) = (truth(&all.sequences[t.sequence]), track(all, t));
             size += truth.len() + data.len();
             if size > MAX_FILE {
-                next = keep(&mut truths, &mut datas);
+                next = finish(&mut truths, &mut datas)?;
                 size = truth.len() + data.len();
             }
             places[k] = Some(next);
             truths.push((t.sequence, truth));
             datas.push((key(t), data));
         }
-        keep(&mut truths, &mut datas);
+        finish(&mut truths, &mut datas)?;
     }
-    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    Packed { index: index(all, &places, &names, "{}", "{}"), files }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Ok((index(all, &places, &names, "{}", "{}"), names.len()))
 }
 
 fn key(track: &Track) -> String {

@@ -65,6 +65,21 @@ fn column(differences: &Value) -> Vec<Option<i64>> {
     differences.as_array().unwrap().iter().map(&mut next).collect()
 }
 
+/// All series as the page has them.
+fn packed(all: &Sequences) -> Value {
+    serde_json::from_str(&embedded(all, usize::MAX).unwrap()).unwrap()
+}
+
+#[test]
+fn series_that_are_too_long_are_not_packed() {
+    let all = sequences("Girl", 60);
+    let whole = embedded(&all, usize::MAX).unwrap();
+    assert_eq!(embedded(&all, whole.len()), Some(whole.clone()));
+    for most in [0, 1000, whole.len() / 2, whole.len() - 1] {
+        assert_eq!(embedded(&all, most), None, "{most}");
+    }
+}
+
 #[test]
 fn counts_by_hand() {
     let tallies = sequences("Girl", 60).tallies();
@@ -78,9 +93,7 @@ fn counts_by_hand() {
 
 #[test]
 fn series_by_hand() {
-    let packed = embedded(&sequences("Girl", 60));
-    assert!(packed.files.is_empty());
-    let all: Value = serde_json::from_str(&packed.index).unwrap();
+    let all = packed(&sequences("Girl", 60));
     assert_eq!(all["trackers"], serde_json::json!(["Girl", "KCF"]));
     assert_eq!(all["methods"][1]["thresholds"], serde_json::json!([0.0041, null]));
     assert_eq!(all["start"], serde_json::json!([0, 0, 0]));
@@ -115,24 +128,29 @@ fn no_error_below_one_is_rounded_to_lost() {
     let mut all = sequences("Girl", 4);
     all.tracks.truncate(1);
     all.tracks[0].error = vec![0.99999, 1.0, f64::NAN, 0.5];
-    let all: Value = serde_json::from_str(&embedded(&all).index).unwrap();
+    let all = packed(&all);
     assert_eq!(column(&all["data"]["0-0"]["error"]), [Some(999), Some(1000), None, Some(500)]);
 }
 
 #[test]
 fn long_series_lie_in_files_that_hold_the_same() {
     let all = sequences("Girl", 40_000);
-    let (whole, split) = (embedded(&all), beside(&all));
-    assert_eq!(split, beside(&all));
-    let names: Vec<&str> = split.files.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["data/00-000.js", "data/00-001.js", "data/01-000.js"]);
-    let whole: Value = serde_json::from_str(&whole.index).unwrap();
-    let index: Value = serde_json::from_str(&split.index).unwrap();
+    let mut files: Vec<(String, String)> = Vec::new();
+    let split = beside::<()>(&all, |name, text| {
+        files.push((name.to_string(), text.to_string()));
+        Ok(())
+    });
+    let (split, count) = split.unwrap();
+    assert_eq!(beside(&all, |_, _| Err("full")), Err("full"));
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!((count, &names[..]), (3, &["data/00-000.js", "data/00-001.js", "data/01-000.js"][..]));
+    let whole = packed(&all);
+    let index: Value = serde_json::from_str(&split).unwrap();
     assert_eq!(index["tracks"], serde_json::json!([[0, 0, 0], [0, 1, 2], [1, 0, 1]]));
-    assert!(index["data"].as_object().unwrap().is_empty() && split.index.len() < 1000);
+    assert!(index["data"].as_object().unwrap().is_empty() && split.len() < 1000);
     for track in index["tracks"].as_array().unwrap() {
         let [s, t, file] = [0, 1, 2].map(|k| track[k].as_u64().unwrap() as usize);
-        let text = &split.files[file].1;
+        let text = &files[file].1;
         let part = text.strip_prefix("trackfail(").unwrap().strip_suffix(");\n").unwrap();
         let part: Value = serde_json::from_str(part).unwrap();
         let key = format!("{s}-{t}");
@@ -144,10 +162,10 @@ fn long_series_lie_in_files_that_hold_the_same() {
 proptest! {
     #[test]
     fn any_name_is_the_same_name_in_the_page(name in "\\PC{0,40}|[<>&\"'/!\\\\\\-\u{2028}\u{2029}\u{202e}\\x00-\\x1f]{0,40}") {
-        let packed = embedded(&sequences(&name, 25));
-        let is_markup = packed.index.contains(['<', '>', '&', '\u{2028}', '\u{2029}']);
+        let packed = embedded(&sequences(&name, 25), usize::MAX).unwrap();
+        let is_markup = packed.contains(['<', '>', '&', '\u{2028}', '\u{2029}']);
         prop_assert!(!is_markup);
-        let all: Value = serde_json::from_str(&packed.index).unwrap();
+        let all: Value = serde_json::from_str(&packed).unwrap();
         prop_assert_eq!(all["sequences"][0]["name"].as_str().unwrap(), visible(&name));
         let json = serde_json::to_string(&name).unwrap();
         let back: String = serde_json::from_str(&in_a_page(&json)).unwrap();
@@ -161,7 +179,7 @@ proptest! {
         let series = &mut all.tracks[0].methods[0].1;
         series.score = values.clone();
         all.tracks[0].rects = values.iter().map(|v| Rect::new(*v, *v, *v, *v)).collect();
-        let all: Value = serde_json::from_str(&embedded(&all).index).unwrap();
+        let all = packed(&all);
         let track = &all["data"]["0-0"];
         for (got, v) in column(&track["box"][1]).into_iter().zip(&values) {
             prop_assert_eq!(got.is_some(), (v * 10.0).is_finite());
