@@ -7,7 +7,7 @@
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; line styles and markers differ as well.
 //!
-//! Files in the order in which they use each other: error, style, font, scene, draw, axes, heading, legend, panel; then
+//! Files in the order in which they use each other: error, style, font, scene, raster, draw, axes, heading, legend, panel; then
 //! one for each figure: strip, curve, ranks, states.
 
 mod axes;
@@ -19,6 +19,7 @@ mod heading;
 mod legend;
 mod panel;
 mod ranks;
+mod raster;
 mod scene;
 mod states;
 mod strip;

@@ -1,21 +1,19 @@
-//! Draws a scene with plotters' SVG and bitmap backends.
+//! Figures as files; SVG is drawn with plotters.
 //!
-//! plotters' coordinates are integer pixels, so both are drawn [`FINE`] times as large: the view box shrinks the SVG, and
-//! averaging blocks of pixels shrinks the PNG. Stills are not drawn with plotters, whose SVG backend makes a rectangle of
-//! every pixel: the SVG embeds them as PNG, and the bitmap starts with them. Texts and lines of the bitmap are drawn here
-//! too: plotters' ab_glyph text drops the side bearings of the letters, and its wide lines leave holes where a noisy
-//! curve crosses itself.
+//! plotters' coordinates are integers, so the SVG is drawn [`FINE`] times as large, and its view box shrinks it. Stills
+//! are not drawn with plotters, which makes a rectangle of every pixel, but embedded as PNG.
 
 use super::error::FigureError;
 use super::font;
-use super::scene::{Anchor, Area, Item, Picture, Point, Scene, Stroke, dashes};
+use super::raster;
+use super::scene::{Anchor, Item, Picture, Point, Scene, dashes};
 use ::image::imageops::{FilterType, resize};
 use ::image::{ExtendedColorType, ImageEncoder, RgbImage, codecs::png};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::coord::Shift;
 use plotters::prelude::{
-    BitMapBackend, Circle, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, PathElement, Polygon,
-    RGBColor, Rectangle, SVGBackend, ShapeStyle, Text,
+    Circle, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor,
+    Rectangle, SVGBackend, ShapeStyle, Text,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, TextStyle};
@@ -43,14 +41,14 @@ pub trait Plot {
     /// # Errors
     /// See [`FigureError`].
     fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        png(&self.scene()?)
+        let scene = self.scene()?;
+        device_size(&scene)?;
+        raster::png(&scene)
     }
 }
 
-/// Device pixels per point while drawing.
+/// Units of the SVG per point.
 const FINE: f64 = 4.0;
-/// Device pixels along each side of a pixel of the PNG.
-const SHRINK: usize = 2;
 /// Maximum length of a side in points.
 const MAX_SIDE: f64 = 8000.0;
 
@@ -74,7 +72,7 @@ fn fill(rgb: [u8; 3]) -> ShapeStyle {
     ShapeStyle { color: RGBColor(rgb[0], rgb[1], rgb[2]).into(), filled: true, stroke_width: 0 }
 }
 
-/// Draws a filled shape, the same way for both backends.
+/// Draws a filled shape.
 fn shape<DB: DrawingBackend>(page: &DrawingArea<DB, Shift>, item: &Item) -> Result<(), FigureError> {
     match item {
         Item::Rect { area, rgb } => {
@@ -167,44 +165,6 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Draws the scene as a PNG file of two pixels a point.
-pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
-    let (w, h) = device_size(scene)?;
-    let mut canvas = Canvas { w: w as usize, h: h as usize, rgb: vec![255; 3 * w as usize * h as usize] };
-    for picture in &scene.pictures {
-        canvas.blit(picture);
-    }
-    for item in &scene.items {
-        match item {
-            Item::Line { points, stroke } => {
-                for run in dashes(points, stroke.dash.pattern()) {
-                    canvas.line(&run, stroke);
-                }
-            }
-            Item::Text { text, at, size, anchor, upwards, rgb } => {
-                let length = font::width(text, size * FINE);
-                let back = match anchor {
-                    Anchor::Start => 0.0,
-                    Anchor::Middle => length / 2.0,
-                    Anchor::End => length,
-                }
-                .round() as i32;
-                let (x, y) = device(*at);
-                font::rasterize(text, size * FINE, |u, v, coverage| {
-                    let (u, v) = if *upwards { (v, back - u) } else { (u - back, v) };
-                    canvas.dot(x + u, y + v, *rgb, f64::from(coverage));
-                });
-            }
-            other => {
-                let page = BitMapBackend::with_buffer(&mut canvas.rgb, (w, h)).into_drawing_area();
-                shape(&page, other)?;
-                page.present().map_err(failed)?;
-            }
-        }
-    }
-    png_of(&canvas.shrunk())
-}
-
 fn png_of(image: &RgbImage) -> Result<Vec<u8>, FigureError> {
     let mut out = Vec::new();
     png::PngEncoder::new_with_quality(&mut out, png::CompressionType::Default, png::FilterType::Adaptive)
@@ -213,87 +173,12 @@ fn png_of(image: &RgbImage) -> Result<Vec<u8>, FigureError> {
     Ok(out)
 }
 
-fn pixels(picture: &Picture) -> Option<RgbImage> {
-    let frame = &picture.frame;
-    RgbImage::from_raw(frame.width() as u32, frame.height() as u32, frame.bytes().to_vec())
-}
-
 /// The still as it is embedded: at most three of its pixels a point; more would only cost bytes.
 fn reduced(picture: &Picture) -> RgbImage {
-    let Some(image) = pixels(picture) else { return RgbImage::new(1, 1) };
+    let Some(image) = raster::pixels(picture) else { return RgbImage::new(1, 1) };
     let (w, h) = ((picture.area.w * 3.0).ceil() as u32, (picture.area.h * 3.0).ceil() as u32);
     if image.width() <= w || image.height() <= h {
         return image;
     }
     resize(&image, w, h, FilterType::Triangle)
-}
-
-struct Canvas {
-    w: usize,
-    h: usize,
-    rgb: Vec<u8>,
-}
-
-impl Canvas {
-    fn dot(&mut self, x: i32, y: i32, rgb: [u8; 3], coverage: f64) {
-        if x < 0 || y < 0 || x as usize >= self.w || y as usize >= self.h {
-            return;
-        }
-        let at = 3 * (y as usize * self.w + x as usize);
-        for (old, new) in self.rgb[at..at + 3].iter_mut().zip(rgb) {
-            *old = (f64::from(*old) + coverage * (f64::from(new) - f64::from(*old))).round() as u8;
-        }
-    }
-
-    fn blit(&mut self, picture: &Picture) {
-        let Area { x, y, .. } = picture.area;
-        let (x0, y0) = device((x, y));
-        let (x1, y1) = device((picture.area.right(), picture.area.bottom()));
-        let Some(image) = pixels(picture) else { return };
-        let image = resize(&image, (x1 - x0).max(1) as u32, (y1 - y0).max(1) as u32, FilterType::Triangle);
-        for (u, v, pixel) in image.enumerate_pixels() {
-            self.dot(x0 + u as i32, y0 + v as i32, pixel.0, 1.0);
-        }
-    }
-
-    /// Draws every segment as the set of points at most half the width away, which makes joins and caps round.
-    fn line(&mut self, points: &[Point], stroke: &Stroke) {
-        let radius = stroke.width * FINE / 2.0;
-        let at = |p: Point| (p.0 * FINE, p.1 * FINE);
-        for pair in points.windows(2) {
-            let ((ax, ay), (bx, by)) = (at(pair[0]), at(pair[1]));
-            let (dx, dy) = (bx - ax, by - ay);
-            let square = dx * dx + dy * dy;
-            let reach = radius + 1.0;
-            for y in (ay.min(by) - reach).floor() as i32..=(ay.max(by) + reach).ceil() as i32 {
-                for x in (ax.min(bx) - reach).floor() as i32..=(ax.max(bx) + reach).ceil() as i32 {
-                    let (px, py) = (f64::from(x) + 0.5 - ax, f64::from(y) + 0.5 - ay);
-                    let t = if square > 0.0 { ((px * dx + py * dy) / square).clamp(0.0, 1.0) } else { 0.0 };
-                    let away = (px - t * dx).hypot(py - t * dy);
-                    let coverage = (radius + 0.5 - away).clamp(0.0, 1.0);
-                    if coverage > 0.0 {
-                        self.dot(x, y, stroke.rgb, coverage);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The canvas with each block of pixels averaged to one.
-    fn shrunk(&self) -> RgbImage {
-        let (w, h) = (self.w / SHRINK, self.h / SHRINK);
-        RgbImage::from_fn(w as u32, h as u32, |x, y| {
-            let mut sum = [0_u32; 3];
-            for v in 0..SHRINK {
-                for u in 0..SHRINK {
-                    let at = 3 * ((y as usize * SHRINK + v) * self.w + x as usize * SHRINK + u);
-                    for (s, p) in sum.iter_mut().zip(&self.rgb[at..at + 3]) {
-                        *s += u32::from(*p);
-                    }
-                }
-            }
-            let n = (SHRINK * SHRINK) as u32;
-            ::image::Rgb(sum.map(|s| ((s + n / 2) / n) as u8))
-        })
-    }
 }
