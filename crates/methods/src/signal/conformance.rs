@@ -127,7 +127,7 @@ fn odd_boxes_and_frames_are_survived() {
 
 /// Kind, VERSION and the digest of the values on [`track`] at nine digits.
 const GOLDEN: &[(&str, u32, &str)] = &[
-    ("distribution-field", 1, "5bb62391ec6c474b"),
+    ("distribution-field", 2, "eb17628ab5c1748d"),
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
     ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
@@ -247,11 +247,13 @@ proptest! {
         let left: Vec<Rect> = boxes.iter().map(|r| Rect::new(64.0 - r.x - r.w, r.y, r.w, r.h)).collect();
         let up: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.x, 48.0 - r.y - r.h, r.w, r.h)).collect();
         for entry in SIGNALS {
-            same(entry.kind, "{}", (&frames, &boxes), (&across, &left), 1e-10);
-            same(entry.kind, "{}", (&frames, &boxes), (&down, &up), 1e-10);
+            // y_t is computed in single precision, and sums rows from the top.
+            let tolerance = if entry.kind == "distribution-field" { 1e-8 } else { 1e-10 };
+            same(entry.kind, "{}", (&frames, &boxes), (&across, &left), tolerance);
+            same(entry.kind, "{}", (&frames, &boxes), (&down, &up), tolerance);
         }
         for params in ["{ border = \"replicate\" }", "{ regions = \"sides\" }", "{ support_u = 21, history = 1 }"] {
-            same("distribution-field", params, (&frames, &boxes), (&across, &left), 1e-12);
+            same("distribution-field", params, (&frames, &boxes), (&across, &left), 1e-8);
         }
     }
 
@@ -264,7 +266,7 @@ proptest! {
         let two = build("distribution-field", "{ sigma_u = 3.0, sigma_v = 0.8, support_u = 17, support_v = 5 }");
         let (a, b) = (run(one.as_ref(), &frames, &boxes), run(two.as_ref(), &turned, &flipped));
         for (x, y) in a.iter().zip(&b) {
-            prop_assert!((x - y).abs() < 1e-12, "{:?} {:?}", a, b);
+            prop_assert!((x - y).abs() < 1e-6 * x.abs(), "{:?} {:?}", a, b);
         }
     }
 }

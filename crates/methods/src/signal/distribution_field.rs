@@ -33,8 +33,11 @@
 //! - `equal_means`: without any difference of means Eq. 6 is 0 / 0; "thirds" sets omega_c = 1/3, "zero"
 //!   sets y_t^a = 0.
 //! - In the first frame x_{t-1} is the box itself and v_t = 0.
+//!
+//! The distances are computed in `f32`: y_t differs by less than 1e-6 of its value from that in `f64`, and is the
+//! same on every processor.
 
-use crate::image::distribution::{Border, FieldDistance, Smoothing, gaussian};
+use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::Rect;
@@ -46,7 +49,7 @@ use serde::{Deserialize, Serialize};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "distribution-field",
-    version: 1,
+    version: 2,
     summary: "track quality y_t: L1 distance of distribution fields, target against surroundings",
     example: "{ layers = 32, history = 10 }",
     build: |raw| Ok(Box::new(DistributionField::new(read_params(raw)?)?)),
@@ -223,7 +226,7 @@ impl DistributionField {
             BorderRule::Replicate => Border::Replicate,
         };
         let make =
-            |across: &[f64], down| Smoothing::new(p.layers, across.to_vec(), down, &over_layers, border);
+            |across: &[f64], down: &[f64]| Smoothing::new(p.layers, across, down, &over_layers, border);
         match p.smoothing {
             SmoothingRule::Anisotropic => vec![make(&u, &v)],
             SmoothingRule::TwoLevels => vec![make(&u, &u), make(&v, &v)],
@@ -250,7 +253,7 @@ impl Signal for DistributionField {
             smoothings: self.smoothings(),
             layer_of: layer_table(self.0.layers, self.0.layer_rule),
             past: Vec::new(),
-            planes: Default::default(),
+            strips: Vec::new(),
             distance: FieldDistance::default(),
         })
     }
@@ -308,30 +311,64 @@ fn background_windows(background: &Rect, state: &Rect, regions: Regions) -> [Rec
     places.map(|(x, y)| Rect::new(x, y, state.w, state.h))
 }
 
-/// Layers and channel sums of one window.
-#[derive(Default)]
-struct Planes {
+/// Windows that start in the same column, above each other: layers and channel sums.
+struct Strip {
+    /// Layers of each channel, column by column.
     layers: [Vec<u8>; 3],
-    sums: [u64; 3],
+    /// Channel sums of each row.
+    sums: Vec<[u64; 3]>,
 }
 
-impl Planes {
-    /// Reads a window; pixels outside the frame are its nearest border pixels.
-    fn read(&mut self, frame: &Frame, window: &Window, layer_of: &[u8; 256]) {
-        self.sums = [0; 3];
-        for plane in &mut self.layers {
-            plane.clear();
-            plane.reserve(window.w * window.h);
+/// The strips that hold some windows of one size, and where they do.
+fn strips(windows: &[Window; 5]) -> (Vec<Window>, [Patch; 5]) {
+    let mut strips: Vec<Window> = Vec::new();
+    let mut strip_of = [0; 5];
+    for (window, strip) in windows.iter().zip(&mut strip_of) {
+        let with = |other: &Window| {
+            let y = other.y.min(window.y);
+            let end = (other.y + other.h as i64).max(window.y + window.h as i64);
+            Window { y, h: (end - y) as usize, ..*other }
+        };
+        let near = |other: &Window| other.x == window.x && with(other).h <= other.h + window.h;
+        *strip = strips.iter().position(near).unwrap_or(strips.len());
+        match strips.get_mut(*strip) {
+            Some(other) => *other = with(other),
+            None => strips.push(*window),
         }
-        for i in 0..window.h as i64 {
-            for j in 0..window.w as i64 {
-                let pixel = frame.pixel_clamped(window.x + j, window.y + i);
-                for c in 0..3 {
-                    self.sums[c] += u64::from(pixel[c]);
-                    self.layers[c].push(layer_of[usize::from(pixel[c])]);
-                }
+    }
+    let patch = |a: usize| {
+        let strip = strip_of[a];
+        Patch { strip, top: (windows[a].y - strips[strip].y) as usize }
+    };
+    let patches = [0, 1, 2, 3, 4].map(patch);
+    (strips, patches)
+}
+
+impl Strip {
+    /// Reads a strip; pixels outside the frame are its nearest border pixels.
+    fn read(frame: &Frame, window: Window, layer_of: &[u8; 256]) -> Self {
+        let Window { x, y, w, h } = window;
+        let mut layers = [const { Vec::new() }; 3];
+        layers.iter_mut().for_each(|layers| layers.resize(w * h, 0));
+        let [red, green, blue] = &mut layers;
+        let inside = |at: i64, len: usize| at.clamp(0, len as i64 - 1) as usize;
+        let sums = (0..h).map(|i| {
+            let row = frame.row(inside(y + i as i64, frame.height()));
+            let mut sums = [0_u32; 3];
+            for j in 0..w {
+                let at = 3 * inside(x + j as i64, frame.width());
+                let Some(&[r, g, b]) = row[at..].first_chunk() else { continue };
+                sums[0] += u32::from(r);
+                sums[1] += u32::from(g);
+                sums[2] += u32::from(b);
+                red[j * h + i] = layer_of[usize::from(r)];
+                green[j * h + i] = layer_of[usize::from(g)];
+                blue[j * h + i] = layer_of[usize::from(b)];
             }
-        }
+            sums.map(u64::from)
+        });
+        let sums = sums.collect();
+        Self { layers, sums }
     }
 }
 
@@ -342,8 +379,7 @@ struct Quality {
     layer_of: [u8; 256],
     /// The last boxes before the current frame, at most `history + 1`.
     past: Vec<Rect>,
-    /// The target and the four background windows.
-    planes: [Planes; 5],
+    strips: Vec<Strip>,
     distance: FieldDistance,
 }
 
@@ -380,36 +416,40 @@ impl Quality {
         if differs == [false; 4] {
             return 0.0;
         }
-        for (planes, window) in self.planes.iter_mut().zip(windows) {
-            planes.read(frame, window, &self.layer_of);
-        }
-        let [target, others @ ..] = &self.planes;
+        let (strips, patches) = strips(windows);
+        self.strips.clear();
+        self.strips.extend(strips.iter().map(|window| Strip::read(frame, *window, &self.layer_of)));
+        let strips = &self.strips;
+        let others = std::array::from_fn::<_, 4, _>(|a| differs[a].then_some(patches[a + 1]));
+        let (w, h) = (windows[0].w, windows[0].h);
         // L1 distances a channel and window; channels that agree (gray frames) are computed once.
         let mut distances = [[0.0; 4]; 3];
         for c in 0..3 {
-            let twin = (0..c).find(|&e| self.planes.iter().all(|p| p.layers[c] == p.layers[e]));
-            if let Some(twin) = twin {
+            if let Some(twin) = (0..c).find(|&e| strips.iter().all(|s| s.layers[c] == s.layers[e])) {
                 distances[c] = distances[twin];
                 continue;
             }
-            let planes: [_; 4] = std::array::from_fn(|a| differs[a].then(|| others[a].layers[c].as_slice()));
+            let layers: Vec<&[u8]> = strips.iter().map(|s| s.layers[c].as_slice()).collect();
             for smoothing in &self.smoothings {
-                let (w, plane) = (windows[0].w, target.layers[c].as_slice());
-                self.distance.l1(smoothing, w, plane, &planes, &mut distances[c]);
+                self.distance.l1(smoothing, (w, h), &layers, patches[0], &others, &mut distances[c]);
             }
         }
-        let scale = (windows[0].w * windows[0].h * self.params.layers * self.smoothings.len()) as f64;
-        let scores = others.iter().enumerate().map(|(a, other)| {
-            let weights = self.channel_weights(target, other);
+        let scale = (w * h * self.params.layers * self.smoothings.len()) as f64;
+        let [target, sums @ ..] = patches.map(|p| {
+            let rows = &strips[p.strip].sums[p.top..][..h];
+            rows.iter().fold([0; 3], |all, row| [0, 1, 2].map(|c| all[c] + row[c]))
+        });
+        let scores = sums.iter().enumerate().map(|(a, sums)| {
+            let weights = self.channel_weights(&target, sums);
             (0..3).map(|c| weights[c] * distances[c][a]).sum::<f64>() / scale
         });
-        // Rounding may pass the bound by an ulp.
+        // Rounding may pass the bound.
         (scores.sum::<f64>() / 4.0).min(2.0 / self.params.layers as f64)
     }
 
     /// omega_c of Eq. 6.
-    fn channel_weights(&self, target: &Planes, other: &Planes) -> [f64; 3] {
-        let gaps: [u64; 3] = std::array::from_fn(|c| target.sums[c].abs_diff(other.sums[c]));
+    fn channel_weights(&self, target: &[u64; 3], other: &[u64; 3]) -> [f64; 3] {
+        let gaps: [u64; 3] = std::array::from_fn(|c| target[c].abs_diff(other[c]));
         match (gaps.iter().sum::<u64>(), self.params.equal_means) {
             (0, EqualMeans::Thirds) => [1.0 / 3.0; 3],
             (0, EqualMeans::Zero) => [0.0; 3],
