@@ -180,7 +180,7 @@ mod tests {
         ("tracker sparse-prototypes", "f677d8e597865229"),
         ("tracker ivt", "4b483e366b078a60"),
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
-        ("signal distribution-field", "a3aa7cb80f545afb"),
+        ("signal distribution-field", "2553ef39cf637fd4"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),
         ("signal rgb-lbp-histogram", "1b2690e309f73d82"),
