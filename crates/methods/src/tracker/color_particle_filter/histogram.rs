@@ -1,12 +1,11 @@
 //! Color histograms of ellipses: bins of colors, pixels of an ellipse, and the similarity of two histograms.
 //!
-//! A frame's colors become runs of pixels of one bin once ([`Grid`]); an ellipse is then a sum over row spans. Weights
-//! are whole multiples of 2^-36, so that sums do not depend on their order. Along a row the weight is a parabola in `x`;
-//! its sum over a run is a difference of two values of a cubic polynomial ([`Parabola`]).
+//! A frame's colors become bin numbers once ([`Grid`]); an ellipse is then a sum over row spans. Weights are
+//! whole multiples of 2^-36, so that sums do not depend on their order. Along a row the weight is a parabola
+//! in `x`, whose values are reached by two additions a pixel.
 
 use crate::image::Frame;
 use rand::{Rng, RngExt};
-use std::ops::Range;
 
 /// State of a particle: center x and y, half axes Hx and Hy in pixels, orientation in radians from the x
 /// axis towards the y axis (clockwise as seen, for y points down).
@@ -76,25 +75,12 @@ impl Binning {
     }
 }
 
-/// Pixels of a row that are side by side and have the same bin.
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    /// The column after the last one.
-    end: u32,
-    bin: u16,
-}
-
-/// Bins of those pixels of a frame that ellipses may cover, as runs.
+/// Bin numbers of those pixels of a frame that ellipses may cover.
 #[derive(Debug, Clone, Default)]
 pub struct Grid {
-    /// Width and height of the frame.
-    frame: (usize, usize),
-    columns: Range<usize>,
-    rows: Range<usize>,
-    runs: Vec<Run>,
-    /// For each pixel, row by row, the index of its run.
-    run_at: Vec<u32>,
-    bins: Vec<u16>,
+    width: usize,
+    height: usize,
+    cells: Vec<u16>,
 }
 
 impl Grid {
@@ -106,82 +92,37 @@ impl Grid {
         binning: &Binning,
         ellipses: impl IntoIterator<Item = &'e Ellipse>,
     ) {
+        (self.width, self.height) = (frame.width(), frame.height());
+        self.cells.resize(self.width * self.height, 0);
         let empty = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         let [left, top, right, bottom] = ellipses.into_iter().fold(empty, |b, &[x, y, hx, hy, _]| {
             let r = hx.max(hy);
             [b[0].min(x - r), b[1].min(y - r), b[2].max(x + r), b[3].max(y + r)]
         });
         // A pixel more on every side, for rounding; casts of negative numbers give 0.
-        let inside = |from: f64, to: f64, size: usize| {
-            let end = ((to + 2.0) as usize).min(size);
-            ((from - 1.0) as usize).min(end)..end
-        };
-        self.frame = (frame.width(), frame.height());
-        self.columns = inside(left, right, frame.width());
-        self.rows = inside(top, bottom, frame.height());
-        let (columns, rows) = (self.columns.clone(), self.rows.clone());
-        self.runs.clear();
-        self.run_at.clear();
+        let columns = (left - 1.0) as usize..((right + 2.0) as usize).min(self.width);
+        let rows = (top - 1.0) as usize..((bottom + 2.0) as usize).min(self.height);
+        if columns.is_empty() {
+            return;
+        }
         for y in rows {
             let pixels = frame.row(y)[3 * columns.start..3 * columns.end].as_chunks::<3>().0;
-            self.bins.clear();
+            let cells = &mut self.cells[y * self.width..][columns.clone()];
             // The choice of space is made a row, not a pixel.
             if binning.hsv {
-                self.bins.extend(pixels.iter().map(|&p| binning.bin_of_hsv(p)));
+                cells.iter_mut().zip(pixels).for_each(|(c, &p)| *c = binning.bin_of_hsv(p));
             } else {
-                self.bins.extend(pixels.iter().map(|&p| binning.bin_of_rgb(p)));
-            }
-            let first = self.runs.len();
-            for (end, &bin) in (columns.start as u32 + 1..).zip(&self.bins) {
-                match self.runs[first..].last_mut() {
-                    Some(run) if run.bin == bin => run.end = end,
-                    _ => self.runs.push(Run { end, bin }),
-                }
-                self.run_at.push(self.runs.len() as u32 - 1);
+                cells.iter_mut().zip(pixels).for_each(|(c, &p)| *c = binning.bin_of_rgb(p));
             }
         }
     }
-
-    /// The runs that the pixels of columns `[start, end)` of a row belong to, which the grid must have been made for.
-    fn runs(&self, y: usize, start: usize, end: usize) -> &[Run] {
-        let row = (y - self.rows.start) * self.columns.len();
-        let run = |x: usize| self.run_at[row + x - self.columns.start] as usize;
-        &self.runs[run(start)..=run(end - 1)]
-    }
 }
 
-/// Weights `w[k] = start + step k + bend k (k - 1) / 2` of the pixels `k = 0, 1, ...` of a row.
-///
-/// All numbers wrap: sums of weights are right where they are below 2^63 themselves, see [`ONE`].
-#[derive(Debug, Clone, Copy)]
-struct Parabola {
-    start: i64,
-    step: i64,
-    /// A third of the bend: the number that is the bend when it is multiplied by 3.
-    third: i64,
-}
-
-impl Parabola {
-    /// 1 / 3 of the numbers that wrap.
-    const THIRD: i64 = -0x5555_5555_5555_5555;
-
-    fn new(start: i64, step: i64, bend: i64) -> Self {
-        Self { start, step, third: bend.wrapping_mul(Self::THIRD) }
-    }
-
-    /// `w[0] + ... + w[n - 1] = start n + step n (n - 1) / 2 + bend n (n - 1) (n - 2) / 6`.
-    fn sum(&self, n: i64) -> i64 {
-        let pairs = n.wrapping_mul(n - 1) >> 1;
-        let bent = self.step.wrapping_add(self.third.wrapping_mul(n - 2));
-        self.start.wrapping_mul(n).wrapping_add(pairs.wrapping_mul(bent))
-    }
-}
-
-/// A histogram as it is summed up.
+/// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbors are often alike,
+/// and an addition must not wait for the one before.
 #[derive(Debug, Clone)]
 pub struct Histogram {
-    sums: Box<[i64; MAX_HISTOGRAM_BINS]>,
-    total: i64,
+    sums: Box<[[i64; 2]; MAX_HISTOGRAM_BINS]>,
     len: usize,
 }
 
@@ -199,13 +140,13 @@ impl Model {
 impl Histogram {
     /// An empty histogram of `len` bins.
     pub fn new(len: usize) -> Self {
-        Self { sums: Box::new([0; MAX_HISTOGRAM_BINS]), total: 0, len: len.min(MAX_HISTOGRAM_BINS) }
+        Self { sums: Box::new([[0; 2]; MAX_HISTOGRAM_BINS]), len: len.min(MAX_HISTOGRAM_BINS) }
     }
 
     /// Sums the kernel over the pixels whose center is inside the ellipse (`r < 1`): `1 - r^2`, or 1 when
     /// `flat`. The grid must have been made for this ellipse.
     pub fn sum_inside(&mut self, grid: &Grid, &[cx, cy, hx, hy, theta]: &Ellipse, flat: bool) {
-        self.clear();
+        self.sums[..self.len].fill([0; 2]);
         let (sin, cos) = theta.sin_cos();
         let (u, v) = (hx.powi(2).recip(), hy.powi(2).recip());
         // r^2 = a (dx - slope dy)^2 + (dy / reach_y)^2.
@@ -214,7 +155,7 @@ impl Histogram {
         let (root, reach_y) = (a.sqrt().recip(), a.sqrt() * hx * hy);
         let per_row = reach_y.powi(2).recip();
         let bend = if flat { 0 } else { (-2.0 * a * ONE).round() as i64 };
-        let bottom = above(cy + reach_y - 0.5).min(grid.frame.1);
+        let bottom = above(cy + reach_y - 0.5).min(grid.height);
         for y in (cy - reach_y + 0.5) as usize..bottom {
             let dy = y as f64 + 0.5 - cy;
             let peak = 1.0 - dy * dy * per_row;
@@ -223,22 +164,26 @@ impl Histogram {
             }
             let (middle, reach) = (cx + slope * dy, peak.sqrt() * root);
             let start = (middle - reach + 0.5) as usize;
-            let end = above(middle + reach - 0.5).min(grid.frame.0);
+            let end = above(middle + reach - 0.5).min(grid.width);
             if start >= end {
                 continue;
             }
             let dx = start as f64 + 0.5 - middle;
-            let weights = if flat {
-                Parabola::new(ONE as i64, 0, 0)
+            let (mut weight, mut step) = if flat {
+                (ONE as i64, 0)
             } else {
-                let step = (ONE * a * (-2.0 * dx - 1.0)) as i64;
-                Parabola::new((ONE * (peak - a * dx * dx)) as i64, step, bend)
+                ((ONE * (peak - a * dx * dx)) as i64, (ONE * a * (-2.0 * dx - 1.0)) as i64)
             };
-            let mut before = 0;
-            for run in grid.runs(y, start, end) {
-                let upto = weights.sum(i64::from(run.end.min(end as u32)) - start as i64);
-                self.add(run.bin, upto.wrapping_sub(before));
-                before = upto;
+            // Wrapping only spares the checks; see `ONE`.
+            let (pairs, rest) = grid.cells[y * grid.width..][start..end].as_chunks::<2>();
+            for &[even, odd] in pairs {
+                self.add(even, 0, weight);
+                self.add(odd, 1, weight.wrapping_add(step));
+                weight = weight.wrapping_add(2 * step).wrapping_add(bend);
+                step = step.wrapping_add(2 * bend);
+            }
+            for &bin in rest {
+                self.add(bin, 0, weight);
             }
         }
     }
@@ -253,7 +198,7 @@ impl Histogram {
         points: u32,
         rng: &mut impl Rng,
     ) {
-        self.clear();
+        self.sums[..self.len].fill([0; 2]);
         let (sin, cos) = theta.sin_cos();
         for _ in 0..points {
             let (radius, turn) = (rng.random::<f64>(), rng.random::<f64>());
@@ -262,42 +207,42 @@ impl Histogram {
             let (x, y) = (cx + cos * p - sin * q, cy + sin * p + cos * q);
             if x >= 0.0 && y >= 0.0 && x < frame.width() as f64 && y < frame.height() as f64 {
                 let bin = binning.bin(interpolated(frame, x - 0.5, y - 0.5));
-                self.add(bin, 1);
+                self.add(bin, 0, 1);
             }
         }
     }
 
     /// The shares of the bins; all 0 when nothing was summed up.
     pub fn shares(&self) -> Vec<f64> {
-        let share = |s: &i64| if self.total > 0 { value(*s) / self.total as f64 } else { 0.0 };
+        let total = self.total();
+        let share = |s: &[i64; 2]| if total > 0 { value(s) / total as f64 } else { 0.0 };
         self.sums[..self.len].iter().map(share).collect()
     }
 
     /// Bhattacharyya coefficient `sum sqrt(p q)`, in `[0, 1]`, 1 for equal histograms; 0 when one is empty.
     pub fn likeness(&self, model: &Model) -> f64 {
-        if self.total <= 0 {
+        let total = self.total();
+        if total <= 0 {
             return 0.0;
         }
-        let root = |bin: u16| value(self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS]).sqrt();
+        let root = |bin: u16| value(&self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS]).sqrt();
         let sum: f64 = model.0.iter().map(|&(bin, q)| root(bin) * q).sum();
-        (sum / (self.total as f64).sqrt()).min(1.0)
+        (sum / (total as f64).sqrt()).min(1.0)
     }
 
-    fn clear(&mut self) {
-        self.sums[..self.len].fill(0);
-        self.total = 0;
-    }
-
-    fn add(&mut self, bin: u16, weight: i64) {
-        let sum = &mut self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS];
+    fn add(&mut self, bin: u16, place: usize, weight: i64) {
+        let sum = &mut self.sums[usize::from(bin) % MAX_HISTOGRAM_BINS][place];
         *sum = sum.wrapping_add(weight);
-        self.total = self.total.wrapping_add(weight);
+    }
+
+    fn total(&self) -> i64 {
+        self.sums[..self.len].as_flattened().iter().sum()
     }
 }
 
 /// The sum of a bin; the weight of a row's last pixel may have been rounded to just below 0.
-fn value(sum: i64) -> f64 {
-    sum.max(0) as f64
+fn value([even, odd]: &[i64; 2]) -> f64 {
+    (even + odd).max(0) as f64
 }
 
 /// The smallest whole number not below `v`, at least 0.
