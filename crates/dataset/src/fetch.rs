@@ -15,7 +15,7 @@
 //! removed after that; it is also removed when it turns out not to be the pinned file or to be refused.
 //!
 //! Nothing a server sends becomes part of a path except names of archive members that have been
-//! checked, see [`Why`]; only members that belong to a folder of `datasets.lock` are written at all.
+//! checked, see [`MemberFault`]; only members that belong to a folder of `datasets.lock` are written at all.
 
 mod address;
 mod download;

@@ -1,6 +1,6 @@
 //! Decoded frames that are kept for a while, for those who go over a sequence more than once or backwards.
 //!
-//! Frames of more than [`MAX_FRAME_BYTES`] are not kept: too few of them have room for one to be found again.
+//! Frames of more than `MAX_FRAME_BYTES` are not kept: too few of them have room for one to be found again.
 
 use super::{DatasetError, Sequence};
 use crate::image::Frame;

@@ -6,7 +6,7 @@
 //! | [`tracker_run`] | one run of a tracker on a sequence |
 //! | [`cores`] | cores that have nothing to do |
 //! | [`lane`] | a tracker with the signals read from it |
-//! | [`frame_loop`], [`schedule`] | the loop over frames, shared by all below and by `detect` |
+//! | [`frame_loop`], `schedule` | the loop over frames, shared by all below and by `detect` |
 //! | [`pass`](mod@pass) | one pass over the frames of a sequence, for all its trackers and signals |
 //! | [`reverse`] | trackers run backwards in time |
 //! | [`track`] | a track with its signals |

@@ -14,9 +14,9 @@
 //! Only differences of two fields are needed. What both share cancels: a border of uniform distributions
 //! and a border of zeros give the same distance. The work, a column of pixels at a time:
 //!
-//! - *Across and over layers* ([`strip`]): each pixel adds a stamp to the columns around it. Windows above
+//! - *Across and over layers* (`strip`): each pixel adds a stamp to the columns around it. Windows above
 //!   each other share a strip, and with it this step.
-//! - *Down* ([`distance`]): the difference of two columns is smoothed, and its absolute values are summed.
+//! - *Down* (`distance`): the difference of two columns is smoothed, and its absolute values are summed.
 //!
 //! Layers lie eight a chunk. For each eight rows a mask tells which chunks anything near may reach; the others
 //! are not looked at. Where only one of two fields reaches a chunk, all differences have one sign, and one sum

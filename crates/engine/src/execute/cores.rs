@@ -1,7 +1,7 @@
 //! Cores that have nothing to do, which the passes still at work may use.
 //!
 //! Sequences are passed over side by side, one on each thread. When fewer are left than there are cores, a pass takes
-//! [`Share`]s and lets more threads work on its sequence ([`super::schedule`]). No result depends on their number.
+//! [`Share`]s and lets more threads work on its sequence (`schedule`). No result depends on their number.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -2,7 +2,7 @@
 //!
 //! [`run_frames`] decodes each frame once and gives it to all [`Lane`]s. A [`FrameObserver`] receives the results, and
 //! wraps what differs between passes, reverse runs, timing and `detect`: supervision and the clock. The order of the
-//! work is that of [`super::schedule`]; on one thread a frame is decoded when all lanes have finished the one before.
+//! work is that of `schedule`; on one thread a frame is decoded when all lanes have finished the one before.
 
 use super::cores::Cores;
 use super::lane::{Lane, LaneStep};
