@@ -7,8 +7,8 @@
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; line styles and markers differ as well.
 //!
-//! Files in the order in which they use each other: error, style, font, scene, raster, draw, axes, heading, legend, panel; then
-//! one for each figure: strip, curve, ranks, states.
+//! Files in the order in which they use each other: error, style, font, scene, raster, draw, axes, heading, legend,
+//! panel; then one for each figure: strip, curve, ranks, states.
 
 mod axes;
 mod curve;

@@ -8,7 +8,7 @@ use super::font;
 use super::raster;
 use super::scene::{Anchor, Item, Picture, Point, Scene, dashes};
 use ::image::imageops::{FilterType, resize};
-use ::image::{ExtendedColorType, ImageEncoder, RgbImage, codecs::png};
+use ::image::{RgbImage, codecs::png};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::coord::Shift;
 use plotters::prelude::{
@@ -146,7 +146,10 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     for picture in &scene.pictures {
         let (x0, y0) = device((picture.area.x, picture.area.y));
         let (x1, y1) = device((picture.area.right(), picture.area.bottom()));
-        let data = BASE64_STANDARD.encode(png_of(&reduced(picture))?);
+        let image = reduced(picture);
+        let (compression, filter) = (png::CompressionType::Default, png::FilterType::Adaptive);
+        let data = raster::encode(image.as_raw(), image.dimensions(), compression, filter)?;
+        let data = BASE64_STANDARD.encode(data);
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
@@ -163,14 +166,6 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
 /// Text as XML character data.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn png_of(image: &RgbImage) -> Result<Vec<u8>, FigureError> {
-    let mut out = Vec::new();
-    png::PngEncoder::new_with_quality(&mut out, png::CompressionType::Default, png::FilterType::Adaptive)
-        .write_image(image.as_raw(), image.width(), image.height(), ExtendedColorType::Rgb8)
-        .map_err(failed)?;
-    Ok(out)
 }
 
 /// The still as it is embedded: at most three of its pixels a point; more would only cost bytes.

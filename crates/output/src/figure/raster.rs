@@ -22,9 +22,20 @@ pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     for item in &scene.items {
         canvas.item(item);
     }
+    let size = (canvas.w as u32, canvas.h as u32);
+    encode(&canvas.rgb, size, png::CompressionType::Fast, png::FilterType::Up)
+}
+
+/// Pixels of a width and height, row by row, as a PNG file.
+pub fn encode(
+    rgb: &[u8],
+    (width, height): (u32, u32),
+    compression: png::CompressionType,
+    filter: png::FilterType,
+) -> Result<Vec<u8>, FigureError> {
     let mut out = Vec::new();
-    png::PngEncoder::new_with_quality(&mut out, png::CompressionType::Fast, png::FilterType::Up)
-        .write_image(&canvas.rgb, canvas.w as u32, canvas.h as u32, ExtendedColorType::Rgb8)
+    png::PngEncoder::new_with_quality(&mut out, compression, filter)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
         .map_err(|e| FigureError::Draw(e.to_string()))?;
     Ok(out)
 }
