@@ -21,11 +21,12 @@ use trackfail::region::{Rect, Region};
 use trackfail::report;
 use trackfail::results::{self, Results, RunRecord};
 use trackfail::spec;
+use trackfail_benches::many_cells;
 
 const SEQUENCES: usize = 280;
 const FRAMES: usize = 2500;
 const TRACKERS: usize = 8;
-/// Runs of the tracker of `cells`, each with 20 sequences and 100 thresholds.
+/// Runs of the tracker of `cells`, see [`many_cells`].
 const RUNS: usize = 500;
 
 /// A suite must be known by name; its sequences are made here.
@@ -73,28 +74,6 @@ columns = "method"
 name = "success"
 kind = "chart"
 shows = "ope.success"
-"#;
-
-const CELLS: &str = r#"
-schema = 1
-name = "cells"
-title = "Many cells"
-protocol = "khalid2016/1"
-[suites]
-test = "synthetic-otb"
-[[tracker]]
-name = "scripted"
-runs = RUNS
-[[method]]
-name = "RAW"
-signal = { kind = "distribution-field" }
-detector = { kind = "level", below = 0.0 }
-[method.grid]
-below = THRESHOLDS
-[[table]]
-name = "many"
-rows = ["recall"]
-columns = "method"
 "#;
 
 struct Gray;
@@ -187,10 +166,7 @@ fn boxes(sequences: usize) -> Vec<(&'static str, f64)> {
 
 /// Seconds of laying out and of looking up the cells of some runs.
 fn cells(runs: usize) -> Vec<(&'static str, f64)> {
-    let thresholds: Vec<String> = (0..100).map(|k| format!("{}", f64::from(k) / 1000.0)).collect();
-    let text = CELLS.replace("THRESHOLDS", &format!("[{}]", thresholds.join(", ")));
-    let experiment =
-        spec::parse("cells", &text.replace("RUNS", &runs.to_string())).expect("a valid experiment");
+    let experiment = many_cells(runs);
     let dir = tempfile::tempdir().expect("a folder");
     let store = Store::open(dir.path()).expect("a store");
     let mut clock = Clock::start();

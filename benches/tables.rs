@@ -14,6 +14,7 @@ use trackfail::engine::{ExperimentPlan, Options, run};
 use trackfail::report;
 use trackfail::results::{self, Results, RunRecord};
 use trackfail::spec::{self, Experiment, builtin};
+use trackfail_benches::many_cells;
 
 fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> ExperimentPlan<'a> {
     ExperimentPlan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
@@ -55,34 +56,9 @@ fn tables(c: &mut Criterion) {
     group.finish();
 }
 
-/// 20 sequences x 50 runs x 100 thresholds.
-const MANY: &str = r#"
-schema = 1
-name = "many"
-title = "Many cells"
-protocol = "khalid2016/1"
-seed = 1
-[suites]
-test = "synthetic-otb"
-[[tracker]]
-name = "scripted"
-runs = 50
-[[method]]
-name = "RAW"
-signal = { kind = "distribution-field" }
-detector = { kind = "level", below = 0.0 }
-[method.grid]
-below = THRESHOLDS
-[[table]]
-name = "many"
-rows = ["recall"]
-columns = "method"
-"#;
-
 fn engine(c: &mut Criterion) {
-    let thresholds: Vec<String> = (0..100).map(|k| format!("{}", f64::from(k) / 1000.0)).collect();
-    let text = MANY.replace("THRESHOLDS", &format!("[{}]", thresholds.join(", ")));
-    let experiment = spec::parse("many", &text).expect("a valid experiment");
+    // 20 sequences x 50 runs x 100 thresholds.
+    let experiment = many_cells(50);
     let results = tempfile::tempdir().expect("a folder");
     let store = Store::open(results.path()).expect("a store");
     let mut group = c.benchmark_group("engine");
