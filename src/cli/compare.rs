@@ -14,7 +14,7 @@ pub struct Args {
     /// A tracker or a method (`DTEF`, `AVU[length=20]`) of the experiment, or a results folder
     #[arg(value_name = "A")]
     first: String,
-    /// What it is compared with
+    /// The tracker, method or folder that A is compared with
     #[arg(value_name = "B")]
     second: String,
     /// The experiment whose results are compared; not for two folders

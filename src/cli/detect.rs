@@ -160,9 +160,7 @@ fn published() -> Result<Vec<Method>, Failure> {
 fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, Failure> {
     let fits = |v: &Variant| {
         let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
-        looks
-            && matches!(v.detector, DetectorChoice::Given(_))
-            && !v.detector.example().detector.needs_reverse()
+        looks && matches!(v.detector, DetectorChoice::Given(_)) && !v.detector.needs_reverse()
     };
     let mut ready = Vec::new();
     for method in methods {
@@ -196,7 +194,7 @@ fn track(
 ) -> Result<(), Failure> {
     let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
-    let goes_back = |m: &Method| m.variants.iter().any(|v| v.detector.example().detector.needs_reverse());
+    let goes_back = |m: &Method| m.variants.iter().any(|v| v.detector.needs_reverse());
     let goes_back = methods.iter().any(goes_back);
     let frames = Arc::new(FrameCache::new(if goes_back { FRAMES_IN_MEMORY } else { 0 }));
     let failure = |e: TrackingError| match e {

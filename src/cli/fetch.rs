@@ -14,7 +14,7 @@ use std::path::Path;
 /// Arguments of `trackfail data fetch`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What to fetch where it is missing: `vot2014`, `vot2014/ball` ...; all suites by default
+    /// Suites and sequences that are fetched where they are missing: `vot2014`, `vot2014/ball` ...; all suites by default
     #[arg(value_name = "SUITE[/SEQUENCE]")]
     wanted: Vec<String>,
     /// Agree to the licences of the suites, which are shown before their first download

@@ -23,9 +23,9 @@ use std::path::PathBuf;
 /// Arguments of `list`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What to list
+    /// The list to print
     what: What,
-    /// How to print it
+    /// Format of the list
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Folder that results are looked for in (experiments)

@@ -38,16 +38,15 @@ impl FrameCache {
             return Ok(frame.clone());
         }
         let frame = Arc::new(sequence.frame(t)?);
-        let bytes = |f: &Frame| 3 * f.width() * f.height();
-        if bytes(&frame) <= self.most.min(MAX_FRAME_BYTES) {
+        if frame.bytes().len() <= self.most.min(MAX_FRAME_BYTES) {
             let mut kept = self.kept();
             if kept.frames.put(key, (sequence.clone(), frame.clone())).is_none() {
-                kept.bytes += bytes(&frame);
+                kept.bytes += frame.bytes().len();
             }
             while kept.bytes > self.most
                 && let Some((_, (_, oldest))) = kept.frames.pop_lru()
             {
-                kept.bytes -= bytes(&oldest);
+                kept.bytes -= oldest.bytes().len();
             }
         }
         Ok(frame)

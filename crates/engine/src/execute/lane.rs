@@ -98,10 +98,7 @@ impl Lane {
     /// # Errors
     /// When the tracker cannot be copied, or has not been started.
     pub fn fork(&self, seed: Option<u64>) -> Result<Self, TrackingError> {
-        match &self.source {
-            StateSource::Tracker(tracker, _) => fork(Some(&**tracker), seed),
-            StateSource::Run(_) | StateSource::Stored(_) => fork(None, seed),
-        }
+        fork(self.source.tracker(), seed)
     }
 
     /// Whether the lane looks at pixels. Stored states and trackers that answer without them do not, nor do signals of

@@ -2,8 +2,8 @@
 //!
 //! A lane is split into *strands*: its tracker, and each of its signals. A strand takes the frames in order; a signal
 //! takes a frame after its tracker. A thread always takes the strand that is furthest behind, and decodes the next frame
-//! when no strand has one to go on with; so one thread alone goes frame by frame. At most [`MOST_FRAMES`] and about
-//! [`MOST_BYTES`] of decoded frames are kept at once.
+//! when no strand has one to go on with; so one thread alone goes frame by frame. At most [`MAX_FRAMES`] and about
+//! [`MAX_BYTES`] of decoded frames are kept at once.
 //!
 //! No strand sees what the others do, so that the results do not depend on the threads. A lane fails with the error that
 //! comes first in the order of one thread, by frame and strand: what comes before an error is always finished.
@@ -21,10 +21,10 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::ScopedJoinHandle;
 
-/// Most decoded frames at once, the one that is furthest behind included.
-const MOST_FRAMES: usize = 16;
-/// Most bytes of decoded frames at once, unless one frame has more.
-const MOST_BYTES: usize = 64 << 20;
+/// Maximum number of decoded frames, the one that is furthest behind included.
+const MAX_FRAMES: usize = 16;
+/// Maximum size of the decoded frames in bytes, unless one frame has more.
+const MAX_BYTES: usize = 64 << 20;
 
 /// The work on a sequence.
 pub(super) struct Schedule<'a, O> {
@@ -42,8 +42,8 @@ struct Shared {
     /// Frames at the places `first..` of the order.
     frames: VecDeque<Slot>,
     first: usize,
-    /// Number of frames that may be kept.
-    most: usize,
+    /// Maximum number of frames that are kept.
+    max_frames: usize,
     /// Threads that wait for a change.
     waiting: usize,
     /// The work ends before it is done.
@@ -82,12 +82,24 @@ struct LaneProgress {
 
 enum Task {
     Decode(usize),
-    Step { strand: usize, place: usize, work: Work, frame: Arc<Frame>, state: Option<Arc<TrackerState>> },
+    Step(Step),
+}
+
+/// A strand's work in a frame.
+struct Step {
+    strand: usize,
+    lane: usize,
+    rank: usize,
+    place: usize,
+    work: Work,
+    frame: Arc<Frame>,
+    /// The tracker's state, for a signal.
+    state: Option<Arc<TrackerState>>,
 }
 
 impl LaneProgress {
     fn fail(&mut self, place: usize, rank: usize, error: TrackingError) {
-        if self.failure.as_ref().is_none_or(|(first, _)| (place, rank) < *first) {
+        if self.is_before_failure(place, rank) {
             self.failure = Some(((place, rank), error));
         }
     }
@@ -120,7 +132,7 @@ impl Shared {
             lanes: progress,
             frames: VecDeque::new(),
             first: 0,
-            most: 1,
+            max_frames: 1,
             waiting: 0,
             ended: false,
         }
@@ -160,18 +172,20 @@ impl Shared {
 
     /// The frame to be decoded next.
     fn next_frame(&self, n: usize) -> Option<usize> {
-        let end = n.min(self.first + self.most);
+        let end = n.min(self.first + self.max_frames);
         (self.first..end).find(|p| matches!(self.frames.get(p - self.first), None | Some(Slot::Absent)))
     }
 
-    /// What a thread can do now.
+    /// A task that can be done now.
     fn next_task(&mut self, n: usize) -> Option<Task> {
         if let Some(k) = self.next_strand(n) {
             let strand = &mut self.strands[k];
-            let (place, at) = (strand.place, strand.place - self.first);
-            let state = (strand.rank > 0).then(|| self.lanes[strand.lane].states[at].clone());
+            let Strand { lane, rank, place, .. } = *strand;
+            let at = place - self.first;
+            let state = (rank > 0).then(|| self.lanes[lane].states[at].clone());
             if let (Some(work), Slot::Decoded(frame)) = (strand.work.take(), &self.frames[at]) {
-                return Some(Task::Step { strand: k, place, work, frame: frame.clone(), state });
+                let frame = frame.clone();
+                return Some(Task::Step(Step { strand: k, lane, rank, place, work, frame, state }));
             }
         }
         let place = self.next_frame(n).filter(|_| self.strands.iter().any(|s| self.is_pending(s, n)))?;
@@ -278,7 +292,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
         let end = EndOnPanic(self);
         let passed = match task {
             Task::Decode(place) => self.decode(place),
-            Task::Step { strand, place, work, frame, state } => self.step(strand, place, work, &frame, state),
+            Task::Step(step) => self.step(step),
         };
         for _ in 0..passed {
             self.observer.frame_done();
@@ -302,7 +316,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
         let mut shared = self.lock();
         match frame {
             Ok(frame) => {
-                shared.most = (MOST_BYTES / frame.bytes().len().max(1)).clamp(1, MOST_FRAMES);
+                shared.max_frames = (MAX_BYTES / frame.bytes().len().max(1)).clamp(1, MAX_FRAMES);
                 let at = place - shared.first;
                 if let Some(slot) = shared.frames.get_mut(at) {
                     *slot = Slot::Decoded(frame);
@@ -314,28 +328,18 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
     }
 
     /// Gives a frame to a strand; returns the number of frames that all are done with now.
-    fn step(
-        &self,
-        strand: usize,
-        place: usize,
-        mut work: Work,
-        frame: &Frame,
-        state: Option<Arc<TrackerState>>,
-    ) -> usize {
-        let (lane, rank) = {
-            let shared = self.lock();
-            (shared.strands[strand].lane, shared.strands[strand].rank)
-        };
+    fn step(&self, step: Step) -> usize {
+        let Step { strand, lane, rank, place, mut work, frame, state } = step;
         let t = self.order[place];
         let done = self.observer.supervise(lane, || match (&mut work, &state) {
             (Work::Source(source), _) => {
-                let state = Arc::new(self.observer.time_tracker(|| source.state(t, frame))?);
+                let state = Arc::new(self.observer.time_tracker(|| source.state(t, &frame))?);
                 let step = LaneStep { t, state: state.clone(), tracker: source.tracker() };
                 self.observer.tracked(lane, step)?;
                 Ok(Some(state))
             }
             (Work::Signal(Some(signal)), Some(state)) => {
-                let value = || signal.value(frame, state, self.sequence.number(t));
+                let value = || signal.value(&frame, state, self.sequence.number(t));
                 let value = self.observer.time_signal(rank - 1, value)?;
                 self.observer.measured(lane, rank - 1, value);
                 Ok(None)

@@ -305,8 +305,7 @@ fn train(
     limits: &RunLimits,
 ) -> Result<Chosen, StepError> {
     let within = |e: StepError| e.within(&format!("training `{}`", training.key));
-    let candidates =
-        candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e.to_string())))?;
+    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
     if candidates.is_empty() {
         return Err(within(StepError::failed("there is no value to try")));
     }

@@ -145,7 +145,7 @@ impl<'a> ExperimentPlan<'a> {
 
     /// Whether any method runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
-        variants(self.experiment).any(|(_, v)| v.detector.example().detector.needs_reverse())
+        variants(self.experiment).any(|(_, v)| v.detector.needs_reverse())
     }
 
     /// Whether a job's track is needed on a suite.
@@ -261,8 +261,8 @@ impl<'a> ExperimentPlan<'a> {
         self.map_labels(|_, name, recipe| (name, recipe))
     }
 
-    /// What `of` makes of every cell's name and recipe, as [`ExperimentPlan::labels`] has them. A million recipes at once
-    /// would need more than a gigabyte.
+    /// Maps every cell's name and recipe, as in [`ExperimentPlan::labels`], one after the other: a million recipes at once
+    /// need more than a gigabyte.
     pub fn map_labels<T: Send>(
         &self,
         of: impl Fn(PlannedCell, String, Result<Recipe, CellError>) -> T + Sync,

@@ -94,6 +94,11 @@ impl DetectorChoice {
             Self::Trained(training) => &training.example,
         }
     }
+
+    /// Whether the detector runs trackers backwards.
+    pub fn needs_reverse(&self) -> bool {
+        self.example().detector.needs_reverse()
+    }
 }
 
 /// How a parameter is chosen on a suite.

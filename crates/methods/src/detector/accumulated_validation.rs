@@ -75,7 +75,7 @@ pub struct Params {
     pub components: Option<usize>,
     /// Largest order that is tried, 1 to 20.
     pub max_components: usize,
-    /// What chooses the order: `aic` (dAIC) or `bic` (dBIC).
+    /// Criterion that chooses the order: `aic` (dAIC) or `bic` (dBIC).
     pub criterion: Criterion,
     /// How the distribution of the sum is computed.
     pub approximation: Approximation,

@@ -66,7 +66,7 @@ const EACH: u64 = 0x0101_0101_0101_0101;
 pub(super) struct Distance {
     /// Differences of a chunk, with as many rows above and below as the kernel reaches.
     rows: Vec<Chunk>,
-    /// What each layer gets of the lost mass, the same in all slots.
+    /// Each layer's share of the lost mass, the same in all slots.
     even: Vec<[Chunk; ROWS]>,
 }
 

@@ -13,7 +13,7 @@ pub(super) const LOSSY: u8 = 0x80;
 /// Values that a layer may have.
 const VALUES: usize = 256;
 
-/// What a pixel adds to the columns around it.
+/// Weights that a pixel adds to the columns around it.
 #[derive(Debug, Clone)]
 pub(super) struct Stamps {
     pub(super) layers: usize,
