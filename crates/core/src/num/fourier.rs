@@ -9,11 +9,13 @@
 //! are kept. They are stored **column by column**: `X[k, l]` is at `k * h + l`. Products of spectra do not mind, and a
 //! transform needs one transposition instead of two. With `h = 1` this is the transform of a line.
 //!
-//! Any size works, primes too (by Rader's or Bluestein's algorithm). The transforms are `rustfft`'s; their last
-//! bits depend on the processor's instruction set, so whole-number decisions must not hang on them.
+//! Any size works, primes too (by Rader's or Bluestein's algorithm). The algorithms are `rustfft`'s, four lines at a
+//! time (`lanes`), and give the same bits on every processor.
 
+mod lanes;
 mod line;
 
+use lanes::{LANES, Lanes, ZEROS};
 pub use line::{Complex64, LineFourier};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
@@ -21,21 +23,23 @@ use std::sync::Arc;
 
 /// A coefficient of a spectrum.
 pub type Complex = realfft::num_complex::Complex<f32>;
-
-/// Rows that are transposed together: eight coefficients fill a cache line.
-const ROWS: usize = 8;
+/// A coefficient of each of four lines.
+type Complexes = realfft::num_complex::Complex<Lanes>;
 
 /// Plans and buffers for planes of one size.
 pub struct Fourier {
     width: usize,
     height: usize,
-    rows_forward: Arc<dyn RealToComplex<f32>>,
-    rows_backward: Arc<dyn ComplexToReal<f32>>,
-    columns_forward: Arc<dyn Fft<f32>>,
-    columns_backward: Arc<dyn Fft<f32>>,
-    row: Vec<f32>,
-    spectra: Vec<Complex>,
-    scratch: Vec<Complex>,
+    rows_forward: Arc<dyn RealToComplex<Lanes>>,
+    rows_backward: Arc<dyn ComplexToReal<Lanes>>,
+    columns_forward: Arc<dyn Fft<Lanes>>,
+    columns_backward: Arc<dyn Fft<Lanes>>,
+    /// Four rows side by side, and their coefficients.
+    rows: Vec<Lanes>,
+    spectra: Vec<Complexes>,
+    /// All columns, four side by side: the coefficients of four columns in row `l` are at `group * height + l`.
+    columns: Vec<Complexes>,
+    scratch: Vec<Complexes>,
 }
 
 impl Fourier {
@@ -53,10 +57,12 @@ impl Fourier {
             columns_forward.get_inplace_scratch_len(),
             columns_backward.get_inplace_scratch_len(),
         ];
+        let kept = width / 2 + 1;
         Self {
-            row: vec![0.0; width],
-            spectra: vec![Complex::default(); ROWS * (width / 2 + 1)],
-            scratch: vec![Complex::default(); scratch.into_iter().fold(0, usize::max)],
+            rows: vec![Lanes::ZERO; width],
+            spectra: vec![ZEROS; kept],
+            columns: vec![ZEROS; if height > 1 { kept.div_ceil(LANES) * height } else { 0 }],
+            scratch: vec![ZEROS; scratch.into_iter().fold(0, usize::max)],
             width,
             height,
             rows_forward,
@@ -86,68 +92,109 @@ impl Fourier {
         (self.width / 2 + 1) * self.height
     }
 
-    /// Transforms `plane` (rows from the top) times `window` (the same layout) into `spectrum`.
-    pub fn forward_windowed(&mut self, plane: &[f32], window: &[f32], spectrum: &mut [Complex]) {
-        self.rows_to_columns(spectrum, |row, out| {
-            let range = row * out.len()..(row + 1) * out.len();
-            for ((o, v), w) in out.iter_mut().zip(&plane[range.clone()]).zip(&window[range]) {
-                *o = v * w;
-            }
-        });
+    /// Transforms planes that stand one behind the other (rows from the top), each times `window` (the same layout),
+    /// into as many spectra.
+    pub fn forward_windowed(&mut self, planes: &[f32], window: &[f32], spectra: &mut [Complex]) {
+        if self.height == 1 {
+            self.lines(planes, spectra, |line, x| planes[line * window.len() + x] * window[x]);
+            return;
+        }
+        let (n, m) = (self.plane_len(), self.spectrum_len());
+        for (plane, spectrum) in planes.chunks_exact(n).zip(spectra.chunks_exact_mut(m)) {
+            self.plane(spectrum, |i| plane[i] * window[i]);
+        }
     }
 
     /// Transforms `plane` (rows from the top) into `spectrum`, without a factor.
     pub fn forward(&mut self, plane: &[f32], spectrum: &mut [Complex]) {
-        self.rows_to_columns(spectrum, |row, out| {
-            out.copy_from_slice(&plane[row * out.len()..(row + 1) * out.len()]);
-        });
-    }
-
-    fn rows_to_columns(&mut self, spectrum: &mut [Complex], fill: impl Fn(usize, &mut [f32])) {
-        let (kept, height) = (self.width / 2 + 1, self.height);
-        for start in (0..height).step_by(ROWS) {
-            let count = ROWS.min(height - start);
-            for (i, line) in self.spectra.chunks_exact_mut(kept).take(count).enumerate() {
-                fill(start + i, &mut self.row);
-                // It only refuses buffers of other lengths than those that it was asked for.
-                let done = self.rows_forward.process_with_scratch(&mut self.row, line, &mut self.scratch);
-                debug_assert!(done.is_ok());
-            }
-            for (k, column) in spectrum.chunks_exact_mut(height).enumerate() {
-                for (i, o) in column[start..start + count].iter_mut().enumerate() {
-                    *o = self.spectra[i * kept + k];
-                }
-            }
-        }
-        if height > 1 {
-            self.columns_forward.process_with_scratch(spectrum, &mut self.scratch);
+        if self.height == 1 {
+            self.lines(plane, spectrum, |_, x| plane[x]);
+        } else {
+            self.plane(spectrum, |i| plane[i]);
         }
     }
 
-    /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`; the spectrum is overwritten.
-    pub fn backward(&mut self, spectrum: &mut [Complex], plane: &mut [f32]) {
-        let (kept, height) = (self.width / 2 + 1, self.height);
-        if height > 1 {
-            self.columns_backward.process_with_scratch(spectrum, &mut self.scratch);
+    /// Transforms lines one behind the other; `value(line, x)` is what is transformed.
+    fn lines(&mut self, lines: &[f32], spectra: &mut [Complex], value: impl Fn(usize, usize) -> f32) {
+        let (count, kept) = (lines.len() / self.width, self.width / 2 + 1);
+        for start in (0..count).step_by(LANES) {
+            // Beyond the last line the last one is transformed again.
+            for (x, values) in self.rows.iter_mut().enumerate() {
+                values.0 = std::array::from_fn(|lane| value((start + lane).min(count - 1), x));
+            }
+            self.transform_rows();
+            for (lane, spectrum) in spectra[start * kept..].chunks_exact_mut(kept).take(LANES).enumerate() {
+                pick(&self.spectra, lane, spectrum);
+            }
         }
-        let factor = 1.0 / self.plane_len() as f32;
-        for start in (0..height).step_by(ROWS) {
-            let count = ROWS.min(height - start);
-            for (k, column) in spectrum.chunks_exact(height).enumerate() {
-                for (i, v) in column[start..start + count].iter().enumerate() {
-                    self.spectra[i * kept + k] = *v;
+    }
+
+    /// Transforms the plane whose values, rows from the top, are `value(i)`.
+    fn plane(&mut self, spectrum: &mut [Complex], value: impl Fn(usize) -> f32) {
+        let (width, height) = (self.width, self.height);
+        for start in (0..height).step_by(LANES) {
+            let first: [usize; LANES] = std::array::from_fn(|lane| (start + lane).min(height - 1) * width);
+            for (x, values) in self.rows.iter_mut().enumerate() {
+                values.0 = first.map(|row| value(row + x));
+            }
+            self.transform_rows();
+            for (group, four) in self.columns.chunks_exact_mut(height).zip(self.spectra.chunks(LANES)) {
+                transpose(four, &mut group[start..height.min(start + LANES)]);
+            }
+        }
+        for (group, columns) in self.columns.chunks_exact_mut(height).zip(spectrum.chunks_mut(LANES * height))
+        {
+            self.columns_forward.process_with_scratch(group, &mut self.scratch);
+            for (lane, column) in columns.chunks_exact_mut(height).enumerate() {
+                pick(group, lane, column);
+            }
+        }
+    }
+
+    fn transform_rows(&mut self) {
+        // It only refuses buffers of other lengths than those that it was asked for.
+        let done =
+            self.rows_forward.process_with_scratch(&mut self.rows, &mut self.spectra, &mut self.scratch);
+        debug_assert!(done.is_ok());
+    }
+
+    /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`.
+    pub fn backward(&mut self, spectrum: &[Complex], plane: &mut [f32]) {
+        let (width, height) = (self.width, self.height);
+        let factor = Lanes([1.0 / self.plane_len() as f32; LANES]);
+        for (group, columns) in self.columns.chunks_exact_mut(height).zip(spectrum.chunks(LANES * height)) {
+            if columns.len() < LANES * height {
+                group.fill(ZEROS);
+            }
+            for (lane, column) in columns.chunks_exact(height).enumerate() {
+                for (values, v) in group.iter_mut().zip(column) {
+                    values.re.0[lane] = v.re;
+                    values.im.0[lane] = v.im;
                 }
             }
-            for (i, line) in self.spectra.chunks_exact_mut(kept).take(count).enumerate() {
-                // Real rows have real ends; products of spectra may leave a rounding error there.
-                line[0].im = 0.0;
-                if self.width.is_multiple_of(2) {
-                    line[kept - 1].im = 0.0;
+            self.columns_backward.process_with_scratch(group, &mut self.scratch);
+        }
+        for start in (0..height).step_by(LANES) {
+            if height == 1 {
+                for (values, v) in self.spectra.iter_mut().zip(spectrum) {
+                    *values = Complexes::new(Lanes([v.re; LANES]), Lanes([v.im; LANES]));
                 }
-                let out = &mut plane[(start + i) * self.width..(start + i + 1) * self.width];
-                let done = self.rows_backward.process_with_scratch(line, out, &mut self.scratch);
-                debug_assert!(done.is_ok());
-                out.iter_mut().for_each(|v| *v *= factor);
+            }
+            for (group, four) in self.columns.chunks_exact(height).zip(self.spectra.chunks_mut(LANES)) {
+                transpose(&group[start..height.min(start + LANES)], four);
+            }
+            // Real rows have real ends; products of spectra may leave a rounding error there.
+            self.spectra[0].im = Lanes::ZERO;
+            if width.is_multiple_of(2) {
+                self.spectra[width / 2].im = Lanes::ZERO;
+            }
+            let done =
+                self.rows_backward.process_with_scratch(&mut self.spectra, &mut self.rows, &mut self.scratch);
+            debug_assert!(done.is_ok());
+            for (lane, row) in plane[start * width..].chunks_exact_mut(width).take(LANES).enumerate() {
+                for (o, values) in row.iter_mut().zip(&self.rows) {
+                    *o = (*values * factor).0[lane];
+                }
             }
         }
     }
@@ -161,6 +208,22 @@ impl Fourier {
             sum += if twin { 2.0 * part } else { part };
         }
         sum / self.plane_len() as f64
+    }
+}
+
+/// Copies the coefficients of one lane.
+fn pick(from: &[Complexes], lane: usize, to: &mut [Complex]) {
+    for (o, v) in to.iter_mut().zip(from) {
+        *o = Complex::new(v.re.0[lane], v.im.0[lane]);
+    }
+}
+
+/// Turns lanes into places and places into lanes, at most four of each; lanes without a place become 0.
+fn transpose(from: &[Complexes], to: &mut [Complexes]) {
+    let from: [Complexes; LANES] = std::array::from_fn(|lane| from.get(lane).copied().unwrap_or(ZEROS));
+    for (place, o) in (0..LANES).zip(to) {
+        o.re.0 = from.map(|v| v.re.0[place]);
+        o.im.0 = from.map(|v| v.im.0[place]);
     }
 }
 
@@ -211,6 +274,41 @@ mod tests {
         }
     }
 
+    /// Values that are exact in `f32`, the same everywhere.
+    fn texture(n: usize) -> Vec<f32> {
+        (0..n).map(|i| (i * 7919 % 1021) as f32 - 510.0).collect()
+    }
+
+    #[test]
+    fn planes_do_not_see_their_neighbors() {
+        for (width, height) in [(7, 1), (8, 1), (6, 5), (5, 6), (13, 4)] {
+            let mut fourier = Fourier::new(width, height);
+            let (n, m) = (fourier.plane_len(), fourier.spectrum_len());
+            let (planes, window) = (texture(5 * n), texture(n));
+            let mut together = vec![Complex::default(); 5 * m];
+            fourier.forward_windowed(&planes, &window, &mut together);
+            for (plane, spectrum) in planes.chunks_exact(n).zip(together.chunks_exact(m)) {
+                let mut alone = vec![Complex::default(); m];
+                Fourier::new(width, height).forward_windowed(plane, &window, &mut alone);
+                assert_eq!(alone, spectrum, "{width} x {height}");
+            }
+        }
+    }
+
+    #[test]
+    fn bits_are_the_same_on_every_processor() {
+        // Of this code on x86-64; another processor that adds or multiplies differently has other sums.
+        let sizes = [(40, 36), (37, 29), (33, 1)];
+        let got = sizes.map(|(width, height)| {
+            let mut fourier = Fourier::new(width, height);
+            let mut spectrum = vec![Complex::default(); fourier.spectrum_len()];
+            fourier.forward(&texture(width * height), &mut spectrum);
+            let bits = spectrum.iter().flat_map(|c| [c.re.to_bits(), c.im.to_bits()]);
+            bits.fold(0, |sum: u32, v| sum.rotate_left(5).wrapping_mul(0x9e37_79b1) ^ v)
+        });
+        assert_eq!(got, [1_726_952_598, 1_815_944_531, 3_698_792_439]);
+    }
+
     // python3: np.hanning(6)
     #[test]
     fn window_agrees_with_numpy() {
@@ -235,7 +333,7 @@ mod tests {
             let energy: f64 = plane.iter().map(|&v| f64::from(v).powi(2)).sum();
             prop_assert!((fourier.energy(&spectrum) - energy).abs() <= 1e-5 * energy + 1e-6);
             let mut back = vec![0.0; plane.len()];
-            fourier.backward(&mut spectrum, &mut back);
+            fourier.backward(&spectrum, &mut back);
             for (a, b) in plane.iter().zip(&back) {
                 prop_assert!((a - b).abs() < 1e-3, "{} {}", a, b);
             }
@@ -255,7 +353,7 @@ mod tests {
             let [mut product, other] = spectra;
             product.iter_mut().zip(&other).for_each(|(p, o)| *p *= o);
             let mut got = vec![0.0; n];
-            fourier.backward(&mut product, &mut got);
+            fourier.backward(&product, &mut got);
             for y in 0..height {
                 for x in 0..width {
                     let mut want = 0.0;

@@ -25,7 +25,7 @@ use std::collections::BTreeSet;
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "cut-values",
-    version: 1,
+    version: 2,
     summary: "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(CutValues::new(read_params(raw)?)?)),

@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "uncertainty-model",
-    version: 1,
+    version: 2,
     summary: "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(UncertaintyModel::new(read_params(raw)?)?)),

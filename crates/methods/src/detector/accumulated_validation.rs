@@ -33,7 +33,7 @@ use serde_json::{Value, json};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
     kind: "accumulated-validation",
-    version: 1,
+    version: 2,
     summary: "alarm while the sum of the last c_t is beyond what a learned model of consistency allows (AVU)",
     example: "{ length = 5, beta = 0.2 }",
     build: |raw: RawParams<'_>| Ok(Box::new(AccumulatedValidation::new(read_params(raw)?)?)),

@@ -29,7 +29,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("arma-forecast", 1, "457709fb4fa7690f"),
     ("naive-forecast", 1, "11a50e49e974cc48"),
     ("level", 1, "1855484e0bedf579"),
-    ("accumulated-validation", 1, "816f2c06de79c795"),
+    ("accumulated-validation", 2, "816f2c06de79c795"),
     ("two-model-chi-square", 1, "1d0ad0f43f943791"),
     ("matched-kalman-bank", 1, "887dc0fed0059e5a"),
     ("arte", 1, "a39dc94a9708decd"),

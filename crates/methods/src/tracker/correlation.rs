@@ -174,7 +174,7 @@ impl KernelFilter {
                 self.product.iter_mut().zip(filter).for_each(|(p, (n, d))| *p *= n / d);
             }
         }
-        self.fourier.backward(&mut self.product, &mut self.plane);
+        self.fourier.backward(&self.product, &mut self.plane);
         Some(peak(&self.plane, self.fourier.width(), self.fourier.height()))
     }
 
@@ -220,18 +220,15 @@ impl KernelFilter {
 
     /// Transforms a look and returns its energy.
     fn transform(&mut self, features: &[f32]) -> f64 {
-        let (n, m) = (self.fourier.plane_len(), self.fourier.spectrum_len());
-        debug_assert!(features.len() == self.channels * n);
-        for (plane, spectrum) in features.chunks_exact(n).zip(self.look.chunks_exact_mut(m)) {
-            self.fourier.forward_windowed(plane, &self.window, spectrum);
-        }
+        debug_assert!(features.len() == self.channels * self.fourier.plane_len());
+        self.fourier.forward_windowed(features, &self.window, &mut self.look);
         energy(&self.fourier, &self.look)
     }
 
     /// Makes `product`, a correlation's spectrum, the kernel's; `energies` is `|x|^2 + |z|^2`.
     fn kernel(&mut self, energies: f64) {
         let n = (self.plane.len() * self.channels) as f64;
-        self.fourier.backward(&mut self.product, &mut self.plane);
+        self.fourier.backward(&self.product, &mut self.plane);
         let factor = -1.0 / (self.settings.kernel_width.powi(2) * n);
         for v in &mut self.plane {
             *v = (factor * (energies - 2.0 * f64::from(*v)).max(0.0)) as f32;

@@ -47,6 +47,8 @@ use serde::{Deserialize, Serialize};
 const GRADIENTS: usize = 27;
 /// Side of a cell of the scale's samples.
 const CELL: usize = 4;
+/// Channels that are transformed at a time.
+const BATCH: usize = 4;
 /// Largest area of the window, in square pixels.
 const MAX_WINDOW_AREA: f64 = 262_144.0;
 
@@ -116,7 +118,7 @@ impl Dsst {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "dsst",
-    version: 1,
+    version: 2,
     summary: "correlation filters for the place and for the scale",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Dsst::new(read_params(raw)?)?)),
@@ -318,7 +320,8 @@ struct Filter {
     numerator: Vec<Complex>,
     denominator: Vec<f32>,
     taught: bool,
-    spectrum: Vec<Complex>,
+    /// Of channels that are transformed at a time.
+    spectra: Vec<Complex>,
     sum: Vec<Complex>,
     squares: Vec<f32>,
     plane: Vec<f32>,
@@ -335,7 +338,7 @@ impl Filter {
             numerator: vec![Complex::default(); channels * n],
             denominator: vec![0.0; n],
             taught: false,
-            spectrum: vec![Complex::default(); n],
+            spectra: vec![Complex::default(); BATCH * n],
             sum: vec![Complex::default(); n],
             squares: vec![0.0; n],
             plane: vec![0.0; fourier.plane_len()],
@@ -347,15 +350,17 @@ impl Filter {
     fn respond(&mut self, sample: &[f32], lambda: f64) -> &[f32] {
         let (n, m) = (self.plane.len(), self.sum.len());
         self.sum.fill(Complex::default());
-        for (channel, numerator) in sample.chunks_exact(n).zip(self.numerator.chunks_exact(m)) {
-            self.fourier.forward_windowed(channel, &self.window, &mut self.spectrum);
-            for ((s, a), z) in self.sum.iter_mut().zip(numerator).zip(&self.spectrum) {
-                *s += a * z;
+        for (channels, numerators) in sample.chunks(BATCH * n).zip(self.numerator.chunks(BATCH * m)) {
+            self.fourier.forward_windowed(channels, &self.window, &mut self.spectra);
+            for (numerator, spectrum) in numerators.chunks_exact(m).zip(self.spectra.chunks_exact(m)) {
+                for ((s, a), z) in self.sum.iter_mut().zip(numerator).zip(spectrum) {
+                    *s += a * z;
+                }
             }
         }
         let lambda = lambda as f32;
         self.sum.iter_mut().zip(&self.denominator).for_each(|(s, b)| *s /= b + lambda);
-        self.fourier.backward(&mut self.sum, &mut self.plane);
+        self.fourier.backward(&self.sum, &mut self.plane);
         &self.plane
     }
 
@@ -365,12 +370,14 @@ impl Filter {
         let rate = if self.taught { rate as f32 } else { 1.0 };
         self.taught = true;
         self.squares.fill(0.0);
-        for (channel, numerator) in sample.chunks_exact(n).zip(self.numerator.chunks_exact_mut(m)) {
-            self.fourier.forward_windowed(channel, &self.window, &mut self.spectrum);
-            for ((a, x), y) in numerator.iter_mut().zip(&self.spectrum).zip(&self.label) {
-                *a += (y * x.conj() - *a) * rate;
+        for (channels, numerators) in sample.chunks(BATCH * n).zip(self.numerator.chunks_mut(BATCH * m)) {
+            self.fourier.forward_windowed(channels, &self.window, &mut self.spectra);
+            for (numerator, spectrum) in numerators.chunks_exact_mut(m).zip(self.spectra.chunks_exact(m)) {
+                for ((a, x), y) in numerator.iter_mut().zip(spectrum).zip(&self.label) {
+                    *a += (y * x.conj() - *a) * rate;
+                }
+                self.squares.iter_mut().zip(spectrum).for_each(|(s, x)| *s += x.norm_sqr());
             }
-            self.squares.iter_mut().zip(&self.spectrum).for_each(|(s, x)| *s += x.norm_sqr());
         }
         self.denominator.iter_mut().zip(&self.squares).for_each(|(b, s)| *b += (s - *b) * rate);
     }

@@ -166,7 +166,7 @@ impl Kcf {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "kcf",
-    version: 1,
+    version: 2,
     summary: "kernelized correlation filter on oriented gradients or gray values",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),

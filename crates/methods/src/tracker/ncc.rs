@@ -70,7 +70,7 @@ impl Ncc {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "ncc",
-    version: 1,
+    version: 2,
     summary: "normalized cross-correlation with a fixed gray template",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Ncc::new(read_params(raw)?)?)),

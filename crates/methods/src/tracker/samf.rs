@@ -108,7 +108,7 @@ impl Samf {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "samf",
-    version: 1,
+    version: 2,
     summary: "kernelized correlation filter on gradients and colors, at seven scales",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Samf::new(read_params(raw)?)?)),
