@@ -17,8 +17,10 @@ pub struct Gray {
     pub height: usize,
     /// The part whose values are known, within the frame.
     pub part: Window,
-    /// Values of the part, rows from the top, pixels from the left, a byte each.
-    pub values: Vec<u8>,
+    /// Of each pixel of the part, rows from the top, its value and those of the pixels to the right, below, and below
+    /// to the right, in bytes from the lowest on; pixels beyond the part repeat its border. What is interpolated
+    /// takes one look-up a place.
+    pub corners: Vec<u32>,
 }
 
 impl Gray {
@@ -36,7 +38,21 @@ impl Gray {
             let pixels = frame.row(y)[3 * left..3 * (left + part.w)].as_chunks::<3>().0;
             values.extend(pixels.iter().map(|p| luma(*p)));
         }
-        Self { width: frame.width(), height: frame.height(), part, values }
+        Self::of_values(frame.width(), frame.height(), part, &values)
+    }
+
+    /// From the values of the part, rows from the top.
+    pub(super) fn of_values(width: usize, height: usize, part: Window, values: &[u8]) -> Self {
+        let row = |y: usize| &values[y * part.w..(y + 1) * part.w];
+        let mut corners = Vec::with_capacity(values.len());
+        for y in 0..part.h {
+            let (upper, lower) = (row(y), row((y + 1).min(part.h - 1)));
+            let corner =
+                |x: usize, next: usize| u32::from_le_bytes([upper[x], upper[next], lower[x], lower[next]]);
+            corners.extend((1..part.w).map(|next| corner(next - 1, next)));
+            corners.push(corner(part.w - 1, part.w - 1));
+        }
+        Self { width, height, part, corners }
     }
 }
 
@@ -53,8 +69,12 @@ mod tests {
         let frame = Frame::from_fn(3, 2, |x, y| pixels[3 * y + x]);
         let gray = Gray::of(&frame);
         assert_eq!((gray.width, gray.height), (3, 2));
-        assert_eq!(gray.values, [0, 255, 76, 150, 29, 132]);
+        let corners = |gray: &Gray| gray.corners.iter().map(|c| c.to_le_bytes()).collect::<Vec<_>>();
+        let repeated = [[150, 29, 150, 29], [29, 132, 29, 132], [132; 4]];
+        assert_eq!(corners(&gray)[..3], [[0, 255, 150, 29], [255, 76, 29, 132], [76, 76, 132, 132]]);
+        assert_eq!(corners(&gray)[3..], repeated);
         let part = Gray::of_part(&frame, &Window { x: 1, y: -3, w: 9, h: 4 });
-        assert_eq!((part.part, part.values), (Window { x: 1, y: 0, w: 2, h: 1 }, vec![255, 76]));
+        assert_eq!(part.part, Window { x: 1, y: 0, w: 2, h: 1 });
+        assert_eq!(corners(&part), [[255, 76, 255, 76], [76; 4]]);
     }
 }

@@ -205,6 +205,9 @@ const MAX_COORDINATE: f64 = 1e6;
 /// Places of a template that are processed together.
 const LANES: usize = 16;
 
+/// From here on, numbers of type `f64` are whole.
+const TWO_TO_52: f64 = (1_u64 << 52) as f64;
+
 /// As [`Template::sample_anywhere`], for places that are all more than a pixel away from the image's border: the
 /// same operations, on whole vectors but for the look-up of pixels.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
@@ -224,23 +227,19 @@ fn sample_inside(
             for l in 0..LANES {
                 let j = (LANES * block + l) as f64;
                 let (x, y) = (x + matrix[0] * j, y + matrix[2] * j);
-                let (column, row) = (x as i32, y as i32);
-                fx[l] = (x - f64::from(column)) as f32;
-                fy[l] = (y - f64::from(row)) as f32;
+                // The low bits of `whole + 2^52` are the number; a cast with its bounds is not vectorized.
+                let whole = [x.floor(), y.floor()];
+                let [column, row] = whole.map(|v| (v + TWO_TO_52).to_bits() as i32);
+                fx[l] = (x - whole[0]) as f32;
+                fy[l] = (y - whole[1]) as f32;
                 at[l] = (row - top).wrapping_mul(stride).wrapping_add(column - left);
             }
-            let mut corners = [[0_u8; LANES]; 4];
-            for l in 0..out.len() {
-                let at = at[l] as usize;
-                let (upper, lower) = (&image.values[at..], &image.values[at + stride as usize..]);
-                corners[0][l] = upper[0];
-                corners[1][l] = upper[1];
-                corners[2][l] = lower[0];
-                corners[3][l] = lower[1];
-            }
+            // Places beyond a row's end may lie anywhere, and are dropped.
+            let corners = at.map(|at| image.corners.get(at as usize).copied().unwrap_or_default());
             let mut values = [0.0_f32; LANES];
             for l in 0..LANES {
-                let corner = |k: usize| f32::from(corners[k][l]);
+                // Numbers of a byte: their conversion from i32 is a single instruction.
+                let corner = |k: u32| (corners[l] >> (8 * k) & 255) as i32 as f32;
                 let upper = corner(0) + fx[l] * (corner(1) - corner(0));
                 let lower = corner(2) + fx[l] * (corner(3) - corner(2));
                 values[l] = unit * (upper + fy[l] * (lower - upper));
@@ -257,11 +256,9 @@ fn bilinear(image: &Gray, x: f64, y: f64) -> f32 {
     let (fx, fy) = ((x - column as f64) as f32, (y - row as f64) as f32);
     let part = &image.part;
     let at = (row - part.y as usize) * part.w + (column - part.x as usize);
-    let next = usize::from(column + 1 < image.width);
-    let below = if row + 1 < image.height { part.w } else { 0 };
-    let value = |at: usize| f32::from(image.values[at]);
-    let upper = value(at) + fx * (value(at + next) - value(at));
-    let lower = value(at + below) + fx * (value(at + below + next) - value(at + below));
+    let [value, right, below, both] = image.corners[at].to_le_bytes().map(f32::from);
+    let upper = value + fx * (right - value);
+    let lower = below + fx * (both - below);
     upper + fy * (lower - upper)
 }
 
@@ -275,7 +272,8 @@ mod tests {
 
     fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> u8) -> Gray {
         let part = Window { x: 0, y: 0, w: width, h: height };
-        Gray { width, height, part, values: (0..width * height).map(|k| f(k % width, k / width)).collect() }
+        let values: Vec<u8> = (0..width * height).map(|k| f(k % width, k / width)).collect();
+        Gray::of_values(width, height, part, &values)
     }
 
     fn sampled(template: Template, image: &Gray, geometry: &Geometry) -> Vec<f32> {
