@@ -55,7 +55,7 @@ use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::Region;
-use likelihood::{Alternation, Comparison, Subspace, error};
+use likelihood::{Alternation, Comparisons, Subspace, error};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -223,7 +223,7 @@ pub(super) struct Tracking {
     model: Model,
     rng: ChaCha8Rng,
     candidates: Candidates,
-    work: Comparison,
+    work: Comparisons,
     estimate: Geometry,
     pca: IncrementalPca,
     subspace: Subspace,
@@ -252,7 +252,7 @@ impl Tracking {
         let mut tracker = Self {
             rng: seed::rng(seed),
             candidates: Candidates::new(model.samples, model.noise),
-            work: Comparison::default(),
+            work: Comparisons::default(),
             estimate,
             pca: IncrementalPca::new(PIXELS),
             subspace: Subspace::mean_only(&window),
@@ -268,23 +268,16 @@ impl Tracking {
         self.model.occlusion.filter(|_| self.subspace.dimension() == self.model.most)
     }
 
-    /// `E` of a window.
-    fn cost(&mut self, window: &[f32]) -> f32 {
-        match self.occlusion() {
-            Some(o) => self.subspace.occluded_distance(window, &o.alternation, &mut self.work),
-            None => self.subspace.distance(window, &mut self.work),
-        }
-    }
-
     /// Replaces the occluded pixels by those of the mean; returns whether the rest is worth learning.
     fn clean(&mut self, window: &mut [f32]) -> bool {
         let Some(Occlusion { alternation, low, high }) = self.occlusion() else { return true };
-        self.subspace.occluded_distance(window, &alternation, &mut self.work);
+        self.subspace.costs(1, Some(&alternation), |_, out| out.copy_from_slice(window), &mut self.work);
+        let residuals = self.work.residuals();
         let lambda = alternation.lambda;
         let occluded = |r: &f32| error(*r, lambda).abs() > lambda;
-        let share = self.work.residuals.iter().filter(|r| occluded(r)).count() as f64 / PIXELS as f64;
+        let share = residuals.iter().filter(|r| occluded(r)).count() as f64 / PIXELS as f64;
         if share >= low && share <= high {
-            for ((y, mean), r) in window.iter_mut().zip(self.subspace.mean()).zip(&self.work.residuals) {
+            for ((y, mean), r) in window.iter_mut().zip(self.subspace.mean()).zip(residuals) {
                 if occluded(r) {
                     *y = *mean;
                 }
@@ -308,15 +301,15 @@ impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         self.candidates.draw(&self.estimate, &SideLimits::of(frame), &mut self.rng);
         let gray = Gray::of_part(frame, &TEMPLATE.window(&self.candidates.states));
-        let mut window = vec![0.0; PIXELS];
-        let mut logarithms = Vec::with_capacity(self.candidates.states.len());
-        for k in 0..self.candidates.states.len() {
-            TEMPLATE.sample(&gray, &self.candidates.states[k], LEVEL, &mut window);
-            logarithms.push(-f64::from(self.cost(&window)) / self.model.scale);
-        }
+        let occlusion = self.occlusion().map(|o| o.alternation);
+        let states = &self.candidates.states;
+        let sample = |k: usize, window: &mut [f32]| TEMPLATE.sample(&gray, &states[k], LEVEL, window);
+        let costs = self.subspace.costs(states.len(), occlusion.as_ref(), sample, &mut self.work);
+        let logarithms: Vec<f64> = costs.iter().map(|cost| -f64::from(*cost) / self.model.scale).collect();
         let (weights, best) = weigh(&logarithms);
         let posterior = self.candidates.moments(&weights, logarithms[best].exp());
         self.estimate = self.candidates.states[best];
+        let mut window = vec![0.0; PIXELS];
         TEMPLATE.sample(&gray, &self.estimate, LEVEL, &mut window);
         if self.clean(&mut window) {
             self.learn(&window);

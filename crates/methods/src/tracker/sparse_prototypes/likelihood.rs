@@ -10,6 +10,8 @@ use multiversion::multiversion;
 const LANES: usize = 16;
 /// Pixels whose residuals are computed together; windows are whole multiples of it.
 const WIDE: usize = 64;
+/// Windows that are compared at a time.
+const TOGETHER: usize = 4;
 
 /// Stopping rule of the alternation, and price of an occluded pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,32 +30,52 @@ pub struct Subspace {
     mean: Vec<f32>,
     /// One vector after the other.
     basis: Vec<f32>,
+    /// The same numbers, `WIDE` of each vector after another: what is left of a window's part reads them in a row.
+    blocks: Vec<f32>,
 }
 
-/// Buffers of a comparison, and its residuals.
+/// A comparison of one window: its residuals and buffers.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
+    /// Index of the window.
+    window: usize,
+    iteration: usize,
+    objective: f32,
     difference: Vec<f32>,
-    errors: Vec<f32>,
+    /// What is projected next: the difference without the errors.
+    unoccluded: Vec<f32>,
     /// `d - U z` of the comparison's solution.
-    pub residuals: Vec<f32>,
+    residuals: Vec<f32>,
     next: Vec<f32>,
     coefficients: Vec<f32>,
+}
+
+/// Buffers for windows that are compared at a time, so that each basis vector is read once for all of them.
+#[derive(Debug, Clone, Default)]
+pub struct Comparisons([Comparison; TOGETHER]);
+
+impl Comparisons {
+    /// `d - U z` of the last window's solution.
+    pub fn residuals(&self) -> &[f32] {
+        &self.0[0].residuals
+    }
 }
 
 impl Subspace {
     /// A subspace with this mean and no basis.
     pub fn mean_only(mean: &[f32]) -> Self {
-        Self { mean: mean.to_vec(), basis: Vec::new() }
+        Self { mean: mean.to_vec(), basis: Vec::new(), blocks: Vec::new() }
     }
 
     /// The subspace of principal components.
     pub fn of(pca: &IncrementalPca) -> Self {
         let single = |v: &f64| *v as f32;
-        Self {
-            mean: pca.mean().iter().map(single).collect(),
-            basis: pca.basis().iter().flatten().map(single).collect(),
-        }
+        let mean: Vec<f32> = pca.mean().iter().map(single).collect();
+        let basis: Vec<f32> = pca.basis().iter().flatten().map(single).collect();
+        let parts = basis.as_chunks::<WIDE>().0;
+        let stride = mean.len() / WIDE;
+        let blocks = (0..stride).flat_map(|at| parts.iter().skip(at).step_by(stride).flatten().copied());
+        Self { blocks: blocks.collect(), mean, basis }
     }
 
     /// The mean.
@@ -66,50 +88,79 @@ impl Subspace {
         self.basis.len() / self.mean.len().max(1)
     }
 
-    /// `|d - U U'd|^2` of the difference `d` of a window from the mean.
-    pub fn distance(&self, window: &[f32], work: &mut Comparison) -> f32 {
-        work.look(&self.mean, window);
-        project(&self.basis, &work.difference, &mut work.coefficients);
-        leave(&self.basis, &work.difference, &work.coefficients, &mut work.residuals);
-        sum_of(&work.residuals, |r| r * r)
-    }
-
-    /// The cost of a window under the occlusion model; see the tracker's module. `work.residuals` are those
-    /// of the solution.
-    pub fn occluded_distance(&self, window: &[f32], how: &Alternation, work: &mut Comparison) -> f32 {
-        let Alternation { lambda, tolerance, iterations } = *how;
-        work.look(&self.mean, window);
-        // That of the first iteration counts as 0; see the tracker's module.
-        let mut objective = 0.0_f32;
-        for iteration in 0..iterations {
-            if iteration == 0 {
-                project(&self.basis, &work.difference, &mut work.coefficients);
-            } else {
-                unoccluded(&work.difference, &work.residuals, lambda, &mut work.errors);
-                project(&self.basis, &work.errors, &mut work.coefficients);
-            }
-            leave(&self.basis, &work.difference, &work.coefficients, &mut work.next);
-            if iteration > 0 {
-                let now = penalized(&work.next, lambda);
-                if (objective - now).abs() < tolerance {
-                    break;
+    /// The costs of `count` windows, which `sample` writes: `|d - U U'd|^2` of the difference `d` from the mean, or the
+    /// cost under the occlusion model; see the tracker's module. The residuals of a single window are kept.
+    pub fn costs(
+        &self,
+        count: usize,
+        occlusion: Option<&Alternation>,
+        mut sample: impl FnMut(usize, &mut [f32]),
+        Comparisons(slots): &mut Comparisons,
+    ) -> Vec<f32> {
+        let mut costs = vec![0.0; count];
+        let mut window = vec![0.0; self.mean.len()];
+        let mut start = |k: usize, slot: &mut Comparison| {
+            sample(k, &mut window);
+            slot.start(k, &self.mean, &window);
+        };
+        let mut active = count.min(TOGETHER);
+        let mut waiting = active..count;
+        slots.iter_mut().take(active).enumerate().for_each(|(k, slot)| start(k, slot));
+        while active > 0 {
+            let busy = &mut slots[..active];
+            project(&self.basis, busy);
+            leave(&self.blocks, self.dimension(), busy);
+            // From the back, so that a slot that takes an ended one's place has had its turn.
+            for at in (0..active).rev() {
+                let Some(cost) = slots[at].end(occlusion) else { continue };
+                costs[slots[at].window] = cost;
+                match waiting.next() {
+                    Some(k) => start(k, &mut slots[at]),
+                    None => {
+                        active -= 1;
+                        slots.swap(at, active);
+                    }
                 }
-                objective = now;
             }
-            std::mem::swap(&mut work.residuals, &mut work.next);
         }
-        cost(&work.residuals, lambda)
+        costs
     }
 }
 
 impl Comparison {
-    /// Computes the difference from the mean, and resizes the buffers.
-    fn look(&mut self, mean: &[f32], window: &[f32]) {
+    /// Begins with a window.
+    fn start(&mut self, index: usize, mean: &[f32], window: &[f32]) {
+        (self.window, self.iteration) = (index, 0);
+        // That of the first iteration counts as 0; see the tracker's module.
+        self.objective = 0.0;
         self.difference.clear();
         self.difference.extend(mean.iter().zip(window).map(|(m, y)| m - y));
-        for buffer in [&mut self.errors, &mut self.residuals, &mut self.next] {
+        self.unoccluded.clone_from(&self.difference);
+        for buffer in [&mut self.residuals, &mut self.next] {
             buffer.resize(mean.len(), 0.0);
         }
+    }
+
+    /// Ends an iteration; the cost after the last one.
+    fn end(&mut self, occlusion: Option<&Alternation>) -> Option<f32> {
+        let Some(&Alternation { lambda, tolerance, iterations }) = occlusion else {
+            std::mem::swap(&mut self.residuals, &mut self.next);
+            return Some(sum_of(&self.residuals, |r| r * r));
+        };
+        if self.iteration > 0 {
+            let now = penalized(&self.next, lambda);
+            if (self.objective - now).abs() < tolerance {
+                return Some(cost(&self.residuals, lambda));
+            }
+            self.objective = now;
+        }
+        std::mem::swap(&mut self.residuals, &mut self.next);
+        self.iteration += 1;
+        if self.iteration >= iterations {
+            return Some(cost(&self.residuals, lambda));
+        }
+        unoccluded(&self.difference, &self.residuals, lambda, &mut self.unoccluded);
+        None
     }
 }
 
@@ -127,33 +178,58 @@ fn unoccluded(difference: &[f32], residuals: &[f32], lambda: f32, out: &mut [f32
     }
 }
 
-/// `U'x`.
+/// The coefficients `U'x` of what the slots project.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn project(basis: &[f32], x: &[f32], out: &mut Vec<f32>) {
-    out.clear();
-    let (x, _) = x.as_chunks::<LANES>();
+fn project(basis: &[f32], slots: &mut [Comparison]) {
+    let Some(pixels) = slots.first().map(|slot| slot.difference.len() / LANES) else { return };
+    slots.iter_mut().for_each(|slot| slot.coefficients.clear());
     let (basis, _) = basis.as_chunks::<LANES>();
-    // Additions wait for the one before in their lane, so four vectors take turns.
-    let mut quads = basis.chunks_exact(4 * x.len());
+    // Additions wait for the one before in their lane, so four vectors and two windows take turns.
+    let mut quads = basis.chunks_exact(4 * pixels);
     for quad in &mut quads {
-        let (ab, cd) = quad.split_at(2 * x.len());
-        let ((a, b), (c, d)) = (ab.split_at(x.len()), cd.split_at(x.len()));
-        let (mut p, mut q, mut r, mut s) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for ((((x, a), b), c), d) in x.iter().zip(a).zip(b).zip(c).zip(d) {
-            accumulate(&mut p, a, x);
-            accumulate(&mut q, b, x);
-            accumulate(&mut r, c, x);
-            accumulate(&mut s, d, x);
+        for pair in slots.chunks_mut(2) {
+            match pair {
+                [one, other] => {
+                    let [p, q] = products(quad, [&one.unoccluded, &other.unoccluded]);
+                    one.coefficients.extend(p.map(fold));
+                    other.coefficients.extend(q.map(fold));
+                }
+                pair => {
+                    for slot in pair {
+                        let [p] = products(quad, [&slot.unoccluded]);
+                        slot.coefficients.extend(p.map(fold));
+                    }
+                }
+            }
         }
-        out.extend([fold(p), fold(q), fold(r), fold(s)]);
     }
-    for u in quads.remainder().chunks_exact(x.len()) {
-        let mut sum = [0.0_f32; LANES];
-        for (u, x) in u.iter().zip(x) {
-            accumulate(&mut sum, u, x);
+    for u in quads.remainder().chunks_exact(pixels) {
+        for slot in slots.iter_mut() {
+            let mut sum = [0.0_f32; LANES];
+            for (u, x) in u.iter().zip(slot.unoccluded.as_chunks::<LANES>().0) {
+                accumulate(&mut sum, u, x);
+            }
+            slot.coefficients.push(fold(sum));
         }
-        out.push(fold(sum));
     }
+}
+
+/// The products of four vectors with each of `N` windows, in lanes.
+#[inline(always)]
+fn products<const N: usize>(quad: &[[f32; LANES]], windows: [&[f32]; N]) -> [[[f32; LANES]; 4]; N] {
+    let windows = windows.map(|x| x.as_chunks::<LANES>().0);
+    let pixels = quad.len() / 4;
+    let vectors: [&[[f32; LANES]]; 4] = std::array::from_fn(|k| &quad[k * pixels..(k + 1) * pixels]);
+    let windows = windows.map(|x| &x[..pixels]);
+    let mut sums = [[[0.0_f32; LANES]; 4]; N];
+    for at in 0..pixels {
+        for n in 0..N {
+            for k in 0..4 {
+                accumulate(&mut sums[n][k], &vectors[k][at], &windows[n][at]);
+            }
+        }
+    }
+    sums
 }
 
 #[inline(always)]
@@ -163,20 +239,22 @@ fn accumulate(sum: &mut [f32; LANES], u: &[f32; LANES], x: &[f32; LANES]) {
     }
 }
 
-/// `d - U z`.
+/// What is left, `d - U z`, in each slot's `next`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn leave(basis: &[f32], difference: &[f32], z: &[f32], out: &mut [f32]) {
-    let (difference, _) = difference.as_chunks::<WIDE>();
-    let (out, _) = out.as_chunks_mut::<WIDE>();
-    let (basis, _) = basis.as_chunks::<WIDE>();
-    for (at, (out, d)) in out.iter_mut().zip(difference).enumerate() {
-        let mut rest = *d;
-        for (u, z) in basis.iter().skip(at).step_by(difference.len()).zip(z) {
-            for l in 0..WIDE {
-                rest[l] -= z * u[l];
+fn leave(blocks: &[f32], dimension: usize, slots: &mut [Comparison]) {
+    let (blocks, _) = blocks.as_chunks::<WIDE>();
+    let parts = slots.first().map_or(0, |slot| slot.difference.len() / WIDE);
+    for at in 0..parts {
+        let block = &blocks[at * dimension..(at + 1) * dimension];
+        for slot in slots.iter_mut() {
+            let mut rest = slot.difference.as_chunks::<WIDE>().0[at];
+            for (u, z) in block.iter().zip(&slot.coefficients) {
+                for l in 0..WIDE {
+                    rest[l] -= z * u[l];
+                }
             }
+            slot.next.as_chunks_mut::<WIDE>().0[at] = rest;
         }
-        *out = rest;
     }
 }
 

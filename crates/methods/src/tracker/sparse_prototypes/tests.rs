@@ -40,6 +40,25 @@ fn window(amount: f64) -> Vec<f32> {
         .collect()
 }
 
+/// The cost of one window.
+fn cost(subspace: &Subspace, y: &[f32], how: Option<&Alternation>, work: &mut Comparisons) -> f32 {
+    subspace.costs(1, how, |_, out| out.copy_from_slice(y), work)[0]
+}
+
+#[test]
+fn windows_do_not_see_their_neighbors() {
+    let subspace = subspace();
+    let windows: Vec<Vec<f32>> =
+        (0..11).map(|k| window([0.0, 0.3, -0.6, 0.09][k * k % 4] + 0.01 * k as f64)).collect();
+    for how in [None, Some(&ALTERNATION)] {
+        let copy = |k: usize, out: &mut [f32]| out.copy_from_slice(&windows[k]);
+        let together = subspace.costs(windows.len(), how, copy, &mut Comparisons::default());
+        let alone = |y: &Vec<f32>| cost(&subspace, y, how, &mut Comparisons::default());
+        assert_eq!(together, windows.iter().map(alone).collect::<Vec<_>>());
+        assert!(subspace.costs(0, how, copy, &mut Comparisons::default()).is_empty());
+    }
+}
+
 // python3: import numpy as np; n=np.arange(256); t=2*np.pi*n/256; L=.05
 // U=np.sqrt(2/256)*np.c_[np.cos(t),np.sin(t),np.cos(3*t)]; mu=.4+.1*np.sin(.05*n)
 // def E(amount,tol=1e-3):
@@ -53,18 +72,18 @@ fn window(amount: f64) -> Vec<f32> {
 // print([E(a) for a in (0,.09,.3,-.6)],E(.3,1e-9),E(.3,.05))
 #[test]
 fn costs_agree_with_numpy() {
-    let (subspace, mut work) = (subspace(), Comparison::default());
+    let (subspace, mut work) = (subspace(), Comparisons::default());
     let near = |ours: f32, theirs: f64| assert!((f64::from(ours) - theirs).abs() < 1e-5, "{ours} {theirs}");
     assert_eq!(subspace.dimension(), 3);
     for (amount, (plain, occluded)) in [0.0, 0.09, 0.3, -0.6].into_iter().zip(COSTS) {
-        near(subspace.distance(&window(amount), &mut work), plain);
-        near(subspace.occluded_distance(&window(amount), &ALTERNATION, &mut work), occluded);
+        near(cost(&subspace, &window(amount), None, &mut work), plain);
+        near(cost(&subspace, &window(amount), Some(&ALTERNATION), &mut work), occluded);
     }
     let patient = Alternation { tolerance: 1e-9, ..ALTERNATION };
-    near(subspace.occluded_distance(&window(0.3), &patient, &mut work), PATIENT);
+    near(cost(&subspace, &window(0.3), Some(&patient), &mut work), PATIENT);
     // The first two objectives are that close, but the first counts as 0.
     let hasty = Alternation { tolerance: 0.05, ..ALTERNATION };
-    near(subspace.occluded_distance(&window(0.3), &hasty, &mut work), HASTY);
+    near(cost(&subspace, &window(0.3), Some(&hasty), &mut work), HASTY);
 }
 const COSTS: [(f64, f64); 4] = [
     (0.16275060539507658, 0.16262590317639097),
@@ -78,19 +97,19 @@ const HASTY: f64 = 3.5617254482136764;
 // With one iteration the solution is that of e = 0.
 #[test]
 fn the_solution_is_the_one_before_the_last_iteration() {
-    let (subspace, mut work) = (subspace(), Comparison::default());
-    subspace.distance(&window(0.3), &mut work);
-    let projection = work.residuals.clone();
+    let (subspace, mut work) = (subspace(), Comparisons::default());
+    cost(&subspace, &window(0.3), None, &mut work);
+    let projection = work.residuals().to_vec();
     for how in [
         Alternation { iterations: 1, ..ALTERNATION },
         // Stops in the second iteration.
         Alternation { tolerance: f32::INFINITY, ..ALTERNATION },
     ] {
-        subspace.occluded_distance(&window(0.3), &how, &mut work);
-        assert_eq!(work.residuals, projection, "{how:?}");
+        cost(&subspace, &window(0.3), Some(&how), &mut work);
+        assert_eq!(work.residuals(), projection, "{how:?}");
     }
-    subspace.occluded_distance(&window(0.3), &ALTERNATION, &mut work);
-    assert_ne!(work.residuals, projection);
+    cost(&subspace, &window(0.3), Some(&ALTERNATION), &mut work);
+    assert_ne!(work.residuals(), projection);
 }
 
 fn sequence() -> Sequence {
@@ -252,12 +271,12 @@ proptest! {
     // The L1 term never makes a window cost more than lambda a pixel, nor more than its plain residual.
     #[test]
     fn occlusion_has_a_bounded_price(y in prop::collection::vec(0.0..1.0_f32, N)) {
-        let (subspace, mut work) = (subspace(), Comparison::default());
+        let (subspace, mut work) = (subspace(), Comparisons::default());
         let how = Alternation { iterations: 1, ..ALTERNATION };
-        let cost = subspace.occluded_distance(&y, &how, &mut work);
-        prop_assert!(cost <= 0.05 * N as f32 + 1e-3);
+        let price = cost(&subspace, &y, Some(&how), &mut work);
+        prop_assert!(price <= 0.05 * N as f32 + 1e-3);
         // Beyond 2 lambda, where the price is lambda, it is at most 5 r^2.
-        let plain = subspace.distance(&y, &mut work);
-        prop_assert!(cost <= plain * 5.0 + 1e-3);
+        let plain = cost(&subspace, &y, None, &mut work);
+        prop_assert!(price <= plain * 5.0 + 1e-3);
     }
 }
