@@ -5,7 +5,9 @@
 //! in `x`, whose values are reached by two additions a pixel.
 
 use crate::image::Frame;
+use multiversion::multiversion;
 use rand::{Rng, RngExt};
+use std::ops::Range;
 
 /// State of a particle: center x and y, half axes Hx and Hy in pixels, orientation in radians from the x
 /// axis towards the y axis (clockwise as seen, for y points down).
@@ -118,6 +120,85 @@ impl Grid {
     }
 }
 
+/// An ellipse as its rows need it: `r^2 = a (dx - slope dy)^2 + per_row dy^2`.
+struct Shape {
+    center: (f64, f64),
+    a: f64,
+    slope: f64,
+    per_row: f64,
+    /// Half the height, and half the width in the row of the center.
+    reach: (f64, f64),
+    flat: bool,
+    /// Second difference of the weights along a row.
+    bend: i64,
+    columns: f64,
+}
+
+impl Shape {
+    fn new(&[cx, cy, hx, hy, theta]: &Ellipse, flat: bool, columns: usize) -> Self {
+        let (sin, cos) = theta.sin_cos();
+        let (u, v) = (hx.powi(2).recip(), hy.powi(2).recip());
+        let a = cos * cos * u + sin * sin * v;
+        let reach_y = a.sqrt() * hx * hy;
+        Self {
+            center: (cx, cy),
+            a,
+            slope: cos * sin * (v - u) / a,
+            per_row: reach_y.powi(2).recip(),
+            reach: (reach_y, a.sqrt().recip()),
+            flat,
+            bend: if flat { 0 } else { (-2.0 * a * ONE).round() as i64 },
+            columns: columns as f64,
+        }
+    }
+
+    /// The rows with a center inside, of the first `height`.
+    fn rows(&self, height: usize) -> Range<usize> {
+        let (middle, reach) = (self.center.1, self.reach.0);
+        (middle - reach + 0.5) as usize..above(middle + reach - 0.5).min(height)
+    }
+}
+
+/// Rows whose spans are computed together.
+const ROWS: usize = 8;
+
+/// Of each row the first column inside, the first one behind, the weight at the first and its first difference.
+struct Spans {
+    start: [i64; ROWS],
+    end: [i64; ROWS],
+    weight: [i64; ROWS],
+    step: [i64; ROWS],
+}
+
+/// The spans of the rows from `first` on. Everything is a vector operation: casts with their bounds would not be.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn spans(shape: &Shape, first: usize) -> Spans {
+    let &Shape { center: (cx, cy), a, slope, per_row, reach: (_, root), flat, columns, .. } = shape;
+    let mut spans = Spans { start: [0; ROWS], end: [0; ROWS], weight: [ONE as i64; ROWS], step: [0; ROWS] };
+    for row in 0..ROWS {
+        let dy = (first + row) as f64 + 0.5 - cy;
+        let peak = 1.0 - dy * dy * per_row;
+        let (middle, reach) = (cx + slope * dy, peak.max(0.0).sqrt() * root);
+        let start = (middle - reach + 0.5).max(0.0).min(columns).floor();
+        let end = (middle + reach - 0.5).max(0.0).min(columns).ceil();
+        spans.start[row] = whole(start);
+        spans.end[row] = if peak > 0.0 { whole(end) } else { 0 };
+        if !flat {
+            let dx = start + 0.5 - middle;
+            spans.weight[row] = whole((ONE * (peak - a * dx * dx)).trunc());
+            spans.step[row] = whole((ONE * a * (-2.0 * dx - 1.0)).trunc());
+        }
+    }
+    spans
+}
+
+/// A whole number of less than 2^51, from the low bits of its sum with 1.5 * 2^52.
+#[inline(always)]
+fn whole(value: f64) -> i64 {
+    const SHIFT: f64 = (3_u64 << 51) as f64;
+    (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
+}
+
 /// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbors are often alike,
 /// and an addition must not wait for the one before.
 #[derive(Debug, Clone)]
@@ -145,45 +226,30 @@ impl Histogram {
 
     /// Sums the kernel over the pixels whose center is inside the ellipse (`r < 1`): `1 - r^2`, or 1 when
     /// `flat`. The grid must have been made for this ellipse.
-    pub fn sum_inside(&mut self, grid: &Grid, &[cx, cy, hx, hy, theta]: &Ellipse, flat: bool) {
+    pub fn sum_inside(&mut self, grid: &Grid, ellipse: &Ellipse, flat: bool) {
         self.sums[..self.len].fill([0; 2]);
-        let (sin, cos) = theta.sin_cos();
-        let (u, v) = (hx.powi(2).recip(), hy.powi(2).recip());
-        // r^2 = a (dx - slope dy)^2 + (dy / reach_y)^2.
-        let a = cos * cos * u + sin * sin * v;
-        let slope = cos * sin * (v - u) / a;
-        let (root, reach_y) = (a.sqrt().recip(), a.sqrt() * hx * hy);
-        let per_row = reach_y.powi(2).recip();
-        let bend = if flat { 0 } else { (-2.0 * a * ONE).round() as i64 };
-        let bottom = above(cy + reach_y - 0.5).min(grid.height);
-        for y in (cy - reach_y + 0.5) as usize..bottom {
-            let dy = y as f64 + 0.5 - cy;
-            let peak = 1.0 - dy * dy * per_row;
-            if peak <= 0.0 {
-                continue;
-            }
-            let (middle, reach) = (cx + slope * dy, peak.sqrt() * root);
-            let start = (middle - reach + 0.5) as usize;
-            let end = above(middle + reach - 0.5).min(grid.width);
-            if start >= end {
-                continue;
-            }
-            let dx = start as f64 + 0.5 - middle;
-            let (mut weight, mut step) = if flat {
-                (ONE as i64, 0)
-            } else {
-                ((ONE * (peak - a * dx * dx)) as i64, (ONE * a * (-2.0 * dx - 1.0)) as i64)
-            };
-            // Wrapping only spares the checks; see `ONE`.
-            let (pairs, rest) = grid.cells[y * grid.width..][start..end].as_chunks::<2>();
-            for &[even, odd] in pairs {
-                self.add(even, 0, weight);
-                self.add(odd, 1, weight.wrapping_add(step));
-                weight = weight.wrapping_add(2 * step).wrapping_add(bend);
-                step = step.wrapping_add(2 * bend);
-            }
-            for &bin in rest {
-                self.add(bin, 0, weight);
+        let shape = Shape::new(ellipse, flat, grid.width);
+        let bend = shape.bend;
+        let Range { start: top, end: bottom } = shape.rows(grid.height);
+        for first in (top..bottom).step_by(ROWS) {
+            let spans = spans(&shape, first);
+            for (row, y) in (first..bottom.min(first + ROWS)).enumerate() {
+                let (start, end) = (spans.start[row] as usize, spans.end[row] as usize);
+                if start >= end {
+                    continue;
+                }
+                let (mut weight, mut step) = (spans.weight[row], spans.step[row]);
+                // Wrapping only spares the checks; see `ONE`.
+                let (pairs, rest) = grid.cells[y * grid.width..][start..end].as_chunks::<2>();
+                for &[even, odd] in pairs {
+                    self.add(even, 0, weight);
+                    self.add(odd, 1, weight.wrapping_add(step));
+                    weight = weight.wrapping_add(2 * step).wrapping_add(bend);
+                    step = step.wrapping_add(2 * bend);
+                }
+                for &bin in rest {
+                    self.add(bin, 0, weight);
+                }
             }
         }
     }
