@@ -97,7 +97,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
         let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(Failure::io)?;
         let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);
-        let count = |wanted: CellState| states.iter().filter(|(_, state)| *state == wanted).count();
+        let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
         let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));
         let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
         rows.push(vec![

@@ -1,5 +1,7 @@
 //! Lists on stdout, as a table for people or as CSV or JSON for programs.
 
+pub mod repeated;
+
 use super::Failure;
 use crate::dataset::text::is_plain;
 use crate::results;
@@ -86,7 +88,12 @@ pub fn for_terminal(text: &str) -> String {
 /// # Errors
 /// When stdout cannot be written to.
 pub fn write(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().lock().write_all(for_terminal(text).as_bytes()) {
+    write_bytes(for_terminal(text).as_bytes())
+}
+
+/// Writes to stdout what a terminal may show.
+fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
+    match std::io::stdout().lock().write_all(bytes) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         done => done.map_err(|e| Failure::io(format!("stdout: {e}"))),
     }

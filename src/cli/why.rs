@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(cell) = &args.cell
         && reasons.is_empty()
     {
-        let known: Vec<String> = plan.map_labels(|_, name, _| name);
+        let known: Vec<String> = plan.map_labels(|labels| labels.name());
         let what = match plugin::nearest(cell, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),
             None => "see `trackfail run --dry-run` for the cells there are".to_string(),

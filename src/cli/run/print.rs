@@ -2,8 +2,8 @@
 
 use super::Args;
 use crate::cli::Failure;
-use crate::cli::output::{self, Format};
-use crate::engine::plan::{CellState, PlannedCell, variants};
+use crate::cli::output::{self, Format, repeated, repeated::Column};
+use crate::engine::plan::{CellState, variants};
 use crate::engine::store::{self, Store};
 use crate::engine::{CellError, ExperimentPlan, Shard, ShardOutcome};
 use crate::report::claims::Finding;
@@ -65,24 +65,26 @@ pub fn dry_run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     store_problems(&store);
     let states = plan.states(&store);
-    let variants: Vec<_> = variants(plan.experiment).collect();
-    let row = |(cell, (_, state)): (PlannedCell, &(String, CellState))| {
-        let job = plan.jobs[cell.job];
-        let (method, variant) = variants[cell.variant];
-        vec![
-            plan.test().sequences[cell.sequence].sequence.name.clone(),
-            plan.experiment.trackers[job.tracker].label.clone(),
-            job.run.to_string(),
-            method.name.clone(),
-            variant.params(),
-            state.word().to_string(),
-        ]
+    let (cells, variants): (_, Vec<_>) = (plan.cells_of_sequence(), variants(plan.experiment).collect());
+    let trackers = &plan.experiment.trackers;
+    let runs = plan.jobs.iter().map(|job| job.run + 1).max().unwrap_or(0);
+    let columns = [
+        ("sequence", plan.test().sequences.iter().map(|s| s.sequence.name.clone()).collect()),
+        ("tracker", trackers.iter().map(|t| t.label.clone()).collect()),
+        ("run", (0..runs).map(|run| run.to_string()).collect()),
+        ("method", variants.iter().map(|(method, _)| method.name.clone()).collect()),
+        ("params", variants.iter().map(|(_, variant)| variant.params()).collect()),
+        ("state", CellState::ALL.iter().map(|state| state.word().to_string()).collect()),
+    ]
+    .map(|(heading, values)| Column { heading, values });
+    let row = |(k, state): (usize, &CellState)| {
+        let (sequence, (j, variant)) = (k / cells.len(), cells[k % cells.len()]);
+        let job = plan.jobs[j];
+        [sequence, job.tracker, job.run as usize, variant, variant, *state as usize]
     };
-    let rows: Vec<_> = plan.cells().into_iter().zip(&states).map(row).collect();
-    output::print(args.format, &["sequence", "tracker", "run", "method", "params", "state"], &rows)?;
-    let count = |wanted: CellState| states.iter().filter(|(_, s)| *s == wanted).count();
-    let counts = [CellState::Cached, CellState::Stale, CellState::Missing, CellState::Absent]
-        .map(|s| format!("{} {}", count(s), s.word()));
+    repeated::print(args.format, &columns, states.iter().enumerate().map(row))?;
+    let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
+    let counts = CellState::ALL.map(|s| format!("{} {}", count(s), s.word()));
     note(args, &format!("{}: {}", plan.experiment.name, counts.join(", ")));
     Ok(())
 }

@@ -21,6 +21,9 @@ pub enum CellState {
 }
 
 impl CellState {
+    /// All states, in the order of their declaration.
+    pub const ALL: [Self; 4] = [Self::Cached, Self::Stale, Self::Missing, Self::Absent];
+
     /// Its word in tables and messages.
     pub fn word(self) -> &'static str {
         match self {
@@ -53,18 +56,16 @@ impl ExperimentPlan<'_> {
         self.test().sequences.par_iter().map(of).collect()
     }
 
-    /// Name and state of every cell, in the order of [`ExperimentPlan::cells`].
-    pub fn states(&self, store: &Store) -> Vec<(String, CellState)> {
+    /// State of every cell, in the order of [`ExperimentPlan::cells`].
+    pub fn states(&self, store: &Store) -> Vec<CellState> {
         let cached = self.cached_tracks(store);
-        self.map_labels(|cell, name, recipe| {
-            let state = match recipe.map(|recipe| store.contains(&recipe.address())) {
-                Err(_) => CellState::Absent,
-                Ok(true) if cached[cell.sequence][cell.job] => CellState::Cached,
-                Ok(true) => CellState::Missing,
-                Ok(false) if store.knows(Stage::Labels, &self.stored_name(&name)) => CellState::Stale,
-                Ok(false) => CellState::Missing,
-            };
-            (name, state)
+        self.map_labels(|labels| match labels.address().map(|address| store.contains(&address)) {
+            None => CellState::Absent,
+            Some(true) if cached[labels.cell.sequence][labels.cell.job] => CellState::Cached,
+            Some(true) => CellState::Missing,
+            Some(false) if store.is_empty() => CellState::Missing,
+            Some(false) if store.knows(Stage::Labels, &self.stored_name(&labels.name())) => CellState::Stale,
+            Some(false) => CellState::Missing,
         })
     }
 }

@@ -2,13 +2,13 @@
 
 use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::job::Job;
-use super::recipes::{self, DetectorKey, Read};
+use super::recipes::{self, Read};
 use crate::dataset::Sequence;
 use crate::dataset::suite::{Loaded, Missing};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
 use crate::num::seed;
-use crate::spec::method::{DetectorChoice, Method, SignalChoice, Variant};
+use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe};
 use rayon::prelude::*;
@@ -253,73 +253,6 @@ impl<'a> ExperimentPlan<'a> {
             (0..self.experiment.trackers.len()).map(of).collect()
         };
         (0..variants.len()).into_par_iter().map(of_variant).collect()
-    }
-
-    /// Name and recipe of every cell's labels, in the order of [`ExperimentPlan::cells`]; an error where there is no
-    /// recipe. Trained parameters are those of [`ExperimentPlan::models`].
-    pub fn labels(&self) -> Vec<(String, Result<Recipe, CellError>)> {
-        self.map_labels(|_, name, recipe| (name, recipe))
-    }
-
-    /// Maps every cell's name and recipe, as in [`ExperimentPlan::labels`], one after the other: a million recipes at once
-    /// need more than a gigabyte.
-    pub fn map_labels<T: Send>(
-        &self,
-        of: impl Fn(PlannedCell, String, Result<Recipe, CellError>) -> T + Sync,
-    ) -> Vec<T> {
-        let variants: Vec<_> = variants(self.experiment).collect();
-        let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
-        let keys = self.detector_keys(&variants);
-        let cells = self.cells_of_sequence();
-        let of_job = |s: usize, cells: &[(usize, usize)]| -> Vec<T> {
-            let planned = &self.test().sequences[s];
-            let name = &planned.sequence.name;
-            let Some((j, _)) = cells.first() else { return Vec::new() };
-            let job = self.jobs[*j];
-            let track = planned.tracks[*j].as_ref().map(Recipe::address);
-            let signals: Vec<Read> = match track {
-                Ok(address) => (0..self.signals.len()).map(|k| self.read(address, Some(k))).collect(),
-                Err(_) => Vec::new(),
-            };
-            let cell = |&(_, v): &(usize, usize)| {
-                let method = &variants[v].0.name;
-                let recipe = track.map_err(CellError::clone).and_then(|address| {
-                    let signal = self.signal(v).and_then(|k| signals.get(k).copied());
-                    let key = keys[v][job.tracker].as_ref().map_err(CellError::clone)?;
-                    let seed = if key.uses_seed() { self.seed(method, &params[v], name, job) } else { 0 };
-                    Ok(recipes::labels(signal.unwrap_or(Read::Track(address)), key, seed))
-                });
-                let cell = PlannedCell { sequence: s, job: *j, variant: v };
-                of(cell, self.cell_name(name, job, method, &params[v]), recipe)
-            };
-            cells.iter().map(cell).collect()
-        };
-        let jobs: Vec<&[(usize, usize)]> = cells.chunk_by(|a, b| a.0 == b.0).collect();
-        let sequences = (0..self.test().sequences.len()).into_par_iter();
-        let of_sequence = |s: usize| jobs.iter().flat_map(|cells| of_job(s, cells)).collect::<Vec<T>>();
-        let mut all = Vec::with_capacity(self.test().sequences.len() * cells.len());
-        sequences.map(of_sequence).collect::<Vec<_>>().into_iter().for_each(|part| all.extend(part));
-        all
-    }
-
-    /// What the detector of each variant adds to the recipes of its cells, for each tracker.
-    fn detector_keys(&self, variants: &[(&Method, &Variant)]) -> Vec<Vec<Result<DetectorKey, CellError>>> {
-        let models = self.models();
-        let key = |v: usize, tracker: usize| {
-            let model = || {
-                let model = models[v].get(tracker).and_then(Option::as_ref).map(Recipe::address);
-                let role = variants[v].1.detector.role().unwrap_or_default();
-                model.ok_or_else(|| CellError::Missing(format!("no track in role `{role}` to learn from")))
-            };
-            Ok(match &variants[v].1.detector {
-                DetectorChoice::Given(fixed) => DetectorKey::given(fixed),
-                DetectorChoice::Trained(training) => DetectorKey::model(model()?, &training.example),
-                DetectorChoice::Learned(fixed) => DetectorKey::learned(model()?, fixed),
-            })
-        };
-        let of_variant =
-            |v: usize| (0..self.experiment.trackers.len()).map(|tracker| key(v, tracker)).collect();
-        (0..variants.len()).map(of_variant).collect()
     }
 
     /// Name of a cell in the store.

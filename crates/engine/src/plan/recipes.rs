@@ -12,7 +12,7 @@ use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
 use crate::spec::{Experiment, Tracker};
-use crate::store::address::{Address, Recipe, Stage};
+use crate::store::address::{Address, AddressDigest, Recipe, Stage};
 use crate::tracker::RunContext;
 use std::path::Path;
 
@@ -198,12 +198,40 @@ impl DetectorKey {
 /// - 3: with the tracker's condition.
 const OUTPUT_FORM: u32 = 3;
 
+/// What the recipes of all labels on one input begin with.
+fn labels_on(read: Read) -> Recipe {
+    read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
+}
+
 /// Recipe of a cell's labels; the seed counts for detectors that use it.
 pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
-    let mut recipe =
-        read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM);
+    let mut recipe = labels_on(read);
     recipe.ingredients.extend_from_slice(&detector.ingredients);
     if detector.uses_seed { recipe.with("seed", seed) } else { recipe }
+}
+
+/// An input of detectors; gives addresses of [`labels`] without their recipes.
+pub struct LabelsOn {
+    /// The input.
+    pub read: Read,
+    begun: AddressDigest,
+}
+
+impl LabelsOn {
+    /// Addresses of labels on an input.
+    pub fn new(read: Read) -> Self {
+        Self { read, begun: AddressDigest::of(&labels_on(read)) }
+    }
+
+    /// Address of the labels of a detector, with the seed for one that uses it.
+    pub fn address(&self, detector: &DetectorKey, seed: u64) -> Address {
+        let mut digest = self.begun.clone();
+        detector.ingredients.iter().for_each(|(name, value)| digest.add(name, value));
+        if detector.uses_seed {
+            digest.add("seed", &seed.to_string());
+        }
+        digest.finish()
+    }
 }
 
 #[cfg(test)]
@@ -226,6 +254,7 @@ mod tests {
             for key in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
                 let differ = labels(read, &key, 1).address() != labels(read, &key, 2).address();
                 assert_eq!(differ, counts, "{kind}");
+                assert_eq!(LabelsOn::new(read).address(&key, 1), labels(read, &key, 1).address(), "{kind}");
             }
         }
     }

@@ -22,7 +22,10 @@ pub struct Reason {
 pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool + Sync) -> Vec<Reason> {
     let now = current(plan);
     let cached = plan.cached_tracks(store);
-    let cells = plan.map_labels(|place, cell, recipe| wanted(&cell).then_some((place, cell, recipe)));
+    let cells = plan.map_labels(|labels| {
+        let name = labels.name();
+        wanted(&name).then(|| (labels.cell, name, labels.recipe()))
+    });
     let mut reasons = Vec::new();
     for (place, cell, recipe) in cells.into_iter().flatten() {
         let (state, because) = match recipe {

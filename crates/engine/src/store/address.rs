@@ -93,17 +93,37 @@ impl Recipe {
 
     /// Address of the result.
     pub fn address(&self) -> Address {
-        let mut hash = Sha256::new();
-        let mut text = |text: &str| {
-            hash.update((text.len() as u64).to_le_bytes());
-            hash.update(text.as_bytes());
-        };
-        text(self.stage.word());
-        for (name, value) in &self.ingredients {
-            text(name);
-            text(value);
-        }
-        Address(hash.finalize().into())
+        AddressDigest::of(self).finish()
+    }
+}
+
+/// The address of a recipe that is not complete yet. Recipes that begin alike share the digest of their beginning.
+#[derive(Clone)]
+pub struct AddressDigest(Sha256);
+
+impl AddressDigest {
+    /// The digest of all there is of a recipe.
+    pub fn of(begun: &Recipe) -> Self {
+        let mut digest = Self(Sha256::new());
+        digest.text(begun.stage.word());
+        begun.ingredients.iter().for_each(|(name, value)| digest.add(name, value));
+        digest
+    }
+
+    /// Adds an ingredient.
+    pub fn add(&mut self, name: &str, value: &str) {
+        self.text(name);
+        self.text(value);
+    }
+
+    /// Address of the recipe that has been added up.
+    pub fn finish(self) -> Address {
+        Address(self.0.finalize().into())
+    }
+
+    fn text(&mut self, text: &str) {
+        self.0.update((text.len() as u64).to_le_bytes());
+        self.0.update(text.as_bytes());
     }
 }
 

@@ -1,0 +1,119 @@
+//! The labels of a plan's cells: name, recipe and address, each made when it is asked for. The recipes of a million cells
+//! would need more than a gigabyte at once, and most cells are asked for their address alone.
+
+use super::demand::variants;
+use super::experiment::{ExperimentPlan, PlannedCell};
+use super::job::Job;
+use super::recipes::{self, DetectorKey, LabelsOn, Read};
+use crate::error::CellError;
+use crate::spec::method::{DetectorChoice, Method, Variant};
+use crate::store::address::{Address, Recipe};
+use rayon::prelude::*;
+
+/// The labels of a cell, before they are made.
+pub struct PlannedLabels<'p> {
+    /// The cell.
+    pub cell: PlannedCell,
+    plan: &'p ExperimentPlan<'p>,
+    job: Job,
+    sequence: &'p str,
+    method: &'p str,
+    params: &'p str,
+    /// What the labels are made from; an error where they have no recipe.
+    from: Result<(&'p LabelsOn, &'p DetectorKey), &'p CellError>,
+}
+
+impl PlannedLabels<'_> {
+    /// Name of the cell, see [`ExperimentPlan::cell_name`].
+    pub fn name(&self) -> String {
+        self.plan.cell_name(self.sequence, self.job, self.method, self.params)
+    }
+
+    /// Recipe of the labels. Trained parameters are those of [`ExperimentPlan::models`].
+    ///
+    /// # Errors
+    /// When there is no track, or nothing to learn from.
+    pub fn recipe(&self) -> Result<Recipe, CellError> {
+        let (on, key) = self.from.map_err(CellError::clone)?;
+        Ok(recipes::labels(on.read, key, self.seed(key)))
+    }
+
+    /// Address of the recipe; `None` without one.
+    pub fn address(&self) -> Option<Address> {
+        let (on, key) = self.from.ok()?;
+        Some(on.address(key, self.seed(key)))
+    }
+
+    fn seed(&self, key: &DetectorKey) -> u64 {
+        if !key.uses_seed() {
+            return 0;
+        }
+        self.plan.seed(self.method, self.params, self.sequence, self.job)
+    }
+}
+
+impl ExperimentPlan<'_> {
+    /// Maps the labels of every cell, in the order of [`ExperimentPlan::cells`].
+    pub fn map_labels<T: Send>(&self, of: impl Fn(PlannedLabels<'_>) -> T + Sync) -> Vec<T> {
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
+        let keys = self.detector_keys(&variants);
+        let cells = self.cells_of_sequence();
+        let of_job = |s: usize, cells: &[(usize, usize)], all: &mut Vec<T>| {
+            let Some((j, _)) = cells.first() else { return };
+            let (planned, job) = (&self.test().sequences[s], self.jobs[*j]);
+            let track = planned.tracks[*j].as_ref().map(Recipe::address);
+            let read = |address: &Address| {
+                let signals = (0..self.signals.len()).map(|k| LabelsOn::new(self.read(*address, Some(k))));
+                (LabelsOn::new(Read::Track(*address)), signals.collect::<Vec<_>>())
+            };
+            let reads = track.as_ref().map(read).map_err(|e| *e);
+            let cell = |&(_, v): &(usize, usize)| {
+                let from = reads.as_ref().map_err(|e| *e).and_then(|(track, signals)| {
+                    let on = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(track);
+                    Ok((on, keys[v][job.tracker].as_ref()?))
+                });
+                of(PlannedLabels {
+                    cell: PlannedCell { sequence: s, job: *j, variant: v },
+                    plan: self,
+                    job,
+                    sequence: &planned.sequence.name,
+                    method: &variants[v].0.name,
+                    params: &params[v],
+                    from,
+                })
+            };
+            all.extend(cells.iter().map(cell));
+        };
+        let jobs: Vec<&[(usize, usize)]> = cells.chunk_by(|a, b| a.0 == b.0).collect();
+        let of_sequence = |s: usize| {
+            let mut all = Vec::with_capacity(cells.len());
+            jobs.iter().for_each(|cells| of_job(s, cells, &mut all));
+            all
+        };
+        let sequences = (0..self.test().sequences.len()).into_par_iter();
+        let mut all = Vec::with_capacity(self.test().sequences.len() * cells.len());
+        sequences.map(of_sequence).collect::<Vec<_>>().into_iter().for_each(|part| all.extend(part));
+        all
+    }
+
+    /// What the detector of each variant adds to the recipes of its cells, for each tracker.
+    fn detector_keys(&self, variants: &[(&Method, &Variant)]) -> Vec<Vec<Result<DetectorKey, CellError>>> {
+        let models = self.models();
+        let key = |v: usize, tracker: usize| {
+            let model = || {
+                let model = models[v].get(tracker).and_then(Option::as_ref).map(Recipe::address);
+                let role = variants[v].1.detector.role().unwrap_or_default();
+                model.ok_or_else(|| CellError::Missing(format!("no track in role `{role}` to learn from")))
+            };
+            Ok(match &variants[v].1.detector {
+                DetectorChoice::Given(fixed) => DetectorKey::given(fixed),
+                DetectorChoice::Trained(training) => DetectorKey::model(model()?, &training.example),
+                DetectorChoice::Learned(fixed) => DetectorKey::learned(model()?, fixed),
+            })
+        };
+        let of_variant =
+            |v: usize| (0..self.experiment.trackers.len()).map(|tracker| key(v, tracker)).collect();
+        (0..variants.len()).map(of_variant).collect()
+    }
+}
