@@ -7,6 +7,8 @@
 //! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
+mod draws;
+
 use super::pairs;
 use crate::analysis::Grid;
 use crate::direction::Direction;
@@ -24,8 +26,9 @@ use crate::table;
 use crate::table::layout::{self, Cell, Group, Row, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
+use draws::{Drawn, Draws};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Level of the intervals, and 1 minus the significance of the critical difference.
 const LEVEL: f64 = 0.95;
@@ -229,10 +232,11 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     let note = table::data_note(experiment, &results.manifest);
     let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
     let mut uncertainty = Uncertainty::default();
+    let mut drawn = Drawn::default();
     for (suffix, measured, fields) in &all {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
-        let mut tables = vec![intervals(fields, &ranked, measured, seed)];
+        let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
         let duels = duels(fields, measured, seed);
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         for table in &mut tables {
@@ -314,7 +318,13 @@ fn direction(measured: &Measured) -> &'static str {
     }
 }
 
-fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
+fn intervals(
+    fields: &[Field],
+    ranked: &[Option<Ranked>],
+    measured: &Measured,
+    seed: u64,
+    drawn: &mut Drawn,
+) -> TableLayout {
     let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
         let mut heading = vec![field.label.clone()];
         if let Some(r) = ranked {
@@ -325,26 +335,23 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
             heading.push(if field.label.is_empty() { ranks } else { format!("({ranks})") });
         }
         let heading = heading.join(" ").trim_start().to_string();
-        let seed = seed::seed(seed, &[&field.label]);
-        let row = |c: &Competitor| {
-            let units: Vec<[i64; 4]> = c.counts.values().copied().collect();
-            let total = units.iter().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
-            let bounds = (units.len() >= MIN_SEQUENCES)
-                .then(|| pooled::interval(&units, |c| measured.value(field.chance, c), LEVEL, DRAWS, seed))
-                .flatten();
+        let bounds = bounds(field, measured, seed::seed(seed, &[&field.label]), drawn);
+        let row = |(c, bounds): (&Competitor, Option<(f64, f64)>)| {
+            let total = c.counts.values().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
             let shown = |v| measured.style().format(v);
             let rank = ranked.as_ref().and_then(|r| r.mean_ranks.get(&c.label).copied());
             let cells = vec![
                 cell(measured.value(field.chance, &total), shown),
                 cell(bounds.map(|b| b.0), shown),
                 cell(bounds.map(|b| b.1), shown),
-                cell(Some(units.len() as f64), |v| Style::COUNT.format(v)),
+                cell(Some(c.counts.len() as f64), |v| Style::COUNT.format(v)),
                 cell(rank, |v| format!("{v:.2}")),
             ];
             (c.label.clone(), cells)
         };
-        group(&field.label, heading, field.competitors.par_iter().map(row).collect())
+        group(&field.label, heading, field.competitors.iter().zip(bounds).map(row).collect())
     };
+    let groups = fields.iter().zip(ranked).map(of_field).collect();
     let is_counted = matches!(measured, Measured::Counted(_));
     let caption = format!(
         "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
@@ -357,7 +364,22 @@ fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, s
     );
     let who = if is_counted { "method" } else { "tracker" };
     let columns = [measured.name(), "95 % from", "95 % to", "sequences", "mean rank"];
-    table("uncertainty", caption, who, &columns, fields.iter().zip(ranked).map(of_field).collect())
+    table("uncertainty", caption, who, &columns, groups)
+}
+
+/// The interval of every competitor of a field.
+fn bounds(field: &Field, measured: &Measured, seed: u64, drawn: &mut Drawn) -> Vec<Option<(f64, f64)>> {
+    let mut bounds = vec![None; field.competitors.len()];
+    let sizes: BTreeSet<usize> = field.competitors.iter().map(|c| c.counts.len()).collect();
+    for units in sizes.into_iter().filter(|units| *units >= MIN_SEQUENCES) {
+        let draws = drawn.of(units, DRAWS, seed);
+        let all = field.competitors.par_iter().zip(&mut bounds);
+        all.filter(|(c, _)| c.counts.len() == units).for_each(|(c, bounds)| {
+            let counts: Vec<[i64; 4]> = c.counts.values().copied().collect();
+            *bounds = draws.interval(&counts, |c| measured.value(field.chance, c), LEVEL);
+        });
+    }
+    bounds
 }
 
 /// One method against another.
@@ -387,7 +409,7 @@ fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64
     if let Some(tested) = pooled::permutation(&both, &of, DRAWS, seed) {
         duel.difference = Some(tested.difference);
         duel.p = Some(tested.p);
-        duel.bounds = pooled::interval(&joined, difference, LEVEL, DRAWS, seed);
+        duel.bounds = Draws::new(joined.len(), DRAWS, seed).interval(&joined, difference, LEVEL);
     }
     duel
 }

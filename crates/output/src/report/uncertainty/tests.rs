@@ -21,6 +21,10 @@ fn field() -> Field {
     Field { label: "NCC".into(), chance: CHANCE, competitors }
 }
 
+fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
+    super::intervals(fields, ranked, measured, seed, &mut Drawn::default())
+}
+
 fn values(row: &Row) -> Vec<Option<f64>> {
     row.cells.iter().map(|c| c.value).collect()
 }

@@ -1,0 +1,181 @@
+//! Draws of units with replacement, made once for all lists of counts that are summed over the same units: the same
+//! intervals, to the last bit, as those of [`interval`](crate::num::pooled::interval), which draws for each list anew.
+
+use crate::num::seed;
+use rand::rand_core::TryRng;
+use rand::{Rng, RngExt};
+use std::convert::Infallible;
+use std::ops::AddAssign;
+
+/// Bootstrap samples of a number of units.
+pub struct Draws {
+    units: usize,
+    /// The units of each sample, one sample after the other.
+    picks: Vec<u32>,
+    samples: usize,
+}
+
+impl Draws {
+    /// As many samples as are asked for, each of as many units as there are.
+    pub fn new(units: usize, samples: usize, seed: u64) -> Self {
+        let mut words = Words::new(seed::rng(seed::seed(seed, &["pooled bootstrap"])));
+        let all = units * samples;
+        Self { units, picks: (0..all).map(|_| words.random_range(0..units) as u32).collect(), samples }
+    }
+
+    fn is_of(&self, units: usize, samples: usize) -> bool {
+        (self.units, self.samples) == (units, samples)
+    }
+
+    /// Confidence interval at `level` of a statistic of summed counts; `None` without samples, or if the statistic has no
+    /// value for more than half of them.
+    pub fn interval<const N: usize>(
+        &self,
+        counts: &[[i64; N]],
+        statistic: impl Fn(&[i64; N]) -> Option<f64>,
+        level: f64,
+    ) -> Option<(f64, f64)> {
+        if self.picks.is_empty() || counts.len() != self.units {
+            return None;
+        }
+        // Half as wide where the sums of all samples fit.
+        let most = i64::from(i32::MAX) / self.units as i64;
+        let fits = |c: &i64| i32::try_from(*c).ok().filter(|small| i64::from(*small).abs() <= most);
+        let narrow: Option<Vec<[i32; N]>> = counts
+            .iter()
+            .map(|unit| {
+                let mut small = [0; N];
+                small.iter_mut().zip(unit).try_for_each(|(s, c)| fits(c).map(|c| *s = c))?;
+                Some(small)
+            })
+            .collect();
+        let mut values = Vec::with_capacity(self.samples);
+        let mut take = |sum: &[i64; N]| values.extend(statistic(sum).filter(|v| !v.is_nan()));
+        match narrow {
+            Some(narrow) => self.sums(&narrow, |sum| take(&sum.map(i64::from))),
+            None => self.sums(counts, &mut take),
+        }
+        if 2 * values.len() < self.samples {
+            return None;
+        }
+        Some((quantile(&mut values, (1.0 - level) / 2.0), quantile(&mut values, (1.0 + level) / 2.0)))
+    }
+
+    /// Gives `take` the sum of each sample.
+    fn sums<T: Copy + Default + AddAssign, const N: usize>(
+        &self,
+        counts: &[[T; N]],
+        mut take: impl FnMut(&[T; N]),
+    ) {
+        for sample in self.picks.chunks_exact(self.units) {
+            let mut sum = [T::default(); N];
+            for unit in sample {
+                sum.iter_mut().zip(&counts[*unit as usize]).for_each(|(s, c)| *s += *c);
+            }
+            take(&sum);
+        }
+    }
+}
+
+/// The draws that were made last: neighboring lists are mostly of the same units.
+#[derive(Default)]
+pub struct Drawn(Option<(u64, Draws)>);
+
+impl Drawn {
+    /// As [`Draws::new`].
+    pub fn of(&mut self, units: usize, samples: usize, seed: u64) -> &Draws {
+        let is_same = |(s, draws): &(u64, Draws)| *s == seed && draws.is_of(units, samples);
+        let known = self.0.take().filter(is_same);
+        &self.0.insert(known.unwrap_or_else(|| (seed, Draws::new(units, samples, seed)))).1
+    }
+}
+
+/// The quantile `q` in [0, 1] of values in any order, at least one, linear between them.
+fn quantile(values: &mut [f64], q: f64) -> f64 {
+    let place = q * (values.len() - 1) as f64;
+    let (low, part) = (place.floor() as usize, place.fract());
+    let (_, &mut below, above) = values.select_nth_unstable_by(low, f64::total_cmp);
+    let above = above.iter().copied().min_by(f64::total_cmp).unwrap_or(below);
+    below + part * (above - below)
+}
+
+/// A random stream that is made many words at a time.
+struct Words<R> {
+    rng: R,
+    words: [u32; 512],
+    next: usize,
+}
+
+impl<R: Rng> Words<R> {
+    fn new(rng: R) -> Self {
+        Self { rng, words: [0; 512], next: 512 }
+    }
+}
+
+impl<R: Rng> TryRng for Words<R> {
+    type Error = Infallible;
+
+    #[inline]
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        if self.next == self.words.len() {
+            let mut bytes = [0; 2048];
+            self.rng.fill_bytes(&mut bytes);
+            for (word, bytes) in self.words.iter_mut().zip(bytes.chunks_exact(4)) {
+                *word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            }
+            self.next = 0;
+        }
+        let word = self.words[self.next];
+        self.next += 1;
+        Ok(word)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        let low = self.try_next_u32()?;
+        Ok(u64::from(self.try_next_u32()?) << 32 | u64::from(low))
+    }
+
+    fn try_fill_bytes(&mut self, into: &mut [u8]) -> Result<(), Infallible> {
+        for part in into.chunks_mut(4) {
+            part.copy_from_slice(&self.try_next_u32()?.to_le_bytes()[..part.len()]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::pooled;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_stream_is_the_same() {
+        let (mut plain, mut words) = (seed::rng(7), Words::new(seed::rng(7)));
+        for k in 0..3000 {
+            if k % 3 == 0 {
+                assert_eq!(plain.next_u64(), words.next_u64(), "{k}");
+            } else {
+                assert_eq!(plain.next_u32(), words.next_u32(), "{k}");
+            }
+        }
+    }
+
+    fn ratio(c: &[i64; 3]) -> Option<f64> {
+        (c[1] + c[2] != 0).then(|| c[0] as f64 / (c[1] + c[2]) as f64)
+    }
+
+    proptest! {
+        #[test]
+        fn intervals_are_those_of_drawing_for_each_list(
+            counts in prop::collection::vec([0..9_i64, 0..4_i64, 0..3_i64], 1..40),
+            factor in prop::sample::select(vec![1_i64, 1 << 20, 1 << 40]),
+            samples in 0..400_usize, seed in any::<u64>(),
+        ) {
+            let counts: Vec<[i64; 3]> = counts.iter().map(|c| c.map(|c| c * factor)).collect();
+            let shared = Draws::new(counts.len(), samples, seed).interval(&counts, ratio, 0.9);
+            let bits = |bounds: Option<(f64, f64)>| bounds.map(|(a, b)| (a.to_bits(), b.to_bits()));
+            prop_assert_eq!(bits(shared), bits(pooled::interval(&counts, ratio, 0.9, samples, seed)));
+        }
+    }
+}
