@@ -68,16 +68,16 @@ fn page(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("series-in-it", |b| {
         b.iter(|| {
-            let all = black_box(&all);
-            let series = embedded(all, usize::MAX).expect("room");
+            let all = black_box(&all).packed();
+            let series = embedded(&all, usize::MAX).expect("room");
             render(&Page { sequences: all.tallies(), series, ..Page::default() }).expect("a page")
         });
     });
     group.bench_function("series-beside-it", |b| {
         b.iter(|| {
-            let all = black_box(&all);
+            let all = black_box(&all).packed();
             let mut bytes = 0;
-            let packed = beside::<()>(all, |_, text| {
+            let packed = beside::<()>(&all, |_, text| {
                 bytes += text.len();
                 Ok(())
             });

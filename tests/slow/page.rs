@@ -332,7 +332,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
                 \\input{a} $x^2_3$ %c #1 ~ `b` \u{2028}\u{0} "
         .to_string()
         + &"long".repeat(75);
-    let all = series([&long, "<b>&'\"</b>"]);
+    let all = series([&long, "<b>&'\"</b>"]).packed();
     let page = Page {
         title: long.clone(),
         sequences: all.tallies(),
@@ -363,7 +363,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
 #[test]
 fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     let mut browser = Browser::start();
-    let all = series(["Girl", "Bolt"]);
+    let all = series(["Girl", "Bolt"]).packed();
     let folder = tempfile::tempdir().unwrap();
     for name in ["data", "figures"] {
         std::fs::create_dir(folder.path().join(name)).unwrap();

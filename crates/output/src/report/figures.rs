@@ -43,6 +43,12 @@ pub enum FigureOutcome {
     NoData(String),
 }
 
+/// Whether any of the figures is drawn from tracks.
+pub fn show_tracks(figures: &[Figure]) -> bool {
+    let shows = |figure: &Figure| DRAWERS.iter().any(|d| d.word == figure.kind.word && d.shows_tracks);
+    figures.iter().any(shows)
+}
+
 /// Draws one figure; `tracks` are those of [`Results::all_tracks`].
 ///
 /// # Errors

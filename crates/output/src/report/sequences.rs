@@ -13,15 +13,16 @@ use crate::results::{MethodSeries, Results, ResultsError, TrackSeries};
 use crate::score::Counts;
 use crate::score::{Protocol, TrackScore};
 use crate::signal::distribution_field::{self, background_region};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
 const MAX_METHODS: usize = 24;
 
-/// Everything that is shown sequence by sequence.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sequences {
+/// Everything that is shown sequence by sequence, with tracks as series or packed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sequences<T = Track> {
     /// Labels of the trackers, in order of the experiment.
     pub trackers: Vec<String>,
     /// Methods with their grid points, in order of the experiment.
@@ -29,9 +30,36 @@ pub struct Sequences {
     /// Sequences, in order of the suite.
     pub sequences: Vec<Sequence>,
     /// Tracks by sequence, then tracker.
-    pub tracks: Vec<Track>,
+    pub tracks: Vec<T>,
     /// Sentences about tracks that are left out; may be empty.
     pub note: String,
+}
+
+impl<T> Default for Sequences<T> {
+    fn default() -> Self {
+        Self {
+            trackers: Vec::new(),
+            methods: Vec::new(),
+            sequences: Vec::new(),
+            tracks: Vec::new(),
+            note: String::new(),
+        }
+    }
+}
+
+/// A track as the page has it: what is counted on it, and its series as text, which is less than half as long as they.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PackedTrack {
+    /// Index of the sequence.
+    pub sequence: usize,
+    /// Index of the tracker.
+    pub tracker: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Index, counts and number of events of each method.
+    pub counts: Vec<(usize, Counts, usize)>,
+    /// The series, see [`json`].
+    pub series: String,
 }
 
 /// A method.
@@ -102,48 +130,92 @@ pub fn still_file(sequence: usize, frame: usize) -> String {
     format!("stills/{sequence:03}-{frame:06}.png")
 }
 
-/// Collects everything but the stills, from the tracks of [`Results::all_tracks`].
-///
-/// # Errors
-/// When the results cannot be read.
-pub fn collect(results: &Results, tracks: Vec<TrackSeries>) -> Result<Sequences, ResultsError> {
-    let manifest = &results.manifest;
-    let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
-    let mut note = String::new();
-    let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
-    if records.len() > MAX_METHODS {
-        let all = records.len();
-        let mut known = BTreeSet::new();
-        records.retain(|m| known.insert(m.name.as_str()));
-        note = format!("Of {all} methods with their grid points the first point of each method is shown.");
+/// Collects everything but the stills from tracks, as they come.
+pub struct Collector<'r> {
+    results: &'r Results,
+    records: Vec<&'r MethodRecord>,
+    regions: BTreeMap<&'r str, distribution_field::Params>,
+    all: Sequences<PackedTrack>,
+    /// The sequence of each track.
+    names: Vec<String>,
+    /// Frame numbers of each sequence.
+    numbers: BTreeMap<String, Vec<i64>>,
+}
+
+impl<'r> Collector<'r> {
+    /// A collector without a track.
+    pub fn new(results: &'r Results) -> Self {
+        let manifest = &results.manifest;
+        let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
+        let mut note = String::new();
+        let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
+        if records.len() > MAX_METHODS {
+            let all = records.len();
+            let mut known = BTreeSet::new();
+            records.retain(|m| known.insert(m.name.as_str()));
+            note =
+                format!("Of {all} methods with their grid points the first point of each method is shown.");
+        }
+        if manifest.trackers.iter().any(|t| t.runs > 1) {
+            note = format!("Of several runs of a tracker the first is shown. {note}").trim_end().to_string();
+        }
+        let methods = records.iter().map(|m| method(results, m, &trackers)).collect();
+        let all = Sequences { trackers, methods, note, ..Sequences::default() };
+        let regions = background_rules(results);
+        Self { results, records, regions, all, names: Vec::new(), numbers: BTreeMap::new() }
     }
-    if manifest.trackers.iter().any(|t| t.runs > 1) {
-        note = format!("Of several runs of a tracker the first is shown. {note}").trim_end().to_string();
+
+    /// Adds tracks of [`Results::each_track`].
+    pub fn add(&mut self, tracks: Vec<TrackSeries>) {
+        for track in &tracks {
+            if !self.numbers.contains_key(&track.sequence) {
+                self.numbers.insert(track.sequence.clone(), track.numbers.clone());
+            }
+        }
+        let pack = |track: TrackSeries| {
+            let tracker = self.all.trackers.iter().position(|t| *t == track.tracker)?;
+            Some((track.sequence.clone(), self.pack(tracker, track)))
+        };
+        let packed: Vec<_> = tracks.into_par_iter().filter_map(pack).collect();
+        for (name, track) in packed {
+            self.names.push(name);
+            self.all.tracks.push(track);
+        }
     }
-    if tracks.is_empty() {
-        return Ok(Sequences::default());
-    }
-    let mut all = Sequences { trackers, note, ..Sequences::default() };
-    all.methods = records.iter().map(|m| method(results, m, &all.trackers)).collect();
-    all.sequences = sequences(results, &tracks)?;
-    let place = |name: &str| all.sequences.iter().position(|s| s.name == name);
-    let regions = background_rules(results);
-    for mut track in tracks {
-        let Some(tracker) = all.trackers.iter().position(|t| *t == track.tracker) else { continue };
-        let Some(sequence) = place(&track.sequence) else { continue };
-        let rule = regions.get(track.tracker.as_str());
+
+    fn pack(&self, tracker: usize, mut track: TrackSeries) -> PackedTrack {
+        let rule = self.regions.get(track.tracker.as_str());
         let background = |rule: &distribution_field::Params| {
             let at =
                 |t| background_region(&track.rects[..t], &track.rects[t], rule.history, rule.displacement);
             (0..track.rects.len()).map(at).collect()
         };
         let background = rule.map_or_else(Vec::new, background);
-        let methods = judged_series(results, &records, &mut track);
+        let methods = judged_series(self.results, &self.records, &mut track);
         let (rects, error) = (track.rects, track.error);
-        all.tracks.push(Track { sequence, tracker, rects, background, error, methods });
+        json::pack(&self.all.methods, &Track { sequence: 0, tracker, rects, background, error, methods })
     }
-    all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
-    Ok(all)
+
+    /// All that was added, in the order of the suite.
+    ///
+    /// # Errors
+    /// When the results cannot be read.
+    pub fn finish(self) -> Result<Sequences<PackedTrack>, ResultsError> {
+        let Self { results, mut all, names, numbers, .. } = self;
+        if names.is_empty() && numbers.is_empty() {
+            return Ok(Sequences::default());
+        }
+        all.sequences = sequences(results, &numbers)?;
+        let place: BTreeMap<&str, usize> =
+            all.sequences.iter().enumerate().rev().map(|(k, s)| (s.name.as_str(), k)).collect();
+        let placed =
+            all.tracks.into_iter().zip(&names).filter_map(|(track, name)| {
+                Some(PackedTrack { sequence: *place.get(name.as_str())?, ..track })
+            });
+        all.tracks = placed.collect();
+        all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
+        Ok(all)
+    }
 }
 
 fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Method {
@@ -154,25 +226,23 @@ fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Meth
     Method { name: method_label(&record.name, &record.params), thresholds, counted }
 }
 
-fn sequences(results: &Results, tracks: &[TrackSeries]) -> Result<Vec<Sequence>, ResultsError> {
+/// The sequences whose frame numbers are known.
+fn sequences(results: &Results, numbers: &BTreeMap<String, Vec<i64>>) -> Result<Vec<Sequence>, ResultsError> {
     let suite = &results.manifest.suite;
     let mut truth = results.truth()?;
-    let mut by_name: BTreeMap<&str, &TrackSeries> = BTreeMap::new();
-    for track in tracks {
-        by_name.entry(&track.sequence).or_insert(track);
-    }
     let in_suite = suite.present.iter().map(|(name, _)| name.as_str());
-    let others = by_name.keys().copied().filter(|name| !suite.present.iter().any(|(known, _)| known == name));
+    let known: BTreeSet<&str> = in_suite.clone().collect();
+    let others = numbers.keys().map(String::as_str).filter(|name| !known.contains(name));
     let names: Vec<&str> = in_suite.chain(others).collect();
     let sequence = |name: &str| {
-        let track = by_name.get(name)?;
+        let numbers = numbers.get(name)?;
         let mut regions = truth.remove(name).unwrap_or_default();
         Some(Sequence {
             name: name.to_string(),
-            first: track.numbers.first().copied().unwrap_or(1),
+            first: numbers.first().copied().unwrap_or(1),
             size: suite.sizes.get(name).copied(),
             attributes: suite.attributes.get(name).cloned().unwrap_or_default(),
-            truth: track.numbers.iter().map(|number| regions.remove(number)).collect(),
+            truth: numbers.iter().map(|number| regions.remove(number)).collect(),
             stills: BTreeSet::new(),
         })
     };
@@ -255,6 +325,15 @@ pub struct TallyRow {
 }
 
 impl Sequences {
+    /// The same with packed tracks.
+    pub fn packed(&self) -> Sequences<PackedTrack> {
+        let Self { trackers, methods, sequences, tracks, note } = self.clone();
+        let tracks = tracks.iter().map(|track| json::pack(&methods, track)).collect();
+        Sequences { trackers, methods, sequences, tracks, note }
+    }
+}
+
+impl Sequences<PackedTrack> {
     /// The table of counts: hits, misses and false alarms of every method on every track.
     pub fn tallies(&self) -> Tallies {
         let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
@@ -266,10 +345,10 @@ impl Sequences {
         let mut rows = Vec::new();
         for track in &self.tracks {
             let mut cells = vec![String::new(); self.methods.len()];
-            for (k, series) in &track.methods {
-                cells[*k] = tally(&series.judged.counts);
+            for (k, counts, _) in &track.counts {
+                cells[*k] = tally(counts);
                 let sum = totals[*k].get_or_insert_default();
-                *sum = [*sum, series.judged.counts].into_iter().sum();
+                *sum = [*sum, *counts].into_iter().sum();
             }
             let sequence = &self.sequences[track.sequence];
             rows.push(TallyRow {
@@ -277,7 +356,7 @@ impl Sequences {
                 t: track.tracker,
                 sequence: sequence.name.clone(),
                 tracker: self.trackers[track.tracker].clone(),
-                frames: track.error.len(),
+                frames: track.frames,
                 attributes: sequence.attributes.join(", "),
                 marks: marks(&sequence.attributes),
                 cells,
@@ -295,9 +374,10 @@ impl Sequences {
     /// Sequence, tracker and method that are shown first: the track and method with most events, the earliest among
     /// equals.
     fn start(&self) -> Option<[usize; 3]> {
-        let all = self.tracks.iter().flat_map(|t| t.methods.iter().map(move |(k, series)| (t, *k, series)));
-        let most = all.clone().map(|(_, _, series)| series.judged.events.len()).max()?;
-        let (track, method, _) = all.into_iter().find(|(_, _, series)| series.judged.events.len() == most)?;
+        let all =
+            self.tracks.iter().flat_map(|t| t.counts.iter().map(move |(k, _, events)| (t, *k, *events)));
+        let most = all.clone().map(|(_, _, events)| events).max()?;
+        let (track, method, _) = all.into_iter().find(|(_, _, events)| *events == most)?;
         Some([track.sequence, track.tracker, method])
     }
 }

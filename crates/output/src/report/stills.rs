@@ -90,6 +90,9 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<StillRequest>
 /// # Errors
 /// When the results cannot be read.
 pub fn requests(results: &Results) -> Result<Vec<StillRequest>, ResultsError> {
+    if results.experiment.figures.iter().all(|figure| figure.params.stills == 0) {
+        return Ok(Vec::new());
+    }
     Ok(requested(results, &results.all_tracks()?))
 }
 

@@ -325,7 +325,7 @@ fn large() -> Sequences {
 #[test]
 fn a_page_stays_small_whatever_is_in_it() {
     let most = 5 << 20;
-    let all = large();
+    let all = large().packed();
     let made = |p: &mut Page| {
         let folder = tempfile::tempdir().expect("a folder");
         p.sequences = all.tallies();

@@ -9,7 +9,7 @@ use super::html::render;
 use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
-use super::sequences::{self, Sequences, json};
+use super::sequences::{self, Collector, PackedTrack, Sequences, json};
 use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
@@ -60,7 +60,7 @@ const MAX_PAGE: usize = 5 << 20;
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
-    let (scores, tracks) = (results.scores()?, results.all_tracks()?);
+    let scores = results.scores()?;
     let mut layouts = table::layouts(results, &scores);
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
@@ -71,6 +71,9 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
     table::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
+    // Where no figure shows tracks, they are never in memory all at once.
+    let shown = figures::show_tracks(&results.experiment.figures);
+    let tracks = if shown { results.all_tracks()? } else { Vec::new() };
     for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks)) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
@@ -85,7 +88,13 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     }
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
-    let mut sequences = sequences::collect(results, tracks)?;
+    let mut collector = Collector::new(results);
+    if shown {
+        collector.add(tracks);
+    } else {
+        results.each_track(|tracks| collector.add(tracks))?;
+    }
+    let mut sequences = collector.finish()?;
     keep_stills(results, folder, &requests, &mut sequences)?;
     page.sequences = sequences.tallies();
     page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
@@ -136,7 +145,7 @@ fn keep_stills(
     results: &Results,
     folder: &Path,
     requests: &[StillRequest],
-    sequences: &mut Sequences,
+    sequences: &mut Sequences<PackedTrack>,
 ) -> Result<(), WriteError> {
     for request in requests {
         let Some(s) = sequences.sequences.iter().position(|q| q.name == request.sequence) else { continue };
@@ -160,7 +169,7 @@ fn keep_stills(
 pub(super) fn small_enough(
     page: &mut Page,
     folder: &Path,
-    sequences: &Sequences,
+    sequences: &Sequences<PackedTrack>,
     most: usize,
 ) -> Result<String, WriteError> {
     let drawn: usize = page.figures.iter().map(|f| f.svg.len()).sum();

@@ -159,30 +159,37 @@ impl Results {
         Ok(tracks)
     }
 
+    /// Gives `take` the tracks of [`Results::all_tracks`] as they are read, some at a time.
+    ///
+    /// # Errors
+    /// When the file is absent or damaged.
+    pub fn each_track(&self, take: impl FnMut(Vec<TrackSeries>)) -> Result<(), ResultsError> {
+        self.each_frames(&TrackFilter { run: Some(0), ..TrackFilter::default() }, take)
+    }
+
     fn read_frames(&self, filter: &TrackFilter<'_>) -> Result<Vec<TrackSeries>, ResultsError> {
+        let mut all = Vec::new();
+        self.each_frames(filter, |tracks| all.extend(tracks))?;
+        Ok(all)
+    }
+
+    fn each_frames(
+        &self,
+        filter: &TrackFilter<'_>,
+        mut take: impl FnMut(Vec<TrackSeries>),
+    ) -> Result<(), ResultsError> {
         self.table(frames::FILE.name, |bytes| {
             let mut tracks: Vec<TrackSeries> = Vec::new();
             frames::FILE.read_parquet_parts(bytes, &frames::FILE.columns[1..], |rows| {
-                let (keys, number) = (Keys::of(&rows)?, rows.integers(&FRAME)?);
-                let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
-                let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
-                let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
-                for rows in keys.stretches().into_iter().filter(|rows| filter.passes(&keys, rows.start)) {
-                    let (track, series) = place_of(&mut tracks, &keys, rows.start);
-                    // The boxes are the same for every method.
-                    if series == 0 {
-                        track.numbers.extend_from_slice(&number[rows.clone()]);
-                        track.rects.extend(rows.clone().map(|i| Rect::new(x[i], y[i], w[i], h[i])));
-                        track.error.extend_from_slice(&error[rows.clone()]);
-                    }
-                    let series = &mut track.methods[series];
-                    series.score.extend_from_slice(&score[rows.clone()]);
-                    series.alarm.extend(label[rows.clone()].iter().map(|label| *label != 0));
-                    series.changes.extend_from_slice(&change[rows]);
-                }
+                add_frames(&rows, filter, &mut tracks)?;
+                // The last one may go on in the next part.
+                let last = tracks.pop();
+                take(std::mem::take(&mut tracks));
+                tracks.extend(last);
                 Ok(())
             })?;
-            Ok(tracks)
+            take(tracks);
+            Ok(())
         })
     }
 
@@ -239,6 +246,32 @@ impl Results {
         }
         Ok(())
     }
+}
+
+/// Adds rows of the file of frames to the tracks that they are about.
+fn add_frames(
+    rows: &Rows,
+    filter: &TrackFilter<'_>,
+    tracks: &mut Vec<TrackSeries>,
+) -> Result<(), TableError> {
+    let (keys, number) = (Keys::of(rows)?, rows.integers(&FRAME)?);
+    let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
+    let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
+    let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
+    for rows in keys.stretches().into_iter().filter(|rows| filter.passes(&keys, rows.start)) {
+        let (track, series) = place_of(tracks, &keys, rows.start);
+        // The boxes are the same for every method.
+        if series == 0 {
+            track.numbers.extend_from_slice(&number[rows.clone()]);
+            track.rects.extend(rows.clone().map(|i| Rect::new(x[i], y[i], w[i], h[i])));
+            track.error.extend_from_slice(&error[rows.clone()]);
+        }
+        let series = &mut track.methods[series];
+        series.score.extend_from_slice(&score[rows.clone()]);
+        series.alarm.extend(label[rows.clone()].iter().map(|label| *label != 0));
+        series.changes.extend_from_slice(&change[rows]);
+    }
+    Ok(())
 }
 
 /// The track that row `i` is about, and the place of the method among its methods; both are added where the row before

@@ -10,7 +10,7 @@ use crate::results::manifest;
 use crate::spec::table::FindingName;
 
 /// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "chart", draw };
+pub const DRAWER: Drawer = Drawer { word: "chart", shows_tracks: false, draw };
 
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let shows = scope.given("shows", scope.params().shows.as_ref())?;

@@ -8,7 +8,7 @@ use crate::score::TrackScore;
 use crate::score::khalid2016::TOLERANCE;
 
 /// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "delay", draw };
+pub const DRAWER: Drawer = Drawer { word: "delay", shows_tracks: true, draw };
 
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let curves = delays(scope);

@@ -8,6 +8,8 @@ use crate::spec::figure::{Figure, FigureParams};
 pub struct Drawer {
     /// The word of its kind in experiment files.
     pub word: &'static str,
+    /// Whether it draws from tracks.
+    pub shows_tracks: bool,
     /// Draws one figure.
     pub draw: fn(&Scope<'_>) -> Result<Drawing, DrawError>,
 }
@@ -16,7 +18,7 @@ pub struct Drawer {
 pub struct Scope<'r> {
     /// The experiment's results.
     pub results: &'r Results,
-    /// Its tracks, from [`Results::all_tracks`].
+    /// Its tracks, from [`Results::all_tracks`], for drawers that show some.
     pub tracks: &'r [TrackSeries],
     /// The figure that is asked for.
     pub figure: &'r Figure,

@@ -6,7 +6,7 @@ use crate::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 use crate::figure::{Arrow, States};
 
 /// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "machine", draw };
+pub const DRAWER: Drawer = Drawer { word: "machine", shows_tracks: false, draw };
 
 fn draw(_: &Scope<'_>) -> Result<Drawing, DrawError> {
     Ok(Drawing::of(machine()))

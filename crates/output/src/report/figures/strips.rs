@@ -10,7 +10,7 @@ use crate::signal::distribution_field::{self, Displacement};
 use crate::spec::figure::{self, Figure};
 
 /// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "strips", draw };
+pub const DRAWER: Drawer = Drawer { word: "strips", shows_tracks: true, draw };
 
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let (results, params) = (scope.results, scope.params());

@@ -8,7 +8,7 @@ use crate::results::Results;
 use crate::score::Metric;
 
 /// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "sweep", draw };
+pub const DRAWER: Drawer = Drawer { word: "sweep", shows_tracks: false, draw };
 
 fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let params = scope.params();

@@ -17,37 +17,35 @@
 //! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each with one call of
 //! `trackfail({truth, data})`.
 
-use super::{JudgedSeries, Method, Sequence, Sequences, Track};
+use super::{JudgedSeries, Method, PackedTrack, Sequence, Sequences, Track};
 use crate::dataset::text::visible;
 use crate::region::{Rect, Region};
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;
 
 /// Packs all series into the page; `None` where that takes more than `most` bytes.
-pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
+pub fn embedded(all: &Sequences<PackedTrack>, most: usize) -> Option<String> {
     let places: Vec<Option<usize>> = vec![None; all.tracks.len()];
     let mut left = most;
     let mut fits = |text: &str| {
         left = left.checked_sub(text.len())?;
         Some(())
     };
+    all.tracks.iter().try_for_each(|track| fits(&track.series))?;
     let mut truths = Vec::new();
     for (s, sequence) in all.sequences.iter().enumerate() {
         let truth = truth(sequence);
         fits(&truth)?;
         truths.push((s, truth));
     }
-    let mut datas = Vec::new();
-    for one in &all.tracks {
-        let data = track(all, one);
-        fits(&data)?;
-        datas.push((key(one), data));
-    }
-    let index = index(all, &places, &[], &object(truths), &object(datas));
+    let series = object(all.tracks.iter().map(|track| (key(track), &track.series)));
+    let index = index(all, &places, &[], &object(truths), &series);
     (index.len() <= most).then_some(index)
 }
 
@@ -57,18 +55,21 @@ pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
 /// # Errors
 /// Those of `keep`.
 pub fn beside<E>(
-    all: &Sequences,
+    all: &Sequences<PackedTrack>,
     mut keep: impl FnMut(&str, &str) -> Result<(), E>,
 ) -> Result<(String, usize), E> {
     let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
     let mut names: Vec<String> = Vec::new();
+    let truths: Vec<String> = all.sequences.par_iter().map(truth).collect();
     for tracker in 0..all.trackers.len() {
         let mine = all.tracks.iter().enumerate().filter(|(_, t)| t.tracker == tracker);
-        let (mut truths, mut datas, mut size) = (Vec::new(), Vec::new(), 0);
+        let (mut of_file, mut size): (Vec<&PackedTrack>, usize) = (Vec::new(), 0);
         let mut part = 0;
-        let mut finish = |truths: &mut Vec<(usize, String)>, datas: &mut Vec<(String, String)>| {
-            if !datas.is_empty() {
-                let text = json_of_parts(&object(truths.drain(..)), &object(datas.drain(..)));
+        let mut finish = |of_file: &mut Vec<&PackedTrack>| {
+            if !of_file.is_empty() {
+                let truth = object(of_file.iter().map(|t| (t.sequence, &truths[t.sequence])));
+                let series = object(of_file.drain(..).map(|t| (key(t), &t.series)));
+                let text = json_of_parts(&truth, &series);
                 let name = format!("data/{tracker:02}-{part:03}.js");
                 keep(&name, &format!("trackfail({text});\n"))?;
                 names.push(name);
@@ -76,25 +77,24 @@ pub fn beside<E>(
             }
             Ok(names.len())
         };
-        let mut next = finish(&mut truths, &mut datas)?;
+        let mut next = finish(&mut of_file)?;
         for (k, t) in mine {
-            let (truth, data) = (truth(&all.sequences[t.sequence]), track(all, t));
-            size += truth.len() + data.len();
+            let more = truths[t.sequence].len() + t.series.len();
+            size += more;
             if size > MAX_FILE {
-                next = finish(&mut truths, &mut datas)?;
-                size = truth.len() + data.len();
+                next = finish(&mut of_file)?;
+                size = more;
             }
             places[k] = Some(next);
-            truths.push((t.sequence, truth));
-            datas.push((key(t), data));
+            of_file.push(t);
         }
-        finish(&mut truths, &mut datas)?;
+        finish(&mut of_file)?;
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     Ok((index(all, &places, &names, "{}", "{}"), names.len()))
 }
 
-fn key(track: &Track) -> String {
+fn key(track: &PackedTrack) -> String {
     format!("{}-{}", track.sequence, track.tracker)
 }
 
@@ -103,12 +103,24 @@ fn json_of_parts(truth: &str, data: &str) -> String {
 }
 
 /// A JSON object of values that are JSON already, under keys that need no escapes.
-fn object<K: std::fmt::Display>(parts: impl IntoIterator<Item = (K, String)>) -> String {
-    let parts: Vec<String> = parts.into_iter().map(|(key, json)| format!("\"{key}\":{json}")).collect();
-    format!("{{{}}}", parts.join(","))
+fn object<K: std::fmt::Display, T: AsRef<str>>(parts: impl IntoIterator<Item = (K, T)>) -> String {
+    let mut out = String::from("{");
+    for (k, (key, json)) in parts.into_iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = write!(out, "{}\"{key}\":", if k > 0 { "," } else { "" });
+        out.push_str(json.as_ref());
+    }
+    out.push('}');
+    out
 }
 
-fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str, data: &str) -> String {
+fn index(
+    all: &Sequences<PackedTrack>,
+    places: &[Option<usize>],
+    files: &[&str],
+    truth: &str,
+    data: &str,
+) -> String {
     let shown = |names: Vec<&str>| -> Vec<String> { names.into_iter().map(visible).collect() };
     let method =
         |m: &Method| json!({"name": visible(&m.name), "thresholds": m.thresholds, "counted": m.counted});
@@ -122,7 +134,7 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], truth: &str,
             "attributes": visible(&s.attributes.join(", ")),
         })
     };
-    let track = |(t, place): (&Track, &Option<usize>)| json!([t.sequence, t.tracker, place]);
+    let track = |(t, place): (&PackedTrack, &Option<usize>)| json!([t.sequence, t.tracker, place]);
     let names = json!({
         "trackers": shown(all.trackers.iter().map(String::as_str).collect()),
         "methods": all.methods.iter().map(method).collect::<Vec<_>>(),
@@ -191,16 +203,23 @@ fn boxes(rects: &[Rect]) -> String {
     format!("[{}]", columns.join(","))
 }
 
-fn track(all: &Sequences, track: &Track) -> String {
+/// Packs a track, with the series of the methods.
+pub fn pack(methods: &[Method], track: &Track) -> PackedTrack {
     let error = differences(track.error.iter().map(|e| thousandths(*e)));
-    let threshold = |k: usize| all.methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
-    let methods = track.methods.iter().map(|(k, s)| (*k, series(track, s, threshold(*k))));
-    let methods = object(methods.collect::<BTreeMap<_, _>>());
-    let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", methods)];
+    let threshold = |k: usize| methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
+    let said = track.methods.iter().map(|(k, s)| (*k, series(track, s, threshold(*k))));
+    let said = object(said.collect::<BTreeMap<_, _>>());
+    let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", said)];
     if !track.background.is_empty() {
         parts.push(("background", boxes(&track.background)));
     }
-    object(parts)
+    PackedTrack {
+        sequence: track.sequence,
+        tracker: track.tracker,
+        frames: track.error.len(),
+        counts: track.methods.iter().map(|(k, s)| (*k, s.judged.counts, s.judged.events.len())).collect(),
+        series: object(parts),
+    }
 }
 
 fn series(track: &Track, series: &JudgedSeries, threshold: Option<f64>) -> String {
@@ -261,7 +280,7 @@ fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
         }
         match value {
             Some(v) => {
-                out.push_str(&(v - last).to_string());
+                push_integer(&mut out, v - last);
                 last = v;
             }
             None => out.push_str("null"),
@@ -269,4 +288,22 @@ fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
     }
     out.push(']');
     out
+}
+
+/// Appends an integer in decimal; most are of few digits, for which the formatter of the standard library is slow.
+fn push_integer(out: &mut String, v: i64) {
+    if v < 0 {
+        out.push('-');
+    }
+    let mut left = v.unsigned_abs();
+    let (mut digits, mut from) = ([0_u8; 20], 20);
+    loop {
+        from -= 1;
+        digits[from] = b'0' + (left % 10) as u8;
+        left /= 10;
+        if left == 0 {
+            break;
+        }
+    }
+    digits[from..].iter().for_each(|digit| out.push(char::from(*digit)));
 }
