@@ -184,23 +184,22 @@ fn project(basis: &[f32], slots: &mut [Comparison]) {
     let Some(pixels) = slots.first().map(|slot| slot.difference.len() / LANES) else { return };
     slots.iter_mut().for_each(|slot| slot.coefficients.clear());
     let (basis, _) = basis.as_chunks::<LANES>();
-    // Additions wait for the one before in their lane, so four vectors and two windows take turns.
+    // Four vectors stay in the nearest cache for all windows.
     let mut quads = basis.chunks_exact(4 * pixels);
     for quad in &mut quads {
-        for pair in slots.chunks_mut(2) {
-            match pair {
-                [one, other] => {
-                    let [p, q] = products(quad, [&one.unoccluded, &other.unoccluded]);
-                    one.coefficients.extend(p.map(fold));
-                    other.coefficients.extend(q.map(fold));
-                }
-                pair => {
-                    for slot in pair {
-                        let [p] = products(quad, [&slot.unoccluded]);
-                        slot.coefficients.extend(p.map(fold));
-                    }
-                }
+        let (ab, cd) = quad.split_at(2 * pixels);
+        let ((a, b), (c, d)) = (ab.split_at(pixels), cd.split_at(pixels));
+        for slot in slots.iter_mut() {
+            // Additions wait for the one before in their lane, so the vectors take turns.
+            let (mut p, mut q, mut r, mut s) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            let x = slot.unoccluded.as_chunks::<LANES>().0;
+            for ((((x, a), b), c), d) in x.iter().zip(a).zip(b).zip(c).zip(d) {
+                accumulate(&mut p, a, x);
+                accumulate(&mut q, b, x);
+                accumulate(&mut r, c, x);
+                accumulate(&mut s, d, x);
             }
+            slot.coefficients.extend([fold(p), fold(q), fold(r), fold(s)]);
         }
     }
     for u in quads.remainder().chunks_exact(pixels) {
@@ -212,24 +211,6 @@ fn project(basis: &[f32], slots: &mut [Comparison]) {
             slot.coefficients.push(fold(sum));
         }
     }
-}
-
-/// The products of four vectors with each of `N` windows, in lanes.
-#[inline(always)]
-fn products<const N: usize>(quad: &[[f32; LANES]], windows: [&[f32]; N]) -> [[[f32; LANES]; 4]; N] {
-    let windows = windows.map(|x| x.as_chunks::<LANES>().0);
-    let pixels = quad.len() / 4;
-    let vectors: [&[[f32; LANES]]; 4] = std::array::from_fn(|k| &quad[k * pixels..(k + 1) * pixels]);
-    let windows = windows.map(|x| &x[..pixels]);
-    let mut sums = [[[0.0_f32; LANES]; 4]; N];
-    for at in 0..pixels {
-        for n in 0..N {
-            for k in 0..4 {
-                accumulate(&mut sums[n][k], &vectors[k][at], &windows[n][at]);
-            }
-        }
-    }
-    sums
 }
 
 #[inline(always)]
