@@ -20,8 +20,11 @@
 //! Sources: Efron, Tibshirani, An Introduction to the Bootstrap, 1993, sections 13.3 and 15.2; Phipson, Smyth,
 //! Statistical Applications in Genetics and Molecular Biology 9(1), 2010, for (k + 1) / (draws + 1).
 
-use super::{paired::quantile, seed};
-use rand::{Rng, RngExt};
+mod draws;
+
+use super::seed;
+pub use draws::{Drawn, Draws};
+use rand::Rng;
 
 /// Up to this number of pairs that differ, all patterns are counted (half of them, since the others mirror them).
 pub const EXACT_UP_TO: usize = 16;
@@ -37,36 +40,6 @@ fn sum<const N: usize>(units: &[[i64; N]]) -> [i64; N] {
 
 fn add<const N: usize>(total: &mut [i64; N], unit: &[i64; N]) {
     total.iter_mut().zip(unit).for_each(|(t, u)| *t += u);
-}
-
-/// Confidence interval of the pooled statistic at `level` in (0, 1), from `draws` bootstrap samples.
-///
-/// Lists of equal length draw the same units from the same seed. `None` without units or draws, or if the statistic
-/// has no value for more than half of the draws.
-pub fn interval<const N: usize>(
-    units: &[[i64; N]],
-    statistic: impl Fn(&[i64; N]) -> Option<f64>,
-    level: f64,
-    draws: usize,
-    seed: u64,
-) -> Option<(f64, f64)> {
-    if units.is_empty() || draws == 0 {
-        return None;
-    }
-    let mut rng = seed::rng(seed::seed(seed, &["pooled bootstrap"]));
-    let mut values = Vec::with_capacity(draws);
-    for _ in 0..draws {
-        let mut total = [0; N];
-        for _ in 0..units.len() {
-            add(&mut total, &units[rng.random_range(0..units.len())]);
-        }
-        values.extend(statistic(&total).filter(|v| !v.is_nan()));
-    }
-    if 2 * values.len() < draws {
-        return None;
-    }
-    values.sort_by(f64::total_cmp);
-    Some((quantile(&values, (1.0 - level) / 2.0), quantile(&values, (1.0 + level) / 2.0)))
 }
 
 /// Result of a permutation test.
@@ -156,6 +129,16 @@ mod tests {
 
     fn pairs() -> Vec<([i64; 3], [i64; 3])> {
         A.into_iter().zip(B).collect()
+    }
+
+    fn interval<const N: usize>(
+        units: &[[i64; N]],
+        statistic: impl Fn(&[i64; N]) -> Option<f64>,
+        level: f64,
+        samples: usize,
+        seed: u64,
+    ) -> Option<(f64, f64)> {
+        Draws::new(units.len(), samples, seed).interval(units, statistic, level)
     }
 
     // SciPy 1.17.1, AB = numpy.array(A + B): f = lambda x: 2*s[0]/(2*s[0]+s[1]+s[2]) with s = AB[x].sum(0);

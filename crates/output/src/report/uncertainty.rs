@@ -7,14 +7,13 @@
 //! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
-mod draws;
-
 use super::pairs;
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
 use crate::figure::{Ranking, Ranks};
-use crate::num::{pooled, ranks, seed};
+use crate::num::pooled::{self, Drawn, Draws};
+use crate::num::{ranks, seed};
 use crate::results::Results;
 use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
@@ -26,7 +25,6 @@ use crate::table;
 use crate::table::layout::{self, Cell, Group, Row, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
-use draws::{Drawn, Draws};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
