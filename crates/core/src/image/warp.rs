@@ -22,6 +22,7 @@
 //! code may take any with `|phi| < pi/2`.
 
 use super::{Gray, Window};
+use crate::num::integer;
 use crate::region::{Rect, Region};
 use multiversion::multiversion;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -205,9 +206,6 @@ const MAX_COORDINATE: f64 = 1e6;
 /// Places of a template that are processed together.
 const LANES: usize = 16;
 
-/// From here on, numbers of type `f64` are whole.
-const TWO_TO_52: f64 = (1_u64 << 52) as f64;
-
 /// As [`Template::sample_anywhere`], for places that are all more than a pixel away from the image's border: the
 /// same operations, on whole vectors but for the look-up of pixels.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
@@ -227,9 +225,8 @@ fn sample_inside(
             for l in 0..LANES {
                 let j = (LANES * block + l) as f64;
                 let (x, y) = (x + matrix[0] * j, y + matrix[2] * j);
-                // The low bits of `whole + 2^52` are the number; a cast with its bounds is not vectorized.
                 let whole = [x.floor(), y.floor()];
-                let [column, row] = whole.map(|v| (v + TWO_TO_52).to_bits() as i32);
+                let [column, row] = whole.map(|v| integer(v) as i32);
                 fx[l] = (x - whole[0]) as f32;
                 fy[l] = (y - whole[1]) as f32;
                 at[l] = (row - top).wrapping_mul(stride).wrapping_add(column - left);

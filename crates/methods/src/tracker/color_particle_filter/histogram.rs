@@ -5,6 +5,7 @@
 //! in `x`, whose values are reached by two additions a pixel.
 
 use crate::image::Frame;
+use crate::num::integer;
 use multiversion::multiversion;
 use rand::{Rng, RngExt};
 use std::ops::Range;
@@ -170,7 +171,7 @@ struct Spans {
     step: [i64; ROWS],
 }
 
-/// The spans of the rows from `first` on. Everything is a vector operation: casts with their bounds would not be.
+/// The spans of the rows from `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn spans(shape: &Shape, first: usize) -> Spans {
     let &Shape { center: (cx, cy), a, slope, per_row, reach: (_, root), flat, columns, .. } = shape;
@@ -181,22 +182,15 @@ fn spans(shape: &Shape, first: usize) -> Spans {
         let (middle, reach) = (cx + slope * dy, peak.max(0.0).sqrt() * root);
         let start = (middle - reach + 0.5).max(0.0).min(columns).floor();
         let end = (middle + reach - 0.5).max(0.0).min(columns).ceil();
-        spans.start[row] = whole(start);
-        spans.end[row] = if peak > 0.0 { whole(end) } else { 0 };
+        spans.start[row] = integer(start);
+        spans.end[row] = if peak > 0.0 { integer(end) } else { 0 };
         if !flat {
             let dx = start + 0.5 - middle;
-            spans.weight[row] = whole((ONE * (peak - a * dx * dx)).trunc());
-            spans.step[row] = whole((ONE * a * (-2.0 * dx - 1.0)).trunc());
+            spans.weight[row] = integer((ONE * (peak - a * dx * dx)).trunc());
+            spans.step[row] = integer((ONE * a * (-2.0 * dx - 1.0)).trunc());
         }
     }
     spans
-}
-
-/// A whole number of less than 2^51, from the low bits of its sum with 1.5 * 2^52.
-#[inline(always)]
-fn whole(value: f64) -> i64 {
-    const SHIFT: f64 = (3_u64 << 51) as f64;
-    (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
 }
 
 /// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbors are often alike,
