@@ -21,7 +21,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const MAX_METHODS: usize = 24;
 
 /// Everything that is shown sequence by sequence, with tracks as series or packed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sequences<T = Track> {
     /// Labels of the trackers, in order of the experiment.
     pub trackers: Vec<String>,
@@ -33,18 +33,6 @@ pub struct Sequences<T = Track> {
     pub tracks: Vec<T>,
     /// Sentences about tracks that are left out; may be empty.
     pub note: String,
-}
-
-impl<T> Default for Sequences<T> {
-    fn default() -> Self {
-        Self {
-            trackers: Vec::new(),
-            methods: Vec::new(),
-            sequences: Vec::new(),
-            tracks: Vec::new(),
-            note: String::new(),
-        }
-    }
 }
 
 /// A track as the page has it: what is counted on it, and its series as text, which is less than half as long as they.

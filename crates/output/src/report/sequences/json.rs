@@ -280,7 +280,7 @@ fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
         }
         match value {
             Some(v) => {
-                push_integer(&mut out, v - last);
+                out.push_str(itoa::Buffer::new().format(v - last));
                 last = v;
             }
             None => out.push_str("null"),
@@ -288,22 +288,4 @@ fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
     }
     out.push(']');
     out
-}
-
-/// Appends an integer in decimal; most are of few digits, for which the formatter of the standard library is slow.
-fn push_integer(out: &mut String, v: i64) {
-    if v < 0 {
-        out.push('-');
-    }
-    let mut left = v.unsigned_abs();
-    let (mut digits, mut from) = ([0_u8; 20], 20);
-    loop {
-        from -= 1;
-        digits[from] = b'0' + (left % 10) as u8;
-        left /= 10;
-        if left == 0 {
-            break;
-        }
-    }
-    digits[from..].iter().for_each(|digit| out.push(char::from(*digit)));
 }
