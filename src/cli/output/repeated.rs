@@ -139,7 +139,7 @@ fn keyed(column: &Column) -> Result<Fields, Failure> {
     Ok(Fields { values: column.values.iter().map(entry).collect(), heading })
 }
 
-/// What stands before the first row.
+/// The text before the first row.
 fn start(format: Format, columns: &[Fields]) -> String {
     let headings: Vec<&str> = columns.iter().map(|c| c.heading.as_str()).collect();
     match format {

@@ -17,9 +17,9 @@ pub struct Gray {
     pub height: usize,
     /// The part whose values are known, within the frame.
     pub part: Window,
-    /// Of each pixel of the part, rows from the top, its value and those of the pixels to the right, below, and below
-    /// to the right, in bytes from the lowest on; pixels beyond the part repeat its border. What is interpolated
-    /// takes one look-up a place.
+    /// Four values for each pixel of the part, rows from the top, in bytes from the lowest on: its own and those of the
+    /// pixels to the right, below, and below to the right. Pixels beyond the part repeat its border. So an
+    /// interpolation takes one look-up.
     pub corners: Vec<u32>,
 }
 

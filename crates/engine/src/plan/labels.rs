@@ -19,7 +19,7 @@ pub struct PlannedLabels<'p> {
     sequence: &'p str,
     method: &'p str,
     params: &'p str,
-    /// What the labels are made from; an error where they have no recipe.
+    /// Input and detector of the labels, or the reason why they have no recipe.
     from: Result<(&'p LabelsOn, &'p DetectorKey), &'p CellError>,
 }
 
@@ -97,7 +97,7 @@ impl ExperimentPlan<'_> {
         all
     }
 
-    /// What the detector of each variant adds to the recipes of its cells, for each tracker.
+    /// The detector ingredients of every variant's recipes, by variant and tracker.
     fn detector_keys(&self, variants: &[(&Method, &Variant)]) -> Vec<Vec<Result<DetectorKey, CellError>>> {
         let models = self.models();
         let key = |v: usize, tracker: usize| {

@@ -198,7 +198,7 @@ impl DetectorKey {
 /// - 3: with the tracker's condition.
 const OUTPUT_FORM: u32 = 3;
 
-/// What the recipes of all labels on one input begin with.
+/// The beginning that the recipes of all labels on one input share.
 fn labels_on(read: Read) -> Recipe {
     read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
 }

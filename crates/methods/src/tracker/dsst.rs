@@ -320,7 +320,7 @@ struct Filter {
     numerator: Vec<Complex>,
     denominator: Vec<f32>,
     taught: bool,
-    /// Of channels that are transformed at a time.
+    /// Spectra of the channels that are transformed together.
     spectra: Vec<Complex>,
     sum: Vec<Complex>,
     squares: Vec<f32>,

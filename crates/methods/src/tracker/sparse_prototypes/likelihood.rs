@@ -30,7 +30,7 @@ pub struct Subspace {
     mean: Vec<f32>,
     /// One vector after the other.
     basis: Vec<f32>,
-    /// The same numbers, `WIDE` of each vector after another: what is left of a window's part reads them in a row.
+    /// The same numbers, `WIDE` of each vector after another, in the order in which `leave` reads them.
     blocks: Vec<f32>,
 }
 
@@ -42,7 +42,7 @@ pub struct Comparison {
     iteration: usize,
     objective: f32,
     difference: Vec<f32>,
-    /// What is projected next: the difference without the errors.
+    /// The difference without the errors, which is projected next.
     unoccluded: Vec<f32>,
     /// `d - U z` of the comparison's solution.
     residuals: Vec<f32>,
@@ -220,7 +220,7 @@ fn accumulate(sum: &mut [f32; LANES], u: &[f32; LANES], x: &[f32; LANES]) {
     }
 }
 
-/// What is left, `d - U z`, in each slot's `next`.
+/// The residuals `d - U z`, in each slot's `next`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn leave(blocks: &[f32], dimension: usize, slots: &mut [Comparison]) {
     let (blocks, _) = blocks.as_chunks::<WIDE>();
