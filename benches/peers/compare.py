@@ -6,7 +6,9 @@
 A peer is a script in this folder that prints JSON lines with `bench`, `size`, `peer` and `seconds`. It is compared
 with the benchmark `<bench>/<size>` of `cargo bench -p trackfail-benches`. Both sides have one thread, and a round
 takes the fastest repetition of each (criterion: the sample with the least time an iteration). The table has the
-median of the rounds, and the least and the largest ratio: what else the machine does changes both sides alike.
+median of the rounds, and the least and the largest ratio: what else the machine does changes both sides alike. A
+benchmark may also print such a JSON line itself. Where both sides have an `auc`, a second table shows it. Benchmarks on
+real sequences need TRACKFAIL_DATA, a path list of data roots.
 """
 
 import argparse
@@ -30,6 +32,7 @@ PEERS = [
     "score_got10k.py",
     "reconstructed_trackers.py",
     "opencv_trackers.py",
+    "opencv_sequences.py",
 ]
 SHORT = ["--noplot", "--sample-size", "10", "--warm-up-time", "0.5", "--measurement-time", "2"]
 ONE_THREAD = {
@@ -53,13 +56,16 @@ def benchmarks():
 
 
 def ours(programs, name):
-    """Seconds an iteration, or None without a benchmark of that name."""
+    """A measurement with seconds an iteration; an empty one without a benchmark of that name."""
     if name not in programs:
-        return None
+        return {}
     command = [programs[name], "--bench", f"^{re.escape(name)}$", *SHORT]
-    subprocess.run(command, cwd=ROOT, env=os.environ | ONE_THREAD, stdout=subprocess.DEVNULL, check=True)
+    run = subprocess.run(command, cwd=ROOT, env=os.environ | ONE_THREAD, stdout=subprocess.PIPE, text=True, check=True)
+    printed = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
+    if printed:
+        return printed[0]
     sample = json.loads((CRITERION / name / "new" / "sample.json").read_text())
-    return min(t / n for t, n in zip(sample["times"], sample["iters"])) * 1e-9
+    return {"seconds": min(t / n for t, n in zip(sample["times"], sample["iters"])) * 1e-9}
 
 
 def theirs(peer):
@@ -88,18 +94,23 @@ def main():
             own = {name: ours(programs, name) for name in sorted(names)}
             for m in measured:
                 name = f"{m['bench']}/{m['size']}"
-                rounds.setdefault((name, m["peer"]), []).append((m["seconds"], own[name]))
+                rounds.setdefault((name, m["peer"]), []).append((m, own[name]))
     print(f"{platform.machine()}, {os.cpu_count()} cores, {arguments.rounds} rounds\n")
     print("| bench | ours | peer | its time | ratio | least to largest |\n|---|--:|---|--:|--:|--:|")
     for (name, peer), pairs in rounds.items():
-        its = milliseconds(statistics.median(seconds for seconds, _ in pairs))
-        if pairs[0][1] is None:
+        its = milliseconds(statistics.median(m["seconds"] for m, _ in pairs))
+        if not pairs[0][1]:
             print(f"| {name} | | {peer} | {its} | | |")
             continue
-        ratios = [seconds / own for seconds, own in pairs]
-        own = milliseconds(statistics.median(own for _, own in pairs))
+        ratios = [m["seconds"] / own["seconds"] for m, own in pairs]
+        own = milliseconds(statistics.median(own["seconds"] for _, own in pairs))
         spread = f"{min(ratios):.3g} to {max(ratios):.3g}"
         print(f"| {name} | {own} | {peer} | {its} | {statistics.median(ratios):.3g} | {spread} |")
+    scores = {key: pairs[0] for key, pairs in rounds.items() if all("auc" in side for side in pairs[0])}
+    if scores:
+        print("\n| bench | our AUC | peer | its AUC |\n|---|--:|---|--:|")
+        for (name, peer), (m, own) in scores.items():
+            print(f"| {name} | {own['auc']:.3f} | {peer} | {m['auc']:.3f} |")
     sys.exit(not well)
 
 
