@@ -309,20 +309,21 @@ impl Target {
     }
 }
 
-/// Means of the cells, plane after plane.
+/// Means of the cells, plane after plane. Values are whole numbers, so that sums are exact in any order.
 fn cell_means(patch: &Patch) -> Vec<f32> {
     let (columns, rows) = (patch.width / CELL, patch.height / CELL);
-    let mut means = vec![0.0; patch.planes() * columns * rows];
-    let planes = patch.values.chunks_exact(patch.width * patch.height);
-    for (plane, out) in planes.zip(means.chunks_exact_mut(columns * rows)) {
-        for (y, row) in plane.chunks_exact(patch.width).take(rows * CELL).enumerate() {
-            let line = &mut out[y / CELL * columns..][..columns];
-            for (o, pixels) in line.iter_mut().zip(row.chunks_exact(CELL)) {
-                *o += pixels.iter().sum::<f32>();
+    let mut means = Vec::with_capacity(patch.planes() * columns * rows);
+    let mut sums = vec![0.0; patch.width];
+    for plane in patch.values.chunks_exact(patch.width * patch.height) {
+        for band in plane.chunks_exact(CELL * patch.width) {
+            sums.fill(0.0);
+            for row in band.chunks_exact(patch.width) {
+                sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
             }
+            let cells = sums.chunks_exact(CELL);
+            means.extend(cells.map(|cell| cell.iter().sum::<f32>() / (CELL * CELL) as f32));
         }
     }
-    means.iter_mut().for_each(|v| *v /= (CELL * CELL) as f32);
     means
 }
 
