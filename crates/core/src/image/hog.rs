@@ -25,6 +25,8 @@
 //! sides of `g` with tangents instead of by a table; the 32nd channel, all zeros, is left out; a gradient of 0 is
 //! 0 (its is 1e-10).
 
+mod pixels;
+
 use super::patch::Patch;
 use multiversion::multiversion;
 
@@ -42,10 +44,8 @@ const TEXTURE: f32 = 0.2357;
 /// Buffers for [`Hog::compute`]; they grow to the largest patch seen and are then reused.
 #[derive(Debug, Default)]
 pub struct Hog {
-    /// Gradient of a row, in the plane where it is strongest.
-    across: Vec<f32>,
-    down: Vec<f32>,
-    squares: Vec<f32>,
+    /// Magnitudes and orientations of a row's gradients.
+    magnitudes: Vec<f32>,
     bins: Vec<i32>,
     /// Cell to the left of each column's pixels, counted from -1 as 0, and the share of the next one.
     columns: Vec<(usize, f32)>,
@@ -117,7 +117,7 @@ impl Hog {
             let stride = SIGNED * line;
             let (upper, lower) =
                 self.histogram[above * stride..(above + 2).min(h + 2) * stride].split_at_mut(stride);
-            let pixels = self.columns.iter().zip(self.squares.iter().zip(&self.bins));
+            let pixels = self.columns.iter().zip(self.magnitudes.iter().zip(&self.bins));
             if cell == 1 {
                 for (&(x, _), (m, &bin)) in pixels {
                     upper[bin as usize * line + x] = *m;
@@ -139,21 +139,40 @@ impl Hog {
         }
     }
 
-    /// Magnitudes (into `squares`) and orientations of a row.
+    /// Magnitudes and orientations of a row, of the plane where the gradient is strongest.
     fn find_gradients(&mut self, patch: &Patch, y: usize) {
         let (w, h) = (patch.width, patch.height);
-        for line in [&mut self.across, &mut self.down, &mut self.squares] {
-            line.clear();
-            line.resize(w, 0.0);
-        }
+        self.magnitudes.resize(w, 0.0);
         self.bins.resize(w, 0);
         let (above, below) = (y.saturating_sub(1), (y + 1).min(h - 1));
         let factor = if below - above == 2 { 0.5 } else { 1.0 };
-        for plane in patch.values.chunks_exact(w * h) {
-            let [here, up, down] = [y, above, below].map(|y| &plane[y * w..(y + 1) * w]);
-            strongest(here, up, down, factor, &mut self.across, &mut self.down, &mut self.squares);
+        let row = |c: usize, y: usize| &patch.values[(c * h + y) * w..][..w];
+        for (x, left, right) in [(0, 0, 1.min(w - 1)), (w - 1, w.saturating_sub(2), w - 1)] {
+            let mut strongest = Strongest::default();
+            for c in 0..patch.planes() {
+                let here = row(c, y);
+                strongest.add(here[right] - here[left], (row(c, below)[x] - row(c, above)[x]) * factor);
+            }
+            (self.magnitudes[x], self.bins[x]) = strongest.polar();
         }
-        orient(&self.across, &self.down, &mut self.squares, &mut self.bins);
+        if w < 3 {
+            return;
+        }
+        let inner = 1..w - 1;
+        let sides = |c: usize| {
+            [
+                &row(c, y)[..w - 2],
+                &row(c, y)[2..],
+                &row(c, above)[inner.clone()],
+                &row(c, below)[inner.clone()],
+            ]
+        };
+        let (magnitudes, bins) = (&mut self.magnitudes[inner.clone()], &mut self.bins[inner.clone()]);
+        // A plane that is there twice changes nothing.
+        match patch.planes() {
+            1 => gradients(sides(0), factor, magnitudes, bins),
+            n => strongest_gradients(sides(0), sides(1), sides(n - 1), factor, magnitudes, bins),
+        }
     }
 
     /// Cells of the border have lost an eighth of their gradients.
@@ -186,6 +205,11 @@ impl Hog {
                 }
             }
         }
+        self.invert_blocks(cell, w, h);
+    }
+
+    /// Computes `norms` from `energy`.
+    fn invert_blocks(&mut self, cell: usize, w: usize, h: usize) {
         let least = (1e-4 / 4.0 / (cell as f64).powi(4)) as f32;
         self.norms.clear();
         for y in 0..=h {
@@ -234,43 +258,81 @@ fn block(i: usize, count: usize) -> (usize, usize) {
     (last - 1, last)
 }
 
-/// Replaces the stored gradients of a row where those of this plane are stronger.
+/// The strongest of some gradients.
+#[derive(Debug, Clone, Copy, Default)]
+struct Strongest {
+    across: f32,
+    down: f32,
+    square: f32,
+}
+
+impl Strongest {
+    #[inline(always)]
+    fn add(&mut self, across: f32, down: f32) {
+        let square = across * across + down * down;
+        let stronger = square > self.square;
+        self.across = if stronger { across } else { self.across };
+        self.down = if stronger { down } else { self.down };
+        self.square = if stronger { square } else { self.square };
+    }
+
+    /// Its magnitude and orientation.
+    #[inline(always)]
+    fn polar(self) -> (f32, i32) {
+        (self.square.sqrt(), orientation(self.across, self.down))
+    }
+}
+
+/// Magnitudes and orientations of gradients between pixels at the left, right, above and below.
 #[multiversion(targets("x86_64+avx2"))]
-fn strongest(
-    here: &[f32],
-    up: &[f32],
-    below: &[f32],
+fn gradients(sides: [&[f32]; 4], factor: f32, magnitudes: &mut [f32], bins: &mut [i32]) {
+    let n = magnitudes.len();
+    let [l, r, u, b] = sides;
+    let (l, r, u, b, bins) = (&l[..n], &r[..n], &u[..n], &b[..n], &mut bins[..n]);
+    for x in 0..n {
+        let mut strongest = Strongest::default();
+        strongest.add((r[x] - l[x]) * 0.5, (b[x] - u[x]) * factor);
+        (magnitudes[x], bins[x]) = strongest.polar();
+    }
+}
+
+/// As [`gradients`], of the strongest of three planes.
+#[multiversion(targets("x86_64+avx2"))]
+fn strongest_gradients(
+    first: [&[f32]; 4],
+    second: [&[f32]; 4],
+    third: [&[f32]; 4],
     factor: f32,
-    across: &mut [f32],
-    down: &mut [f32],
-    squares: &mut [f32],
+    magnitudes: &mut [f32],
+    bins: &mut [i32],
 ) {
-    let w = here.len();
-    let mut keep = |x: usize, gx: f32| {
-        let gy = (below[x] - up[x]) * factor;
-        let square = gx * gx + gy * gy;
-        if square > squares[x] {
-            (across[x], down[x], squares[x]) = (gx, gy, square);
-        }
-    };
-    keep(0, if w > 1 { here[1] - here[0] } else { 0.0 });
-    if w > 1 {
-        keep(w - 1, here[w - 1] - here[w - 2]);
+    let n = magnitudes.len();
+    let ([l0, r0, u0, b0], [l1, r1, u1, b1], [l2, r2, u2, b2]) = (first, second, third);
+    let (l0, r0, u0, b0) = (&l0[..n], &r0[..n], &u0[..n], &b0[..n]);
+    let (l1, r1, u1, b1) = (&l1[..n], &r1[..n], &u1[..n], &b1[..n]);
+    let (l2, r2, u2, b2) = (&l2[..n], &r2[..n], &u2[..n], &b2[..n]);
+    let bins = &mut bins[..n];
+    for x in 0..n {
+        let mut strongest = Strongest::default();
+        strongest.add((r0[x] - l0[x]) * 0.5, (b0[x] - u0[x]) * factor);
+        strongest.add((r1[x] - l1[x]) * 0.5, (b1[x] - u1[x]) * factor);
+        strongest.add((r2[x] - l2[x]) * 0.5, (b2[x] - u2[x]) * factor);
+        (magnitudes[x], bins[x]) = strongest.polar();
     }
-    if w < 3 {
-        return;
+}
+
+#[inline(always)]
+fn orientation(gx: f32, gy: f32) -> i32 {
+    let (u, v) = (gx.abs(), gy.abs());
+    let mut steep = 0;
+    for t in TANGENTS {
+        steep += i32::from(v > t * u);
     }
-    let inner = 1..w - 1;
-    let sources = here.windows(3).zip(up[inner.clone()].iter().zip(&below[inner.clone()]));
-    let kept = across[inner.clone()].iter_mut().zip(&mut down[inner.clone()]).zip(&mut squares[inner]);
-    for ((three, (u, b)), ((ox, oy), os)) in sources.zip(kept) {
-        let (gx, gy) = ((three[2] - three[0]) * 0.5, (b - u) * factor);
-        let square = gx * gx + gy * gy;
-        let stronger = square > *os;
-        *ox = if stronger { gx } else { *ox };
-        *oy = if stronger { gy } else { *oy };
-        *os = if stronger { square } else { *os };
-    }
+    // A vertical gradient lies between two orientations and counts for the larger one.
+    let left = (gx < 0.0) | ((gx == 0.0) & (gy > 0.0));
+    let turned = if left { 9 } else { 0 };
+    let turned = if (gy < 0.0) == left { turned + steep } else { turned - steep };
+    if turned < 0 { turned + 18 } else { turned }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
@@ -295,24 +357,6 @@ fn unsigned(ahead: &[f32], back: &[f32], norms: [&[f32]; 4], out: &mut [f32]) {
         }
     }
     out.iter_mut().for_each(|o| *o *= 0.5);
-}
-
-/// Replaces squared magnitudes by magnitudes, and finds orientations.
-#[multiversion(targets("x86_64+avx2"))]
-fn orient(across: &[f32], down: &[f32], squares: &mut [f32], bins: &mut [i32]) {
-    for (((m, bin), gx), gy) in squares.iter_mut().zip(bins).zip(across).zip(down) {
-        *m = m.sqrt();
-        let (u, v) = (gx.abs(), gy.abs());
-        let mut steep = 0;
-        for t in TANGENTS {
-            steep += i32::from(v > t * u);
-        }
-        // A vertical gradient lies between two orientations and counts for the larger one.
-        let left = (*gx < 0.0) | ((*gx == 0.0) & (*gy > 0.0));
-        let turned = if left { 9 } else { 0 };
-        let turned = if (*gy < 0.0) == left { turned + steep } else { turned - steep };
-        *bin = if turned < 0 { turned + 18 } else { turned };
-    }
 }
 
 /// The smaller of `v` and [`CLIP`]; compiles to one instruction, unlike `min`, which handles NaN.
