@@ -6,8 +6,10 @@
 //! ```
 //!
 //! The spectrum of a real plane is symmetric, `X[w - k, h - l] = conj X[k, l]`, so only the columns `0..=w / 2`
-//! are kept. They are stored **column by column**: `X[k, l]` is at `k * h + l`. Products of spectra do not mind, and a
-//! transform needs one transposition instead of two. With `h = 1` this is the transform of a line.
+//! are kept, as the transform leaves them: **four columns side by side**. `X[k, l]` is lane `k % 4` of the coefficients at
+//! `k / 4 * h + l`; lanes beyond the last column are 0. Products of spectra do not mind, and are those of vectors.
+//! With `h = 1` this is the transform of a line. Their number is made even by a last one of 0: loops over two at a time
+//! become plain vector operations.
 //!
 //! Any size works, primes too (by Rader's or Bluestein's algorithm). The algorithms are `rustfft`'s, four lines at a
 //! time (`lanes`), and give the same bits on every processor.
@@ -15,16 +17,14 @@
 mod lanes;
 mod line;
 
-use lanes::{LANES, Lanes, ZEROS};
+pub use lanes::{LANES, Lanes, ZEROS};
 pub use line::{Complex64, LineFourier};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 
-/// A coefficient of a spectrum.
-pub type Complex = realfft::num_complex::Complex<f32>;
-/// A coefficient of each of four lines.
-type Complexes = realfft::num_complex::Complex<Lanes>;
+/// A coefficient of each of four columns, or of four lines.
+pub type Complexes = realfft::num_complex::Complex<Lanes>;
 
 /// Plans and buffers for planes of one size.
 pub struct Fourier {
@@ -37,7 +37,7 @@ pub struct Fourier {
     /// Four rows side by side, and their coefficients.
     rows: Vec<Lanes>,
     spectra: Vec<Complexes>,
-    /// All columns, four side by side: the coefficients of four columns in row `l` are at `group * height + l`.
+    /// The spectrum of the plane, or of each of four lines.
     columns: Vec<Complexes>,
     scratch: Vec<Complexes>,
 }
@@ -57,11 +57,10 @@ impl Fourier {
             columns_forward.get_inplace_scratch_len(),
             columns_backward.get_inplace_scratch_len(),
         ];
-        let kept = width / 2 + 1;
-        Self {
+        let mut fourier = Self {
             rows: vec![Lanes::ZERO; width],
-            spectra: vec![ZEROS; kept],
-            columns: vec![ZEROS; if height > 1 { kept.div_ceil(LANES) * height } else { 0 }],
+            spectra: vec![ZEROS; width / 2 + 1],
+            columns: Vec::new(),
             scratch: vec![ZEROS; scratch.into_iter().fold(0, usize::max)],
             width,
             height,
@@ -69,7 +68,9 @@ impl Fourier {
             rows_backward,
             columns_forward,
             columns_backward,
-        }
+        };
+        fourier.columns = vec![ZEROS; fourier.spectrum_len() * if height > 1 { 1 } else { LANES }];
+        fourier
     }
 
     /// Columns of the plane.
@@ -87,68 +88,68 @@ impl Fourier {
         self.width * self.height
     }
 
-    /// Coefficients of a spectrum, `(width / 2 + 1) * height`.
+    /// Groups of four coefficients of a spectrum, an even number: `ceil((width / 2 + 1) / 4) * height` or one more.
     pub fn spectrum_len(&self) -> usize {
-        (self.width / 2 + 1) * self.height
+        ((self.width / 2 + 1).div_ceil(LANES) * self.height).next_multiple_of(2)
     }
 
-    /// Transforms planes that stand one behind the other (rows from the top), each times `window` (the same layout),
-    /// into as many spectra.
-    pub fn forward_windowed(&mut self, planes: &[f32], window: &[f32], spectra: &mut [Complex]) {
-        if self.height == 1 {
-            self.lines(planes, spectra, |line, x| planes[line * window.len() + x] * window[x]);
-            return;
-        }
-        let (n, m) = (self.plane_len(), self.spectrum_len());
-        for (plane, spectrum) in planes.chunks_exact(n).zip(spectra.chunks_exact_mut(m)) {
-            self.plane(spectrum, |i| plane[i] * window[i]);
-        }
+    /// Groups of four rows of a plane, the last one perhaps of fewer.
+    pub fn row_groups(&self) -> usize {
+        self.height.div_ceil(LANES)
     }
 
-    /// Transforms `plane` (rows from the top) into `spectrum`, without a factor.
-    pub fn forward(&mut self, plane: &[f32], spectrum: &mut [Complex]) {
-        if self.height == 1 {
-            self.lines(plane, spectrum, |_, x| plane[x]);
-        } else {
-            self.plane(spectrum, |i| plane[i]);
-        }
-    }
-
-    /// Transforms lines one behind the other; `value(line, x)` is what is transformed.
-    fn lines(&mut self, lines: &[f32], spectra: &mut [Complex], value: impl Fn(usize, usize) -> f32) {
-        let (count, kept) = (lines.len() / self.width, self.width / 2 + 1);
-        for start in (0..count).step_by(LANES) {
-            // Beyond the last line the last one is transformed again.
-            for (x, values) in self.rows.iter_mut().enumerate() {
-                values.0 = std::array::from_fn(|lane| value((start + lane).min(count - 1), x));
-            }
-            self.transform_rows();
-            for (lane, spectrum) in spectra[start * kept..].chunks_exact_mut(kept).take(LANES).enumerate() {
-                pick(&self.spectra, lane, spectrum);
+    /// Puts the rows of a plane four side by side: column `x` of group `g` at `g * width + x`, zeros below the last row.
+    pub fn side_by_side<T: Copy + Default>(&self, plane: &[T]) -> Vec<[T; LANES]> {
+        let mut groups = vec![[T::default(); LANES]; self.row_groups() * self.width];
+        for (group, rows) in groups.chunks_exact_mut(self.width).zip(plane.chunks(LANES * self.width)) {
+            for (lane, row) in rows.chunks_exact(self.width).enumerate() {
+                group.iter_mut().zip(row).for_each(|(o, v)| o[lane] = *v);
             }
         }
+        groups
+    }
+
+    /// Transforms `plane` (rows from the top), without a factor.
+    pub fn forward(&mut self, plane: &[f32]) -> &[Complexes] {
+        self.forward_by(|i| plane[i])
     }
 
     /// Transforms the plane whose values, rows from the top, are `value(i)`.
-    fn plane(&mut self, spectrum: &mut [Complex], value: impl Fn(usize) -> f32) {
-        let (width, height) = (self.width, self.height);
-        for start in (0..height).step_by(LANES) {
-            let first: [usize; LANES] = std::array::from_fn(|lane| (start + lane).min(height - 1) * width);
+    pub fn forward_by(&mut self, value: impl Fn(usize) -> f32) -> &[Complexes] {
+        let (width, last, len) = (self.width, self.height - 1, self.spectrum_len());
+        let spectra = self.forward_groups(|group, x| {
+            Lanes(std::array::from_fn(|lane| value((LANES * group + lane).min(last) * width + x)))
+        });
+        &spectra[..len]
+    }
+
+    /// Transforms the plane whose rows `4 g ... 4 g + 3` have the values `value(g, x)`. With `h = 1` these are four lines, and
+    /// there are four spectra one behind the other.
+    pub fn forward_groups(&mut self, value: impl Fn(usize, usize) -> Lanes) -> &[Complexes] {
+        let height = self.height;
+        for group in 0..self.row_groups() {
             for (x, values) in self.rows.iter_mut().enumerate() {
-                values.0 = first.map(|row| value(row + x));
+                *values = value(group, x);
             }
             self.transform_rows();
-            for (group, four) in self.columns.chunks_exact_mut(height).zip(self.spectra.chunks(LANES)) {
-                transpose(four, &mut group[start..height.min(start + LANES)]);
+            if height == 1 {
+                let len = self.spectrum_len();
+                for (place, four) in self.spectra.chunks(LANES).enumerate() {
+                    let mut lines = [ZEROS; LANES];
+                    transpose(four, &mut lines);
+                    (0..LANES).for_each(|line| self.columns[line * len + place] = lines[line]);
+                }
+                return &self.columns;
+            }
+            let start = group * LANES;
+            for (columns, four) in self.columns.chunks_exact_mut(height).zip(self.spectra.chunks(LANES)) {
+                transpose(four, &mut columns[start..height.min(start + LANES)]);
             }
         }
-        for (group, columns) in self.columns.chunks_exact_mut(height).zip(spectrum.chunks_mut(LANES * height))
-        {
+        for group in self.columns.chunks_exact_mut(height) {
             self.columns_forward.process_with_scratch(group, &mut self.scratch);
-            for (lane, column) in columns.chunks_exact_mut(height).enumerate() {
-                pick(group, lane, column);
-            }
         }
+        &self.columns
     }
 
     fn transform_rows(&mut self) {
@@ -159,27 +160,15 @@ impl Fourier {
     }
 
     /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`.
-    pub fn backward(&mut self, spectrum: &[Complex], plane: &mut [f32]) {
+    pub fn backward(&mut self, spectrum: &[Complexes], plane: &mut [f32]) {
         let (width, height) = (self.width, self.height);
         let factor = Lanes([1.0 / self.plane_len() as f32; LANES]);
-        for (group, columns) in self.columns.chunks_exact_mut(height).zip(spectrum.chunks(LANES * height)) {
-            if columns.len() < LANES * height {
-                group.fill(ZEROS);
-            }
-            for (lane, column) in columns.chunks_exact(height).enumerate() {
-                for (values, v) in group.iter_mut().zip(column) {
-                    values.re.0[lane] = v.re;
-                    values.im.0[lane] = v.im;
-                }
-            }
+        for (group, four) in self.columns.chunks_exact_mut(height).zip(spectrum.chunks_exact(height)) {
+            group.copy_from_slice(four);
             self.columns_backward.process_with_scratch(group, &mut self.scratch);
         }
         for start in (0..height).step_by(LANES) {
-            if height == 1 {
-                for (values, v) in self.spectra.iter_mut().zip(spectrum) {
-                    *values = Complexes::new(Lanes([v.re; LANES]), Lanes([v.im; LANES]));
-                }
-            }
+            // A line's coefficients come out in the first lane, as those of a plane's last row may.
             for (group, four) in self.columns.chunks_exact(height).zip(self.spectra.chunks_mut(LANES)) {
                 transpose(&group[start..height.min(start + LANES)], four);
             }
@@ -200,30 +189,43 @@ impl Fourier {
     }
 
     /// Sum of the squares of the plane that `spectrum` is of, by Parseval's theorem.
-    pub fn energy(&self, spectrum: &[Complex]) -> f64 {
+    pub fn energy(&self, spectrum: &[Complexes]) -> f64 {
         let mut sum = 0.0;
-        for (k, column) in spectrum.chunks_exact(self.height).enumerate() {
-            let twin = k > 0 && 2 * k < self.width;
-            let part: f64 = column.iter().map(|c| f64::from(c.norm_sqr())).sum();
-            sum += if twin { 2.0 * part } else { part };
+        for (group, columns) in spectrum.chunks_exact(self.height).enumerate() {
+            let mut parts = [0.0; LANES];
+            for c in columns {
+                let squares = c.norm_sqr().0;
+                (0..LANES).for_each(|lane| parts[lane] += f64::from(squares[lane]));
+            }
+            for (lane, part) in parts.into_iter().enumerate() {
+                let k = LANES * group + lane;
+                let twin = k > 0 && 2 * k < self.width;
+                sum += if twin { 2.0 * part } else { part };
+            }
         }
         sum / self.plane_len() as f64
     }
 }
 
-/// Copies the coefficients of one lane.
-fn pick(from: &[Complexes], lane: usize, to: &mut [Complex]) {
-    for (o, v) in to.iter_mut().zip(from) {
-        *o = Complex::new(v.re.0[lane], v.im.0[lane]);
+/// Turns lanes into places and places into lanes, at most four of each; lanes without a place become 0.
+#[inline(always)]
+fn transpose(from: &[Complexes], to: &mut [Complexes]) {
+    if let (Some(from), Some(to)) = (from.first_chunk(), to.first_chunk_mut()) {
+        transpose_four(from, to);
+    } else {
+        let mut four = [ZEROS; LANES];
+        from.iter().zip(&mut four).for_each(|(v, o)| *o = *v);
+        let mut turned = [ZEROS; LANES];
+        transpose_four(&four, &mut turned);
+        to.iter_mut().zip(turned).for_each(|(o, v)| *o = v);
     }
 }
 
-/// Turns lanes into places and places into lanes, at most four of each; lanes without a place become 0.
-fn transpose(from: &[Complexes], to: &mut [Complexes]) {
-    let from: [Complexes; LANES] = std::array::from_fn(|lane| from.get(lane).copied().unwrap_or(ZEROS));
-    for (place, o) in (0..LANES).zip(to) {
-        o.re.0 = from.map(|v| v.re.0[place]);
-        o.im.0 = from.map(|v| v.im.0[place]);
+#[inline(always)]
+fn transpose_four([a, b, c, d]: &[Complexes; LANES], to: &mut [Complexes; LANES]) {
+    for (place, o) in to.iter_mut().enumerate() {
+        o.re = Lanes([a.re.0[place], b.re.0[place], c.re.0[place], d.re.0[place]]);
+        o.im = Lanes([a.im.0[place], b.im.0[place], c.im.0[place], d.im.0[place]]);
     }
 }
 
@@ -263,11 +265,20 @@ mod tests {
         (-4.845933, 10.072762),
     ];
 
+    type Complex = realfft::num_complex::Complex<f32>;
+
+    /// The coefficients of a spectrum, column by column.
+    fn by_column(width: usize, height: usize, spectrum: &[Complexes]) -> Vec<Complex> {
+        let at = |k: usize, l: usize| {
+            let four = spectrum[k / LANES * height + l];
+            Complex::new(four.re.0[k % LANES], four.im.0[k % LANES])
+        };
+        (0..=width / 2).flat_map(|k| (0..height).map(move |l| at(k, l))).collect()
+    }
+
     #[test]
     fn agrees_with_numpy() {
-        let mut fourier = Fourier::new(5, 3);
-        let mut spectrum = vec![Complex::default(); fourier.spectrum_len()];
-        fourier.forward(&PLANE, &mut spectrum);
+        let spectrum = by_column(5, 3, Fourier::new(5, 3).forward(&PLANE));
         for (got, want) in spectrum.iter().zip(SPECTRUM) {
             let (re, im) = (f64::from(got.re), f64::from(got.im));
             assert!((re - want.0).abs() < 1e-5 && (im - want.1).abs() < 1e-5, "{got} {want:?}");
@@ -280,18 +291,27 @@ mod tests {
     }
 
     #[test]
-    fn planes_do_not_see_their_neighbors() {
-        for (width, height) in [(7, 1), (8, 1), (6, 5), (5, 6), (13, 4)] {
-            let mut fourier = Fourier::new(width, height);
-            let (n, m) = (fourier.plane_len(), fourier.spectrum_len());
-            let (planes, window) = (texture(5 * n), texture(n));
-            let mut together = vec![Complex::default(); 5 * m];
-            fourier.forward_windowed(&planes, &window, &mut together);
-            for (plane, spectrum) in planes.chunks_exact(n).zip(together.chunks_exact(m)) {
-                let mut alone = vec![Complex::default(); m];
-                Fourier::new(width, height).forward_windowed(plane, &window, &mut alone);
-                assert_eq!(alone, spectrum, "{width} x {height}");
+    fn lines_do_not_see_their_neighbors() {
+        for width in [7, 8, 1] {
+            let lines = texture(4 * width);
+            let mut fourier = Fourier::new(width, 1);
+            let m = fourier.spectrum_len();
+            let value = |_, x: usize| Lanes(std::array::from_fn(|lane| lines[lane * width + x]));
+            let together = fourier.forward_groups(value).to_vec();
+            for (line, spectrum) in lines.chunks_exact(width).zip(together.chunks_exact(m)) {
+                assert_eq!(Fourier::new(width, 1).forward(line), spectrum, "{width}");
             }
+        }
+    }
+
+    #[test]
+    fn rows_may_stand_side_by_side_before() {
+        for (width, height) in [(6, 5), (5, 6), (13, 4)] {
+            let plane = texture(width * height);
+            let mut fourier = Fourier::new(width, height);
+            let rows = fourier.side_by_side(&plane);
+            let got = fourier.forward_groups(|group, x| Lanes(rows[group * width + x])).to_vec();
+            assert_eq!(Fourier::new(width, height).forward(&plane), got, "{width} x {height}");
         }
     }
 
@@ -301,8 +321,7 @@ mod tests {
         let sizes = [(40, 36), (37, 29), (33, 1)];
         let got = sizes.map(|(width, height)| {
             let mut fourier = Fourier::new(width, height);
-            let mut spectrum = vec![Complex::default(); fourier.spectrum_len()];
-            fourier.forward(&texture(width * height), &mut spectrum);
+            let spectrum = by_column(width, height, fourier.forward(&texture(width * height)));
             let bits = spectrum.iter().flat_map(|c| [c.re.to_bits(), c.im.to_bits()]);
             bits.fold(0, |sum: u32, v| sum.rotate_left(5).wrapping_mul(0x9e37_79b1) ^ v)
         });
@@ -328,8 +347,7 @@ mod tests {
         ) {
             let plane = &values[..width * height];
             let mut fourier = Fourier::new(width, height);
-            let mut spectrum = vec![Complex::default(); fourier.spectrum_len()];
-            fourier.forward(plane, &mut spectrum);
+            let spectrum = fourier.forward(plane).to_vec();
             let energy: f64 = plane.iter().map(|&v| f64::from(v).powi(2)).sum();
             prop_assert!((fourier.energy(&spectrum) - energy).abs() <= 1e-5 * energy + 1e-6);
             let mut back = vec![0.0; plane.len()];
@@ -347,11 +365,9 @@ mod tests {
             let n = width * height;
             let (a, b) = (&values[..n], &values[64..64 + n]);
             let mut fourier = Fourier::new(width, height);
-            let mut spectra = [(); 2].map(|()| vec![Complex::default(); fourier.spectrum_len()]);
-            fourier.forward(a, &mut spectra[0]);
-            fourier.forward_windowed(b, &vec![2.0; n], &mut spectra[1]);
-            let [mut product, other] = spectra;
-            product.iter_mut().zip(&other).for_each(|(p, o)| *p *= o);
+            let mut product = fourier.forward(a).to_vec();
+            let other = fourier.forward_by(|i| 2.0 * b[i]);
+            product.iter_mut().zip(other).for_each(|(p, o)| *p = *p * o);
             let mut got = vec![0.0; n];
             fourier.backward(&product, &mut got);
             for y in 0..height {

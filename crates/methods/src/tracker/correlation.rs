@@ -21,7 +21,7 @@
 
 use crate::image::Frame;
 use crate::image::patch::halved;
-use crate::num::fourier::{Complex, Fourier, hann_plane};
+use crate::num::fourier::{Complexes, Fourier, Lanes, ZEROS, hann_plane};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -113,17 +113,17 @@ pub struct KernelFilter {
     channels: usize,
     fourier: Fourier,
     window: Vec<f32>,
-    label: Vec<Complex>,
+    label: Vec<Complexes>,
     /// Spectra of the model and of the newest look, channel after channel.
-    model: Vec<Complex>,
-    look: Vec<Complex>,
+    model: Vec<Complexes>,
+    look: Vec<Complexes>,
     /// `A` of the linear update, `A_N` and `A_D` of the other.
-    numerator: Vec<Complex>,
-    denominator: Vec<Complex>,
+    numerator: Vec<Complexes>,
+    denominator: Vec<Complexes>,
     taught: bool,
     /// `|x|^2`.
     energy: f64,
-    product: Vec<Complex>,
+    product: Vec<Complexes>,
     plane: Vec<f32>,
 }
 
@@ -131,16 +131,15 @@ impl KernelFilter {
     /// An untrained filter for looks of `channels` channels with `width` x `height` cells.
     pub fn new(width: usize, height: usize, channels: usize, settings: Settings) -> Self {
         let mut fourier = Fourier::new(width, height);
-        let empty = vec![Complex::default(); fourier.spectrum_len()];
-        let mut transformed = empty.clone();
-        fourier.forward(&label(width, height, settings.label_width), &mut transformed);
+        let empty = vec![ZEROS; fourier.spectrum_len()];
+        let label = fourier.forward(&label(width, height, settings.label_width)).to_vec();
         Self {
             settings,
             channels,
             window: hann_plane(width, height),
-            label: transformed,
-            model: vec![Complex::default(); channels * fourier.spectrum_len()],
-            look: vec![Complex::default(); channels * fourier.spectrum_len()],
+            label,
+            model: vec![ZEROS; channels * fourier.spectrum_len()],
+            look: vec![ZEROS; channels * fourier.spectrum_len()],
             numerator: empty.clone(),
             denominator: empty.clone(),
             taught: false,
@@ -159,19 +158,22 @@ impl KernelFilter {
             return None;
         }
         let Self { model, look, product, .. } = self;
-        product.fill(Complex::default());
+        product.fill(ZEROS);
         for (xs, zs) in model.chunks_exact(product.len()).zip(look.chunks_exact(product.len())) {
-            for ((p, x), z) in product.iter_mut().zip(xs).zip(zs) {
-                p.re += x.re * z.re + x.im * z.im;
-                p.im += x.re * z.im - x.im * z.re;
+            let pairs = xs.chunks_exact(2).zip(zs.chunks_exact(2));
+            for (p, (x, z)) in product.chunks_exact_mut(2).zip(pairs) {
+                for i in [0, 1] {
+                    p[i].re += x[i].re * z[i].re + x[i].im * z[i].im;
+                    p[i].im += x[i].re * z[i].im - x[i].im * z[i].re;
+                }
             }
         }
         self.kernel(x + z);
         match self.settings.update {
-            Update::Linear => self.product.iter_mut().zip(&self.numerator).for_each(|(p, a)| *p *= a),
+            Update::Linear => self.product.iter_mut().zip(&self.numerator).for_each(|(p, a)| *p = *p * a),
             Update::Fraction => {
                 let filter = self.numerator.iter().zip(&self.denominator);
-                self.product.iter_mut().zip(filter).for_each(|(p, (n, d))| *p *= n / d);
+                self.product.iter_mut().zip(filter).for_each(|(p, (n, d))| *p = *p * (n / d));
             }
         }
         self.fourier.backward(&self.product, &mut self.plane);
@@ -197,31 +199,34 @@ impl KernelFilter {
             return;
         }
         let Self { look, product, .. } = self;
-        product.fill(Complex::default());
+        product.fill(ZEROS);
         for spectrum in look.chunks_exact(product.len()) {
             product.iter_mut().zip(spectrum).for_each(|(p, x)| p.re += x.norm_sqr());
         }
         self.kernel(2.0 * x);
-        let rate = if self.taught { self.settings.rate as f32 } else { 1.0 };
+        let rate = Lanes::splat(if self.taught { self.settings.rate as f32 } else { 1.0 });
         self.taught = true;
-        let lambda = self.settings.lambda as f32;
+        let lambda = Lanes::splat(self.settings.lambda as f32);
         let filter = self.numerator.iter_mut().zip(&mut self.denominator);
         for ((n, d), (k, y)) in filter.zip(self.product.iter().zip(&self.label)) {
             let (numerator, denominator) = match self.settings.update {
-                Update::Linear => (y / (k + lambda), Complex::new(1.0, 0.0)),
+                Update::Linear => (y / (k + lambda), Complexes::new(Lanes::splat(1.0), Lanes::ZERO)),
                 Update::Fraction => (y * k, k * (k + lambda)),
             };
-            *n += (numerator - *n) * rate;
-            *d += (denominator - *d) * rate;
+            *n = *n + (numerator - *n) * rate;
+            *d = *d + (denominator - *d) * rate;
         }
-        self.model.iter_mut().zip(&self.look).for_each(|(m, x)| *m += (x - *m) * rate);
+        self.model.iter_mut().zip(&self.look).for_each(|(m, x)| *m = *m + (x - *m) * rate);
         self.energy = energy(&self.fourier, &self.model);
     }
 
     /// Transforms a look and returns its energy.
     fn transform(&mut self, features: &[f32]) -> f64 {
         debug_assert!(features.len() == self.channels * self.fourier.plane_len());
-        self.fourier.forward_windowed(features, &self.window, &mut self.look);
+        let planes = features.chunks_exact(self.window.len());
+        for (plane, look) in planes.zip(self.look.chunks_exact_mut(self.product.len())) {
+            look.copy_from_slice(self.fourier.forward_by(|i| plane[i] * self.window[i]));
+        }
         energy(&self.fourier, &self.look)
     }
 
@@ -234,11 +239,11 @@ impl KernelFilter {
             *v = (factor * (energies - 2.0 * f64::from(*v)).max(0.0)) as f32;
         }
         self.plane.iter_mut().for_each(|v| *v = v.exp());
-        self.fourier.forward(&self.plane, &mut self.product);
+        self.product.copy_from_slice(self.fourier.forward(&self.plane));
     }
 }
 
-fn energy(fourier: &Fourier, spectra: &[Complex]) -> f64 {
+fn energy(fourier: &Fourier, spectra: &[Complexes]) -> f64 {
     spectra.chunks_exact(fourier.spectrum_len()).map(|s| fourier.energy(s)).sum()
 }
 

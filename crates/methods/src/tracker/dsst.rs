@@ -38,7 +38,7 @@ use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, Track
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
-use crate::num::fourier::{Complex, Fourier, hann, hann_plane};
+use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_plane};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
@@ -47,8 +47,6 @@ use serde::{Deserialize, Serialize};
 const GRADIENTS: usize = 27;
 /// Side of a cell of the scale's samples.
 const CELL: usize = 4;
-/// Channels that are transformed at a time.
-const BATCH: usize = 4;
 /// Largest area of the window, in square pixels.
 const MAX_WINDOW_AREA: f64 = 262_144.0;
 
@@ -169,8 +167,35 @@ struct Target {
     place: Filter,
     scales: Filter,
     hog: Hog,
-    features: Vec<f32>,
+    look: Look,
+    /// Four lines of the scale's sample side by side, times the window: value `s` of group `g` is at `g * scales + s`.
+    lines: Vec<Lanes>,
     cells: Vec<f32>,
+}
+
+/// A sample of the place times the window: gray values, and the one gradient that each pixel has. Rows are four side by side.
+#[derive(Default)]
+struct Look {
+    window: Vec<Lanes>,
+    gray: Vec<Lanes>,
+    gradients: Vec<Lanes>,
+    orientations: Vec<[i32; LANES]>,
+}
+
+impl Look {
+    /// Four values of a channel.
+    #[inline(always)]
+    fn value(&self, channel: usize, at: usize) -> Lanes {
+        let Some(channel) = channel.checked_sub(1) else { return self.gray[at] };
+        // Unsigned orientations stand for two signed ones.
+        let channel = channel as i32;
+        let (one, other) = if channel < 18 { (channel, channel) } else { (channel - 18, channel - 9) };
+        let (v, b) = (self.gradients[at].0, self.orientations[at]);
+        Lanes(std::array::from_fn(|l| {
+            let has = u32::from((b[l] == one) | (b[l] == other));
+            f32::from_bits(v[l].to_bits() & has.wrapping_neg())
+        }))
+    }
 }
 
 impl Target {
@@ -194,6 +219,8 @@ impl Target {
         let scales = (0..p.scales).map(|s| (s as f64 - (p.scales / 2) as f64) / deviation);
         let scales: Vec<f32> = scales.map(|d| (-0.5 * d * d).exp() as f32).collect();
         let lines = CHANNELS * (sample.0 / CELL) * (sample.1 / CELL);
+        let fourier = Fourier::new(size.0, size.1);
+        let window = fourier.side_by_side(&hann_plane(size.0, size.1)).into_iter().map(Lanes).collect();
         Self {
             first,
             first_scale,
@@ -204,15 +231,11 @@ impl Target {
             base: (base.0 as usize, base.1 as usize),
             size,
             sample,
-            place: Filter::new(
-                Fourier::new(size.0, size.1),
-                hann_plane(size.0, size.1),
-                &place,
-                1 + GRADIENTS,
-            ),
-            scales: Filter::new(Fourier::new(p.scales, 1), hann(p.scales), &scales, lines),
+            place: Filter::new(fourier, &place, 1 + GRADIENTS),
+            scales: Filter::new(Fourier::new(p.scales, 1), &scales, lines),
             hog: Hog::default(),
-            features: Vec::new(),
+            look: Look { window, ..Look::default() },
+            lines: vec![Lanes::ZERO; lines.div_ceil(LANES) * p.scales],
             cells: Vec::new(),
         }
     }
@@ -224,37 +247,43 @@ impl Target {
         Window { x: self.pixel.0 + 1 - (w / 2) as i64, y: self.pixel.1 + 1 - (h / 2) as i64, w, h }
     }
 
-    /// Computes `features`, the sample of the place.
+    /// Computes `look`, the sample of the place.
     fn look(&mut self, frame: &Frame) {
         let window = self.window(self.size, self.scale);
         let mut patch = Patch::resized(frame, &window, self.size.0, self.size.1, self.colors);
         patch.round();
         let n = self.size.0 * self.size.1;
         let planes: Vec<&[f32]> = patch.values.chunks_exact(n).collect();
-        self.features.clear();
-        match planes[..] {
+        let gray: Vec<f32> = match planes[..] {
             [r, g, b] => {
                 let mixed = r.iter().zip(g).zip(b).map(|((r, g), b)| 0.2989 * r + 0.5870 * g + 0.1140 * b);
-                self.features.extend(mixed.map(|v| (v + 0.5).floor() / 255.0 - 0.5));
+                mixed.map(|v| (v + 0.5).floor() / 255.0 - 0.5).collect()
             }
-            _ => self.features.extend(patch.values.iter().map(|v| v / 255.0 - 0.5)),
-        }
-        self.hog.append(&patch, 1, GRADIENTS, &mut self.features);
+            _ => patch.values.iter().map(|v| v / 255.0 - 0.5).collect(),
+        };
+        let (mut orientations, mut gradients) = (Vec::new(), Vec::new());
+        self.hog.pixels(&patch, &mut orientations, &mut gradients);
+        let Self { look, place, .. } = self;
+        let window = &look.window;
+        let windowed = |plane: &[f32]| -> Vec<Lanes> {
+            place.fourier.side_by_side(plane).into_iter().zip(window).map(|(v, w)| Lanes(v) * *w).collect()
+        };
+        (look.gray, look.gradients) = (windowed(&gray), windowed(&gradients));
+        look.orientations = place.fourier.side_by_side(&orientations);
     }
 
-    /// Computes `features`, the samples of the scale: for each feature a line over the scales.
+    /// Computes `lines`, the samples of the scale: for each feature a line over the scales.
     fn look_at_scales(&mut self, p: &Params, frame: &Frame) {
-        let lines = CHANNELS * (self.sample.0 / CELL) * (self.sample.1 / CELL);
-        self.features.clear();
-        self.features.resize(lines * p.scales, 0.0);
-        for s in 0..p.scales {
+        for (s, weight) in hann(p.scales).into_iter().enumerate() {
             let factor = p.scale_step.powi((p.scales / 2) as i32 - s as i32);
             let window = self.window(self.base, self.scale * factor);
             let mut patch = Patch::resized(frame, &window, self.sample.0, self.sample.1, self.colors);
             patch.round();
             self.hog.compute(&patch, CELL, CHANNELS, &mut self.cells);
-            for (o, v) in self.features[s..].iter_mut().step_by(p.scales).zip(&self.cells) {
-                *o = *v;
+            let lines = self.lines[s..].iter_mut().step_by(p.scales);
+            for (line, four) in lines.zip(self.cells.chunks(LANES)) {
+                line.0[..four.len()].copy_from_slice(four);
+                *line *= Lanes::splat(weight);
             }
         }
     }
@@ -262,7 +291,9 @@ impl Target {
     /// Finds the place, then the scale.
     fn follow(&mut self, p: &Params, frame: &Frame) {
         self.look(frame);
-        let response = self.place.respond(&self.features, p.lambda);
+        let (look, width) = (&self.look, self.size.0);
+        let value = |channel, group, x| look.value(channel, group * width + x);
+        let response = self.place.respond(value, p.lambda);
         let shift = peak(response, self.size.0, self.size.1);
         let step = |d: i64| (d as f64 * self.scale).round() as i64;
         self.pixel = (self.pixel.0 + step(shift.x), self.pixel.1 + step(shift.y));
@@ -271,7 +302,8 @@ impl Target {
             return;
         }
         self.look_at_scales(p, frame);
-        let response = self.scales.respond(&self.features, p.lambda);
+        let lines = &self.lines;
+        let response = self.scales.respond(|pass, _, x| lines[pass * p.scales + x], p.lambda);
         let best = peak(response, p.scales, 1).x.rem_euclid(p.scales as i64) as i32;
         self.scale *= p.scale_step.powi((p.scales / 2) as i32 - best);
         let steps = |ratio: f64| ratio.ln() / p.scale_step.ln();
@@ -296,10 +328,12 @@ impl Target {
 
     fn learn(&mut self, p: &Params, frame: &Frame) {
         self.look(frame);
-        self.place.learn(&self.features, p.rate);
+        let (look, width) = (&self.look, self.size.0);
+        self.place.learn(|channel, group, x| look.value(channel, group * width + x), p.rate);
         if p.scales > 1 {
             self.look_at_scales(p, frame);
-            self.scales.learn(&self.features, p.rate);
+            let lines = &self.lines;
+            self.scales.learn(|pass, _, x| lines[pass * p.scales + x], p.rate);
         }
     }
 
@@ -312,74 +346,82 @@ impl Target {
 }
 
 /// A multi-channel correlation filter over a plane or, with one row, a line.
+///
+/// Samples come as `value(pass, group, x)`, times the window: four values at a time, in column `x`. A pass is a channel of a plane
+/// with its rows `4 group ... 4 group + 3`, or four channels of lines.
 struct Filter {
     fourier: Fourier,
-    window: Vec<f32>,
-    label: Vec<Complex>,
+    label: Vec<Complexes>,
     /// `conj(A_l)`, channel after channel, and `B`.
-    numerator: Vec<Complex>,
-    denominator: Vec<f32>,
+    numerator: Vec<Complexes>,
+    denominator: Vec<Lanes>,
     taught: bool,
-    /// Spectra of the channels that are transformed together.
-    spectra: Vec<Complex>,
-    sum: Vec<Complex>,
-    squares: Vec<f32>,
+    sum: Vec<Complexes>,
+    squares: Vec<Lanes>,
     plane: Vec<f32>,
 }
 
 impl Filter {
-    fn new(mut fourier: Fourier, window: Vec<f32>, label: &[f32], channels: usize) -> Self {
+    fn new(mut fourier: Fourier, label: &[f32], channels: usize) -> Self {
         let n = fourier.spectrum_len();
-        let mut transformed = vec![Complex::default(); n];
-        fourier.forward(label, &mut transformed);
         Self {
-            window,
-            label: transformed,
-            numerator: vec![Complex::default(); channels * n],
-            denominator: vec![0.0; n],
+            label: fourier.forward(label).to_vec(),
+            numerator: vec![ZEROS; channels * n],
+            denominator: vec![Lanes::ZERO; n],
             taught: false,
-            spectra: vec![Complex::default(); BATCH * n],
-            sum: vec![Complex::default(); n],
-            squares: vec![0.0; n],
+            sum: vec![ZEROS; n],
+            squares: vec![Lanes::ZERO; n],
             plane: vec![0.0; fourier.plane_len()],
             fourier,
         }
     }
 
-    /// The response to a sample, channel after channel.
-    fn respond(&mut self, sample: &[f32], lambda: f64) -> &[f32] {
-        let (n, m) = (self.plane.len(), self.sum.len());
-        self.sum.fill(Complex::default());
-        for (channels, numerators) in sample.chunks(BATCH * n).zip(self.numerator.chunks(BATCH * m)) {
-            self.fourier.forward_windowed(channels, &self.window, &mut self.spectra);
-            for (numerator, spectrum) in numerators.chunks_exact(m).zip(self.spectra.chunks_exact(m)) {
-                for ((s, a), z) in self.sum.iter_mut().zip(numerator).zip(spectrum) {
-                    *s += a * z;
+    /// Coefficients of the channels of a pass.
+    fn pass_len(&self) -> usize {
+        self.sum.len() * if self.fourier.height() == 1 { LANES } else { 1 }
+    }
+
+    /// The response to a sample.
+    fn respond(&mut self, value: impl Fn(usize, usize, usize) -> Lanes, lambda: f64) -> &[f32] {
+        let (m, pass_len) = (self.sum.len(), self.pass_len());
+        self.sum.fill(ZEROS);
+        for (pass, numerators) in self.numerator.chunks(pass_len).enumerate() {
+            let spectra = self.fourier.forward_groups(|group, x| value(pass, group, x));
+            for (numerator, spectrum) in numerators.chunks_exact(m).zip(spectra.chunks_exact(m)) {
+                let filter = numerator.chunks_exact(2).zip(spectrum.chunks_exact(2));
+                for (s, (a, z)) in self.sum.chunks_exact_mut(2).zip(filter) {
+                    for i in [0, 1] {
+                        s[i] = s[i] + a[i] * z[i];
+                    }
                 }
             }
         }
-        let lambda = lambda as f32;
-        self.sum.iter_mut().zip(&self.denominator).for_each(|(s, b)| *s /= b + lambda);
+        let lambda = Lanes::splat(lambda as f32);
+        self.sum.iter_mut().zip(&self.denominator).for_each(|(s, b)| *s = *s / (*b + lambda));
         self.fourier.backward(&self.sum, &mut self.plane);
         &self.plane
     }
 
     /// Blends in a sample; the first one sets the filter.
-    fn learn(&mut self, sample: &[f32], rate: f64) {
-        let (n, m) = (self.plane.len(), self.sum.len());
-        let rate = if self.taught { rate as f32 } else { 1.0 };
+    fn learn(&mut self, value: impl Fn(usize, usize, usize) -> Lanes, rate: f64) {
+        let (m, pass_len) = (self.sum.len(), self.pass_len());
+        let rate = Lanes::splat(if self.taught { rate as f32 } else { 1.0 });
         self.taught = true;
-        self.squares.fill(0.0);
-        for (channels, numerators) in sample.chunks(BATCH * n).zip(self.numerator.chunks_mut(BATCH * m)) {
-            self.fourier.forward_windowed(channels, &self.window, &mut self.spectra);
-            for (numerator, spectrum) in numerators.chunks_exact_mut(m).zip(self.spectra.chunks_exact(m)) {
-                for ((a, x), y) in numerator.iter_mut().zip(spectrum).zip(&self.label) {
-                    *a += (y * x.conj() - *a) * rate;
+        self.squares.fill(Lanes::ZERO);
+        for (pass, numerators) in self.numerator.chunks_mut(pass_len).enumerate() {
+            let spectra = self.fourier.forward_groups(|group, x| value(pass, group, x));
+            for (numerator, spectrum) in numerators.chunks_exact_mut(m).zip(spectra.chunks_exact(m)) {
+                let sample = spectrum.chunks_exact(2).zip(self.label.chunks_exact(2));
+                let filter = numerator.chunks_exact_mut(2).zip(self.squares.chunks_exact_mut(2));
+                for ((a, s), (x, y)) in filter.zip(sample) {
+                    for i in [0, 1] {
+                        a[i] = a[i] + (y[i] * x[i].conj() - a[i]) * rate;
+                        s[i] += x[i].norm_sqr();
+                    }
                 }
-                self.squares.iter_mut().zip(spectrum).for_each(|(s, x)| *s += x.norm_sqr());
             }
         }
-        self.denominator.iter_mut().zip(&self.squares).for_each(|(b, s)| *b += (s - *b) * rate);
+        self.denominator.iter_mut().zip(&self.squares).for_each(|(b, s)| *b += (*s - *b) * rate);
     }
 }
 

@@ -19,6 +19,12 @@ pub struct Lanes(pub [f32; LANES]);
 impl Lanes {
     /// Zero in all lines.
     pub const ZERO: Lanes = Lanes([0.0; LANES]);
+
+    /// The same value in all lines.
+    #[inline(always)]
+    pub fn splat(value: f32) -> Self {
+        Self([value; LANES])
+    }
 }
 
 /// Zero in all lines.

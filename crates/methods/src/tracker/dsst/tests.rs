@@ -17,10 +17,21 @@ fn responses_agree_with_numpy() {
     let look = |k: usize| -> Vec<f32> {
         (0..70).map(|i| (((i * 7919 + k * 104_729) * 1_664_525 % (1 << 20)) >> 10) as f32 / 1024.0).collect()
     };
-    let mut filter = Filter::new(Fourier::new(7, 5), hann_plane(7, 5), &label(7, 5, 1.0), 2);
-    filter.learn(&look(1), 0.2);
-    filter.learn(&look(2), 0.2);
-    let response = filter.respond(&look(3), 0.01);
+    let mut filter = Filter::new(Fourier::new(7, 5), &label(7, 5, 1.0), 2);
+    let looks = [1, 2, 3].map(|k| {
+        let planes: Vec<f32> =
+            look(k).iter().zip(hann_plane(7, 5).iter().cycle()).map(|(v, w)| v * w).collect();
+        planes
+            .chunks_exact(35)
+            .flat_map(|plane| filter.fourier.side_by_side(plane))
+            .map(Lanes)
+            .collect::<Vec<_>>()
+    });
+    let looks = &looks;
+    let value = |k: usize| move |pass: usize, group: usize, x: usize| looks[k][(2 * pass + group) * 7 + x];
+    filter.learn(value(0), 0.2);
+    filter.learn(value(1), 0.2);
+    let response = filter.respond(value(2), 0.01);
     let got = [response[0], response[1], response[2], response[3 * 7 + 4]];
     assert!(got.iter().zip(NUMPY).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?}");
 }
