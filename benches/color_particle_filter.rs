@@ -38,7 +38,7 @@ fn particles(criterion: &mut Criterion) {
     ];
     for (name, params, frame) in cases {
         let setup = ENTRY.build_from_text(params).expect("the parameters are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
         let region = Region::Rect(Rect::new(140.0, 80.0, 40.0, 80.0));
         let (mut tracker, _) = setup.start(&context, frame, &region).expect("it starts");
         let mut group = criterion.benchmark_group(name);

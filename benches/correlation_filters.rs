@@ -36,7 +36,7 @@ fn filters(criterion: &mut Criterion) {
     ];
     for (name, entry, params) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
         let region = Region::Rect(Rect::new(288.0, 208.0, 64.0, 64.0));
         let (mut tracker, _) = setup.start(&context, &frames[7], &region).expect("it starts");
         let mut group = criterion.benchmark_group(name);

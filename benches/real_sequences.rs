@@ -29,7 +29,7 @@ fn sequence(name: &str) -> Option<Sequence> {
 
 /// The box of each frame.
 fn track(setup: &dyn TrackerConfig, sequence: &Sequence, frames: &[Frame]) -> Vec<Option<Rect>> {
-    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
     let first = sequence.truth[0].as_ref().expect("the first frame is annotated");
     let (mut tracker, state) = setup.start(&context, &frames[0], first).expect("it starts");
     let rest = frames[1..].iter().map(|f| tracker.update(f).expect("it goes on").region.rect());

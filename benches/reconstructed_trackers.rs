@@ -39,7 +39,7 @@ fn reconstructions(criterion: &mut Criterion) {
     ];
     for (name, entry, params, region, size) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
         let (mut tracker, _) = setup.start(&context, &frame, region).expect("it starts");
         let mut group = criterion.benchmark_group(name);
         group.bench_with_input(BenchmarkId::from_parameter(size), &size, |bencher, _| {

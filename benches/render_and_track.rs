@@ -49,7 +49,7 @@ fn track(c: &mut Criterion) {
         let q = sequence("synthetic-otb", name);
         let pixels = frames(&q, 50);
         let first = q.truth[0].clone().expect("synthetic truth is complete");
-        let context = RunContext { sequence: &q, start_frame: 0, run: 0, seed: 0, data_root: None };
+        let context = RunContext { sequence: &q, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
         group.bench_function(name, |b| {
             b.iter(|| {
                 let started = setup.start(&context, &pixels[0], &first);

@@ -144,12 +144,13 @@ fn boxes(sequences: usize) -> Vec<(&'static str, f64)> {
     let experiment = spec::parse_with("boxes", &text, &catalog, None).expect("a valid experiment");
 
     let mut clock = Clock::start();
-    let suite = Loaded { wanted: loaded.len(), sequences: loaded, missing: Vec::new(), broken: Vec::new() };
+    let suite = Loaded { wanted: loaded.len(), sequences: loaded, ..Loaded::default() };
+    let roots = [root.to_path_buf()];
     let suites = BTreeMap::from([("test".to_string(), suite)]);
-    let plan = ExperimentPlan::new(&experiment, suites, Some(root), &Stop::default()).expect("a plan");
+    let plan = ExperimentPlan::new(&experiment, suites, &roots, &Stop::default()).expect("a plan");
     clock.lap("plan");
     let store = Store::open(&root.join("out")).expect("a store");
-    let options = Options { data_root: Some(root.to_path_buf()), ..Options::default() };
+    let options = Options { data_roots: roots.to_vec(), ..Options::default() };
     let outcome = run::run(&plan, &store, &options).expect("cells");
     assert!(outcome.cells.iter().all(|c| c.result.is_ok()), "cells failed");
     clock.lap("run");
@@ -170,8 +171,8 @@ fn cells(runs: usize) -> Vec<(&'static str, f64)> {
     let dir = tempfile::tempdir().expect("a folder");
     let store = Store::open(dir.path()).expect("a store");
     let mut clock = Clock::start();
-    let suites = run::load(&experiment, None).expect("suites");
-    let plan = ExperimentPlan::new(&experiment, suites, None, &Stop::default()).expect("a plan");
+    let suites = run::load(&experiment, &[]).expect("suites");
+    let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).expect("a plan");
     clock.lap("plan");
     assert_eq!(plan.states(&store).len(), 20 * 100 * runs);
     clock.lap("look up");

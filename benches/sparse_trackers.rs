@@ -38,7 +38,7 @@ fn candidates(criterion: &mut Criterion) {
         [&sparse_prototypes::ENTRY, &ivt::ENTRY, &adaptive_local_sparse::ENTRY];
     for entry in entries {
         let setup = entry.build_from_text("{}").expect("the defaults are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_root: None };
+        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
         let region = Region::Rect(Rect::new(148.0, 88.0, 64.0, 64.0));
         let (mut tracker, _) = setup.start(&context, &frames[0], &region).expect("it starts");
         for frame in &frames {

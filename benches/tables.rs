@@ -16,28 +16,29 @@ use trackfail::results::{self, Results, RunRecord};
 use trackfail::spec::{self, Experiment, builtin};
 use trackfail_benches::many_cells;
 
-fn plan<'a>(experiment: &'a Experiment, root: Option<&Path>) -> ExperimentPlan<'a> {
-    ExperimentPlan::new(experiment, run::load(experiment, root).expect("suites"), root, &Stop::default())
+fn plan<'a>(experiment: &'a Experiment, roots: &[PathBuf]) -> ExperimentPlan<'a> {
+    ExperimentPlan::new(experiment, run::load(experiment, roots).expect("suites"), roots, &Stop::default())
         .expect("a plan")
 }
 
 fn tables(c: &mut Criterion) {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let root = std::env::var_os("TRACKFAIL_DATA").map_or(beside, PathBuf::from);
-    let root = root.is_dir().then_some(root);
-    let name = if root.is_some() { "khalid2016/table2" } else { "quickstart" };
+    let named = std::env::var_os("TRACKFAIL_DATA");
+    let roots = named.map_or_else(|| vec![beside], |named| std::env::split_paths(&named).collect());
+    let roots: Vec<PathBuf> = roots.into_iter().filter(|root: &PathBuf| root.is_dir()).collect();
+    let name = if !roots.is_empty() { "khalid2016/table2" } else { "quickstart" };
     let text = builtin::EXPERIMENTS.iter().find(|e| e.0 == name).expect("a built-in experiment").1;
     let experiment = spec::parse(name, text).expect("a valid experiment");
-    let options = Options { data_root: root.clone(), ..Options::default() };
+    let options = Options { data_roots: roots.clone(), ..Options::default() };
     let results = tempfile::tempdir().expect("a folder");
     let store = Store::open(results.path()).expect("a store");
-    let laid_out = plan(&experiment, root.as_deref());
+    let laid_out = plan(&experiment, &roots);
     let outcome = run::run(&laid_out, &store, &options).expect("cells");
 
     let mut group = c.benchmark_group(name.replace('/', "-"));
     group.sample_size(10);
     group.bench_function("plan", |b| {
-        b.iter(|| plan(&experiment, root.as_deref()).map_labels(|labels| labels.recipe().is_ok()).len())
+        b.iter(|| plan(&experiment, &roots).map_labels(|labels| labels.recipe().is_ok()).len())
     });
     group.bench_function("run-from-store", |b| {
         b.iter(|| run::run(black_box(&laid_out), &store, &options).expect("cells"));
@@ -67,7 +68,7 @@ fn engine(c: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("plan-100000-cells", |b| {
         b.iter(|| {
-            let states = plan(&experiment, None).states(&store);
+            let states = plan(&experiment, &[]).states(&store);
             assert_eq!(states.len(), 100_000);
         });
     });

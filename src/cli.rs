@@ -104,28 +104,43 @@ fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> 
     Ok(threads.install(work))
 }
 
-/// Path of the data root: `--data-root`, else TRACKFAIL_DATA unless it is empty.
-///
-/// # Errors
-/// [`Failure::Data`] if it is no folder.
-fn data_root(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
-    let named = std::env::var_os("TRACKFAIL_DATA").filter(|name| !name.is_empty()).map(PathBuf::from);
-    let root = given.map(Path::to_path_buf).or(named);
-    if let Some(root) = root.as_ref().filter(|r| !r.is_dir()) {
-        return Err(Failure::data(format!("{}: the data root is no folder", root.display())));
-    }
-    Ok(root)
+/// Arguments that name the folders of data.
+#[derive(Debug, Clone, Default, clap::Args)]
+struct DataRoots {
+    /// Folder of real sequences and result files (`otb/David`, `results/Struck` ...); may be given more than once, and
+    /// the first folder that has a file wins; TRACKFAIL_DATA otherwise, a list of folders as in PATH
+    #[arg(long = "data-root", global = true, value_name = "DIR")]
+    given: Vec<PathBuf>,
 }
 
-/// The built-in suites and the user suites of a data root.
+impl DataRoots {
+    /// The folders: those of `--data-root`, else those of TRACKFAIL_DATA.
+    ///
+    /// # Errors
+    /// [`Failure::Data`] if one is no folder.
+    fn folders(&self) -> Result<Vec<PathBuf>, Failure> {
+        let named = std::env::var_os("TRACKFAIL_DATA").unwrap_or_default();
+        let named = std::env::split_paths(&named).filter(|root| !root.as_os_str().is_empty());
+        let roots = if self.given.is_empty() { named.collect() } else { self.given.clone() };
+        match roots.iter().find(|root| !root.is_dir()) {
+            Some(root) => Err(Failure::data(format!("{}: the data root is no folder", root.display()))),
+            None => Ok(roots),
+        }
+    }
+
+    /// The same folders, with none left to the environment.
+    fn resolved(&self) -> Result<Self, Failure> {
+        Ok(Self { given: self.folders()? })
+    }
+}
+
+/// The built-in suites and the user suites of the data roots.
 ///
 /// # Errors
-/// [`Failure::Data`] if the datasets.lock in the data root cannot be read or is wrong.
-fn catalog(data_root: Option<&Path>) -> Result<Catalog, Failure> {
+/// [`Failure::Data`] if the datasets.lock in a data root cannot be read or is wrong.
+fn catalog(data_roots: &[PathBuf]) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
-    if let Some(root) = data_root {
-        catalog.add_root(root).map_err(Failure::data)?;
-    }
+    data_roots.iter().rev().try_for_each(|root| catalog.add_root(root)).map_err(Failure::data)?;
     Ok(catalog)
 }
 

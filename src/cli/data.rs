@@ -13,16 +13,15 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `trackfail data`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
     verb: Verb,
-    /// Folder that holds the sequences (`otb/David`, `vot2014/ball` ...); by default TRACKFAIL_DATA
-    #[arg(long, global = true, value_name = "DIR")]
-    data_root: Option<PathBuf>,
+    #[command(flatten)]
+    data_roots: super::DataRoots,
 }
 
 #[derive(Debug, Subcommand)]
@@ -86,20 +85,19 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 /// [`Failure::Usage`] for unknown suites; [`Failure::Data`] for data that are not as pinned or, in `verify`
 /// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let root = super::data_root(args.data_root.as_deref())?;
-    let root = root.as_deref();
-    let catalog = super::catalog(root)?;
+    let roots = &args.data_roots.folders()?;
+    let catalog = super::catalog(roots)?;
     let chosen = |names: &[String]| chosen(&catalog, names);
     let mut out = Vec::new();
     let outcome = match &args.verb {
         Verb::List { suites, format: Format::Table } if suites.is_empty() => {
-            written(out.write_all(overview(&chosen(suites)?, root).as_bytes()))
+            written(out.write_all(overview(&chosen(suites)?, roots).as_bytes()))
         }
-        Verb::List { suites, format } => list(&mut out, &chosen(suites)?, root, *format),
-        Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, root, *allow_missing),
-        Verb::Fetch(args) => super::fetch::run(args, &catalog, root),
-        Verb::Add(args) => add(&mut out, args, &catalog, root),
-        Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, root),
+        Verb::List { suites, format } => list(&mut out, &chosen(suites)?, roots, *format),
+        Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, roots, *allow_missing),
+        Verb::Fetch(args) => super::fetch::run(args, &catalog, roots),
+        Verb::Add(args) => add(&mut out, args, &catalog, roots),
+        Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, roots),
     };
     output::write(&String::from_utf8_lossy(&out))?;
     outcome
@@ -133,10 +131,12 @@ struct Row {
     folder: String,
     attributes: String,
     note: String,
+    /// The data root that it is taken from.
+    root: String,
 }
 
-const COLUMNS: [&str; 9] =
-    ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note"];
+const COLUMNS: [&str; 10] =
+    ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note", "root"];
 
 /// Nothing where a number is not known.
 fn number(n: Option<usize>) -> String {
@@ -144,7 +144,7 @@ fn number(n: Option<usize>) -> String {
 }
 
 impl Row {
-    fn cells(&self) -> [String; 9] {
+    fn cells(&self) -> [String; 10] {
         [
             self.suite.clone(),
             self.sequence.clone(),
@@ -155,12 +155,13 @@ impl Row {
             self.folder.clone(),
             self.attributes.clone(),
             self.note.clone(),
+            self.root.clone(),
         ]
     }
 }
 
-fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
-    let loaded = suite.load(root);
+fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
+    let loaded = suite.load(data_roots);
     let annotated = |s: &Sequence| s.truth.iter().flatten().count();
     if suite.entries().is_empty() {
         let row = |s: &Sequence| Row {
@@ -173,11 +174,14 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
             folder: String::new(),
             attributes: s.attributes.join(" "),
             note: String::new(),
+            root: String::new(),
         };
         return loaded.sequences.iter().map(row).collect();
     }
     let row = |entry: &lock::Entry| {
-        let here = loaded.sequences.iter().find(|s| s.name == entry.name);
+        let at = loaded.sequences.iter().position(|s| s.name == entry.name);
+        let here = at.map(|at| &loaded.sequences[at]);
+        let root = at.and_then(|at| loaded.roots.get(at));
         let missing = loaded.missing.iter().find(|m| m.name == entry.name);
         let broken = loaded.broken.iter().find(|b| b.name == entry.name);
         let (status, note) = match (missing, broken) {
@@ -195,13 +199,19 @@ fn rows(suite: &Suite, root: Option<&Path>) -> Vec<Row> {
             folder: entry.folder.clone(),
             attributes: here.map_or_else(String::new, |s| s.attributes.join(" ")),
             note,
+            root: root.map_or_else(String::new, |root| root.display().to_string()),
         }
     };
     suite.entries().iter().map(row).collect()
 }
 
-fn list(out: &mut impl Write, suites: &[Suite], root: Option<&Path>, format: Format) -> Result<(), Failure> {
-    let rows: Vec<(&Suite, Vec<Row>)> = suites.iter().map(|s| (s, rows(s, root))).collect();
+fn list(
+    out: &mut impl Write,
+    suites: &[Suite],
+    data_roots: &[PathBuf],
+    format: Format,
+) -> Result<(), Failure> {
+    let rows: Vec<(&Suite, Vec<Row>)> = suites.iter().map(|s| (s, rows(s, data_roots))).collect();
     let flat = || rows.iter().flat_map(|(_, rows)| rows);
     let text = match format {
         Format::Csv => {
@@ -218,12 +228,12 @@ fn list(out: &mut impl Write, suites: &[Suite], root: Option<&Path>, format: For
 }
 
 /// Suites, a line each: how many sequences are here, whether the others can be fetched.
-fn overview(suites: &[Suite], root: Option<&Path>) -> String {
+fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
     table.set_header(["suite", "here", "of", "broken", "download", "title"]);
     for suite in suites {
-        let loaded = suite.load(root);
+        let loaded = suite.load(data_roots);
         let (here, broken) = (loaded.sequences.len(), loaded.broken.len());
         let broken = if broken == 0 { String::new() } else { broken.to_string() };
         let (here, of) = (here.to_string(), loaded.wanted.to_string());
@@ -234,7 +244,7 @@ fn overview(suites: &[Suite], root: Option<&Path>) -> String {
             column.set_cell_alignment(comfy_table::CellAlignment::Right);
         }
     }
-    let note = if root.is_none() { format!("{}\n", suite::NO_DATA_ROOT) } else { String::new() };
+    let note = if data_roots.is_empty() { format!("{}\n", suite::NO_DATA_ROOT) } else { String::new() };
     let shown = table.trim_fmt();
     format!("{shown}\n{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
 }
@@ -253,10 +263,10 @@ fn download(suite: &Suite) -> &'static str {
 fn table(suite: &Suite, rows: &[Row]) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
-    table.set_header(["sequence", "status", "frames", "annotated", "digest", "folder"]);
+    table.set_header(["sequence", "status", "frames", "annotated", "digest", "folder", "root"]);
     for row in rows {
-        let [_, sequence, status, frames, annotated, digest, folder, ..] = row.cells();
-        table.add_row([sequence, status, frames, annotated, digest, folder]);
+        let [_, sequence, status, frames, annotated, digest, folder, _, _, root] = row.cells();
+        table.add_row([sequence, status, frames, annotated, digest, folder, root]);
     }
     for column in [2, 3] {
         if let Some(column) = table.column_mut(column) {
@@ -284,12 +294,12 @@ fn table(suite: &Suite, rows: &[Row]) -> String {
 fn verify(
     out: &mut impl Write,
     suites: &[Suite],
-    root: Option<&Path>,
+    data_roots: &[PathBuf],
     allow_missing: bool,
 ) -> Result<(), Failure> {
     let (mut differing, mut missing) = (Vec::new(), Vec::new());
     for suite in suites {
-        for checked in suite.verify(root) {
+        for checked in suite.verify(data_roots) {
             let name = format!("{}/{}", suite.name(), checked.name);
             let word = match checked.finding {
                 Finding::Same => "ok".to_owned(),
@@ -319,8 +329,14 @@ fn verify(
     Ok(())
 }
 
-fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
-    let Some(root) = root else {
+fn add(
+    out: &mut impl Write,
+    args: &AddArgs,
+    catalog: &Catalog,
+    data_roots: &[PathBuf],
+) -> Result<(), Failure> {
+    let folder = |root: &&PathBuf| root.join(&args.folder).is_dir();
+    let Some(root) = data_roots.iter().find(folder).or(data_roots.first()) else {
         return Err(Failure::usage(
             "`data add` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
         ));
@@ -352,23 +368,23 @@ fn add(out: &mut impl Write, args: &AddArgs, catalog: &Catalog, root: Option<&Pa
     written(writeln!(out, "{}: {count} {what}, in {}", args.name, path.display()))
 }
 
-fn pin(out: &mut impl Write, suites: &[Suite], root: Option<&Path>) -> Result<(), Failure> {
-    let Some(root) = root else {
+fn pin(out: &mut impl Write, suites: &[Suite], data_roots: &[PathBuf]) -> Result<(), Failure> {
+    if data_roots.is_empty() {
         return Err(Failure::usage(
             "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
         ));
-    };
+    }
     let fail = |e: DatasetError| Failure::data(e.to_string());
     let mut files = BTreeMap::new();
     for suite in suites {
-        let lines = suite.pin(Some(root)).map_err(fail)?;
+        let lines = suite.pin(data_roots).map_err(fail)?;
         if !lines.is_empty() {
             written(writeln!(out, "# {}", suite.name()))?;
         }
         for line in lines {
             written(writeln!(out, "    {line}"))?;
         }
-        files.extend(suite.pin_files(root).map_err(fail)?);
+        files.extend(suite.pin_files(data_roots).map_err(fail)?);
     }
     if !files.is_empty() {
         written(writeln!(out, "\n# datasets.files"))?;

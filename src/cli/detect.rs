@@ -202,7 +202,7 @@ fn track(
         e => Failure::data(e.to_string()),
     };
     let model = Models { args, is_default_tracker: config.params() == built_in_params() };
-    let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_root: None };
+    let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_roots: Vec::new() };
     if sequence.is_empty() {
         return Err(Failure::data(format!("{} has no frame", args.frames.display())));
     }

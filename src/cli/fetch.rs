@@ -9,7 +9,7 @@ use crate::plugin::unknown;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::PathBuf;
 
 /// Arguments of `trackfail data fetch`.
 #[derive(Debug, clap::Args)]
@@ -31,14 +31,14 @@ pub struct Args {
 /// [`Failure::Usage`] for unknown names, no data root, and licences that are not agreed to;
 /// [`Failure::Data`] for what is not at its address, not what was pinned, refused, or to be got by hand;
 /// [`Failure::Io`] for network and disk.
-pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Failure> {
-    let Some(root) = root else {
+pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(), Failure> {
+    let Some(root) = data_roots.first() else {
         let what =
             "`data fetch` needs a data root; make a folder and give --data-root DIR or set TRACKFAIL_DATA";
         return Err(Failure::usage(what));
     };
     let wanted = chosen(catalog, &args.wanted)?;
-    let plan = fetch::plan(&wanted, root);
+    let plan = fetch::plan(&wanted, data_roots);
     output::write(&known(&plan))?;
     let options = FetchOptions { mirror: args.mirror.clone(), ..FetchOptions::default() };
     let failed = if plan.jobs.is_empty() {
@@ -53,7 +53,7 @@ pub fn run(args: &Args, catalog: &Catalog, root: Option<&Path>) -> Result<(), Fa
         }
         agree(&space, &suites_of(&plan, &wanted), args.accept_licence, ask, &mut std::io::stderr())?;
         let mut failed = download(&space, &plan.jobs, &options)?;
-        check(&wanted, &plan.jobs, &mut failed, root)?;
+        check(&wanted, &plan.jobs, &mut failed, data_roots)?;
         failed
     };
     verdict(&plan, &failed)
@@ -202,7 +202,7 @@ fn check(
     wanted: &[WantedSequences],
     jobs: &[FetchJob],
     failed: &mut Failed,
-    root: &Path,
+    data_roots: &[PathBuf],
 ) -> Result<(), Failure> {
     let gone = |name: &String| failed.network.contains(name) || failed.data.contains(name);
     let arrived = |job: &&FetchJob| !gone(&job.archive.name);
@@ -210,7 +210,7 @@ fn check(
     let of = |suite: &Suite| names.iter().any(|n| n.split('/').next() == Some(suite.name()));
     for suite in wanted.iter().map(|w| &w.suite).filter(|suite| of(suite)) {
         let full = |name: &str| format!("{}/{name}", suite.name());
-        for checked in suite.verify_some(Some(root), |name| names.contains(&full(name))) {
+        for checked in suite.verify_some(data_roots, |name| names.contains(&full(name))) {
             let name = full(&checked.name);
             let word = match checked.finding {
                 Finding::Same => "ok".to_owned(),
@@ -291,6 +291,7 @@ mod tests {
     use super::*;
     use crate::dataset::archive::{Archive, Packing};
     use std::io::{BufRead, BufReader};
+    use std::path::Path;
 
     /// Serves bytes to everyone who asks.
     fn serve(bytes: Vec<u8>) -> String {
@@ -334,7 +335,7 @@ mod tests {
         let space = Workspace::open(root.path()).unwrap();
         let jobs = [job(serve(bytes))];
         let mut failed = download(&space, &jobs, &FetchOptions::default()).unwrap();
-        check(&wanted(), &jobs, &mut failed, root.path()).unwrap();
+        check(&wanted(), &jobs, &mut failed, &[root.path().to_path_buf()]).unwrap();
         (root, failed)
     }
 
@@ -392,7 +393,7 @@ mod tests {
         std::fs::write(folder.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
         let (root, failed) = fetch_packed(folder.path());
         assert_eq!(failed.differing, ["vot2014/diving"]);
-        let plan = fetch::plan(&wanted(), root.path());
+        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()]);
         assert_eq!((plan.broken.len(), plan.jobs.len(), plan.here.len()), (1, 0, 0));
         assert_eq!(verdict(&plan, &failed).unwrap_err().code(), 3);
     }
@@ -420,7 +421,7 @@ mod tests {
     fn real_data_come_out_of_an_archive_as_pinned() {
         let data = trackfail_testing::real_data();
         let (root, failed) = fetch_packed(&data.join("vot2014/diving"));
-        let plan = fetch::plan(&wanted(), root.path());
+        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()]);
         assert_eq!(plan.here, ["vot2014/diving"]);
         assert!(verdict(&plan, &failed).is_ok(), "{failed:?}");
     }

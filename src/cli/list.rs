@@ -31,9 +31,8 @@ pub struct Args {
     /// Folder that results are looked for in (experiments)
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
-    /// Folder of real sequences and result files (experiments, suites); TRACKFAIL_DATA otherwise
-    #[arg(long, value_name = "DIR")]
-    data_root: Option<PathBuf>,
+    #[command(flatten)]
+    data_roots: super::DataRoots,
     /// File of programs (trackers); TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
@@ -65,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&headings, experiments(args)?)
         }
         What::Suites => {
-            let catalog = super::catalog(super::data_root(args.data_root.as_deref())?.as_deref())?;
+            let catalog = super::catalog(&args.data_roots.folders()?)?;
             let row =
                 |s: Suite| vec![s.name().into(), s.sequence_names().len().to_string(), s.title().into()];
             print(&["suite", "targets", "title"], catalog.suites().map(row).collect())
@@ -86,15 +85,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
     let finished = finished::names(&args.results);
-    let root = super::data_root(args.data_root.as_deref())?;
-    let catalog = super::catalog(root.as_deref())?;
+    let roots = args.data_roots.folders()?;
+    let catalog = super::catalog(&roots)?;
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name, &catalog, &Programs::default())?;
         let suite = &e.suites[crate::spec::TEST];
-        let suites = engine::execute::load(&e, root.as_deref()).map_err(Failure::data)?;
-        let plan = ExperimentPlan::new(&e, suites, root.as_deref(), &Stop::default()).map_err(Failure::io)?;
+        let suites = engine::execute::load(&e, &roots).map_err(Failure::data)?;
+        let plan = ExperimentPlan::new(&e, suites, &roots, &Stop::default()).map_err(Failure::io)?;
         let cells = plan.test().wanted * plan.cells_of_sequence().len();
         let states = plan.states(&store);
         let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();

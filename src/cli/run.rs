@@ -25,9 +25,8 @@ pub struct Args {
     /// Experiment files, or names of built-in experiments (see `trackfail list experiments`)
     #[arg(value_name = "SPEC")]
     specs: Vec<String>,
-    /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
-    #[arg(long, value_name = "DIR")]
-    data_root: Option<PathBuf>,
+    #[command(flatten)]
+    data_roots: super::DataRoots,
     /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
@@ -108,7 +107,7 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let args = &Args { data_root: super::data_root(args.data_root.as_deref())?, ..args.clone() };
+    let args = &Args { data_roots: args.data_roots.resolved()?, ..args.clone() };
     let experiments = parse(args)?;
     let limits = RunLimits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;
@@ -129,7 +128,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Reads all experiments, so that a wrong one is found before the first is run.
 fn parse(args: &Args) -> Result<Vec<Experiment>, Failure> {
     let programs = super::programs(args.plugins.as_deref())?;
-    let catalog = super::catalog(args.data_root.as_deref())?;
+    let catalog = super::catalog(&args.data_roots.given)?;
     let quickstart = [builtin::QUICKSTART.to_string()];
     let names = if args.specs.is_empty() { &quickstart } else { args.specs.as_slice() };
     let mut experiments =
@@ -163,7 +162,7 @@ fn stop_on_signals() -> Stop {
 fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(), Failure> {
     let start = Instant::now();
     let suites = load(args, experiment)?;
-    let plan = ExperimentPlan::new(experiment, suites, args.data_root.as_deref(), &limits.stop)
+    let plan = ExperimentPlan::new(experiment, suites, &args.data_roots.given, &limits.stop)
         .map_err(|e| run_failure(experiment, e))?;
     if args.dry_run {
         return print::dry_run(args, &plan);
@@ -239,7 +238,7 @@ impl Progress {
             bar.set_position(done);
         };
         Options {
-            data_root: args.data_root.clone(),
+            data_roots: args.data_roots.given.clone(),
             force: args.force,
             limits: limits.clone(),
             progress: Arc::new(draw),
@@ -298,7 +297,7 @@ fn write(
 
 /// Loads the suites of an experiment.
 fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>, Failure> {
-    let suites = engine::execute::load(experiment, args.data_root.as_deref())
+    let suites = engine::execute::load(experiment, &args.data_roots.given)
         .map_err(|e| Failure::data(super::within(&experiment.name, e)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];
@@ -318,9 +317,10 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
 fn missing_message(args: &Args, suite: &str, loaded: &Loaded, first: &Missing) -> String {
     let names: Vec<&str> = loaded.missing.iter().map(|m| m.name.as_str()).collect();
     let names = names.join(", ");
-    let reason = match &args.data_root {
-        Some(root) => format!("are missing under {}: {names}", root.display()),
-        None => format!("are missing: {NO_DATA_ROOT}.\nThey are {names}"),
+    let roots: Vec<String> = args.data_roots.given.iter().map(|root| root.display().to_string()).collect();
+    let reason = match roots.as_slice() {
+        [] => format!("are missing: {NO_DATA_ROOT}.\nThey are {names}"),
+        roots => format!("are missing under {}: {names}", roots.join(" and ")),
     };
     let how = first.how_to_get.trim_start_matches(NO_DATA_ROOT).trim_start_matches("; ");
     let hint =

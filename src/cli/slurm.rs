@@ -30,9 +30,8 @@ pub struct Args {
     /// Folder that reports are written to
     #[arg(long, value_name = "DIR", default_value = "reports")]
     reports: PathBuf,
-    /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
-    #[arg(long, value_name = "DIR")]
-    data_root: Option<PathBuf>,
+    #[command(flatten)]
+    data_roots: super::DataRoots,
     /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
@@ -91,8 +90,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Checks every argument that appears in a script.
 fn plan(args: &Args) -> Result<ClusterRun, Failure> {
-    let data_root = super::data_root(args.data_root.as_deref())?;
-    let catalog = super::catalog(data_root.as_deref())?;
+    let data_roots = args.data_roots.folders()?;
+    let catalog = super::catalog(&data_roots)?;
     let mut specs = Vec::new();
     let programs = super::programs(args.plugins.as_deref())?;
     for name in &args.specs {
@@ -108,7 +107,7 @@ fn plan(args: &Args) -> Result<ClusterRun, Failure> {
         shards: args.shards,
         results: absolute(&args.results)?,
         reports: absolute(&args.reports)?,
-        data_root: data_root.as_deref().map(absolute).transpose()?,
+        data_roots: data_roots.iter().map(|root| absolute(root)).collect::<Result<_, _>>()?,
         plugins: super::plugins_file(args.plugins.as_deref()).as_deref().map(absolute).transpose()?,
         separate: args.separate,
         allow_missing: args.allow_missing,

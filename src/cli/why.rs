@@ -19,9 +19,8 @@ pub struct Args {
     /// A cell, `sequence/tracker/run/method` or the beginning of it; without one, all that are not cached
     #[arg(value_name = "CELL")]
     cell: Option<String>,
-    /// Folder of real sequences and result files; TRACKFAIL_DATA otherwise
-    #[arg(long, value_name = "DIR")]
-    data_root: Option<PathBuf>,
+    #[command(flatten)]
+    data_roots: super::DataRoots,
     /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
@@ -38,10 +37,10 @@ pub struct Args {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let root = super::data_root(args.data_root.as_deref())?;
-    let (catalog, programs) = (super::catalog(root.as_deref())?, super::programs(args.plugins.as_deref())?);
+    let roots = args.data_roots.folders()?;
+    let (catalog, programs) = (super::catalog(&roots)?, super::programs(args.plugins.as_deref())?);
     let experiment = run::read_spec(&args.experiment, &catalog, &programs)?;
-    let suites = crate::engine::execute::load(&experiment, root.as_deref()).map_err(Failure::data)?;
+    let suites = crate::engine::execute::load(&experiment, &roots).map_err(Failure::data)?;
     for (role, suite) in &suites {
         let (name, wanted) = (&experiment.suites[role], suite.wanted);
         let absent = suite.missing.len() + suite.broken.len();
@@ -56,8 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             ));
         }
     }
-    let plan =
-        ExperimentPlan::new(&experiment, suites, root.as_deref(), &Stop::default()).map_err(Failure::io)?;
+    let plan = ExperimentPlan::new(&experiment, suites, &roots, &Stop::default()).map_err(Failure::io)?;
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     let wanted = |cell: &str| args.cell.as_ref().is_none_or(|wanted| cell.starts_with(wanted.as_str()));
     let mut reasons = why(&plan, &store, wanted);

@@ -270,6 +270,21 @@ fn an_empty_data_root_in_the_environment_is_none() {
 }
 
 #[test]
+fn the_environment_may_list_several_data_roots() {
+    let dir = tempfile::tempdir().unwrap();
+    let (one, gone) = (dir.path().join("one"), dir.path().join("gone"));
+    std::fs::create_dir(&one).unwrap();
+    let list = |roots: &[&std::path::Path]| {
+        let roots = std::env::join_paths(roots).unwrap();
+        let output = trackfail().env("TRACKFAIL_DATA", roots).args(["data", "list"]).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(list(&[&one, dir.path()]), (Some(0), String::new()));
+    let (code, message) = list(&[&one, &gone]);
+    assert!(code == Some(3) && message.contains("gone: the data root is no folder"), "{code:?} {message}");
+}
+
+#[test]
 fn a_reader_that_has_gone_is_no_failure() {
     let dir = tempfile::tempdir().unwrap();
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_trackfail"))

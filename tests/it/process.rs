@@ -150,7 +150,7 @@ fn computed(output: &Output) -> usize {
 
 /// The first `n` frames.
 fn track(setup: &dyn TrackerConfig, sequence: &Sequence, n: usize) -> Vec<TrackerState> {
-    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 5, data_root: None };
+    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 5, data_roots: &[] };
     let region = sequence.truth[0].clone().unwrap();
     let frame = |t| sequence.frame(t).unwrap();
     let (mut tracker, first) = setup.start(&context, &frame(0), &region).unwrap_or_else(|e| panic!("{e}"));

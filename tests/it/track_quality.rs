@@ -115,7 +115,7 @@ fn judge(
         signal: Arc::from(signal_entry.build_from_text(signal.1).unwrap()),
     };
     let cache = Arc::new(FrameCache::new(1 << 26));
-    let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_root: None };
+    let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_roots: Vec::new() };
     let collector = Collector::new([1]);
     let lane = Lane::of_run(run.clone(), [Some(&signal)]);
     run_lane(&run.sequence, &run.frames, 0..frames, lane, &collector).unwrap();

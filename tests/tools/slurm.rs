@@ -24,7 +24,7 @@ pub fn plan(program: &Path, root: &str) -> ClusterRun {
         results: word(&format!("{root}/results")),
         reports: word(&format!("{root}/reports")),
         plugins: None,
-        data_root: Some(word(&format!("{root}/data"))),
+        data_roots: vec![word(&format!("{root}/data"))],
         separate: false,
         allow_missing: false,
         time: Setting::time("00:05:00").unwrap(),
@@ -50,7 +50,7 @@ pub fn expected(plan: &ClusterRun, share: Option<&str>) -> Vec<String> {
     if share.is_none() {
         words.extend(["--reports".to_string(), plan.reports.text().to_string()]);
     }
-    words.extend(plan.data_root.iter().flat_map(|d| ["--data-root".to_string(), d.text().to_string()]));
+    words.extend(plan.data_roots.iter().flat_map(|d| ["--data-root".to_string(), d.text().to_string()]));
     words.extend(["--jobs".to_string(), plan.cpus.to_string()]);
     words
 }

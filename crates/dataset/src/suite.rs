@@ -28,7 +28,7 @@ use crate::lock::{Entry, PinnedSuite, below};
 use crate::{DatasetError, synthetic};
 use load::LoadError;
 use rayon::prelude::*;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A named list of sequences.
@@ -90,10 +90,11 @@ impl Suite {
         }
     }
 
-    /// Loads the sequences that are under `data_root`; without one, all sequences on disk are missing.
+    /// Loads the sequences that are under one of `data_roots`, each from the first root that has all of it; without
+    /// a root all sequences on disk are missing.
     ///
     /// Cheap: no image or video is opened. Digests are not compared here, see [`Suite::verify`].
-    pub fn load(&self, data_root: Option<&Path>) -> Loaded {
+    pub fn load(&self, data_roots: &[PathBuf]) -> Loaded {
         if let SuiteContent::Rendered(rendered) = self.content {
             let sequences = rendered.sequences();
             return Loaded { wanted: sequences.len(), sequences, ..Loaded::default() };
@@ -101,8 +102,11 @@ impl Suite {
         let Some(pinned) = self.pinned() else { return Loaded::default() };
         let mut loaded = Loaded { wanted: pinned.sequence.len(), ..Loaded::default() };
         for entry in &pinned.sequence {
-            match pinned.load(entry, data_root) {
-                Ok(sequence) => loaded.sequences.push(sequence),
+            match pinned.load(entry, data_roots) {
+                Ok((root, sequence)) => {
+                    loaded.sequences.push(sequence);
+                    loaded.roots.push(root.to_path_buf());
+                }
                 Err(LoadError::Missing(missing)) => loaded.missing.push(missing),
                 Err(LoadError::Broken(error)) => {
                     loaded.broken.push(Broken { name: entry.name.clone(), error });
@@ -112,37 +116,33 @@ impl Suite {
         loaded
     }
 
-    /// Compares every sequence under `data_root` with what is pinned, hashing its files; in the suite's
+    /// Compares every sequence under `data_roots` with what is pinned, hashing its files; in the suite's
     /// order. Rendered suites have nothing to compare.
-    pub fn verify(&self, data_root: Option<&Path>) -> Vec<Checked> {
-        self.verify_some(data_root, |_| true)
+    pub fn verify(&self, data_roots: &[PathBuf]) -> Vec<Checked> {
+        self.verify_some(data_roots, |_| true)
     }
 
     /// [`Suite::verify`] for the sequences with the names that `wanted` accepts.
-    pub fn verify_some(
-        &self,
-        data_root: Option<&Path>,
-        wanted: impl Fn(&str) -> bool + Sync,
-    ) -> Vec<Checked> {
+    pub fn verify_some(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
         pinned
             .sequence
             .par_iter()
             .filter(|entry| wanted(&entry.name))
-            .map(|entry| Checked { name: entry.name.clone(), finding: pinned.check(entry, data_root) })
+            .map(|entry| Checked { name: entry.name.clone(), finding: pinned.check(entry, data_roots) })
             .collect()
     }
 
-    /// The lines of `datasets.lock` for the sequences under `data_root`, with the facts found there.
+    /// The lines of `datasets.lock` for the sequences under `data_roots`, with the facts found there.
     ///
     /// # Errors
     /// The first sequence that is there but cannot be read.
-    pub fn pin(&self, data_root: Option<&Path>) -> Result<Vec<String>, DatasetError> {
+    pub fn pin(&self, data_roots: &[PathBuf]) -> Result<Vec<String>, DatasetError> {
         let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
         let lines: Vec<Option<String>> = pinned
             .sequence
             .par_iter()
-            .map(|entry| match pinned.facts(entry, data_root) {
+            .map(|entry| match pinned.facts(entry, data_roots) {
                 Ok(facts) => Ok(Some(facts.line())),
                 Err(LoadError::Missing(_)) => Ok(None),
                 Err(LoadError::Broken(error)) => Err(error),
@@ -151,16 +151,17 @@ impl Suite {
         Ok(lines.into_iter().flatten().collect())
     }
 
-    /// The sections of `datasets.files` for the suite's folders under `data_root`, sorted, by folder.
+    /// The sections of `datasets.files` for the suite's folders under `data_roots`, sorted, by folder.
     ///
     /// # Errors
     /// When a file cannot be read.
-    pub fn pin_files(&self, data_root: &Path) -> Result<Vec<(String, String)>, DatasetError> {
+    pub fn pin_files(&self, data_roots: &[PathBuf]) -> Result<Vec<(String, String)>, DatasetError> {
         let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
         let folders: std::collections::BTreeMap<&str, &FormatEntry> =
             pinned.sequence.iter().map(|e| (e.folder.as_str(), pinned.format(e))).collect();
-        let here = folders.into_iter().filter(|(f, _)| below(data_root, f).is_dir());
-        here.map(|(f, format)| Ok((f.to_owned(), listing::section(f, data_root, format)?))).collect()
+        let root = |folder: &str| data_roots.iter().find(|root| below(root, folder).is_dir());
+        let here = folders.into_iter().filter_map(|(f, format)| Some((f, format, root(f)?)));
+        here.map(|(f, format, root)| Ok((f.to_owned(), listing::section(f, root, format)?))).collect()
     }
 }
 

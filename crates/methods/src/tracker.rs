@@ -134,8 +134,8 @@ pub struct RunContext<'a> {
     pub run: u32,
     /// Seed made from the names of experiment, sequence, tracker and run.
     pub seed: u64,
-    /// Folder that relative result paths start from, if the user gave one.
-    pub data_root: Option<&'a std::path::Path>,
+    /// Folders that relative result paths start from; the first that has a file wins.
+    pub data_roots: &'a [std::path::PathBuf],
 }
 
 /// A tracker at work, and its state in the frame that it was started in.

@@ -17,7 +17,7 @@ pub struct Need {
 pub const NEEDS: [Need; 8] = [
     Need {
         name: "real_data",
-        what: "real data (set TRACKFAIL_DATA to a data root)",
+        what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
         is_met: || data_root().is_some(),
     },
     Need { name: "ffmpeg", what: "ffmpeg", is_met: || is_on_path("ffmpeg") },
@@ -55,11 +55,13 @@ pub const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"
 /// Programs that make a PDF of a LaTeX file, the first one that runs is taken.
 pub const LATEX: [&str; 3] = ["tectonic", "pdflatex", "xelatex"];
 
-/// The folder of real sequences: `TRACKFAIL_DATA`, else `../shared/data` beside the checkout; `None` when there
-/// is no such folder.
+/// The first folder of real sequences: that of `TRACKFAIL_DATA`, else `../shared/data` beside the checkout; `None` when
+/// there is no such folder.
 pub fn data_root() -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    Some(std::env::var_os("TRACKFAIL_DATA").map_or_else(beside, PathBuf::from)).filter(|root| root.is_dir())
+    let named = std::env::var_os("TRACKFAIL_DATA");
+    let first = named.map_or_else(|| Some(beside()), |named| std::env::split_paths(&named).next());
+    first.filter(|root| root.is_dir())
 }
 
 fn is_on_path(program: &str) -> bool {

@@ -1,5 +1,6 @@
 use super::*;
 use clap::Parser;
+use std::path::Path;
 
 #[derive(Debug, Parser)]
 struct Cli {
@@ -27,9 +28,9 @@ fn root() -> tempfile::TempDir {
 
 #[test]
 fn arguments() {
-    let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x"]);
+    let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x", "--data-root", "/y"]);
     assert!(matches!(&args.verb, Verb::Verify { suites, allow_missing: true } if suites == &["vot2014"]));
-    assert_eq!(args.data_root, Some("/x".into()));
+    assert_eq!(args.data_roots.given, [PathBuf::from("/x"), PathBuf::from("/y")]);
     assert!(matches!(parse(&["list", "--format", "csv"]).verb, Verb::List { format: Format::Csv, .. }));
     assert!(Cli::try_parse_from(["data", "list", "--format", "xml"]).is_err());
 }
@@ -47,11 +48,11 @@ fn lists_in_three_formats() {
     let root = root();
     let text = |format| {
         let mut out = Vec::new();
-        list(&mut out, &vot(), Some(root.path()), format).unwrap();
+        list(&mut out, &vot(), &[root.path().to_path_buf()], format).unwrap();
         String::from_utf8(out).unwrap()
     };
     let csv = text(Format::Csv);
-    assert!(csv.starts_with("suite,sequence,status,frames,annotated,digest,folder,attributes,note\n"));
+    assert!(csv.starts_with("suite,sequence,status,frames,annotated,digest,folder,attributes,note,root\n"));
     assert_eq!(csv.lines().count(), 26);
     assert!(csv.lines().nth(1).unwrap().starts_with("vot2014,ball,broken,602,,unknown,vot2014/ball,"));
     let json: Vec<serde_json::Value> = serde_json::from_str(&text(Format::Json)).unwrap();
@@ -64,7 +65,7 @@ fn lists_in_three_formats() {
 #[test]
 fn without_a_suite_each_has_one_line() {
     let root = root();
-    let text = overview(&chosen(&Catalog::default(), &[]).unwrap(), Some(root.path()));
+    let text = overview(&chosen(&Catalog::default(), &[]).unwrap(), &[root.path().to_path_buf()]);
     assert_eq!(text.lines().count(), Catalog::default().names().count() + 2);
     let line = |name: &str| {
         let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap();
@@ -81,11 +82,11 @@ fn without_a_suite_each_has_one_line() {
 #[test]
 fn unknown_numbers_of_frames_are_empty() {
     let mut out = Vec::new();
-    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], None, Format::Csv).unwrap();
+    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], &[], Format::Csv).unwrap();
     let text = String::from_utf8(out).unwrap();
     assert!(text.contains("\nvot2013,cup,missing,,,unknown,vot2013/cup,"), "{text}");
     let mut out = Vec::new();
-    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], None, Format::Json).unwrap();
+    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], &[], Format::Json).unwrap();
     let rows: Vec<serde_json::Value> = serde_json::from_slice(&out).unwrap();
     assert!(rows.iter().all(|r| r["frames"].is_null()));
 }
@@ -95,7 +96,7 @@ fn verify_tells_missing_from_differing() {
     let (full, empty) = (root(), tempfile::tempdir().unwrap());
     let check = |root: &Path, allow| {
         let mut out = Vec::new();
-        let result = verify(&mut out, &vot(), Some(root), allow);
+        let result = verify(&mut out, &vot(), &[root.to_path_buf()], allow);
         (String::from_utf8(out).unwrap(), result.map_err(|e| (e.code(), e.to_string())))
     };
     let (text, result) = check(full.path(), true);
@@ -112,9 +113,9 @@ fn verify_tells_missing_from_differing() {
 fn real_data_verify_and_pin() {
     let root = trackfail_testing::real_data();
     let mut out = Vec::new();
-    verify(&mut out, &chosen(&Catalog::default(), &[]).unwrap(), Some(&root), true).unwrap();
+    verify(&mut out, &chosen(&Catalog::default(), &[]).unwrap(), std::slice::from_ref(&root), true).unwrap();
     let mut lines = Vec::new();
-    pin(&mut lines, &vot(), Some(&root)).unwrap();
+    pin(&mut lines, &vot(), std::slice::from_ref(&root)).unwrap();
     let lines = String::from_utf8(lines).unwrap();
     assert!(lines.starts_with("# vot2014\n"));
     let (lock, files) = lines.split_once("\n# datasets.files\n").unwrap();

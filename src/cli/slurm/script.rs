@@ -32,8 +32,8 @@ pub struct ClusterRun {
     pub results: Word,
     /// Folder of reports.
     pub reports: Word,
-    /// Folder of real sequences.
-    pub data_root: Option<Word>,
+    /// Folders of real sequences.
+    pub data_roots: Vec<Word>,
     /// File of programs that may be run as trackers.
     pub plugins: Option<Word>,
     /// Whether each task has a results folder of its own, `<results>/shards/<I>`.
@@ -156,7 +156,7 @@ impl ClusterRun {
         let mut lines = vec![format!("exec {} run", self.program)];
         lines.extend(self.specs.iter().map(Word::to_string));
         lines.extend_from_slice(more);
-        lines.extend(self.data_root.as_ref().map(|root| format!("--data-root {root}")));
+        lines.extend(self.data_roots.iter().map(|root| format!("--data-root {root}")));
         lines.extend(self.plugins.as_ref().map(|file| format!("--plugins {file}")));
         lines.extend(self.allow_missing.then(|| "--allow-missing".to_string()));
         lines.push(format!("--jobs {}", self.cpus));
@@ -206,7 +206,7 @@ mod tests {
             shards: 3,
             results: word("/scratch/ann/results"),
             reports: word("/scratch/ann/reports"),
-            data_root: Some(word("/data")),
+            data_roots: vec![word("/data")],
             plugins: Some(word("/home/ann/plugins.toml")),
             separate: false,
             allow_missing: false,
@@ -224,7 +224,7 @@ mod tests {
             specs: vec![word("quickstart")],
             separate: true,
             allow_missing: true,
-            data_root: None,
+            data_roots: Vec::new(),
             plugins: None,
             partition: None,
             account: None,

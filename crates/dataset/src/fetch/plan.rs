@@ -5,7 +5,7 @@ use crate::archive::{Archive, Packing};
 use crate::lock::{below, pinned_suite, pinned_suite_names};
 use crate::suite::{Missing, Suite};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Sequences of a suite that are wanted.
 #[derive(Clone)]
@@ -46,12 +46,13 @@ pub struct FetchPlan {
     pub broken: Vec<(String, String)>,
 }
 
-/// Plans the downloads of the wanted sequences that are missing under `root`.
-pub fn plan(wanted: &[WantedSequences], root: &Path) -> FetchPlan {
+/// Plans the downloads into the first of `data_roots`, of the wanted sequences that are missing under all of them.
+pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf]) -> FetchPlan {
     let folders = folders_by_archive();
     let mut plan = FetchPlan::default();
+    let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
-        let loaded = wanted.suite.load(Some(root));
+        let loaded = wanted.suite.load(data_roots);
         for entry in wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let missing = loaded.missing.iter().find(|m| m.name == entry.name);

@@ -19,7 +19,7 @@ pub struct Catalog {
 
 impl Catalog {
     /// Adds the user suites of a data root's own `datasets.lock`; does nothing if it has none. A suite replaces
-    /// a user suite of the same name that was added before.
+    /// a user suite of the same name that was added before, so that the last root is added first.
     ///
     /// # Errors
     /// A file that cannot be read or is wrong.

@@ -83,7 +83,7 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         .sequence
         .par_iter()
         .map(|entry| {
-            suite.facts(entry, Some(data_root)).map_err(|e| match e {
+            suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
                 LoadError::Missing(missing) => {
                     DatasetError::content(&entry.path(data_root), missing.how_to_get)
                 }

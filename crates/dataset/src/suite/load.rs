@@ -33,6 +33,8 @@ pub struct Broken {
 pub struct Loaded {
     /// The sequences that were loaded, in the suite's order.
     pub sequences: Vec<Sequence>,
+    /// The data root of each of them; empty for rendered suites.
+    pub roots: Vec<PathBuf>,
     /// The ones that are missing.
     pub missing: Vec<Missing>,
     /// The ones that cannot be read.
@@ -53,8 +55,17 @@ pub(super) enum LoadError {
 }
 
 impl PinnedSuite {
+    /// Loads an entry's sequence, which must have the pinned frames, from the first root that has all of it.
+    pub(super) fn load<'r>(
+        &self,
+        entry: &Entry,
+        data_roots: &'r [PathBuf],
+    ) -> Result<(&'r Path, Sequence), LoadError> {
+        self.in_first_root(entry, data_roots, |root| self.load_from(entry, root))
+    }
+
     /// Loads an entry's sequence, which must have the pinned frames.
-    pub(super) fn load(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Sequence, LoadError> {
+    fn load_from(&self, entry: &Entry, data_root: &Path) -> Result<Sequence, LoadError> {
         let (folder, loaded) = self.load_unchecked(entry, data_root)?;
         if let Some(frames) = entry.frames
             && loaded.len() != frames
@@ -73,9 +84,11 @@ impl PinnedSuite {
         Ok(loaded)
     }
 
-    /// The entry with the facts of its local copy: ranges, number of frames, size, digest.
-    pub(super) fn facts(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Entry, LoadError> {
-        let (_, loaded) = self.load_unchecked(entry, data_root)?;
+    /// The entry with the facts of its copy in the first root that has all of it: ranges, number of frames, size,
+    /// digest.
+    pub(super) fn facts(&self, entry: &Entry, data_roots: &[PathBuf]) -> Result<Entry, LoadError> {
+        let (_, (_, loaded)) =
+            self.in_first_root(entry, data_roots, |root| self.load_unchecked(entry, root))?;
         let last = loaded.number(loaded.len().saturating_sub(1));
         Ok(Entry {
             range: Some((loaded.numbering.first, last)),
@@ -87,27 +100,35 @@ impl PinnedSuite {
         })
     }
 
-    /// An entry's folder and sequence, whatever its frames.
-    fn load_unchecked(
+    /// What `look` finds in the first root that has all of an entry, with that root. Otherwise the first fault of a root
+    /// that has a part of it.
+    fn in_first_root<'r, T>(
         &self,
         entry: &Entry,
-        data_root: Option<&Path>,
-    ) -> Result<(PathBuf, Sequence), LoadError> {
-        let missing = |hint: &str| {
-            let (name, folder) = (entry.name.clone(), entry.folder.clone());
-            Err(LoadError::Missing(Missing {
-                name,
-                folder,
-                how_to_get: format!("{hint}{}", self.how_to_get),
-            }))
-        };
-        let Some(root) = data_root else {
-            return missing(&format!("{NO_DATA_ROOT}; "));
-        };
-        let folder = entry.path(root);
-        if !folder.is_dir() {
-            return missing("");
+        data_roots: &'r [PathBuf],
+        look: impl Fn(&Path) -> Result<T, LoadError>,
+    ) -> Result<(&'r Path, T), LoadError> {
+        let mut fault = None;
+        for root in data_roots.iter().filter(|root| entry.path(root).is_dir()) {
+            match look(root) {
+                Ok(found) => return Ok((root, found)),
+                Err(missing @ LoadError::Missing(_)) => fault = fault.or(Some(missing)),
+                Err(broken @ LoadError::Broken(_)) => return Err(broken),
+            }
         }
+        let hint = if data_roots.is_empty() { format!("{NO_DATA_ROOT}; ") } else { String::new() };
+        Err(fault.unwrap_or_else(|| self.missing(entry, &hint)))
+    }
+
+    fn missing(&self, entry: &Entry, hint: &str) -> LoadError {
+        let (name, folder) = (entry.name.clone(), entry.folder.clone());
+        LoadError::Missing(Missing { name, folder, how_to_get: format!("{hint}{}", self.how_to_get) })
+    }
+
+    /// An entry's folder and sequence, whatever its frames.
+    fn load_unchecked(&self, entry: &Entry, root: &Path) -> Result<(PathBuf, Sequence), LoadError> {
+        let missing = |hint: &str| Err(self.missing(entry, hint));
+        let folder = entry.path(root);
         let format = self.format(entry);
         if let Some(part) = (format.absent_part)(&folder)? {
             return missing(&format!("no {part} in {}; ", entry.folder));

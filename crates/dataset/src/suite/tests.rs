@@ -2,7 +2,7 @@ use super::*;
 use crate::Sequence;
 use crate::lock::{LOCK, TargetType, archives, attribute_word, pinned_suite, pinned_suite_names};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trackfail_testing::{needs, real_data};
 
 fn pinned() -> Vec<&'static PinnedSuite> {
@@ -194,12 +194,12 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
         }
     }
     assert_eq!(people_of_d1(), by_rule);
-    let loaded = suite("d1-real").load(Some(&root));
+    let loaded = suite("d1-real").load(std::slice::from_ref(&root));
     assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
     assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
     assert!(has(&loaded.sequences[6], "target-face"));
-    let verified = suite("d1-real").verify(Some(&root));
+    let verified = suite("d1-real").verify(std::slice::from_ref(&root));
     assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
 }
 
@@ -207,13 +207,41 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
 fn without_data_all_are_missing_and_say_how_to_get_them() {
     let nothing = tempfile::tempdir().unwrap();
     for name in pinned_suite_names() {
-        for root in [None, Some(nothing.path())] {
-            let loaded = suite(name).load(root);
+        for roots in [&[][..], &[nothing.path().to_path_buf()]] {
+            let loaded = suite(name).load(roots);
             assert_eq!((loaded.sequences.len(), loaded.missing.len()), (0, loaded.wanted));
             assert!(loaded.missing.iter().all(|m| m.how_to_get.contains("http")));
-            assert_eq!(root.is_none(), loaded.missing[0].how_to_get.contains("--data-root"));
+            assert_eq!(roots.is_empty(), loaded.missing[0].how_to_get.contains("--data-root"));
         }
     }
+}
+
+/// OTB's sequence Crossing, of 120 frames, with the first few of them on disk.
+fn write_crossing(root: &Path, frames: usize) {
+    let folder = root.join("otb/Crossing");
+    std::fs::create_dir_all(folder.join("img")).unwrap();
+    std::fs::write(folder.join("groundtruth_rect.txt"), "1,1,9,9\n".repeat(120)).unwrap();
+    (1..=frames).for_each(|k| std::fs::write(folder.join(format!("img/{k:04}.jpg")), "").unwrap());
+}
+
+#[test]
+fn the_first_root_that_has_all_of_a_sequence_is_taken() {
+    let roots: Vec<_> = (0..4).map(|_| tempfile::tempdir().unwrap()).collect();
+    let paths: Vec<PathBuf> = roots.iter().map(|root| root.path().to_path_buf()).collect();
+    write_crossing(&paths[1], 119);
+    write_crossing(&paths[2], 120);
+    write_crossing(&paths[3], 120);
+    let taken = |roots: &[PathBuf]| {
+        let loaded = suite("otb-dtef20").load(roots);
+        assert_eq!((loaded.sequences.len(), loaded.roots.len(), loaded.broken.len()), (1, 1, 0));
+        loaded.roots[0].clone()
+    };
+    assert_eq!(taken(&paths), paths[2]);
+    assert_eq!(taken(&[paths[3].clone(), paths[2].clone()]), paths[3]);
+    // A part of it says more than nothing.
+    let missing = suite("otb-dtef20").load(&paths[..2]).missing;
+    let crossing = missing.iter().find(|m| m.name == "Crossing").unwrap();
+    assert!(crossing.how_to_get.starts_with("frames 120 to 120 are not in otb/Crossing"), "{crossing:?}");
 }
 
 #[test]
@@ -224,10 +252,10 @@ fn a_short_copy_is_broken_and_differs() {
     std::fs::write(folder.join("00000001.jpg"), b"").unwrap();
     std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4").unwrap();
     let vot = suite("vot2014");
-    let loaded = vot.load(Some(root.path()));
+    let loaded = vot.load(&[root.path().to_path_buf()]);
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
-    let checked = vot.verify(Some(root.path()));
+    let checked = vot.verify(&[root.path().to_path_buf()]);
     assert!(matches!(&checked[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
     assert!(matches!(checked[1].finding, Finding::Missing(_)));
 }
@@ -247,7 +275,7 @@ fn deer(numbers: impl IntoIterator<Item = u32>) -> tempfile::TempDir {
 #[test]
 fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
     let finding = |root: &tempfile::TempDir| {
-        let all = suite("otb-2013").verify(Some(root.path()));
+        let all = suite("otb-2013").verify(&[root.path().to_path_buf()]);
         all.into_iter().find(|c| c.name == "Deer").unwrap().finding
     };
     assert_eq!(finding(&deer(1..=71)), Finding::NoDigestPinned);
@@ -272,7 +300,7 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
     std::fs::create_dir_all(&folder).unwrap();
     let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
                <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
-    let finding = || suite("caviar").verify(Some(root.path())).swap_remove(0).finding;
+    let finding = || suite("caviar").verify(&[root.path().to_path_buf()]).swap_remove(0).finding;
     let hint = || match finding() {
         Finding::Missing(m) => m.how_to_get,
         other => panic!("{other:?}"),
@@ -296,9 +324,9 @@ fn an_entry_without_range_takes_what_is_there() {
     }
     std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4\n".repeat(3)).unwrap();
     let vot = suite("vot2013");
-    let loaded = vot.load(Some(root.path()));
+    let loaded = vot.load(&[root.path().to_path_buf()]);
     assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
-    let found = vot.verify(Some(root.path()));
+    let found = vot.verify(&[root.path().to_path_buf()]);
     assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
 }
 
@@ -309,15 +337,15 @@ fn real_data_are_as_pinned() {
     let mut same = 0;
     for name in pinned_suite_names() {
         let suite = suite(name);
-        let loaded = suite.load(Some(&root));
+        let loaded = suite.load(std::slice::from_ref(&root));
         assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
         assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
-        for checked in suite.verify(Some(&root)) {
+        for checked in suite.verify(std::slice::from_ref(&root)) {
             let fine = matches!(checked.finding, Finding::Same | Finding::Missing(_));
             assert!(fine, "{}: {:?}", checked.name, checked.finding);
             same += usize::from(checked.finding == Finding::Same);
         }
-        for line in suite.pin(Some(&root)).unwrap() {
+        for line in suite.pin(std::slice::from_ref(&root)).unwrap() {
             assert!(LOCK.contains(&line), "{line}");
         }
     }
@@ -367,7 +395,7 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
         let copy = copied(&root, folder);
         let pinned = pinned_suite(suite_name).unwrap();
         let entry = pinned.sequence.iter().find(|e| e.name == sequence).unwrap();
-        let check = || pinned.check(entry, Some(copy.path()));
+        let check = || pinned.check(entry, &[copy.path().to_path_buf()]);
         assert_eq!(check(), Finding::Same, "{folder}");
         for file in files {
             let path = copy.path().join(folder).join(file);

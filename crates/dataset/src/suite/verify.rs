@@ -6,8 +6,9 @@
 
 use super::listing;
 use super::load::{LoadError, Missing};
+use crate::Sequence;
 use crate::lock::{Entry, PinnedSuite};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Result of comparing a local copy with what is pinned.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,25 +34,32 @@ pub struct Checked {
 
 impl PinnedSuite {
     /// Compares the local copy of an entry.
-    pub(super) fn check(&self, entry: &Entry, data_root: Option<&Path>) -> Finding {
-        let finding = match self.compare(entry, data_root) {
-            Ok(finding) => finding,
-            Err(LoadError::Missing(missing)) => Finding::Missing(missing),
-            Err(LoadError::Broken(error)) => Finding::Differs(error.to_string()),
-        };
-        match (finding, data_root) {
-            (Finding::Differs(fact), Some(root)) => {
-                Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
-                    Some(first) => format!("{first}; {fact}"),
-                    None => fact,
-                })
+    pub(super) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
+        let (root, finding) = match self.load(entry, data_roots) {
+            Ok((root, sequence)) => (Some(root), self.compare(entry, root, &sequence)),
+            Err(error) => {
+                let holds = |root: &&PathBuf| entry.path(root).is_dir();
+                (data_roots.iter().find(holds).map(PathBuf::as_path), Err(error))
             }
-            (finding, _) => finding,
+        };
+        match (finding, root) {
+            (Ok(Finding::Differs(fact)), Some(root)) => self.differs(entry, root, fact),
+            (Ok(finding), _) => finding,
+            (Err(LoadError::Missing(missing)), _) => Finding::Missing(missing),
+            (Err(LoadError::Broken(error)), Some(root)) => self.differs(entry, root, error.to_string()),
+            (Err(LoadError::Broken(error)), None) => Finding::Differs(error.to_string()),
         }
     }
 
-    fn compare(&self, entry: &Entry, data_root: Option<&Path>) -> Result<Finding, LoadError> {
-        let sequence = self.load(entry, data_root)?;
+    /// The first file that differs, before the fact that some do.
+    fn differs(&self, entry: &Entry, root: &Path, fact: String) -> Finding {
+        Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
+            Some(first) => format!("{first}; {fact}"),
+            None => fact,
+        })
+    }
+
+    fn compare(&self, entry: &Entry, root: &Path, sequence: &Sequence) -> Result<Finding, LoadError> {
         let Some(pinned) = &entry.digest else { return Ok(Finding::NoDigestPinned) };
         let digest = sequence.digest()?;
         if digest != pinned {
@@ -59,8 +67,7 @@ impl PinnedSuite {
                 "frames or ground truth are other bytes: digest {digest}, pinned {pinned}"
             )));
         }
-        let labels =
-            data_root.and_then(|root| listing::first_label_difference(entry, self.format(entry), root));
+        let labels = listing::first_label_difference(entry, self.format(entry), root);
         Ok(labels.map_or(Finding::Same, Finding::Differs))
     }
 }

@@ -81,7 +81,7 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     };
     let frames: String = (5..20).map(frame).collect();
     std::fs::write(folder.join("wk2gt.xml"), format!("<dataset>{frames}</dataset>")).unwrap();
-    let loaded = crate::suite::Catalog::default().suite("caviar").unwrap().load(Some(root.path()));
+    let loaded = crate::suite::Catalog::default().suite("caviar").unwrap().load(&[root.path().to_path_buf()]);
     let [walk] = loaded.sequences.as_slice() else { panic!("{:?}", loaded.broken) };
     assert_eq!((walk.len(), walk.number(0)), (15, 6));
     let last = walk.frame(14).unwrap();

@@ -21,8 +21,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Options of a run.
 #[derive(Clone)]
 pub struct Options {
-    /// Folder of real data, if the user gave one.
-    pub data_root: Option<PathBuf>,
+    /// Folders of real data; the first that has a file wins.
+    pub data_roots: Vec<PathBuf>,
     /// Compute everything again, whatever the store has.
     pub force: bool,
     /// Time limit of a cell, and the flag that interrupts the run.
@@ -36,7 +36,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let (limits, progress) = (RunLimits::default(), Arc::new(|_, _| {}));
-        Self { data_root: None, force: false, limits, progress, watch: Arc::default() }
+        Self { data_roots: Vec::new(), force: false, limits, progress, watch: Arc::default() }
     }
 }
 
@@ -93,7 +93,7 @@ impl<'a> Context<'a> {
             config: tracker.setup.clone(),
             run: job.run,
             seed: recipes::track_seed(self.plan.experiment, sequence, tracker, job.run),
-            data_root: self.options.data_root.clone(),
+            data_roots: self.options.data_roots.clone(),
         }
     }
 

@@ -25,12 +25,12 @@ use std::collections::BTreeMap;
 /// When a suite has files that cannot be read.
 pub fn load(
     experiment: &Experiment,
-    data_root: Option<&std::path::Path>,
+    data_roots: &[std::path::PathBuf],
 ) -> Result<BTreeMap<String, Loaded>, DatasetError> {
     plan::needed_roles(experiment)
         .into_iter()
         .map(|role| {
-            Ok((role.to_string(), experiment.catalog.suite(&experiment.suites[role])?.load(data_root)))
+            Ok((role.to_string(), experiment.catalog.suite(&experiment.suites[role])?.load(data_roots)))
         })
         .collect()
 }

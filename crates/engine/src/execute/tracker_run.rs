@@ -23,8 +23,8 @@ pub struct TrackerRun {
     pub run: u32,
     /// Seed of the tracker.
     pub seed: u64,
-    /// Folder of result files, if the user gave one.
-    pub data_root: Option<PathBuf>,
+    /// Folders of result files; the first that has a file wins.
+    pub data_roots: Vec<PathBuf>,
 }
 
 /// Why a tracker with its signals, or a reverse run of it, has no result.
@@ -117,9 +117,8 @@ impl TrackerRun {
     /// # Errors
     /// When the first frame has no ground truth, or the tracker cannot start.
     pub fn start(&self, frame: &Frame) -> Result<StartedTracker, TrackingError> {
-        let Self { sequence, run, seed, data_root, .. } = self;
-        let data_root = data_root.as_deref();
-        let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_root };
+        let Self { sequence, run, seed, data_roots, .. } = self;
+        let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_roots };
         let region = sequence.truth.first().and_then(Option::as_ref).ok_or(TrackingError::NoStart)?;
         Ok(self.config.start(&context, frame, region)?)
     }

@@ -165,8 +165,8 @@ fn unchanged(
     }
     let common = recipes::sequence(&planned.sequence, &digest)?;
     for found in wanted.iter().filter_map(|k| found[*k].as_ref().ok()) {
-        let root = context.options.data_root.as_deref();
-        let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], root)?;
+        let roots = &context.options.data_roots;
+        let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], roots)?;
         if now != found.recipe {
             return Err(changed());
         }

@@ -13,7 +13,7 @@ use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A sequence whose files are present.
@@ -73,7 +73,7 @@ impl<'a> ExperimentPlan<'a> {
     pub fn new(
         experiment: &'a Experiment,
         loaded: BTreeMap<String, Loaded>,
-        data_root: Option<&Path>,
+        data_roots: &[PathBuf],
         stop: &Stop,
     ) -> Result<Self, RunError> {
         let signals = distinct_signals(experiment);
@@ -106,7 +106,7 @@ impl<'a> ExperimentPlan<'a> {
                 let wanted = |job: &Job| demands.iter().any(|d| d.is_for(name, *job));
                 let track = |job: &Job| match &common {
                     _ if !wanted(job) => Err(CellError::Missing("not asked for".to_string())),
-                    Ok(common) => recipes::track(experiment, &sequence, common, *job, data_root),
+                    Ok(common) => recipes::track(experiment, &sequence, common, *job, data_roots),
                     Err(e) => Err(e.clone()),
                 };
                 let tracks = jobs.iter().map(track).collect();

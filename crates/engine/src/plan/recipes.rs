@@ -14,7 +14,7 @@ use crate::spec::method::{
 use crate::spec::{Experiment, Tracker};
 use crate::store::address::{Address, AddressDigest, Recipe, Stage};
 use crate::tracker::RunContext;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Seed of a tracker's run on a sequence.
 pub fn track_seed(experiment: &Experiment, sequence: &Sequence, tracker: &Tracker, run: u32) -> u64 {
@@ -54,7 +54,7 @@ pub fn track(
     sequence: &Sequence,
     common: &Recipe,
     job: Job,
-    data_root: Option<&Path>,
+    data_roots: &[PathBuf],
 ) -> Result<Recipe, CellError> {
     let Job { run, .. } = job;
     let tracker = &experiment.trackers[job.tracker];
@@ -64,14 +64,14 @@ pub fn track(
     if tracker.setup.uses_seed() {
         recipe = recipe.with("seed", seed);
     }
-    let context = RunContext { sequence, start_frame: 0, run, seed, data_root };
+    let context = RunContext { sequence, start_frame: 0, run, seed, data_roots };
     let inputs = tracker.setup.inputs(&context).map_err(|e| CellError::from(&e))?;
     if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }
     for path in inputs {
-        // A file outside the data root enters by its name only, so that its folder changes nothing.
-        let below = data_root.and_then(|root| path.strip_prefix(root).ok());
+        // A file outside the data roots enters by its name only, so that its folder changes nothing.
+        let below = data_roots.iter().find_map(|root| path.strip_prefix(root).ok());
         let shown = below.or(path.file_name().map(Path::new)).unwrap_or(&path);
         let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
         recipe = recipe.with(format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?);

@@ -33,7 +33,7 @@ use crate::num::seed;
 use crate::region::{Areas, Rect, Region};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Protocol under which a tracker is run.
@@ -164,7 +164,7 @@ impl TrackerConfig for Under {
             sequence: context.sequence.clone(),
             run: context.run,
             seed: context.seed,
-            data_root: context.data_root.map(Path::to_path_buf),
+            data_roots: context.data_roots.to_vec(),
             first,
             rng: seed::rng(seed::seed(context.seed, &["region noise"])),
             frame: 0,
@@ -224,7 +224,7 @@ struct Supervised {
     sequence: Sequence,
     run: u32,
     seed: u64,
-    data_root: Option<PathBuf>,
+    data_roots: Vec<PathBuf>,
     /// Index of the frame of the first start.
     first: usize,
     /// Noise of the start boxes; it goes on over the starts.
@@ -287,7 +287,7 @@ impl Supervised {
                     start_frame: t,
                     run: self.run,
                     seed: self.seed,
-                    data_root: self.data_root.as_deref(),
+                    data_roots: &self.data_roots,
                 };
                 let (tracker, state) = self.config.start(&context, frame, &region)?;
                 self.phase = Phase::Running(tracker);

@@ -106,9 +106,9 @@ impl Replay {
         &self,
         sequence: &Sequence,
         run: u32,
-        data_root: Option<&Path>,
+        data_roots: &[PathBuf],
     ) -> Result<Vec<TrackerState>, TrackerError> {
-        let source = self.find(sequence, run, data_root)?;
+        let source = self.find(sequence, run, data_roots)?;
         Ok(self.states(&source, sequence, run)?)
     }
 
@@ -134,13 +134,25 @@ impl Replay {
         self.cut(path, boxes, sequence)
     }
 
-    fn find(&self, sequence: &Sequence, run: u32, data_root: Option<&Path>) -> Result<Source, TrackerError> {
+    /// The result file in the first data root that has one.
+    fn find(&self, sequence: &Sequence, run: u32, data_roots: &[PathBuf]) -> Result<Source, TrackerError> {
+        let mut first = None;
+        for root in data_roots {
+            match self.find_below(root, sequence, run) {
+                Err(missing @ TrackerError::Missing(_)) => first = first.or(Some(missing)),
+                found => return found,
+            }
+        }
+        Err(first.unwrap_or_else(|| {
+            TrackerError::Missing(format!(
+                "results `{}` are files of a data root, and none is given; add --data-root DIR or set TRACKFAIL_DATA",
+                self.0.results
+            ))
+        }))
+    }
+
+    fn find_below(&self, root: &Path, sequence: &Sequence, run: u32) -> Result<Source, TrackerError> {
         let Params { results, .. } = &self.0;
-        let Some(root) = data_root else {
-            return Err(TrackerError::Missing(format!(
-                "results `{results}` are files of a data root, and none is given; add --data-root DIR or set TRACKFAIL_DATA"
-            )));
-        };
         let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
         let (folder, of_run) = (below(results), format!("{results}_{run:03}"));
         let mut found = Vec::new();
@@ -279,11 +291,11 @@ impl TrackerConfig for Replay {
     }
 
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(vec![self.find(context.sequence, context.run, context.data_root)?.path])
+        Ok(vec![self.find(context.sequence, context.run, context.data_roots)?.path])
     }
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> StartResult {
-        let states = self.read(context.sequence, context.run, context.data_root)?;
+        let states = self.read(context.sequence, context.run, context.data_roots)?;
         let mut player = Player { states, next: 0 };
         let first = player.step()?;
         Ok((Box::new(player), first))

@@ -8,7 +8,7 @@ use crate::region::Region;
 
 /// A context of run 0 that starts in the first frame and has no data root.
 pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {
-    RunContext { sequence, start_frame: 0, run: 0, seed, data_root: None }
+    RunContext { sequence, start_frame: 0, run: 0, seed, data_roots: &[] }
 }
 
 /// The states of a tracker that starts with `region` in the first of these frames.

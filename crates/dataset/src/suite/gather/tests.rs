@@ -66,14 +66,17 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         let section = gather(&wanted("mine", format, folder), root.path()).unwrap();
         let suite = read(&section);
         assert_eq!(suite.sequence_names(), names, "{folder}");
-        let loaded = suite.load(Some(root.path()));
+        let loaded = suite.load(&[root.path().to_path_buf()]);
         assert_eq!((loaded.sequences.len(), loaded.broken.len()), (names.len(), 0), "{folder}");
         // Boxes count from 1, but for those of VOT.
         let first = loaded.sequences[0].truth[0].as_ref().unwrap().rect().x;
         assert_eq!(first, if format.word == "vot" { 1.0 } else { 0.0 }, "{folder}");
         let entry = &suite.entries()[0];
         assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
-        assert!(suite.verify(Some(root.path())).iter().all(|c| c.finding == Finding::Same), "{folder}");
+        assert!(
+            suite.verify(&[root.path().to_path_buf()]).iter().all(|c| c.finding == Finding::Same),
+            "{folder}"
+        );
     }
 }
 
@@ -81,7 +84,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
 fn a_changed_frame_or_truth_is_told() {
     let root = root();
     let suite = read(&gather(&wanted("mine", format("lasot"), "lasot"), root.path()).unwrap());
-    let first = || suite.verify(Some(root.path())).swap_remove(0).finding;
+    let first = || suite.verify(&[root.path().to_path_buf()]).swap_remove(0).finding;
     write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
     assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
     write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");

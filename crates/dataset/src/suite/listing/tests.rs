@@ -110,7 +110,11 @@ fn sections_are_as_data_lock_writes_them() {
     let root = real_data();
     let mut seen = 0;
     for name in crate::lock::pinned_suite_names() {
-        for (folder, text) in super::super::Catalog::default().suite(name).unwrap().pin_files(&root).unwrap()
+        for (folder, text) in super::super::Catalog::default()
+            .suite(name)
+            .unwrap()
+            .pin_files(std::slice::from_ref(&root))
+            .unwrap()
         {
             assert_eq!(text, format!("{folder}\n{}", sections()[folder.as_str()]));
             seen += 1;

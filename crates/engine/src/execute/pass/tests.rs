@@ -104,7 +104,7 @@ fn make_on(
         config: Arc::new(*bad),
         run: 0,
         seed: 1,
-        data_root: None,
+        data_roots: Vec::new(),
     };
     let task = |bad: &Bad| Task { run: run(bad), states: states.cloned(), signals: vec![0] };
     let one = Pass {

@@ -50,7 +50,7 @@ fn reversal(kind: &str) -> Reversal {
     let entry = plugin::find(TRACKERS, kind).unwrap();
     let config: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text(entry.example).unwrap());
     let (sequence, frames) = (sequence(), Arc::new(FrameCache::new(1 << 24)));
-    let run = TrackerRun { sequence, frames, config, run: 0, seed: 5, data_root: None };
+    let run = TrackerRun { sequence, frames, config, run: 0, seed: 5, data_roots: Vec::new() };
     let (mut tracker, first) = run.start(&run.frame(0).unwrap()).unwrap();
     let mut regions = vec![first.region];
     regions.extend((1..FRAMES).map(|t| tracker.update(&run.frame(t).unwrap()).unwrap().region));

@@ -78,7 +78,7 @@ impl Script {
 
     /// Starts it in a frame of a sequence.
     fn start(&self, sequence: &Sequence, start_frame: usize, region: &Region) -> StartResult {
-        let context = RunContext { sequence, start_frame, run: 4, seed: 99, data_root: None };
+        let context = RunContext { sequence, start_frame, run: 4, seed: 99, data_roots: &[] };
         self.config().start(&context, &sequence.frame(start_frame).unwrap(), region)
     }
 

@@ -4,6 +4,11 @@ use crate::dataset::{Frames, Numbering};
 use crate::region::Rect;
 use crate::tracker::testing;
 
+/// The data roots of a test, one.
+fn roots(root: &tempfile::TempDir) -> Vec<PathBuf> {
+    vec![root.path().to_path_buf()]
+}
+
 fn replay(results: &str) -> Replay {
     let text = format!("{{ results = \"{results}\" }}");
     Replay::new(read_params(RawParams::parse(&text).unwrap()).unwrap()).unwrap()
@@ -63,7 +68,7 @@ fn formats_and_runs() {
         ("S.txt", "7 1 1,  1\n8 1\t1 1", 0, [6.0, 7.0]),
     ] {
         let root = with_files(&[(file, text), ("S/S_001_time.txt", "1\n1"), ("S_time.txt", "0.1")]);
-        let states = replay("a").read(&sequence(), run, Some(root.path()));
+        let states = replay("a").read(&sequence(), run, &roots(&root));
         assert_eq!(lefts(&states.unwrap()), want, "{file}");
     }
 }
@@ -80,7 +85,7 @@ fn the_first_pixel_may_be_given() {
         let root = with_files(&[(file, text)]);
         let read = |params: String| {
             let replay = Replay::new(read_params(RawParams::parse(&params).unwrap()).unwrap()).unwrap();
-            lefts(&replay.read(&sequence(), 0, Some(root.path())).unwrap())
+            lefts(&replay.read(&sequence(), 0, &roots(&root)).unwrap())
         };
         assert_eq!(read("{ results = \"a\" }".into()), default, "{file}");
         let (base, moved) = other;
@@ -107,11 +112,11 @@ fn a_targets_number_may_be_spelled_otherwise() {
     let second = Sequence { name: "S-2".into(), ..sequence() };
     for file in ["S-2.txt", "S_2.txt", "S.2.txt", "S_2_001.txt", "S_2/S_2_001.txt", "../a_000/S_2.txt"] {
         let root = with_files(&[(file, boxes), ("S.txt", "1,1,1,1"), ("S_1.txt", "")]);
-        let states = replay("a").read(&second, 0, Some(root.path())).unwrap();
+        let states = replay("a").read(&second, 0, &roots(&root)).unwrap();
         assert_eq!(lefts(&states), [6.0, 7.0], "{file}");
     }
     let root = with_files(&[("S_2.txt", boxes), ("S.2.txt", boxes)]);
-    match replay("a").read(&second, 0, Some(root.path())) {
+    match replay("a").read(&second, 0, &roots(&root)) {
         Err(TrackerError::Broken(m)) => assert!(m.contains("S_2.txt") && m.contains("S.2.txt"), "{m}"),
         other => panic!("{other:?}"),
     }
@@ -124,9 +129,9 @@ fn absent_results_are_missing() {
         Err(TrackerError::Missing(message)) => message,
         other => panic!("{other:?}"),
     };
-    assert!(missing(replay("a").read(&sequence(), 0, None)).contains("--data-root"));
-    assert!(missing(replay("b").read(&sequence(), 0, Some(root.path()))).contains("S/S_001.txt"));
-    let second = missing(replay("a").read(&sequence(), 1, Some(root.path())));
+    assert!(missing(replay("a").read(&sequence(), 0, &[])).contains("--data-root"));
+    assert!(missing(replay("b").read(&sequence(), 0, &roots(&root))).contains("S/S_001.txt"));
+    let second = missing(replay("a").read(&sequence(), 1, &roots(&root)));
     assert!(second.contains("S_002.txt") && second.contains("a_001 beside"), "{second}");
 }
 
@@ -153,7 +158,7 @@ fn files_that_do_not_fit_are_errors() {
         (&[("../a_001/S.txt", "7\t1\t1\t1\n8\t1\t0\t1")], 1, "S.txt: line 2"),
     ] {
         let root = with_files(files);
-        match replay("a").read(&sequence(), run, Some(root.path())) {
+        match replay("a").read(&sequence(), run, &roots(&root)) {
             Err(e @ (TrackerError::Broken(_) | TrackerError::Results(_))) => {
                 assert!(e.to_string().contains(word), "{e}");
             }
@@ -168,10 +173,10 @@ fn boxes_without_area_may_be_repeated_and_are_marked() {
     let root = with_files(&files);
     let mut repeat = replay("a");
     repeat.0.without_area = WithoutArea::Repeat;
-    let states = repeat.read(&sequence(), 0, Some(root.path())).unwrap();
+    let states = repeat.read(&sequence(), 0, &roots(&root)).unwrap();
     assert_eq!((lefts(&states), states[1].status), (vec![4.0, 4.0], Status::Skipped));
     let other = Sequence { name: "T".into(), ..sequence() };
-    assert!(repeat.read(&other, 0, Some(root.path())).is_err());
+    assert!(repeat.read(&other, 0, &roots(&root)).is_err());
 }
 
 #[test]
@@ -192,7 +197,7 @@ fn paths_stay_under_the_data_root() {
 fn plays_in_order_and_again() {
     let root = with_files(&[("S.json", JSON)]);
     let s = sequence();
-    let context = RunContext { data_root: Some(root.path()), ..testing::context(&s, 0) };
+    let context = RunContext { data_roots: &roots(&root), ..testing::context(&s, 0) };
     let frame = Frame::new(1, 1, vec![0; 3]);
     let region = s.truth[0].clone().unwrap();
     for _ in 0..2 {
@@ -208,11 +213,11 @@ fn plays_in_order_and_again() {
 #[test]
 fn real_results_cover_the_real_sequences() {
     let root = trackfail_testing::real_data();
-    let otb = Catalog::default().suite("otb-dtef20").unwrap().load(Some(&root)).sequences;
+    let otb = Catalog::default().suite("otb-dtef20").unwrap().load(std::slice::from_ref(&root)).sequences;
     for tracker in ["OPE/STRUCK", "OPE/MEEM", "OPE/MUSTer", "TRE/IVT"] {
         let config = replay(&format!("otb/{tracker}"));
         for s in &otb {
-            let states = config.read(s, 0, Some(&root)).unwrap();
+            let states = config.read(s, 0, std::slice::from_ref(&root)).unwrap();
             assert_eq!(states.len(), s.len());
             assert_eq!(states[0].status, Status::Initialized);
             // OTB starts every tracker with the ground truth; Struck rounds, IVT draws its own.
@@ -221,7 +226,7 @@ fn real_results_cover_the_real_sequences() {
             assert!(share > 0.9, "{tracker} {}: {share}", s.name);
         }
     }
-    let vot = Catalog::default().suite("vot2014").unwrap().load(Some(&root)).sequences;
+    let vot = Catalog::default().suite("vot2014").unwrap().load(std::slice::from_ref(&root)).sequences;
     for (tracker, runs) in [
         ("GOTURN/baseline", 3),
         ("PFTracker/baseline_lite", 1),
@@ -231,10 +236,13 @@ fn real_results_cover_the_real_sequences() {
         let config = replay(&format!("vot2014/{tracker}"));
         for s in &vot {
             for run in 0..runs {
-                let states = config.read(s, run, Some(&root)).unwrap();
+                let states = config.read(s, run, std::slice::from_ref(&root)).unwrap();
                 assert_eq!(states.len(), s.len());
             }
-            assert!(matches!(config.read(s, runs, Some(&root)), Err(TrackerError::Missing(_))));
+            assert!(matches!(
+                config.read(s, runs, std::slice::from_ref(&root)),
+                Err(TrackerError::Missing(_))
+            ));
         }
     }
 }

@@ -86,7 +86,7 @@ impl Server<'_> {
                         start_frame: 0,
                         run: 0,
                         seed: self.seed,
-                        data_root: None,
+                        data_roots: &[],
                     };
                     let (started, state) = self.config.start(&context, &frame, &region)?;
                     tracker = Some(started);
