@@ -1,6 +1,14 @@
 //! Time per frame of the trackers with correlation filters, one thread: a target of 64 x 64 pixels that moves back and
 //! forth by three pixels per frame, in frames of 640 x 480 pixels.
 //!
+//! `dsst` takes 3.9 ms (5.0 before spectra stayed four columns side by side), `samf` 4.0 (6.0 before pixels were
+//! interpolated in vectors). `dsst` transforms 2 x 28 planes of 128 x 128 values, each of about
+//! `2.5 n log2 n` = 0.57 million operations, 32 million a frame. The butterflies take 28 % of the time, 1.1 ms, or
+//! 30 operations a nanosecond: additions for the most part, of which a core has 24 at 3 GHz with two adders of four
+//! numbers and 48 with multiplications beside them. So butterflies are near what vectors of four can do. Another 39 %
+//! goes to what is around them, values that come and go and products of spectra, 16 % to gradients, 6 % to resampling.
+//! `samf`: transforms 15 %, what is around them and cells 32 %, gradients 28 %, resampling 14 %.
+//!
 //! `benches/peers/opencv_trackers.py` times OpenCV's trackers on the same frames.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};

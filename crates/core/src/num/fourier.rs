@@ -8,8 +8,8 @@
 //! The spectrum of a real plane is symmetric, `X[w - k, h - l] = conj X[k, l]`, so only the columns `0..=w / 2`
 //! are kept, as the transform leaves them: **four columns side by side**. `X[k, l]` is lane `k % 4` of the coefficients at
 //! `k / 4 * h + l`; lanes beyond the last column are 0. Products of spectra do not mind, and are those of vectors.
-//! With `h = 1` this is the transform of a line. Their number is made even by a last one of 0: loops over two at a time
-//! become plain vector operations.
+//! With `h = 1` this is the transform of a line. Their number is made even by a last one of 0, for loops that take two
+//! at a time.
 //!
 //! Any size works, primes too (by Rader's or Bluestein's algorithm). The algorithms are `rustfft`'s, four lines at a
 //! time (`lanes`), and give the same bits on every processor.
@@ -98,7 +98,8 @@ impl Fourier {
         self.height.div_ceil(LANES)
     }
 
-    /// Puts the rows of a plane four side by side: column `x` of group `g` at `g * width + x`, zeros below the last row.
+    /// Puts the rows of a plane four side by side: column `x` of group `g` at `g * width + x`, zeros below the last
+    /// row.
     pub fn side_by_side<T: Copy + Default>(&self, plane: &[T]) -> Vec<[T; LANES]> {
         let mut groups = vec![[T::default(); LANES]; self.row_groups() * self.width];
         for (group, rows) in groups.chunks_exact_mut(self.width).zip(plane.chunks(LANES * self.width)) {
@@ -123,8 +124,8 @@ impl Fourier {
         &spectra[..len]
     }
 
-    /// Transforms the plane whose rows `4 g ... 4 g + 3` have the values `value(g, x)`. With `h = 1` these are four lines, and
-    /// there are four spectra one behind the other.
+    /// Transforms the plane whose rows `4 g ... 4 g + 3` have the values `value(g, x)`. With `h = 1` these are four
+    /// lines, and there are four spectra one behind the other.
     pub fn forward_groups(&mut self, value: impl Fn(usize, usize) -> Lanes) -> &[Complexes] {
         let height = self.height;
         for group in 0..self.row_groups() {

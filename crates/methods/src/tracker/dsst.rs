@@ -173,7 +173,8 @@ struct Target {
     cells: Vec<f32>,
 }
 
-/// A sample of the place times the window: gray values, and the one gradient that each pixel has. Rows are four side by side.
+/// A sample of the place times the window: gray values, and the one gradient that each pixel has. Rows are four side
+/// by side.
 #[derive(Default)]
 struct Look {
     window: Vec<Lanes>,
@@ -347,8 +348,8 @@ impl Target {
 
 /// A multi-channel correlation filter over a plane or, with one row, a line.
 ///
-/// Samples come as `value(pass, group, x)`, times the window: four values at a time, in column `x`. A pass is a channel of a plane
-/// with its rows `4 group ... 4 group + 3`, or four channels of lines.
+/// Samples come as `value(pass, group, x)`, times the window: four values at a time, in column `x`. A pass is a channel
+/// of a plane with its rows `4 group ... 4 group + 3`, or four channels of lines.
 struct Filter {
     fourier: Fourier,
     label: Vec<Complexes>,

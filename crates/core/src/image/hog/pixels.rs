@@ -1,7 +1,7 @@
 //! Features of single pixels.
 //!
-//! A cell of one pixel has one orientation `b`, so that two of its first 27 channels are not 0: `b` and `18 + b mod 9`, and both have
-//! the same value.
+//! A cell of one pixel has one orientation `b`, so that two of its first 27 channels are not 0: `b` and
+//! `18 + b mod 9`, and both have the same value.
 
 use super::{Hog, cut};
 use crate::image::patch::Patch;
