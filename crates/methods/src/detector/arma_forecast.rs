@@ -64,6 +64,47 @@ impl Default for Params {
     }
 }
 
+impl Params {
+    fn forecast(&self) -> Forecast {
+        let Self { order, window, horizon, threshold: _, scheme, start } = *self;
+        Forecast { order, window, horizon, scheme, start }
+    }
+}
+
+/// A forecast by ARMA models: its parameters are those of the same names in [`Params`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Forecast {
+    pub order: [usize; 2],
+    pub window: usize,
+    pub horizon: usize,
+    pub scheme: Scheme,
+    pub start: Presample,
+}
+
+impl Forecast {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        if self.order.iter().any(|&k| k > arma::MAX_ORDER) {
+            let [p, q] = self.order;
+            return Err(ParamError::out_of_range("order", "two numbers from 0 to 5", format!("[{p}, {q}]")));
+        }
+        forecasting::check(self.window, arma::least_window(self.order), self.horizon)
+    }
+
+    /// The forecast of every frame, NaN where there is none yet.
+    pub fn of(&self, signal: &[f64]) -> Vec<f64> {
+        forecasting::forecasts(signal, self.window, self.horizon, self.scheme, |y, ahead| {
+            match arma::fit(y, self.order, self.start) {
+                Ok(model) => model.forecast(ahead),
+                Err(_) => vec![y[y.len() - 1]; ahead],
+            }
+        })
+    }
+}
+
 /// The detector.
 #[derive(Debug, Clone)]
 pub struct ArmaForecast(Params);
@@ -74,12 +115,8 @@ impl ArmaForecast {
     /// # Errors
     /// When one is outside its documented range.
     pub fn new(params: Params) -> Result<Self, ParamError> {
-        if params.order.iter().any(|&k| k > arma::MAX_ORDER) {
-            let [p, q] = params.order;
-            return Err(ParamError::out_of_range("order", "two numbers from 0 to 5", format!("[{p}, {q}]")));
-        }
-        let least = arma::least_window(params.order);
-        forecasting::check(params.window, least, params.horizon, params.threshold)?;
+        params.forecast().check()?;
+        forecasting::check_threshold(params.threshold)?;
         Ok(Self(params))
     }
 }
@@ -94,14 +131,7 @@ impl Detector for ArmaForecast {
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let Params { order, window, horizon, threshold, scheme, start } = self.0;
-        let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
-            match arma::fit(y, order, start) {
-                Ok(model) => model.forecast(ahead),
-                Err(_) => vec![y[y.len() - 1]; ahead],
-            }
-        });
-        forecasting::judge(input.signal, forecast, threshold)
+        forecasting::judge(input.signal, self.0.forecast().of(input.signal), self.0.threshold)
     }
 }
 

@@ -19,14 +19,19 @@ pub enum Scheme {
     Rolling,
 }
 
-/// Checks the parameters that all forecasting detectors have; `least` is the smallest window of the model.
-pub(super) fn check(window: usize, least: usize, horizon: usize, threshold: f64) -> Result<(), ParamError> {
+/// Checks the parameters of a forecast; `least` is the smallest window of the model.
+pub(super) fn check(window: usize, least: usize, horizon: usize) -> Result<(), ParamError> {
     if !(least..=100_000).contains(&window) {
         return Err(ParamError::out_of_range("window", &format!("from {least} to 100000 frames"), window));
     }
     if !(1..=100_000).contains(&horizon) {
         return Err(ParamError::out_of_range("horizon", "from 1 to 100000 frames", horizon));
     }
+    Ok(())
+}
+
+/// Checks a fixed threshold on the forecast error.
+pub(super) fn check_threshold(threshold: f64) -> Result<(), ParamError> {
     // Frames without a forecast score 0 and must not be alarms, hence above 0.
     if !(threshold.is_finite() && threshold > 0.0) {
         return Err(ParamError::out_of_range("threshold", "finite and above 0", threshold));
@@ -65,13 +70,15 @@ pub(super) fn forecasts(
     all
 }
 
+/// The forecast error |y - y^| of every frame, 0 where there is no forecast.
+pub(super) fn errors(signal: &[f64], forecast: &[f64]) -> Vec<f64> {
+    let error = |(y, f): (&f64, &f64)| if f.is_nan() { 0.0 } else { (y - f).abs().min(f64::MAX) };
+    signal.iter().zip(forecast).map(error).collect()
+}
+
 /// Scores |y - y^|, 0 where there is no forecast, and alarms where they reach the threshold.
 pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> DetectorOutput {
-    let score: Vec<f64> = signal
-        .iter()
-        .zip(&forecast)
-        .map(|(y, f)| if f.is_nan() { 0.0 } else { (y - f).abs().min(f64::MAX) })
-        .collect();
+    let score = errors(signal, &forecast);
     let alarm = score.iter().map(|&z| z >= threshold).collect();
     DetectorOutput { score, alarm, forecast: Some(forecast), ..DetectorOutput::default() }
 }

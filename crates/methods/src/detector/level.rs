@@ -61,6 +61,29 @@ impl Level {
         };
         Err(ParamError { message: message.to_string(), key: None, span: None })
     }
+
+    /// Whether a value is an alarm.
+    pub fn is_alarm(self, y: f64) -> bool {
+        match self {
+            Self::Below(level) => y < level,
+            Self::Above(level) => y >= level,
+        }
+    }
+
+    /// The level itself.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Below(level) | Self::Above(level) => level,
+        }
+    }
+
+    /// Another level with alarms on the same side.
+    pub fn moved_to(self, level: f64) -> Self {
+        match self {
+            Self::Below(_) => Self::Below(level),
+            Self::Above(_) => Self::Above(level),
+        }
+    }
 }
 
 impl Detector for Level {
@@ -72,20 +95,11 @@ impl Detector for Level {
     }
 
     fn threshold(&self) -> Option<f64> {
-        match *self {
-            Self::Below(level) | Self::Above(level) => Some(level),
-        }
+        Some(self.value())
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let alarm = input
-            .signal
-            .iter()
-            .map(|&y| match *self {
-                Self::Below(level) => y < level,
-                Self::Above(level) => y >= level,
-            })
-            .collect();
+        let alarm = input.signal.iter().map(|&y| self.is_alarm(y)).collect();
         DetectorOutput { score: input.signal.to_vec(), alarm, ..DetectorOutput::default() }
     }
 }

@@ -58,7 +58,8 @@ impl NaiveForecast {
     /// # Errors
     /// When one is outside its documented range.
     pub fn new(params: Params) -> Result<Self, ParamError> {
-        forecasting::check(params.window, 1, params.horizon, params.threshold)?;
+        forecasting::check(params.window, 1, params.horizon)?;
+        forecasting::check_threshold(params.threshold)?;
         Ok(Self(params))
     }
 }
