@@ -9,6 +9,7 @@ pub mod arte;
 pub mod arte_star;
 pub mod consistency;
 pub mod forecasting;
+pub mod hysteresis;
 pub mod labels;
 pub mod learning;
 pub mod level;
@@ -121,6 +122,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,
     naive_forecast::ENTRY,
     level::ENTRY,
+    hysteresis::ENTRY,
     accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,
