@@ -8,6 +8,8 @@ pub mod arma_forecast;
 pub mod arte;
 pub mod arte_star;
 pub mod consistency;
+pub mod control_chart;
+pub mod cusum;
 pub mod forecasting;
 pub mod hysteresis;
 pub mod labels;
@@ -17,6 +19,7 @@ pub mod matched_kalman_bank;
 pub mod naive_forecast;
 pub mod never;
 pub mod oracle;
+pub mod page_hinkley;
 pub mod periodic;
 pub mod random;
 pub mod track_quality;
@@ -123,6 +126,8 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     naive_forecast::ENTRY,
     level::ENTRY,
     hysteresis::ENTRY,
+    cusum::ENTRY,
+    page_hinkley::ENTRY,
     accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,

@@ -210,6 +210,8 @@ mod tests {
         ("detector naive-forecast", "2b4be781e0646eab"),
         ("detector level", "a763eef451a2b735"),
         ("detector hysteresis", "2086dbb08a9958ac"),
+        ("detector cusum", "c9a0cfbe477a4d9f"),
+        ("detector page-hinkley", "1fe1b569841bd2f9"),
         ("detector accumulated-validation", "3bda99986c490d2c"),
         ("detector two-model-chi-square", "b662c67db9e5a71f"),
         ("detector matched-kalman-bank", "82f63de4f6655a23"),

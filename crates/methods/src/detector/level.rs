@@ -84,6 +84,14 @@ impl Level {
             Self::Above(_) => Self::Above(level),
         }
     }
+
+    /// The parameter that gives it.
+    pub(super) fn key(self) -> &'static str {
+        match self {
+            Self::Below(_) => "below",
+            Self::Above(_) => "above",
+        }
+    }
 }
 
 impl Detector for Level {

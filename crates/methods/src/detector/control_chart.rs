@@ -1,0 +1,308 @@
+//! Control charts, shared by `cusum` and `page-hinkley`: sums of a signal's deviations from its normal level.
+//!
+//! ```text
+//! sigma = max(standard deviation of y[0], ..., y[start - 1], floor max(1, |y[0]|, ..., |y[start - 1]|))
+//! z[t]  = (mu[t] - y[t]) / sigma   with `below`          z[t] = (y[t] - mu[t]) / sigma   with `above`
+//! S[t]  = max(0, S[t-1] + z[t] - k),   S[start - 1] = 0          alarm at t when S[t] >= h
+//! ```
+//!
+//! `y` is the signal, `mu` its normal level and `sigma` its normal deviation, all in the signal's unit; `S`, `k` and
+//! `h` are in units of `sigma`, and `h` is the parameter `below` or `above`. `t` is a 0-based frame. The standard
+//! deviation divides by `start - 1`. High values of `S`, the score, are suspicious; it is 0 in the frames of the start,
+//! which therefore have no alarm.
+//!
+//! The floor keeps a start that is constant but for rounding from turning rounding into an alarm: without it,
+//! `sigma` is 0 or nearly so.
+
+use super::level::{self, Level};
+use super::{Detector, DetectorOutput, Input};
+use crate::plugin::{ParamError, check_ranges, show_params};
+use serde::{Deserialize, Serialize};
+
+/// What follows an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum After {
+    /// The alarm lasts until the signal is back, z <= `release`, and the sum then starts again from 0. Until then the
+    /// sum does not fall below `h`.
+    Latch,
+    /// The alarm lasts one frame, and the sum starts again from 0 in the next one.
+    Reset,
+}
+
+/// Parameters; exactly one of `below` and `above` is given.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Alarm when the sum of the deviations below the normal level is this or more, `h`, in standard deviations,
+    /// above 0; 5 is usual.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// The same for deviations above the normal level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// Deviation that every frame is allowed, in standard deviations, 0 to 1000; half the shift to be found is usual.
+    pub k: f64,
+    /// Frames at the start of a track that are taken to be good, 2 to 100000.
+    pub start: usize,
+    /// What follows an alarm.
+    pub after: After,
+    /// Deviation at which an alarm with `after = "latch"` ends, in standard deviations, -1000 to 1000; 0 is the normal
+    /// level itself.
+    pub release: f64,
+    /// Smallest standard deviation, as a share of the start's largest absolute value or of 1 if that is less;
+    /// 1e-12 to 1.
+    pub floor: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { below: None, above: None, k: 0.5, start: 25, after: After::Latch, release: 0.0, floor: 1e-6 }
+    }
+}
+
+/// The normal level that a signal is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Normal {
+    /// Mean of the start.
+    Start,
+    /// Mean of the frames up to the current one: with `latch` those that do not follow an alarm frame, with `reset`
+    /// those since the last alarm.
+    Running,
+}
+
+/// A detector that alarms when the sum of deviations is too large.
+#[derive(Debug, Clone)]
+pub(super) struct ControlChart {
+    params: Params,
+    limit: Level,
+    normal: Normal,
+}
+
+impl ControlChart {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When none or both of `below` and `above` are given, or one is outside its documented range.
+    pub fn new(params: Params, normal: Normal) -> Result<Self, ParamError> {
+        let limit = Level::new(level::Params { below: params.below, above: params.above })?;
+        if limit.value() <= 0.0 {
+            return Err(ParamError::out_of_range(limit.key(), "above 0", limit.value()));
+        }
+        check_ranges(&[("start", params.start, 2, 100_000)])?;
+        check_ranges(&[
+            ("k", params.k, 0.0, 1000.0),
+            ("release", params.release, -1000.0, 1000.0),
+            ("floor", params.floor, 1e-12, 1.0),
+        ])?;
+        Ok(Self { params, limit, normal })
+    }
+
+    /// The sum S of every frame.
+    fn sums(&self, signal: &[f64]) -> Vec<f64> {
+        let Params { k, start, after, release, floor, .. } = self.params;
+        let limit = self.limit.value();
+        let mut sums = vec![0.0; signal.len()];
+        let Some((first, later)) = signal.split_at_checked(start) else { return sums };
+        let start = Start::of(first, floor);
+        let mut mean = RunningMean { mean: start.mean, count: first.len() };
+        let (mut sum, mut in_alarm) = (0.0_f64, false);
+        for (&y, shown) in later.iter().zip(&mut sums[first.len()..]) {
+            let y = y / start.scale;
+            let latched = in_alarm && after == After::Latch;
+            if in_alarm && after == After::Reset {
+                sum = 0.0;
+                if self.normal == Normal::Running {
+                    mean = RunningMean::default();
+                }
+            }
+            if self.normal == Normal::Running && !latched {
+                mean.add(y);
+            }
+            let above = (y - mean.mean) / start.deviation;
+            let z = if matches!(self.limit, Level::Below(_)) { -above } else { above };
+            let least = if latched { limit } else { 0.0 };
+            sum = (sum + z.clamp(-f64::MAX, f64::MAX) - k).clamp(least, f64::MAX);
+            if latched && z <= release {
+                sum = 0.0;
+            }
+            in_alarm = sum >= limit;
+            *shown = sum;
+        }
+        sums
+    }
+}
+
+impl Detector for ControlChart {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.limit.value())
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let score = self.sums(input.signal);
+        let alarm = score.iter().map(|s| *s >= self.limit.value()).collect();
+        DetectorOutput { score, alarm, ..DetectorOutput::default() }
+    }
+}
+
+/// Mean and standard deviation of the start of a track.
+struct Start {
+    /// The unit of the other two, in the signal's unit: the largest absolute value, at least 1. In this unit nothing
+    /// overflows, and values up to 1 keep their bits.
+    scale: f64,
+    mean: f64,
+    deviation: f64,
+}
+
+impl Start {
+    /// Of at least two values; the deviation is at least `floor`.
+    fn of(values: &[f64], floor: f64) -> Self {
+        let scale = values.iter().fold(1.0_f64, |largest, y| largest.max(y.abs()));
+        let mut mean = RunningMean::default();
+        values.iter().for_each(|y| mean.add(y / scale));
+        let squares: f64 = values.iter().map(|y| (y / scale - mean.mean).powi(2)).sum();
+        let deviation = (squares / (values.len() as f64 - 1.0)).sqrt();
+        Self { scale, mean: mean.mean, deviation: deviation.max(floor) }
+    }
+}
+
+/// The mean of the values that were added, 0 before the first one.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RunningMean {
+    pub mean: f64,
+    pub count: usize,
+}
+
+impl RunningMean {
+    /// Adds a value. Half the difference is taken first, so that values of opposite sign do not overflow.
+    pub fn add(&mut self, value: f64) {
+        self.count += 1;
+        self.mean += 2.0 * ((value / 2.0 - self.mean / 2.0) / self.count as f64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn chart(normal: Normal, params: Params, signal: &[f64]) -> DetectorOutput {
+        let chart = ControlChart::new(params, normal).unwrap();
+        chart.detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    }
+
+    const BOTH: [Normal; 2] = [Normal::Start, Normal::Running];
+
+    fn above(h: f64) -> Params {
+        Params { above: Some(h), ..Params::default() }
+    }
+
+    #[test]
+    fn rounding_after_a_constant_start_is_no_alarm() {
+        for level in [0.0_f64, 1e-300, 0.04, 0.1 + 0.2, 1.0, 1e9, 1e300] {
+            let up = level + 4.0 * f64::EPSILON * level.max(1.0);
+            let flat = [level; 25];
+            let signal: Vec<f64> = flat.iter().copied().chain((0..5000).map(|_| up)).collect();
+            let wavy: Vec<f64> = (0..5000).map(|t| if t % 3 == 0 { level } else { up }).collect();
+            for (normal, signal) in BOTH.iter().flat_map(|n| [(*n, &signal), (*n, &wavy)]) {
+                for params in [above(5.0), Params { below: Some(5.0), ..Params::default() }] {
+                    assert!(chart(normal, params, signal).score.iter().all(|s| *s < 0.01), "{level}");
+                }
+            }
+            let jump: Vec<f64> = flat.iter().copied().chain([level + level.max(1.0)]).collect();
+            assert!(BOTH.iter().all(|n| chart(*n, above(5.0), &jump).alarm[25]), "{level}");
+        }
+    }
+
+    // python3: statistics.mean(x), statistics.stdev(x) for x = [.5, .25, -1, .125] and for [1e308, -1e308, 1e308]:
+    // mean -0.03125; 1/3 and 2 / sqrt(3) of 1e308
+    #[test]
+    fn the_start_is_that_of_the_statistics_module() {
+        let start = Start::of(&[0.5, 0.25, -1.0, 0.125], 1e-6);
+        assert_eq!(start.scale, 1.0);
+        assert!((start.mean + 0.03125).abs() < 1e-15, "{}", start.mean);
+        assert!((start.deviation - STDEV).abs() < 1e-15, "{}", start.deviation);
+        let start = Start::of(&[1e308, -1e308, 1e308], 1e-6);
+        assert!(
+            (start.mean - 1.0 / 3.0).abs() < 1e-15 && (start.deviation - 2.0 / 3.0_f64.sqrt()).abs() < 1e-15
+        );
+        assert_eq!(Start::of(&[0.5; 9], 1e-6).deviation, 1e-6);
+    }
+    const STDEV: f64 = 0.6643841132959156;
+
+    #[test]
+    fn a_track_no_longer_than_the_start_has_no_alarm() {
+        for frames in [0, 1, 24, 25] {
+            let signal: Vec<f64> = (0..frames).map(f64::from).collect();
+            assert!(chart(Normal::Start, above(0.1), &signal).score.iter().all(|s| *s == 0.0));
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let key = |params| ControlChart::new(params, Normal::Start).err().map(|e| e.key);
+        assert_eq!(key(Params::default()), Some(None));
+        assert_eq!(key(Params { below: Some(0.0), ..Params::default() }), Some(Some("below")));
+        assert_eq!(key(above(-1.0)), Some(Some("above")));
+        assert_eq!(key(Params { start: 1, ..above(5.0) }), Some(Some("start")));
+        assert_eq!(key(Params { k: -0.1, ..above(5.0) }), Some(Some("k")));
+        assert_eq!(key(Params { release: f64::NAN, ..above(5.0) }), Some(Some("release")));
+        assert_eq!(key(Params { floor: 0.0, ..above(5.0) }), Some(Some("floor")));
+        assert_eq!(key(above(5.0)), None);
+    }
+
+    proptest! {
+        #[test]
+        fn the_negative_signal_has_the_same_sums_on_the_other_side(
+            signal in prop::collection::vec(-2.0_f64..2.0, 0..80),
+            h in 0.1_f64..8.0,
+            latch in any::<bool>(),
+        ) {
+            let params = Params { start: 5, after: if latch { After::Latch } else { After::Reset }, ..above(h) };
+            let negative: Vec<f64> = signal.iter().map(|y| -y).collect();
+            for normal in BOTH {
+                let mirrored = Params { above: None, below: Some(h), ..params.clone() };
+                prop_assert_eq!(chart(normal, params.clone(), &signal), chart(normal, mirrored, &negative));
+            }
+        }
+
+        // A second form of the same sum: M = m - min m of the plain cumulative sum m, which starts at 0.
+        #[test]
+        fn before_the_first_alarm_the_sum_is_the_rise_above_the_minimum(
+            signal in prop::collection::vec(-1.0_f64..1.0, 5..80),
+            k in 0.0_f64..1.0,
+        ) {
+            let start = &signal[..5];
+            let mean = start.iter().sum::<f64>() / 5.0;
+            let sigma = (start.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / 4.0).sqrt().max(1e-6);
+            for normal in BOTH {
+                let score = chart(normal, Params { start: 5, k, ..above(1e12) }, &signal).score;
+                let (mut total, mut minimum) = (0.0_f64, 0.0_f64);
+                for t in 5..signal.len() {
+                    let until = if normal == Normal::Start { 5 } else { t + 1 };
+                    let level = signal[..until].iter().sum::<f64>() / until as f64;
+                    total += (signal[t] - level) / sigma - k;
+                    minimum = minimum.min(total);
+                    prop_assert!((score[t] - (total - minimum)).abs() <= 1e-9 * (1.0 + total.abs()), "{}", t);
+                }
+            }
+        }
+
+        #[test]
+        fn a_lower_limit_alarms_no_later(
+            signal in prop::collection::vec(-2.0_f64..2.0, 0..80),
+            one in 0.1_f64..8.0,
+            two in 0.1_f64..8.0,
+        ) {
+            for normal in BOTH {
+                let first = |h| chart(normal, Params { start: 5, ..above(h) }, &signal).alarm.iter().position(|a| *a);
+                let (early, late) = (first(one.min(two)), first(one.max(two)));
+                prop_assert!(late.is_none() || early.is_some_and(|e| Some(e) <= late));
+            }
+        }
+    }
+}

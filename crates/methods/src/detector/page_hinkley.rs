@@ -1,0 +1,74 @@
+//! `page-hinkley`: Page's cumulative sum with the running mean as normal level, the form of Hinkley ("Inference
+//! about the change-point from cumulative sum tests", Biometrika 58, 1971) that is used on streams of data.
+//!
+//! ```text
+//! mu[t] = mean of the frames up to t         z[t] = (mu[t] - y[t]) / sigma    or    (y[t] - mu[t]) / sigma
+//! S[t] = max(0, S[t-1] + z[t] - k)           alarm at t when S[t] >= h
+//! ```
+//!
+//! The left `z` belongs to `below` (a loss lowers the signal), the right one to `above`; the parameter's value is `h`.
+//! `y` and `mu` are in the signal's unit; `S` (the score, high is suspicious), `k` and `h` in standard deviations
+//! `sigma` of the start; `t` is a 0-based frame. [`control_chart`](super::control_chart) says how `sigma` is
+//! found, and that frames of the start score 0. `S` is the usual `m[t] - min m` of `m[t] = sum (z[i] - k)`.
+//!
+//! The difference from `cusum` is `mu` alone: it follows slow changes of the signal, such as of light, and in time a
+//! lasting loss too.
+//!
+//! Choices: sigma from the first 25 frames, `k = 0.5` and `h = 5` as there. The mean of the start begins the running
+//! mean, which has the current frame in it, as in the usual implementations. An alarm stays until the signal is back
+//! at `mu` (`after = "latch"`), for the reason given at `cusum`; frames that follow an alarm frame are not in the
+//! mean, since the lost target's values are not normal. With `after = "reset"` the mean begins anew after an alarm:
+//! the level of the loss becomes the normal one, and alarms are changes of level, to be read as one-frame events.
+
+use super::Detector;
+use super::control_chart::{ControlChart, Normal, Params};
+use crate::plugin::{Entry, RawParams, read_params};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "page-hinkley",
+    version: 1,
+    summary: "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
+    example: "{ below = 5.0 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(ControlChart::new(read_params(raw)?, Normal::Running)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::Input;
+
+    // By hand: the start has mean 0 and standard deviation 1. Frame 3 moves the mean to 1: S = 4 - 1 - 0.5.
+    // Latched, the mean stays 1: S grows by 2 - 1 - 0.5, and frame 5 ends the alarm. Frame 7 is the sixth in the mean:
+    // 1 + 5/6. Reset, frames 4 to 7 have the means 2, 3/2, 4/3 and 5/2.
+    #[test]
+    fn sums_by_hand() {
+        let signal = [-1.0, 0.0, 1.0, 4.0, 2.0, 1.0, 1.0, 6.0];
+        for (after, want) in [
+            ("latch", [0.0, 0.0, 0.0, 2.5, 3.0, 0.0, 0.0, 11.0 / 3.0]),
+            ("reset", [0.0, 0.0, 0.0, 2.5, 0.0, 0.0, 0.0, 3.0]),
+        ] {
+            let detector = ENTRY.build_from_text(&format!("{{ above = 2.5, start = 3, after = {after:?} }}"));
+            let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+            let output = detector.unwrap().detect(&input);
+            let near = |(got, want): (&f64, &f64)| (got - want).abs() < 1e-14;
+            assert!(output.score.iter().zip(&want).all(near), "{after}: {:?}", output.score);
+            assert_eq!(output.alarm, want.map(|s| s >= 2.5), "{after}");
+        }
+    }
+
+    // A slow drift of 2.3 sigma in all: the running mean lags by half of it, which k allows; the start's mean by all
+    // of it.
+    #[test]
+    fn a_slow_drift_is_followed() {
+        let signal: Vec<f64> =
+            (0..4000).map(|t: i32| f64::from(t % 2) + f64::from((t - 25).max(0)) * 3e-4).collect();
+        let alarms = |entry: &Entry<dyn Detector>| {
+            let detector = entry.build_from_text("{ above = 5.0, k = 2.0 }").unwrap();
+            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None }).alarm
+        };
+        assert!(alarms(&ENTRY).iter().all(|a| !a));
+        assert!(alarms(&crate::detector::cusum::ENTRY).iter().any(|a| *a));
+    }
+}
