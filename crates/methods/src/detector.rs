@@ -22,6 +22,7 @@ pub mod oracle;
 pub mod page_hinkley;
 pub mod periodic;
 pub mod random;
+pub mod relative_drop;
 pub mod track_quality;
 pub mod two_model_chi_square;
 
@@ -126,6 +127,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     naive_forecast::ENTRY,
     level::ENTRY,
     hysteresis::ENTRY,
+    relative_drop::ENTRY,
     cusum::ENTRY,
     page_hinkley::ENTRY,
     accumulated_validation::ENTRY,

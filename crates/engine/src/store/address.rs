@@ -210,6 +210,7 @@ mod tests {
         ("detector naive-forecast", "2b4be781e0646eab"),
         ("detector level", "a763eef451a2b735"),
         ("detector hysteresis", "2086dbb08a9958ac"),
+        ("detector relative-drop", "da8c18243b893cba"),
         ("detector cusum", "c9a0cfbe477a4d9f"),
         ("detector page-hinkley", "1fe1b569841bd2f9"),
         ("detector accumulated-validation", "3bda99986c490d2c"),

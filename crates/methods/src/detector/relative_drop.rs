@@ -1,0 +1,276 @@
+//! `relative-drop`: the signal against its own mean over the frames called good, as trackers judge their
+//! response map: LMCF (Wang, Liu and Huang, CVPR 2017) and FuCoLoT (`track_fclt_tracker.m`).
+//!
+//! ```text
+//! m[t] = mean of y over the last `window` frames before t without an alarm
+//! rule = "ratio":    r[t] = y[t] / m[t]             rule = "excess":    r[t] = (m[t] - y[t]) / y[t]
+//! alarm at t when r[t] < below          or          alarm at t when r[t] >= above
+//! ```
+//!
+//! `y` and `m` are in the signal's unit, `r` (the score) has none; `t` is a 0-based frame. A drop of the signal is a
+//! low `ratio` and a high `excess`: for signals where high values are good `below` goes with `ratio` and `above`
+//! with `excess`, for the others the other way round. For positive signals `excess` r is `ratio` 1 / (1 + r).
+//!
+//! LMCF, as it is usually quoted, calls a response reliable when its APCE is at least 0.45 of the mean and its maximum
+//! 0.7 of it: `below = 0.45`. FuCoLoT: `rule = "excess", above = 1.7, window = 100, least = 5`, where the frames that
+//! it tracks are good and its first decision is in the sixth one; it loses its target above 1.7, here at 1.7 too.
+//!
+//! Choices where the sources are silent: without `window` all good frames are in the mean. The rules are
+//! for signals above 0; frames in which `m` is not above 0 score as a frame of the mean does (1 and 0), without an
+//! alarm. A signal of 0 or less below a positive mean has the largest finite `excess`.
+
+use super::control_chart::RunningMean;
+use super::level::{self, Level};
+use super::{Detector, DetectorOutput, Input};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "relative-drop",
+    version: 1,
+    summary: "alarm while the signal is off its mean over the frames called good by too large a factor",
+    example: "{ below = 0.45 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(RelativeDrop::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// How a value is compared with the mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Value over mean.
+    Ratio,
+    /// What the mean has more than the value, over the value.
+    Excess,
+}
+
+/// Parameters; exactly one of `below` and `above` is given.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Alarm when the score is less than this; below 1 for `ratio`, below 0 for `excess`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Alarm when the score is this or more; above 1 for `ratio`, above 0 for `excess`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// How a value is compared with the mean.
+    pub rule: Rule,
+    /// Good frames that the mean is over, the last ones, 1 to 10000; all when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<usize>,
+    /// Good frames before the first decision, 1 to 10000 and at most `window`; frames before it are good.
+    pub least: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { below: None, above: None, rule: Rule::Ratio, window: None, least: 1 }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct RelativeDrop {
+    params: Params,
+    level: Level,
+}
+
+impl RelativeDrop {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When none or both of `below` and `above` are given, or one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let Params { below, above, rule, window, least } = params;
+        let level = Level::new(level::Params { below, above })?;
+        // A signal that keeps its mean is never an alarm, whatever its sums are rounded to.
+        let (ordinary, words) = match (level, rule) {
+            (Level::Below(limit), Rule::Ratio) => (limit < 1.0, "below 1"),
+            (Level::Above(limit), Rule::Ratio) => (limit > 1.0, "above 1"),
+            (Level::Below(limit), Rule::Excess) => (limit < 0.0, "below 0"),
+            (Level::Above(limit), Rule::Excess) => (limit > 0.0, "above 0"),
+        };
+        if !ordinary {
+            return Err(ParamError::out_of_range(level.key(), words, level.value()));
+        }
+        check_ranges(&[
+            ("window", window.unwrap_or(10_000), 1, 10_000),
+            ("least", least, 1, window.unwrap_or(10_000)),
+        ])?;
+        Ok(Self { params, level })
+    }
+
+    /// The score of a value, `None` where the mean allows none.
+    fn score(&self, y: f64, mean: f64) -> Option<f64> {
+        let score = match self.params.rule {
+            Rule::Ratio => y / mean,
+            Rule::Excess if y > 0.0 => (mean - y) / y,
+            Rule::Excess => f64::MAX,
+        };
+        (mean > 0.0).then_some(score.clamp(-f64::MAX, f64::MAX))
+    }
+}
+
+impl Detector for RelativeDrop {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.level.value())
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let Params { rule, least, .. } = self.params;
+        let even = if rule == Rule::Ratio { 1.0 } else { 0.0 };
+        let mut good = GoodFrames::new(self.params.window);
+        let mut output = DetectorOutput::default();
+        for &y in input.signal {
+            let score = if good.count() < least { None } else { self.score(y, good.mean()) };
+            let alarm = score.is_some_and(|r| self.level.is_alarm(r));
+            if !alarm {
+                good.add(y);
+            }
+            output.score.push(score.unwrap_or(even));
+            output.alarm.push(alarm);
+        }
+        output
+    }
+}
+
+/// The signal in the frames called good so far.
+enum GoodFrames {
+    All(RunningMean),
+    Last(VecDeque<f64>, usize),
+}
+
+impl GoodFrames {
+    fn new(window: Option<usize>) -> Self {
+        match window {
+            None => Self::All(RunningMean::default()),
+            Some(window) => Self::Last(VecDeque::with_capacity(window), window),
+        }
+    }
+
+    fn add(&mut self, y: f64) {
+        match self {
+            Self::All(mean) => mean.add(y),
+            Self::Last(values, window) => {
+                if values.len() == *window {
+                    values.pop_front();
+                }
+                values.push_back(y);
+            }
+        }
+    }
+
+    fn count(&self) -> usize {
+        match self {
+            Self::All(mean) => mean.count,
+            Self::Last(values, _) => values.len(),
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        match self {
+            Self::All(mean) => mean.mean,
+            Self::Last(values, _) => {
+                let mut mean = RunningMean::default();
+                values.iter().for_each(|y| mean.add(*y));
+                mean.mean
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
+        let detector = ENTRY.build_from_text(text).unwrap();
+        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    }
+
+    // By hand: the mean is 4 until 2.5 is in it, as the alarm of 1 is not; then (4 + 4 + 2.5) / 3 = 3.5.
+    #[test]
+    fn the_mean_of_good_frames_is_compared() {
+        let output = detect("{ below = 0.5 }", &[4.0, 4.0, 1.0, 2.5, 1.75, 1.5]);
+        assert_eq!(output.score[..5], [1.0, 1.0, 0.25, 0.625, 0.5]);
+        assert_eq!(output.alarm, [false, false, true, false, false, true]);
+        // The mean of 4, 4, 2.5 and 1.75 is 3.0625.
+        assert!((output.score[5] - 1.5 / 3.0625).abs() < 1e-15);
+        // Low values are good: 8 is twice the mean 4, and stays out of it.
+        let output = detect("{ above = 2.0 }", &[4.0, 8.0, 7.0, 11.0]);
+        assert_eq!((output.score, output.alarm), (vec![1.0, 2.0, 1.75, 2.0], vec![false, true, false, true]));
+    }
+
+    // By hand, with FuCoLoT's numbers: five good frames of 2.7, a first decision in the sixth, (2.7 - 1) / 1 = 1.7, a
+    // hair below and above it, and a window that forgets.
+    #[test]
+    fn the_form_of_fucolot() {
+        let text = "{ rule = \"excess\", above = 1.7, window = 100, least = 5 }";
+        let steady = [2.7; 5];
+        for (last, alarm) in [(1.0001, false), (0.9999, true), (0.0, true), (-1.0, true)] {
+            let signal: Vec<f64> = steady.iter().copied().chain([last]).collect();
+            assert_eq!(detect(text, &signal).alarm[5], alarm, "{last}");
+        }
+        assert_eq!(detect(text, &[2.7, 0.1, 0.1, 0.1, 0.1]).alarm, [false; 5]);
+        // 100 frames of 3, 100 of 2: the mean is 2 by then, and 0.9 an excess of 1.1 / 0.9 < 1.7 of it, not of 3.
+        let mut signal = vec![3.0; 100];
+        signal.resize(200, 2.0);
+        signal.push(0.9);
+        let output = detect(text, &signal);
+        assert!((output.score[200] - 1.1 / 0.9).abs() < 1e-12 && !output.alarm[200]);
+    }
+
+    #[test]
+    fn a_mean_that_is_not_positive_allows_no_decision() {
+        // By hand: the means before the frames are none, -1, -3, -3/2 and 1.
+        let output = detect("{ below = 0.5 }", &[-1.0, -5.0, 1.5, 8.5, -9.0]);
+        assert_eq!(output.score[..4], [1.0; 4]);
+        assert!((output.score[4] + 9.0).abs() < 1e-13, "{}", output.score[4]);
+        assert_eq!(output.alarm, [false, false, false, false, true]);
+        assert_eq!(detect("{ rule = \"excess\", above = 1.0 }", &[0.0, 0.0]).score, [0.0, 0.0]);
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let key = |text: &str| ENTRY.build_from_text(text).err().map(|e| e.key);
+        assert_eq!(key("{}"), Some(None));
+        assert_eq!(key("{ below = 1.0 }"), Some(Some("below")));
+        assert_eq!(key("{ above = 1.0 }"), Some(Some("above")));
+        assert_eq!(key("{ above = 0.0, rule = \"excess\" }"), Some(Some("above")));
+        assert_eq!(key("{ below = 0.0, rule = \"excess\" }"), Some(Some("below")));
+        assert_eq!(key("{ below = 0.5, window = 0 }"), Some(Some("window")));
+        assert_eq!(key("{ below = 0.5, least = 0 }"), Some(Some("least")));
+        assert_eq!(key("{ below = 0.5, window = 4, least = 5 }"), Some(Some("least")));
+    }
+
+    proptest! {
+        #[test]
+        fn an_excess_is_a_ratio(signal in prop::collection::vec(0.01_f64..2.0, 0..64), limit in 0.1_f64..3.0) {
+            let excess = detect(&format!("{{ rule = \"excess\", above = {limit:?}, window = 9 }}"), &signal);
+            let ratio = detect(&format!("{{ below = {:?}, window = 9 }}", 1.0 / (1.0 + limit)), &signal);
+            prop_assert_eq!(excess.alarm, ratio.alarm);
+        }
+
+        #[test]
+        fn the_unit_of_the_signal_does_not_matter(
+            signal in prop::collection::vec(0.0_f64..2.0, 0..64),
+            power in -30_i32..30,
+        ) {
+            let scaled: Vec<f64> = signal.iter().map(|y| y * 2.0_f64.powi(power)).collect();
+            prop_assert_eq!(detect("{ below = 0.6 }", &signal), detect("{ below = 0.6 }", &scaled));
+        }
+
+        #[test]
+        fn a_window_as_long_as_the_track_is_none(signal in prop::collection::vec(-1.0_f64..2.0, 0..64)) {
+            prop_assert_eq!(detect("{ below = 0.6 }", &signal), detect("{ below = 0.6, window = 64 }", &signal));
+        }
+    }
+}
