@@ -23,6 +23,7 @@ pub mod page_hinkley;
 pub mod periodic;
 pub mod random;
 pub mod relative_drop;
+pub mod sequential_test;
 pub mod track_quality;
 pub mod two_model_chi_square;
 
@@ -130,6 +131,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     relative_drop::ENTRY,
     cusum::ENTRY,
     page_hinkley::ENTRY,
+    sequential_test::ENTRY,
     accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,

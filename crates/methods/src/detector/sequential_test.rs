@@ -1,0 +1,209 @@
+//! `sequential-test`: a test by betting, whose probability of ever raising a false alarm is bounded ("e-process";
+//! Waudby-Smith and Ramdas, "Estimating means of bounded random variables by betting", JRSS B 86, 2024; for
+//! monitors of quality: arXiv 2602.12983).
+//!
+//! ```text
+//! M[t] = (y[t] - low) / (high - low),   eps = (below - low) / (high - low)           with `below`
+//! M[t] = (high - y[t]) / (high - low),  eps = (high - above) / (high - low)          with `above`
+//! X[t] = product over i = 0, ..., t of (1 + l[i] (eps - M[i]))           alarm at t when X[t] >= 1 / alpha
+//! g[i] = eps - mu[i],  l[i] = g[i] / (v[i] + g[i]^2) cut to [0, largest_bet / (1 - eps)]     (aGRAPA)
+//! mu[i] = (1/2 + sum of M[j]) / (n + 1),  v[i] = (1/4 + sum of (M[j] - mu[j+1])^2) / (n + 1)
+//! ```
+//!
+//! The sums are over the `n` frames `j < i`, or the last `window` of them, so that the bet `l[i]` is made before
+//! `M[i]` is seen. `M` is the quality, 1 is good; it, `eps`, `l` and `X` have no unit. `y`, `low`, `high`, `below`
+//! and `above` are in the signal's unit, and `y` is cut to `[low, high]`; `t` is a 0-based frame. The score is ln X,
+//! high is suspicious, and its threshold ln(1 / alpha).
+//!
+//! Guarantee (Ville's inequality): if `E(M[t] | M[0], ..., M[t-1]) >= eps` in every frame, then the probability that
+//! there is any alarm, in a track of any length, is at most `alpha`. The frames need be neither independent nor alike.
+//! It says nothing else: not that a tracker on target keeps that mean (which is for `below`, `above`, `low` and `high`
+//! to ensure); nothing about alarms after the mean has once been lower, such as those after a recovery; nothing about
+//! how soon, or whether, a loss is found; and with `after = "restart"` it holds for each test alone, not for a track.
+//!
+//! Choices: `alpha = 0.05`. A bet takes at most half of what it may (`largest_bet`; at 1 one frame could end the
+//! wealth X for good). All earlier frames are in `mu` and `v`, as published: after n good frames it takes a number
+//! of bad ones proportional to n until there is a bet at all. A `window` is faster, with the same guarantee.
+
+use super::level::{self, Level};
+use super::{Detector, DetectorOutput, Input};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "sequential-test",
+    version: 1,
+    summary: "alarm when a test by betting rejects that the signal's mean is good (bounded false alarms)",
+    example: "{ below = 0.5 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(SequentialTest::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// What follows an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum After {
+    /// The test goes on: alarm while X >= 1 / alpha.
+    Continue,
+    /// A new test begins, X = 1, with the bets going on: the alarm lasts one frame.
+    Restart,
+}
+
+/// Parameters; exactly one of `below` and `above` is given.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Smallest mean of the signal that is good, in the signal's unit, between `low` and `high`; lower ones are alarms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Largest mean of the signal that is good, in the signal's unit, between `low` and `high`; higher ones are alarms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// Smallest value that the signal can have; smaller ones count as this.
+    pub low: f64,
+    /// Largest value that the signal can have, above `low`; larger ones count as this.
+    pub high: f64,
+    /// Largest probability of an alarm on a good track, 1e-12 to 0.5.
+    pub alpha: f64,
+    /// Largest bet as a share of the one that could lose everything, 0.01 to 0.99.
+    pub largest_bet: f64,
+    /// Frames that the bets are made from, the last ones, 1 to 100000; all when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<usize>,
+    /// What follows an alarm.
+    pub after: After,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            below: None,
+            above: None,
+            low: 0.0,
+            high: 1.0,
+            alpha: 0.05,
+            largest_bet: 0.5,
+            window: None,
+            after: After::Continue,
+        }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct SequentialTest {
+    params: Params,
+    mean: Level,
+}
+
+impl SequentialTest {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When none or both of `below` and `above` are given, or one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let mean = Level::new(level::Params { below: params.below, above: params.above })?;
+        let Params { low, high, .. } = params;
+        if !low.is_finite() {
+            return Err(ParamError::out_of_range("low", "finite", low));
+        }
+        if !((high - low).is_finite() && high > low) {
+            return Err(ParamError::out_of_range("high", "finite and above `low`", high));
+        }
+        check_ranges(&[
+            ("alpha", params.alpha, 1e-12, 0.5),
+            ("largest_bet", params.largest_bet, 0.01, 0.99),
+        ])?;
+        check_ranges(&[("window", params.window.unwrap_or(1), 1, 100_000)])?;
+        let test = Self { params, mean };
+        let eps = test.quality(mean.value());
+        if !(eps > 0.0 && eps < 1.0) {
+            return Err(ParamError::out_of_range(mean.key(), "between `low` and `high`", mean.value()));
+        }
+        Ok(test)
+    }
+
+    /// The quality M of a value of the signal.
+    fn quality(&self, y: f64) -> f64 {
+        let Params { low, high, .. } = self.params;
+        let y = y.clamp(low, high);
+        let from = if matches!(self.mean, Level::Below(_)) { y - low } else { high - y };
+        from / (high - low)
+    }
+
+    fn limit(&self) -> f64 {
+        -self.params.alpha.ln()
+    }
+}
+
+impl Detector for SequentialTest {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.limit())
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let eps = self.quality(self.mean.value());
+        let mut bets = Bets { eps, largest: self.params.largest_bet / (1.0 - eps), ..Bets::default() };
+        let (mut wealth, mut output) = (0.0, DetectorOutput::default());
+        for &y in input.signal {
+            let quality = self.quality(y);
+            wealth += (bets.next() * (eps - quality)).ln_1p();
+            bets.add(quality, self.params.window);
+            let alarm = wealth >= self.limit();
+            output.score.push(wealth);
+            output.alarm.push(alarm);
+            if alarm && self.params.after == After::Restart {
+                wealth = 0.0;
+            }
+        }
+        output
+    }
+}
+
+/// The bets, and what they are made from.
+#[derive(Default)]
+struct Bets {
+    eps: f64,
+    largest: f64,
+    /// Quality of every frame so far, and its squared deviation from the mean that then was.
+    frames: Vec<(f64, f64)>,
+    /// Sums of both over the frames that count.
+    sum: f64,
+    squares: f64,
+    count: f64,
+}
+
+impl Bets {
+    fn mean(&self) -> f64 {
+        (0.5 + self.sum) / (self.count + 1.0)
+    }
+
+    /// The bet on the next frame.
+    fn next(&self) -> f64 {
+        let gap = self.eps - self.mean();
+        let variance = (0.25 + self.squares) / (self.count + 1.0);
+        (gap / (variance + gap * gap)).clamp(0.0, self.largest)
+    }
+
+    /// Takes a frame's quality in, and what `window` leaves behind out.
+    fn add(&mut self, quality: f64, window: Option<usize>) {
+        self.sum += quality;
+        self.count += 1.0;
+        if let Some(past) = window.and_then(|window| self.frames.len().checked_sub(window)) {
+            self.sum = (self.sum - self.frames[past].0).max(0.0);
+            self.squares = (self.squares - self.frames[past].1).max(0.0);
+            self.count -= 1.0;
+        }
+        let square = (quality - self.mean()).powi(2);
+        self.squares += square;
+        self.frames.push((quality, square));
+    }
+}
+
+#[cfg(test)]
+mod tests;
