@@ -125,7 +125,7 @@ fn lists_name_what_there_is() {
     contains("signals", &["distribution-field", "region-covariance", "rgb-histogram", "rgb-lbp-histogram"]);
     contains("detectors", &["arma-forecast", "naive-forecast", "level", "never", "oracle"]);
     contains("detectors", &["hysteresis", "relative-drop", "cusum", "page-hinkley"]);
-    contains("detectors", &["sequential-test"]);
+    contains("detectors", &["sequential-test", "conformal-forecast"]);
     contains("protocols", &["khalid2016/1", "sanmiguel2015/1"]);
     let (_, json, _) = output(&["list", "detectors", "--format", "json"]);
     assert!(serde_json::from_str::<serde_json::Value>(&json).unwrap().is_array());

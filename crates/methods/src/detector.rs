@@ -7,6 +7,7 @@ pub mod always;
 pub mod arma_forecast;
 pub mod arte;
 pub mod arte_star;
+pub mod conformal_forecast;
 pub mod consistency;
 pub mod control_chart;
 pub mod cusum;
@@ -132,6 +133,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     cusum::ENTRY,
     page_hinkley::ENTRY,
     sequential_test::ENTRY,
+    conformal_forecast::ENTRY,
     accumulated_validation::ENTRY,
     two_model_chi_square::ENTRY,
     matched_kalman_bank::ENTRY,

@@ -214,6 +214,7 @@ mod tests {
         ("detector cusum", "c9a0cfbe477a4d9f"),
         ("detector page-hinkley", "1fe1b569841bd2f9"),
         ("detector sequential-test", "a7fdc1503f6d8e76"),
+        ("detector conformal-forecast", "faca2c978762c0c7"),
         ("detector accumulated-validation", "3bda99986c490d2c"),
         ("detector two-model-chi-square", "b662c67db9e5a71f"),
         ("detector matched-kalman-bank", "82f63de4f6655a23"),

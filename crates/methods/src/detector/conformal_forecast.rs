@@ -1,0 +1,281 @@
+//! `conformal-forecast`: the forecast error of `arma-forecast` with a threshold that the track sets itself, by
+//! adaptive conformal inference (Gibbs and Candes, "Adaptive conformal inference under distribution shift", NeurIPS
+//! 2021).
+//!
+//! ```text
+//! alarm at t when |z[t]| > Q[t](1 - a[t])          a[t+1] = a[t] + gamma (rate - alarm[t]),  a = rate at first
+//! Q[t](p) = smallest earlier |z| that a share p or more of the earlier |z| do not exceed
+//! ```
+//!
+//! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`](super::arma_forecast);
+//! `t` is a 0-based frame; `a`, `rate` (the source's alpha) and `gamma` have no unit, `alarm[t]` is 1 or 0. The
+//! earlier `|z|` are those of all frames of the track that have a forecast, alarms too. `Q(p)` is minus infinity for
+//! p <= 0 and infinity for p > 1. The score is `|z|`, high is suspicious; its threshold moves, so that there is none
+//! to draw. Frames before `warm_up` earlier scores have no alarm and leave `a` as it is.
+//!
+//! Guarantee, for any series whatever: of T frames after the warm-up, the share of alarms is at most
+//! `rate + (rate + gamma) / (gamma T)` and at least `rate - (1 - rate + gamma) / (gamma T)`. It is about the number of
+//! alarms and says nothing about which frames they are: a track that is always on target has as many, and a constant
+//! signal alarms whenever `a` has grown to 1.
+//!
+//! Choices: `gamma = 0.02`, as tracks are shorter than the source's series, for which it takes 0.005; a warm-up of 50
+//! scores, where the 0.95 quantile is the third largest; `rate = 0.05`, since the errors of one block of forecasts tend to exceed together and count as one
+//! detection. The parameters of the forecast are those of the paper, as in `arma-forecast`.
+
+use super::arma_forecast::{self, Forecast};
+use super::forecasting::{self, Scheme};
+use super::{Detector, DetectorOutput, Input, changes};
+use crate::num::accumulation::empirical_quantile;
+use crate::num::arma::Presample;
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "conformal-forecast",
+    version: 1,
+    summary: "forecasts the signal with an ARMA model; alarm when the error is large for this track, at a given rate",
+    example: "{ rate = 0.05 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(ConformalForecast::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Share of frames that are to be alarms in the long run, 0.0001 to 0.5.
+    pub rate: f64,
+    /// Step of the adaptation, 0.0001 to 1.
+    pub gamma: f64,
+    /// Scores before the first frame that can be an alarm, 1 to 100000.
+    pub warm_up: usize,
+    /// Autoregressive and moving average order, each 0 to 5.
+    pub order: [usize; 2],
+    /// Frames a model is fitted to, at least `2 p + q + 3`.
+    pub window: usize,
+    /// Frames a forecast looks ahead, at least 1.
+    pub horizon: usize,
+    /// Which origin serves which frame.
+    pub scheme: Scheme,
+    /// Where the responses before the window come from.
+    pub start: Presample,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        let arma_forecast::Params { order, window, horizon, scheme, start, .. } =
+            arma_forecast::Params::default();
+        Self { rate: 0.05, gamma: 0.02, warm_up: 50, order, window, horizon, scheme, start }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct ConformalForecast(Params);
+
+impl ConformalForecast {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        check_ranges(&[("rate", params.rate, 0.0001, 0.5), ("gamma", params.gamma, 0.0001, 1.0)])?;
+        check_ranges(&[("warm_up", params.warm_up, 1, 100_000)])?;
+        let detector = Self(params);
+        detector.forecast().check()?;
+        Ok(detector)
+    }
+
+    fn forecast(&self) -> Forecast {
+        let Params { order, window, horizon, scheme, start, .. } = self.0;
+        Forecast { order, window, horizon, scheme, start }
+    }
+
+    fn threshold(&self) -> AdaptiveThreshold {
+        let Params { rate, gamma, warm_up, .. } = self.0;
+        AdaptiveThreshold { rate, gamma, warm_up, level: rate, earlier: Vec::new() }
+    }
+}
+
+impl Detector for ConformalForecast {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let forecast = self.forecast().of(input.signal);
+        let score = forecasting::errors(input.signal, &forecast);
+        let mut threshold = self.threshold();
+        let judged = score.iter().zip(&forecast);
+        let alarm: Vec<bool> = judged.map(|(z, f)| !f.is_nan() && threshold.is_alarm(*z)).collect();
+        let changes = Some(changes(&alarm));
+        DetectorOutput { score, alarm, forecast: Some(forecast), changes, quality: None }
+    }
+}
+
+/// The moving threshold of a series of scores.
+struct AdaptiveThreshold {
+    rate: f64,
+    gamma: f64,
+    warm_up: usize,
+    /// a\[t\].
+    level: f64,
+    /// The scores so far, ascending.
+    earlier: Vec<f64>,
+}
+
+impl AdaptiveThreshold {
+    /// Takes in the next score; whether it is an alarm.
+    fn is_alarm(&mut self, score: f64) -> bool {
+        let mut alarm = false;
+        if self.earlier.len() >= self.warm_up {
+            let p = 1.0 - self.level;
+            let exceeds = |quantile| score > quantile;
+            alarm = p <= 0.0 || empirical_quantile(&self.earlier, p).is_some_and(exceeds);
+            self.level += self.gamma * (self.rate - f64::from(u8::from(alarm)));
+        }
+        let place = self.earlier.partition_point(|z| *z <= score);
+        self.earlier.insert(place, score);
+        alarm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::arma_forecast::ArmaForecast;
+    use proptest::prelude::*;
+
+    fn threshold(rate: f64, gamma: f64, warm_up: usize) -> AdaptiveThreshold {
+        ConformalForecast::new(Params { rate, gamma, warm_up, ..Params::default() }).unwrap().threshold()
+    }
+
+    fn alarms(mut threshold: AdaptiveThreshold, scores: &[f64]) -> Vec<bool> {
+        scores.iter().map(|z| threshold.is_alarm(*z)).collect()
+    }
+
+    // By hand, rate 1/4 and gamma 1/2 after four scores 1, 2, 3, 4. a = 1/4: Q(3/4) = 3, exceeded by 3.5.
+    // a = -1/8: no alarm, whatever the score. a = 0: Q(1) = 9, not exceeded by 9. a = 1/8: Q(7/8) of
+    // 1 2 3 3.5 4 9 9 is 9, and 10 exceeds it. a = -1/4, -1/8 and 0: no alarm at the scores 0, and so on.
+    #[test]
+    fn the_threshold_by_hand() {
+        let scores = [1.0, 2.0, 3.0, 4.0, 3.5, 9.0, 9.0, 10.0, 11.0, 0.0, 0.0, 11.5];
+        let mut adaptive = threshold(0.25, 0.5, 4);
+        let mut levels = Vec::new();
+        let alarm: Vec<bool> = scores
+            .iter()
+            .map(|z| {
+                levels.push(adaptive.level);
+                adaptive.is_alarm(*z)
+            })
+            .collect();
+        let numbered: Vec<usize> = (0..12).filter(|t| alarm[*t]).collect();
+        assert_eq!(numbered, [4, 7, 11]);
+        assert_eq!(levels[4..], [0.25, -0.125, 0.0, 0.125, -0.25, -0.125, 0.0, 0.125]);
+    }
+
+    /// Checks the bounds for every number of frames after the warm-up.
+    fn check_share(rate: f64, gamma: f64, warm_up: usize, scores: &[f64]) {
+        let alarm = alarms(threshold(rate, gamma, warm_up), scores);
+        let mut count = 0.0;
+        for (t, alarm) in alarm.iter().enumerate() {
+            assert!(!alarm || t >= warm_up);
+            count += f64::from(u8::from(*alarm));
+            let frames = (t + 1).saturating_sub(warm_up) as f64;
+            // Rounding of a[t], of less than 1e-16 a frame.
+            let slack = 1e-15 * frames / gamma + 1e-9;
+            assert!(count - rate * frames <= (rate + gamma) / gamma + slack, "{rate} {gamma} {t}: {count}");
+            assert!(
+                rate * frames - count <= (1.0 - rate + gamma) / gamma + slack,
+                "{rate} {gamma} {t}: {count}"
+            );
+        }
+    }
+
+    // Each score larger than all before, the worst for too many alarms; each smaller and all the same, the worst for
+    // too few; then waves, bursts and jumps.
+    #[test]
+    fn the_rate_is_kept_on_series_made_to_break_it() {
+        let n = 6000;
+        let series: [fn(usize) -> f64; 6] = [
+            |t| t as f64,
+            |t| 1.0 / (1.0 + t as f64),
+            |_| 0.25,
+            |t| (t as f64 * 0.01).sin().abs() * t as f64,
+            |t| if t / 100 % 2 == 0 { 0.0 } else { t as f64 },
+            |t| if t < 3000 { 1e6 - t as f64 } else { 1e9 + t as f64 },
+        ];
+        for series in series {
+            let scores: Vec<f64> = (0..n).map(series).collect();
+            for (rate, gamma, warm_up) in [(0.05, 0.02, 50), (0.01, 0.005, 1), (0.3, 0.05, 50), (0.5, 1.0, 7)]
+            {
+                check_share(rate, gamma, warm_up, &scores);
+            }
+        }
+    }
+
+    // The bound leaves (0.05 + 0.02) / (0.02 * 20000) = 0.02 %.
+    #[test]
+    fn the_long_run_rate_is_the_one_asked_for() {
+        use rand::RngExt;
+        let mut rng = crate::num::seed::rng(2021);
+        let scores: Vec<f64> = (0..20_050).map(|_| rng.random_range(0.0_f64..1.0).powi(3)).collect();
+        let alarm = alarms(threshold(0.05, 0.02, 50), &scores);
+        let share = alarm.iter().filter(|a| **a).count() as f64 / 20_000.0;
+        assert!((share - 0.05).abs() < 0.003, "{share}");
+    }
+
+    #[test]
+    fn scores_and_forecasts_are_those_of_the_arma_forecast() {
+        let signal: Vec<f64> = (0..150).map(|t| f64::from(t * 37 % 64) / 64.0).collect();
+        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+        let conformal = ConformalForecast::new(Params::default()).unwrap().detect(&input);
+        let fixed = ArmaForecast::new(arma_forecast::Params::default()).unwrap().detect(&input);
+        assert_eq!(conformal.score, fixed.score);
+        let shown = |output: DetectorOutput| -> Vec<u64> {
+            output.forecast.unwrap().into_iter().map(f64::to_bits).collect()
+        };
+        assert_eq!(shown(conformal), shown(fixed));
+    }
+
+    // Frames 20 to 69 are the warm-up of 50 scores. An almost regular signal jumps in frame 100.
+    #[test]
+    fn a_jump_after_the_warm_up_is_an_alarm() {
+        let signal: Vec<f64> =
+            (0..120).map(|t| f64::from(t * 37 % 64) / 640.0 + if t < 100 { 0.0 } else { 5.0 }).collect();
+        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+        let output = ConformalForecast::new(Params::default()).unwrap().detect(&input);
+        assert!(output.alarm[..70].iter().all(|a| !a) && output.alarm[100]);
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
+        for (text, want) in [
+            ("{ rate = 0.0 }", "rate"),
+            ("{ rate = nan }", "rate"),
+            ("{ gamma = 0.0 }", "gamma"),
+            ("{ gamma = 1.5 }", "gamma"),
+            ("{ warm_up = 0 }", "warm_up"),
+            ("{ order = [6, 1] }", "order"),
+            ("{ window = 5 }", "window"),
+            ("{ horizon = 0 }", "horizon"),
+        ] {
+            assert_eq!(key(text), Some(want), "{text}");
+        }
+        assert_eq!(key("{}"), None);
+    }
+
+    proptest! {
+        #[test]
+        fn the_rate_is_kept_on_any_series(
+            scores in prop::collection::vec(prop_oneof![0.0_f64..1.0, Just(0.5), 0.0_f64..1e9], 0..400),
+            rate in 0.001_f64..0.5,
+            gamma in 0.001_f64..1.0,
+            warm_up in 1..30_usize,
+        ) {
+            check_share(rate, gamma, warm_up, &scores);
+        }
+    }
+}
