@@ -15,7 +15,7 @@ fn sequence(suite: &str, name: &str) -> Sequence {
 fn frames(q: &Sequence, n: usize) -> Vec<Frame> {
     match &q.frames {
         Frames::Rendered(r, _) => (0..n).map(|t| r.render(t)).collect(),
-        Frames::Files(_) | Frames::Video(_) => unreachable!("synthetic sequences have no files"),
+        _ => unreachable!("synthetic sequences are rendered"),
     }
 }
 

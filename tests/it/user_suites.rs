@@ -134,3 +134,92 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
         assert!(!root.join("datasets.lock").exists());
     }
 }
+
+const BOXES_LOCK: &str = r#"schema = 2
+
+[[suite]]
+name = "my-boxes"
+title = "Boxes alone"
+format = "otb-boxes"
+source = "mine"
+licence = "mine"
+how_to_get = "ask me"
+sequence = [
+    { name = "Walk", folder = "truth/Walk.txt" },
+]
+"#;
+
+const BOXES_SPEC: &str = r#"schema = 1
+name = "mine/boxes"
+title = "Boxes alone"
+protocol = "khalid2016/1"
+
+[suites]
+test = "my-boxes"
+train = "synthetic-d1"
+
+[[tracker]]
+name = "replay"
+results = "T"
+label = "T"
+
+[[tracker]]
+name = "kcf"
+label = "KCF"
+
+[[method]]
+name = "DTEF"
+
+[[method]]
+name = "Two-MChi"
+
+[[method]]
+name = "oracle"
+detector = { kind = "oracle" }
+
+[[analysis]]
+name = "ope"
+compute = { kind = "success", rules = "otb-matlab/1" }
+suites = ["test"]
+
+[[table]]
+name = "t"
+rows = ["recall", "events"]
+columns = "method"
+
+[[table]]
+name = "trackers"
+shows = "ope.overall"
+"#;
+
+/// What needs frames or a posterior is listed as not run; the rest runs, and the exit code is that of success.
+#[test]
+fn boxes_alone_run_the_methods_that_need_no_more() {
+    let dir = tempfile::tempdir().unwrap();
+    let (data, here) = (dir.path().join("data"), dir.path());
+    write(&data, "datasets.lock", BOXES_LOCK);
+    write(&data, "truth/Walk.txt", &"1,1,9,9\n".repeat(30));
+    write(&data, "results/T/Walk.txt", &("1,1,9,9\n".repeat(20) + &"50,1,9,9\n".repeat(10)));
+    write(here, "spec.toml", BOXES_SPEC);
+    let at = |name: &str| here.join(name).to_str().unwrap().to_owned();
+    // The first root has nothing.
+    std::fs::create_dir(here.join("empty")).unwrap();
+    let (spec, r, p) = (at("spec.toml"), at("r"), at("p"));
+    let roots = ["--data-root", &at("empty"), "--data-root", data.to_str().unwrap()];
+    let run = [&["run", &spec, "--results", &r, "--reports", &p][..], &roots].concat();
+    let (code, said, told) = output(&run);
+    assert_eq!(code, 0, "{said}{told}");
+    for line in [
+        "DTEF was not run on T (1 cell): it needs frames, and the suite has boxes only",
+        "Two-MChi was not run on T (1 cell): it needs a tracker that gives its posterior",
+        "oracle was not run on KCF (1 cell): it needs frames, and the suite has boxes only",
+    ] {
+        assert!(said.contains(line), "{line}\n{said}");
+    }
+    let scores = std::fs::read_to_string(here.join("r/mine/boxes/scores.csv")).unwrap();
+    assert!(scores.contains("\"not run: needs frames, and the suite has boxes only\""), "{scores}");
+    let page = std::fs::read_to_string(here.join("p/mine/boxes/index.html")).unwrap();
+    assert!(page.contains("DTEF was not run on KCF") && !page.contains("Cells without a result"), "{page}");
+    let (code, said, _) = output(&[&run[..], &["--dry-run"]].concat());
+    assert!(code == 0 && said.lines().filter(|line| line.contains("absent")).count() == 5, "{said}");
+}

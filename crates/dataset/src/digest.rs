@@ -65,6 +65,7 @@ impl Sequence {
             Frames::Files(files) => files_digest(self, FILES, files, Hash::files),
             Frames::Video(video) => files_digest(self, VIDEO, &[video.path().to_path_buf()], Hash::files),
             Frames::Rendered(..) => content_digest(self),
+            Frames::Absent => files_digest(self, BOXES, &[], Hash::files),
         }
     }
 
@@ -74,7 +75,7 @@ impl Sequence {
     /// When a file cannot be read.
     pub fn digest_anew(&self) -> Result<String, DatasetError> {
         match &self.frames {
-            Frames::Rendered(..) => self.digest().map(str::to_string),
+            Frames::Rendered(..) | Frames::Absent => self.digest().map(str::to_string),
             // One file after the other: who waits for help of other threads may be given their work.
             Frames::Files(files) => files_digest(self, FILES, files, Hash::files_in_turn),
             Frames::Video(video) => {
@@ -87,6 +88,7 @@ impl Sequence {
 /// Layouts of the digests.
 const FILES: &str = "trackfail-files/1";
 const VIDEO: &str = "trackfail-video/1";
+const BOXES: &str = "trackfail-boxes/1";
 
 fn files_digest(
     sequence: &Sequence,

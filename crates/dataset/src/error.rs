@@ -66,6 +66,9 @@ pub enum DatasetError {
         /// The number asked for.
         index: usize,
     },
+    /// A frame of a sequence that has boxes only.
+    #[error("sequence {0} has no frames here, only boxes")]
+    NoFrames(String),
 }
 
 impl DatasetError {

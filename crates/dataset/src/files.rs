@@ -62,6 +62,7 @@ impl Sequence {
         let files = match &self.frames {
             Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
             Frames::Rendered(..) => return Err(absent()),
+            Frames::Absent => return Err(DatasetError::NoFrames(self.name.clone())),
             Frames::Files(files) => files,
             Frames::Video(video) => video.files()?,
         };
@@ -87,6 +88,7 @@ impl Sequence {
             Frames::Files(files) => files.size()?,
             Frames::Video(video) => video.files()?.size()?,
             Frames::Rendered(render, n) => (*n > 0).then(|| render.size()),
+            Frames::Absent => None,
         };
         known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
     }

@@ -9,6 +9,7 @@ pub mod got10k;
 mod labels;
 pub mod lasot;
 pub mod otb;
+pub mod otb_boxes;
 pub mod vot;
 
 pub use entry::{FormatEntry, SequenceOptions};
@@ -16,7 +17,8 @@ pub use entry::{FormatEntry, SequenceOptions};
 use serde::{Deserialize, Deserializer};
 
 /// Every format.
-pub static FORMATS: &[FormatEntry] = &[otb::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
+pub static FORMATS: &[FormatEntry] =
+    &[otb::FORMAT, otb_boxes::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
 
 /// The format of a word.
 pub fn find(word: &str) -> Option<&'static FormatEntry> {

@@ -49,6 +49,8 @@ pub enum Frames {
     Video(Arc<video::Video>),
     /// A renderer and the number of its frames.
     Rendered(Arc<dyn Render>, usize),
+    /// Nowhere: only the ground truth is known.
+    Absent,
 }
 
 impl std::fmt::Debug for Frames {
@@ -57,6 +59,7 @@ impl std::fmt::Debug for Frames {
             Self::Files(files) => write!(f, "Files({} files)", files.len()),
             Self::Video(video) => write!(f, "Video({})", video.path().display()),
             Self::Rendered(_, n) => write!(f, "Rendered({n} frames)"),
+            Self::Absent => f.write_str("Absent"),
         }
     }
 }
@@ -98,6 +101,11 @@ impl Sequence {
     /// Whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.truth.is_empty()
+    }
+
+    /// Whether its frames can be read; if not, only its ground truth is known.
+    pub fn has_frames(&self) -> bool {
+        !matches!(self.frames, Frames::Absent)
     }
 
     /// The dataset's number of frame `t` (0-based).

@@ -14,6 +14,9 @@ pub enum CellError {
     /// Its computation failed.
     #[error("{0}")]
     Failed(String),
+    /// Its method needs what the suite or the tracker does not give, so that it is not run.
+    #[error("{0}")]
+    Unmet(&'static str),
 }
 
 impl From<&TrackerError> for CellError {

@@ -170,6 +170,11 @@ pub trait TrackerConfig: Send + Sync {
         true
     }
 
+    /// Whether its states have the moments of a posterior.
+    fn gives_posterior(&self) -> bool {
+        false
+    }
+
     /// Binds a configuration that names a program to that program, one of those that the user of this computer
     /// allows.
     ///

@@ -113,6 +113,9 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
             text.push_str(&format!("{}{who}: {}\n", report::verdict_words(&tested.verdict), finding.text));
         }
     }
+    for not_run in &results.manifest.not_run {
+        text.push_str(&format!("{not_run}\n"));
+    }
     let failed = &results.manifest.cells_failed;
     for cell in failed.iter().take(MAX_LISTED) {
         let (sequence, tracker, method) = (&cell.sequence, &cell.tracker, &cell.method);

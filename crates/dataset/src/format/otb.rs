@@ -182,7 +182,7 @@ fn rectangle(row: &str) -> Result<Option<Region>, String> {
     Ok(Some(region.shifted(-1.0, -1.0)))
 }
 
-fn cut(
+pub(super) fn cut(
     rows: Vec<Option<Region>>,
     path: &Path,
     official: (u32, u32),

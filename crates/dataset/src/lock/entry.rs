@@ -38,7 +38,7 @@ impl TargetType {
 pub struct Entry {
     /// Name, unique in the suite.
     pub name: String,
-    /// Folder under the data root, parts separated by `/`.
+    /// Folder or file under the data root, parts separated by `/`.
     pub folder: String,
     /// Format of the folder where it is not the suite's.
     pub format: Option<&'static FormatEntry>,
@@ -71,7 +71,7 @@ impl Entry {
         [&self.archive, &self.truth_archive].into_iter().flatten().filter_map(|name| super::archive(name))
     }
 
-    /// The sequence's folder under `root`.
+    /// The sequence's folder or file under `root`.
     pub(crate) fn path(&self, root: &Path) -> PathBuf {
         below(root, &self.folder)
     }

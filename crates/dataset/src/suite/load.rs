@@ -94,7 +94,7 @@ impl PinnedSuite {
             range: Some((loaded.numbering.first, last)),
             official: Some(loaded.numbering.official),
             frames: Some(loaded.len()),
-            size: Some(loaded.size()?),
+            size: loaded.has_frames().then(|| loaded.size()).transpose()?,
             digest: Some(loaded.digest()?.to_owned()),
             ..entry.clone()
         })
@@ -109,7 +109,7 @@ impl PinnedSuite {
         look: impl Fn(&Path) -> Result<T, LoadError>,
     ) -> Result<(&'r Path, T), LoadError> {
         let mut fault = None;
-        for root in data_roots.iter().filter(|root| entry.path(root).is_dir()) {
+        for root in data_roots.iter().filter(|root| entry.path(root).exists()) {
             match look(root) {
                 Ok(found) => return Ok((root, found)),
                 Err(missing @ LoadError::Missing(_)) => fault = fault.or(Some(missing)),

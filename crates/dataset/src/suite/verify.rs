@@ -38,7 +38,7 @@ impl PinnedSuite {
         let (root, finding) = match self.load(entry, data_roots) {
             Ok((root, sequence)) => (Some(root), self.compare(entry, root, &sequence)),
             Err(error) => {
-                let holds = |root: &&PathBuf| entry.path(root).is_dir();
+                let holds = |root: &&PathBuf| entry.path(root).exists();
                 (data_roots.iter().find(holds).map(PathBuf::as_path), Err(error))
             }
         };

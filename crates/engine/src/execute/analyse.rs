@@ -62,7 +62,7 @@ impl TrackView {
             regions: &self.track.regions,
             status: &self.track.status,
             truth,
-            frame: self.sequence.size()?,
+            frame: self.sequence.has_frames().then(|| self.sequence.size()).transpose()?,
             attributes,
             frame_attributes,
         })
@@ -130,9 +130,16 @@ fn make(
             run: plan.jobs[j].run,
         };
         let mine: Vec<TrackView> =
-            track::learned_from(plan, tracks, suite, tracker).into_iter().map(view).collect();
+            track::learned_from(plan, tracks, suite, tracker, signal).into_iter().map(view).collect();
         if mine.is_empty() {
-            return Err(CellError::Missing(format!("no track in role `{role}` to analyse")).into());
+            let tracks = tracks[suite].iter().flat_map(|of_sequence| of_sequence.iter().enumerate());
+            let mut errors = tracks.filter(|(j, _)| plan.jobs[*j].tracker == tracker);
+            let unmet = errors.find_map(|(_, track)| match track {
+                Err(unmet @ CellError::Unmet(_)) => Some(unmet.clone()),
+                _ => None,
+            });
+            let missing = || CellError::Missing(format!("no track in role `{role}` to analyse"));
+            return Err(unmet.unwrap_or_else(missing).into());
         }
         recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, view| {

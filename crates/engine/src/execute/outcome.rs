@@ -37,6 +37,13 @@ pub struct Cell {
     pub result: Result<Judged, CellError>,
 }
 
+impl Cell {
+    /// Whether it has no result though it was to be run.
+    pub fn has_failed(&self) -> bool {
+        matches!(self.result, Err(CellError::Missing(_) | CellError::Failed(_)))
+    }
+}
+
 /// Outcome of a run: what it found on the test suite, and what it trained.
 pub struct Outcome<'a> {
     /// Name of the suite.

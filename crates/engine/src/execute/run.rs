@@ -150,7 +150,8 @@ fn judge_sequence(
     ready: &ReadyDetectors,
 ) -> Result<Vec<Cell>, RunError> {
     let plan = context.plan;
-    let sequence = &plan.test().sequences[index].sequence;
+    let planned = &plan.test().sequences[index];
+    let sequence = &planned.sequence;
     let _at = context.options.watch.enter(&sequence.name);
     let mut cells: Vec<Cell> = Vec::new();
     let mut pending: Vec<(usize, PendingCell)> = Vec::new();
@@ -159,9 +160,12 @@ fn judge_sequence(
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker];
-        let result = match (&tracks[j], ready_detector) {
-            (Err(e), _) | (_, Err(e)) => Err(e.clone()),
-            (Ok(track), Ok(ready_detector)) => {
+        let unmet = plan.signal(v).and_then(|k| plan.unmet(planned, j, k));
+        let result = match (&tracks[j], ready_detector, unmet) {
+            (Err(e), ..) => Err(e.clone()),
+            (_, _, Some(need)) => Err(CellError::Unmet(need)),
+            (_, Err(e), _) => Err(e.clone()),
+            (Ok(track), Ok(ready_detector), None) => {
                 let name = plan.cell_name(&sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &sequence.name, job);
                 pending.push((

@@ -86,7 +86,7 @@ fn make(
     let run =
         |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
     let runs: Vec<TrackerRun> =
-        track::learned_from(plan, tracks, suite, tracker).into_iter().map(run).collect();
+        track::learned_from(plan, tracks, suite, tracker, None).into_iter().map(run).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
     let work = move || -> Result<Findings, StepError> {
         let mut timings = Vec::new();

@@ -48,14 +48,15 @@ impl Track {
 /// The tracks of one sequence, one for each job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
 
-/// Training data: the tracks of a tracker on a suite that could be made, with the indices of their sequence and job.
-/// `tracks` has those of every suite.
+/// Training data: the tracks of a tracker on a suite that could be made and have the signal, with the indices of their
+/// sequence and job. `tracks` has those of every suite.
 pub fn learned_from(
     plan: &ExperimentPlan<'_>,
     tracks: &[Vec<Tracks>],
     suite: usize,
     tracker: usize,
+    signal: Option<usize>,
 ) -> Vec<(Arc<Track>, usize, usize)> {
-    let pairs = plan.learned_from(suite, tracker).into_iter();
+    let pairs = plan.learned_from(suite, tracker, signal).into_iter();
     pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
 }

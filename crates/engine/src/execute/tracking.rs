@@ -60,7 +60,7 @@ fn some_tracks(
         let recipe = planned.tracks[*job].clone()?;
         let address = recipe.address();
         let signal = |(k, choice)| {
-            if !plan.wants_signal(suite, *job, k) {
+            if !plan.wants_signal(suite, planned, *job, k) {
                 return Some(Vec::new());
             }
             let address = recipes::signal(address, choice).address();
@@ -76,7 +76,7 @@ fn some_tracks(
         (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_complete())).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
-        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, found.job, *k);
+        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }

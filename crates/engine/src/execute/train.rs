@@ -212,7 +212,7 @@ fn make(
         return Ok(model);
     }
     let plan = context.plan;
-    let mine = track::learned_from(plan, tracks, need.suite, need.tracker);
+    let mine = track::learned_from(plan, tracks, need.suite, need.tracker, need.signal);
     let mine: Vec<Arc<Track>> = mine.into_iter().map(|(track, ..)| track).collect();
     let limits = &context.options.limits;
     let model = match &need.variant.detector {

@@ -3,7 +3,6 @@
 use super::context::Options;
 use crate::plan::{ExperimentPlan, Shard};
 use crate::store::Store;
-use crate::store::address::Recipe;
 use rayon::prelude::*;
 
 /// Work on one sequence: indices of the suite, the sequence and the jobs.
@@ -42,8 +41,8 @@ pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
 pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, options: &Options, units: &[Unit]) -> u64 {
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let to_do = |j: usize, track: &Recipe| options.force || !plan.is_cached(store, *suite, j, track);
-        let to_do = jobs.iter().any(|j| planned.tracks[*j].as_ref().is_ok_and(|track| to_do(*j, track)));
+        let is_needed = |j: usize| options.force || !plan.is_cached(store, *suite, planned, j);
+        let to_do = jobs.iter().any(|j| planned.tracks[*j].is_ok() && is_needed(*j));
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };
     units.par_iter().map(of_unit).sum()

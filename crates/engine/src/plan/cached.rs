@@ -2,9 +2,8 @@
 
 use super::experiment::{ExperimentPlan, PlannedSequence};
 use super::recipes;
-use crate::error::CellError;
 use crate::store::Store;
-use crate::store::address::{Recipe, Stage};
+use crate::store::address::Stage;
 use rayon::prelude::*;
 
 /// State of a cell in the store.
@@ -36,22 +35,20 @@ impl CellState {
 }
 
 impl ExperimentPlan<'_> {
-    /// Whether a track with all its needed signals is in the store.
-    pub fn is_cached(&self, store: &Store, suite: usize, job: usize, track: &Recipe) -> bool {
+    /// Whether a job's track with all its needed signals is in the store.
+    pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
+        let Ok(track) = &planned.tracks[job] else { return false };
         let address = track.address();
-        let wanted = self.signals.iter().enumerate().filter(|(k, _)| self.wants_signal(suite, job, *k));
+        let mut wanted =
+            self.signals.iter().enumerate().filter(|(k, _)| self.wants_signal(suite, planned, job, *k));
         let is_cached = |(_, choice)| store.contains(&recipes::signal(address, choice).address());
-        store.contains(&address) && wanted.into_iter().all(is_cached)
+        store.contains(&address) && wanted.all(is_cached)
     }
 
     /// Whether each track of the test suite with all its signals is in the store, sequences x jobs.
     pub fn cached_tracks(&self, store: &Store) -> Vec<Vec<bool>> {
         let of = |s: &PlannedSequence| -> Vec<bool> {
-            let tracks = s.tracks.iter().enumerate();
-            let is_cached = |(j, t): (usize, &Result<Recipe, CellError>)| {
-                t.as_ref().is_ok_and(|track| self.is_cached(store, 0, j, track))
-            };
-            tracks.map(is_cached).collect()
+            (0..s.tracks.len()).map(|j| self.is_cached(store, 0, s, j)).collect()
         };
         self.test().sequences.par_iter().map(of).collect()
     }

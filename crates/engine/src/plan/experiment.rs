@@ -8,6 +8,7 @@ use crate::dataset::suite::{Loaded, Missing};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
 use crate::num::seed;
+use crate::signal::Reads;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe};
@@ -15,6 +16,9 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// The need of what looks at pixels.
+const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";
 
 /// A sequence whose files are present.
 pub struct PlannedSequence {
@@ -106,6 +110,9 @@ impl<'a> ExperimentPlan<'a> {
                 let wanted = |job: &Job| demands.iter().any(|d| d.is_for(name, *job));
                 let track = |job: &Job| match &common {
                     _ if !wanted(job) => Err(CellError::Missing("not asked for".to_string())),
+                    _ if !sequence.has_frames() && experiment.trackers[job.tracker].setup.reads_pixels() => {
+                        Err(CellError::Unmet(NEEDS_FRAMES))
+                    }
                     Ok(common) => recipes::track(experiment, &sequence, common, *job, data_roots),
                     Err(e) => Err(e.clone()),
                 };
@@ -153,10 +160,23 @@ impl<'a> ExperimentPlan<'a> {
         self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))
     }
 
-    /// Whether a signal is needed on a job's track.
-    pub fn wants_signal(&self, suite: usize, job: usize, signal: usize) -> bool {
+    /// Whether a signal is needed, and can be computed, on a job's track.
+    pub fn wants_signal(&self, suite: usize, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
         let suite = &self.suites[suite].name;
         self.demands.iter().any(|d| d.signal == Some(signal) && d.is_for(suite, self.jobs[job]))
+            && self.unmet(planned, job, signal).is_none()
+    }
+
+    /// The need of a signal that a sequence or a job's tracker does not meet, if there is one.
+    pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: usize) -> Option<&'static str> {
+        let tracker = &self.experiment.trackers[self.jobs[job].tracker].setup;
+        match self.signals.get(signal)?.signal.reads() {
+            Reads::Pixels if !planned.sequence.has_frames() => Some(NEEDS_FRAMES),
+            Reads::Posterior if !tracker.gives_posterior() => {
+                Some("needs a tracker that gives its posterior")
+            }
+            Reads::Pixels | Reads::Posterior => None,
+        }
     }
 
     /// Whether a job has cells of a method.
@@ -197,13 +217,17 @@ impl<'a> ExperimentPlan<'a> {
         seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
     }
 
-    /// Sequences and jobs of a suite whose tracks of a tracker serve as training data.
-    pub fn learned_from(&self, suite: usize, tracker: usize) -> Vec<(usize, usize)> {
+    /// Sequences and jobs of a suite whose tracks of a tracker, with a signal, serve as training data.
+    pub fn learned_from(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Vec<(usize, usize)> {
         let runs = self.experiment.trackers[tracker].training_runs;
         let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
         let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
-        let sequences = 0..self.suites[suite].sequences.len();
-        sequences.flat_map(|s| jobs.iter().map(move |j| (s, *j))).collect()
+        let sequences = self.suites[suite].sequences.iter().enumerate();
+        let has_signal = |planned: &PlannedSequence, j: &usize| {
+            signal.is_none_or(|k| self.unmet(planned, *j, k).is_none())
+        };
+        let of = |(s, planned)| jobs.iter().filter(move |j| has_signal(planned, j)).map(move |j| (s, *j));
+        sequences.flat_map(of).collect()
     }
 
     /// Training data in a role: one entry for each track for which `track` returns an address, given the indices of
@@ -216,7 +240,7 @@ impl<'a> ExperimentPlan<'a> {
         track: impl Fn(usize, usize, usize) -> Option<Address>,
     ) -> Vec<Read> {
         let Some(suite) = self.suite(role) else { return Vec::new() };
-        let pairs = self.learned_from(suite, tracker).into_iter();
+        let pairs = self.learned_from(suite, tracker, signal).into_iter();
         pairs.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
     }
 

@@ -20,7 +20,7 @@ pub struct PlannedLabels<'p> {
     method: &'p str,
     params: &'p str,
     /// Input and detector of the labels, or the reason why they have no recipe.
-    from: Result<(&'p LabelsOn, &'p DetectorKey), &'p CellError>,
+    from: Result<(&'p LabelsOn, &'p DetectorKey), CellError>,
 }
 
 impl PlannedLabels<'_> {
@@ -34,13 +34,13 @@ impl PlannedLabels<'_> {
     /// # Errors
     /// When there is no track, or nothing to learn from.
     pub fn recipe(&self) -> Result<Recipe, CellError> {
-        let (on, key) = self.from.map_err(CellError::clone)?;
+        let (on, key) = self.from.clone()?;
         Ok(recipes::labels(on.read, key, self.seed(key)))
     }
 
     /// Address of the recipe; `None` without one.
     pub fn address(&self) -> Option<Address> {
-        let (on, key) = self.from.ok()?;
+        let (on, key) = self.from.as_ref().ok()?;
         Some(on.address(key, self.seed(key)))
     }
 
@@ -69,9 +69,12 @@ impl ExperimentPlan<'_> {
             };
             let reads = track.as_ref().map(read).map_err(|e| *e);
             let cell = |&(_, v): &(usize, usize)| {
-                let from = reads.as_ref().map_err(|e| *e).and_then(|(track, signals)| {
+                let from = reads.as_ref().map_err(|e| (*e).clone()).and_then(|(track, signals)| {
+                    if let Some(need) = self.signal(v).and_then(|k| self.unmet(planned, *j, k)) {
+                        return Err(CellError::Unmet(need));
+                    }
                     let on = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(track);
-                    Ok((on, keys[v][job.tracker].as_ref()?))
+                    Ok((on, keys[v][job.tracker].as_ref().map_err(CellError::clone)?))
                 });
                 of(PlannedLabels {
                     cell: PlannedCell { sequence: s, job: *j, variant: v },

@@ -77,7 +77,7 @@ fn trajectories(drawn: &[Drawn]) -> Vec<Trajectory<'_>> {
             regions: &d.regions,
             status: &d.status,
             truth: &d.truth,
-            frame: (160, 120),
+            frame: Some((160, 120)),
             attributes: &d.attributes,
             frame_attributes: &d.frame_attributes,
         }

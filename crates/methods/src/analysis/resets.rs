@@ -212,7 +212,7 @@ mod tests {
             regions: &regions,
             status,
             truth: &truth,
-            frame: (99, 99),
+            frame: Some((99, 99)),
             attributes: &[],
             frame_attributes: &flags,
         };

@@ -56,7 +56,7 @@ pub struct Measured {
 impl Rules {
     /// Measures one track.
     pub fn measure(&self, trajectory: &Trajectory<'_>) -> Measured {
-        let frame = self.bounded.then_some(trajectory.frame);
+        let frame = trajectory.frame.filter(|_| self.bounded);
         let mut counts = vec![true; trajectory.len()];
         let mut overlaps = Vec::with_capacity(trajectory.len());
         for (t, status) in trajectory.status.iter().enumerate() {

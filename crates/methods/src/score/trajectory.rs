@@ -16,8 +16,8 @@ pub struct Trajectory<'a> {
     pub status: &'a [Status],
     /// Ground truth; `None` where the target is not annotated.
     pub truth: &'a [Option<Region>],
-    /// Width and height of the frames in pixels.
-    pub frame: (usize, usize),
+    /// Width and height of the frames in pixels, where there are frames.
+    pub frame: Option<(usize, usize)>,
     /// Attributes of the sequence.
     pub attributes: &'a [String],
     /// Attributes of the frames, by name.

@@ -144,6 +144,10 @@ impl TrackerConfig for AdaptiveLocalSparse {
         show_params(&self.0)
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let Some(geometry) = TEMPLATE.geometry(region) else {
             return Err(TrackerError::no_region("adaptive-local-sparse"));

@@ -222,6 +222,10 @@ impl TrackerConfig for ColorParticleFilter {
         show_params(&self.0)
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let annotated = ellipse(region);
         if annotated.iter().any(|v| !v.is_finite()) {

@@ -162,6 +162,10 @@ impl TrackerConfig for FragmentsParticleFilter {
         show_params(&self.0)
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let rect = region.rect();
         if ![rect.x, rect.y, rect.w, rect.h].iter().all(|v| v.is_finite()) {

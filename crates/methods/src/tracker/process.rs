@@ -142,7 +142,7 @@ impl TrackerConfig for Process {
         let files = match &sequence.frames {
             Frames::Files(files) => files.to_vec(),
             Frames::Video(video) => video.files().map_err(|e| TrackerError::Missing(e.to_string()))?.to_vec(),
-            Frames::Rendered(..) => Vec::new(),
+            Frames::Rendered(..) | Frames::Absent => Vec::new(),
         };
         let place = Place {
             program: program.name.clone(),

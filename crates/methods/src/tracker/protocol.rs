@@ -142,6 +142,10 @@ impl TrackerConfig for Under {
         self.config.uses_run() || self.protocol.runs().is_some()
     }
 
+    fn gives_posterior(&self) -> bool {
+        self.config.gives_posterior()
+    }
+
     fn reads_pixels(&self) -> bool {
         // A failure is one within the frame, whose size is needed.
         let exact = matches!(self.protocol, RunProtocol::VotReset | RunProtocol::VotRegionNoise);

@@ -171,6 +171,10 @@ impl TrackerConfig for SparsePrototypes {
         show_params(&self.0)
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         Tracking::start(self.0.model(), context.seed, frame, region)
     }

@@ -259,6 +259,7 @@ fn page_frame(results: &Results) -> Page {
             }
         }
     }
+    warnings.extend(manifest.not_run.iter().map(|not_run| format!("{not_run}.")));
     for (rule, count) in &manifest.rules {
         warnings.push(format!("{rule}: {count} times."));
     }

@@ -56,6 +56,9 @@ pub struct Manifest {
     pub cells_done: usize,
     /// Cells without a result, with the reason; analyses that could not be made are among them.
     pub cells_failed: Vec<FailedCell>,
+    /// Methods that were not run on a tracker, because they need what is not given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_run: Vec<NotRun>,
     /// Rules that stood in for missing values, and how often each did.
     pub rules: BTreeMap<String, u64>,
     /// Sequences whose digest is not the one that datasets.lock pins, as `suite/name`.
@@ -119,6 +122,49 @@ pub struct MethodRecord {
     pub thresholds: BTreeMap<String, f64>,
 }
 
+/// A method that was not run on a tracker.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NotRun {
+    /// Tracker.
+    pub tracker: String,
+    /// Method with its grid point.
+    pub method: String,
+    /// Its need that is not met.
+    pub reason: String,
+    /// Number of its cells.
+    pub cells: usize,
+}
+
+impl NotRun {
+    /// The methods that were not run, in the order of their first cells.
+    fn of(outcome: &Outcome<'_>) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for cell in &outcome.cells {
+            let Err(CellError::Unmet(need)) = &cell.result else { continue };
+            let method = method_label(&cell.method, &cell.params);
+            match all
+                .iter_mut()
+                .find(|n| n.tracker == cell.tracker && n.method == method && n.reason == *need)
+            {
+                Some(known) => known.cells += 1,
+                None => {
+                    let (tracker, reason) = (cell.tracker.clone(), (*need).to_string());
+                    all.push(Self { tracker, method, reason, cells: 1 });
+                }
+            }
+        }
+        all
+    }
+}
+
+impl std::fmt::Display for NotRun {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { tracker, method, reason, cells } = self;
+        let cells = if *cells == 1 { "1 cell".to_string() } else { format!("{cells} cells") };
+        write!(f, "{method} was not run on {tracker} ({cells}): it {reason}")
+    }
+}
+
 /// A cell without a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedCell {
@@ -174,7 +220,7 @@ impl Manifest {
     /// The manifest of an outcome.
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
-            let e = cell.result.as_ref().err()?;
+            let e = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
             Some(FailedCell {
                 sequence: outcome.sequences[cell.sequence].name.clone(),
                 tracker: cell.tracker.clone(),
@@ -184,7 +230,8 @@ impl Manifest {
                 reason: e.to_string(),
             })
         });
-        let not_analysed = outcome.not_analysed.iter().map(|(name, e)| FailedCell {
+        let not_analysed = outcome.not_analysed.iter().filter(|(_, e)| !matches!(e, CellError::Unmet(_)));
+        let not_analysed = not_analysed.map(|(name, e)| FailedCell {
             sequence: "*".to_string(),
             tracker: String::new(),
             run: 0,
@@ -229,6 +276,7 @@ impl Manifest {
             models: model_records(&outcome.models),
             cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
             cells_failed: failed.chain(not_analysed).collect(),
+            not_run: NotRun::of(outcome),
             rules: outcome.rules.clone(),
             differing: outcome.differing.clone(),
             files: BTreeMap::new(),

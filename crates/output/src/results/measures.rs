@@ -116,7 +116,7 @@ pub(super) fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
                 attribute: None,
                 pooled: pool_cells(outcome, &cells)?,
                 done: cells.iter().filter(|c| c.result.is_ok()).count(),
-                failed: cells.iter().filter(|c| c.result.is_err()).count(),
+                failed: cells.iter().filter(|c| c.has_failed()).count(),
             })
         })
         .collect()

@@ -13,7 +13,7 @@ use crate::spec::Experiment;
 
 const STATUS: Column = Column::text(
     "status",
-    "`ok`, or the reason why there is no result (`missing: ...`, `failed: ...`) or only a part of it (`partial: 3 of 4`)",
+    "`ok`, or the reason why there is no result (`missing: ...`, `failed: ...`, `not run: ...`) or only a part of it (`partial: 3 of 4`)",
 );
 
 /// The file.
@@ -98,6 +98,7 @@ fn row_of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Row {
             Ok(_) => "ok".to_string(),
             Err(CellError::Missing(m)) => format!("missing: {m}"),
             Err(CellError::Failed(m)) => format!("failed: {m}"),
+            Err(CellError::Unmet(need)) => format!("not run: {need}"),
         },
     }
 }

@@ -21,7 +21,7 @@ fn trajectory<'a>(
         regions,
         status,
         truth,
-        frame: (40, 40),
+        frame: Some((40, 40)),
         attributes,
         frame_attributes,
     }
@@ -107,7 +107,7 @@ fn real_results_score_as_in_the_vot_toolkit() {
         }
         for (q, status, regions) in &states {
             let frame = q.size().unwrap();
-            let trajectory = Trajectory { frame, ..trajectory(regions, status, &q.truth) };
+            let trajectory = Trajectory { frame: Some(frame), ..trajectory(regions, status, &q.truth) };
             tracks.push((trajectory, rules.measure(&trajectory)));
         }
         for (k, (name, accuracy, failures)) in per_sequence.iter().enumerate() {

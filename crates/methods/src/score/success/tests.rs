@@ -86,7 +86,7 @@ fn a_later_start_is_scored_from_there() {
         regions: &regions,
         status: &status,
         truth: &truth,
-        frame: (640, 480),
+        frame: Some((640, 480)),
         attributes: &[],
         frame_attributes: &[],
     };

@@ -1,0 +1,73 @@
+//! Ground truth of the Object Tracking Benchmark alone: a file of boxes for each target, without frames.
+//!
+//! ```text
+//! otb-annotations/otb100/Jogging-1.txt  x,y,w,h a line, as in [`otb`]; line 1 is the first official frame
+//! ```
+//!
+//! A sequence of it serves methods that look at boxes only. What reads pixels is not run on it.
+
+use super::{FormatEntry, SequenceOptions, otb};
+use crate::files::folder_name;
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use std::path::Path;
+
+/// The entry in the list of formats.
+pub const FORMAT: FormatEntry = FormatEntry {
+    word: "otb-boxes",
+    summary: "`Jogging-1.txt`: boxes of OTB for each target, no frames",
+    truth_file: "SEQUENCE.txt",
+    load,
+    parse_truth: otb::parse_truth,
+    reads: |name| Path::new(name).extension().is_some_and(|e| e == "txt"),
+    find_targets: None,
+    ..FormatEntry::BASE
+};
+
+/// Loads the sequence of a file.
+///
+/// # Errors
+/// A file that is absent, broken or does not cover the range.
+pub fn load(file: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
+    let rows = otb::parse_truth(file, &text::read_capped(file)?)?;
+    let official = options.official.unwrap_or((1, u32::try_from(rows.len()).unwrap_or(u32::MAX)));
+    let (first, last) = options.range.unwrap_or(official);
+    if first > last {
+        return Err(DatasetError::content(file, format!("the range {first} to {last} is empty")));
+    }
+    let truth = otb::cut(rows, file, official, (first, last))?;
+    let name = options.name.clone().unwrap_or_else(|| folder_name(&file.with_extension("")));
+    Ok(Sequence {
+        name,
+        numbering: Numbering { first, official },
+        truth,
+        attributes: Vec::new(),
+        frame_attributes: Vec::new(),
+        digest: Digest::default(),
+        frames: Frames::Absent,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+
+    #[test]
+    fn boxes_are_read_without_frames() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("Tiger1.txt");
+        // Six lines for the official frames 3 to 6: the file starts at frame 1.
+        std::fs::write(&file, "1,1,5,5\n2,1,5,5\n3,1,5,5\n4,1,5,5\n0,0,0,0\n6,1,5,5\n").unwrap();
+        let options =
+            SequenceOptions { official: Some((3, 6)), range: Some((4, 6)), ..SequenceOptions::default() };
+        let sequence = load(&file, &options).unwrap();
+        let at = |x: f64| Some(Region::Rect(Rect::new(x, 0.0, 5.0, 5.0)));
+        assert_eq!((sequence.name.as_str(), sequence.numbering.first), ("Tiger1", 4));
+        assert_eq!(sequence.truth, [at(3.0), None, at(5.0)]);
+        assert!(!sequence.has_frames());
+        assert!(sequence.frame(0).unwrap_err().to_string().contains("has no frames"));
+        assert_eq!(sequence.digest().unwrap(), sequence.digest_anew().unwrap());
+        let short = SequenceOptions { official: Some((1, 7)), ..SequenceOptions::default() };
+        assert!(load(&file, &short).unwrap_err().to_string().contains("do not cover"));
+    }
+}
