@@ -15,7 +15,7 @@ use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store;
 use crate::num::seed;
 use crate::region::Region;
-use crate::results::detections;
+use crate::results::detections::{self, MethodOutput};
 use crate::signal::Reads;
 use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
@@ -27,8 +27,8 @@ use std::sync::Arc;
 /// Arguments of `detect`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Prints CSV: frame,method,score,label,change. label is 1 where the track is inconsistent \
-(the tracker has failed), change is 1 where it becomes so and -1 where it recovers. Methods run with their published \
+    after_help = "Prints CSV: frame,method,score,label,change,state. label is 1 in frames with an alarm, change is 1 where alarms begin and \
+-1 where they end, state is lost from an alarm until the recovery is confirmed, else tracking. Methods run with their published \
 thresholds. With --init the video is tracked first; methods that read a tracker's posterior (AVU, ARTE*, ...) need that. \
 Their model of a consistent filter is built in for the default tracker, learned on rendered sequences; --model takes \
 another one."
@@ -318,7 +318,11 @@ fn print(
     for (ReadyMethod { method, detector }, signal) in methods.iter().zip(signals) {
         let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
         let result = reverse::detect(&*detector.detector, input, reversal);
-        detected.push((method.name.as_str(), result.map_err(|e| Failure::data(e.to_string()))?));
+        detected.push(MethodOutput {
+            method: &method.name,
+            output: result.map_err(|e| Failure::data(e.to_string()))?,
+            frames_to_recover: detector.detector.frames_to_recover(),
+        });
     }
     let bytes = detections::csv(sequence, &detected).map_err(Failure::io)?;
     output::write(&String::from_utf8_lossy(&bytes))

@@ -28,7 +28,7 @@ fn prints_a_row_for_each_frame_and_method() {
     let output = detect(&sequence.join("img"), &boxes, &[]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text.lines().next().unwrap(), "frame,method,score,label,change");
+    assert_eq!(text.lines().next().unwrap(), "frame,method,score,label,change,state");
     let all = rows(&text);
     for method in ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist"] {
         let mine: Vec<_> = all.iter().filter(|r| r["method"] == method).collect();

@@ -35,7 +35,7 @@ mod conformance;
 #[path = "../../../docs/examples/deviation.rs"]
 mod deviation;
 
-pub use labels::{changes, run_starts};
+pub use labels::{RECOVERY_FRAMES, changes, lost, run_starts};
 pub use learning::{Example, LearnError, Learner};
 pub use track_quality::{Check, Condition, Quality};
 
@@ -117,6 +117,12 @@ pub trait Detector: Send + Sync {
     /// The threshold on the score, as figures draw it, where there is one.
     fn threshold(&self) -> Option<f64> {
         None
+    }
+
+    /// Frames in a row without an alarm after which a lost target counts as found again, see [`lost`]: 1 for detectors
+    /// whose alarm lasts until they themselves have found that the track is good again.
+    fn frames_to_recover(&self) -> usize {
+        RECOVERY_FRAMES
     }
 
     /// Labels every frame of a track.

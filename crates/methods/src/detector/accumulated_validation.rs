@@ -256,6 +256,10 @@ impl Detector for AccumulatedValidation {
         self.beta
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let score = accumulation::sums(input.signal, self.params.length);
         let alarm = score.iter().map(|s| self.beta.is_some_and(|beta| *s > beta)).collect();

@@ -38,6 +38,10 @@ impl Detector for Always {
         false
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let frames = input.signal.len();
         DetectorOutput { score: vec![1.0; frames], alarm: vec![true; frames], ..DetectorOutput::default() }

@@ -236,6 +236,10 @@ impl Detector for Arte {
         Some(self.params.tau_1)
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let (score, events) = self.events(input.signal);
         let (alarm, quality) = self.rules.follow(input, &events);

@@ -191,6 +191,10 @@ impl Detector for ArteStar {
         self.validation.threshold()
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let (score, events) = self.events(input);
         let (alarm, quality) = self.rules.follow(input, &events);

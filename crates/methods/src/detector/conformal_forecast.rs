@@ -19,8 +19,9 @@
 //! signal alarms whenever `a` has grown to 1.
 //!
 //! Choices: `gamma = 0.02`, as tracks are shorter than the source's series, for which it takes 0.005; a warm-up of 50
-//! scores, where the 0.95 quantile is the third largest; `rate = 0.05`, since the errors of one block of forecasts tend to exceed together and count as one
-//! detection. The parameters of the forecast are those of the paper, as in `arma-forecast`.
+//! scores, where the 0.95 quantile is the third largest; `rate = 0.05`, since the errors of one block of forecasts tend
+//! to exceed together and count as one detection. The parameters of the forecast are those of the paper, as in
+//! `arma-forecast`.
 
 use super::arma_forecast::{self, Forecast};
 use super::forecasting::{self, Scheme};

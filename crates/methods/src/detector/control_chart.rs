@@ -15,7 +15,7 @@
 //! `sigma` is 0 or nearly so.
 
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input};
+use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
 use crate::plugin::{ParamError, check_ranges, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -140,6 +140,10 @@ impl Detector for ControlChart {
 
     fn threshold(&self) -> Option<f64> {
         Some(self.limit.value())
+    }
+
+    fn frames_to_recover(&self) -> usize {
+        if self.params.after == After::Latch { 1 } else { RECOVERY_FRAMES }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

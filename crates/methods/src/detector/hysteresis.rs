@@ -78,6 +78,10 @@ impl Detector for Hysteresis {
         Some(self.lost.value())
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let label = |alarm: &mut bool, &y: &f64| {
             let level = if *alarm { self.found } else { self.lost };

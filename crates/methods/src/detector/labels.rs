@@ -1,4 +1,4 @@
-//! From labels to changes: where a run of alarms begins and ends.
+//! From labels to changes and states: where a run of alarms begins and ends, and between which the target is lost.
 
 /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where the label stays.
 ///
@@ -21,6 +21,23 @@ pub fn run_starts(alarm: &[bool]) -> Vec<usize> {
     (0..alarm.len()).filter(|&t| alarm[t] && (t == 0 || !alarm[t - 1])).collect()
 }
 
+/// Frames in a row without an alarm that confirm a recovery, for detectors that alarm in single frames.
+///
+/// Two alarms no further apart than this can belong to one loss: the protocols accept a detection up to five frames before
+/// and five frames after it.
+pub const RECOVERY_FRAMES: usize = 10;
+
+/// Whether the target counts as lost, for each frame: from an alarm on, until `recovery` frames in a row (at least 1)
+/// have none. The last of these is the first that is not lost, so that the state of a frame needs no later one.
+pub fn lost(alarm: &[bool], recovery: usize) -> Vec<bool> {
+    let mut quiet = recovery;
+    let state = |&alarm: &bool| {
+        quiet = if alarm { 0 } else { quiet.saturating_add(1) };
+        quiet < recovery.max(1)
+    };
+    alarm.iter().map(state).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,7 +51,33 @@ mod tests {
         assert!(changes(&[]).is_empty() && run_starts(&[]).is_empty());
     }
 
+    #[test]
+    fn lost_by_hand() {
+        let alarm = [0, 1, 0, 0, 1, 0, 0, 0, 0, 1].map(|a| a == 1);
+        let states = |recovery| lost(&alarm, recovery).into_iter().map(u8::from).collect::<Vec<_>>();
+        assert_eq!(states(1), [0, 1, 0, 0, 1, 0, 0, 0, 0, 1]);
+        assert_eq!(states(3), [0, 1, 1, 1, 1, 1, 1, 0, 0, 1]);
+        assert_eq!(states(2), [0, 1, 1, 0, 1, 1, 0, 0, 0, 1]);
+        assert_eq!(states(usize::MAX), [0, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+        assert!(lost(&[], 3).is_empty());
+    }
+
     proptest! {
+        #[test]
+        fn a_state_is_never_without_its_alarm_and_knows_no_later_frame(
+            alarm in prop::collection::vec(any::<bool>(), 0..40),
+            recovery in 1_usize..12,
+            cut in 0_usize..40,
+        ) {
+            let states = lost(&alarm, recovery);
+            prop_assert!(states.iter().zip(&alarm).all(|(lost, alarm)| *lost || !alarm));
+            prop_assert_eq!(lost(&alarm, 1), alarm.clone());
+            let longer = lost(&alarm, recovery + 1);
+            prop_assert!(states.iter().zip(&longer).all(|(short, long)| !short || *long));
+            let cut = cut.min(alarm.len());
+            prop_assert_eq!(&lost(&alarm[..cut], recovery)[..], &states[..cut]);
+        }
+
         #[test]
         fn sums_of_changes_are_labels(alarm in prop::collection::vec(any::<bool>(), 0..40)) {
             let changes = changes(&alarm);

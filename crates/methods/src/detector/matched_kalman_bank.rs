@@ -257,6 +257,10 @@ impl Detector for MatchedKalmanBank {
         show_params(&self.0)
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         consistency::on_defined_frames(input.signal, |signal| self.follow(signal))
     }

@@ -38,6 +38,10 @@ impl Detector for Never {
         false
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let frames = input.signal.len();
         DetectorOutput { score: vec![0.0; frames], alarm: vec![false; frames], ..DetectorOutput::default() }

@@ -45,6 +45,10 @@ impl Detector for Oracle {
         false
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut label = false;
         let errors = input.error.iter().copied().chain(std::iter::repeat(f64::NAN));

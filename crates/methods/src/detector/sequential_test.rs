@@ -26,7 +26,7 @@
 //! of bad ones proportional to n until there is a bet at all. A `window` is faster, with the same guarantee.
 
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input};
+use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -144,6 +144,10 @@ impl Detector for SequentialTest {
 
     fn threshold(&self) -> Option<f64> {
         Some(self.limit())
+    }
+
+    fn frames_to_recover(&self) -> usize {
+        if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

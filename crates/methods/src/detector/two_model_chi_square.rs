@@ -157,6 +157,10 @@ impl Detector for TwoModelChiSquare {
         Some(self.threshold)
     }
 
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
     }

@@ -19,7 +19,7 @@ pub(super) const ERROR: Column =
 pub(super) const SCORE: Column =
     Column::real("score", "", "The number that the detector compares with its threshold");
 pub(super) const LABEL: Column =
-    Column::small("label", "1 where the method says that the track has failed, 0 elsewhere");
+    Column::small("label", "1 in frames in which the method alarms, 0 elsewhere");
 pub(super) const CHANGE: Column =
     Column::small("change", "1 where the label becomes 1, -1 where it becomes 0, 0 elsewhere");
 
