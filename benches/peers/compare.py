@@ -75,8 +75,8 @@ def theirs(peer):
     return [json.loads(line) for line in run.stdout.splitlines()], run.returncode == 0
 
 
-def milliseconds(seconds):
-    return f"{seconds * 1e3:.3g} ms"
+def duration(seconds):
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{seconds * 1e3:.3g} ms"
 
 
 def main():
@@ -98,12 +98,12 @@ def main():
     print(f"{platform.machine()}, {os.cpu_count()} cores, {arguments.rounds} rounds\n")
     print("| bench | ours | peer | its time | ratio | least to largest |\n|---|--:|---|--:|--:|--:|")
     for (name, peer), pairs in rounds.items():
-        its = milliseconds(statistics.median(m["seconds"] for m, _ in pairs))
+        its = duration(statistics.median(m["seconds"] for m, _ in pairs))
         if not pairs[0][1]:
             print(f"| {name} | | {peer} | {its} | | |")
             continue
         ratios = [m["seconds"] / own["seconds"] for m, own in pairs]
-        own = milliseconds(statistics.median(own["seconds"] for _, own in pairs))
+        own = duration(statistics.median(own["seconds"] for _, own in pairs))
         spread = f"{min(ratios):.3g} to {max(ratios):.3g}"
         print(f"| {name} | {own} | {peer} | {its} | {statistics.median(ratios):.3g} | {spread} |")
     scores = {key: pairs[0] for key, pairs in rounds.items() if all("auc" in side for side in pairs[0])}
