@@ -159,7 +159,7 @@ fn published() -> Result<Vec<Method>, Failure> {
 /// The methods that need only frames and boxes.
 fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, Failure> {
     let fits = |v: &Variant| {
-        let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() == Reads::Pixels);
+        let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() != Reads::Posterior);
         looks && matches!(v.detector, DetectorChoice::Given(_)) && !v.detector.needs_reverse()
     };
     let mut ready = Vec::new();

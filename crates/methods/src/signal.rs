@@ -3,6 +3,7 @@
 //! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
 //! online: the value of frame `t` uses frames up to `t` only.
 
+pub mod box_motion;
 #[cfg(test)]
 mod conformance;
 pub mod distribution_field;
@@ -27,6 +28,8 @@ pub enum Reads {
     Pixels,
     /// The moments of the tracker's posterior; frames are not decoded for it.
     Posterior,
+    /// The tracker's region alone; frames are not decoded for it, and the one it is given may have any size.
+    Boxes,
 }
 
 /// A checked configuration of a signal.
@@ -62,6 +65,7 @@ pub trait Session: Send {
 
 /// Every signal, by kind.
 pub static SIGNALS: &[Entry<dyn Signal>] = &[
+    box_motion::ENTRY,
     distribution_field::ENTRY,
     region_covariance::ENTRY,
     rgb_histogram::ENTRY,

@@ -102,7 +102,7 @@ impl Lane {
     }
 
     /// Whether the lane looks at pixels. Stored states and trackers that answer without them do not, nor do signals of
-    /// the posterior.
+    /// the posterior or of regions.
     pub(super) fn reads_pixels(&self) -> bool {
         let tracks = match &self.source {
             StateSource::Run(run) => run.config.reads_pixels(),

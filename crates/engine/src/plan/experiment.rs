@@ -175,7 +175,7 @@ impl<'a> ExperimentPlan<'a> {
             Reads::Posterior if !tracker.gives_posterior() => {
                 Some("needs a tracker that gives its posterior")
             }
-            Reads::Pixels | Reads::Posterior => None,
+            Reads::Pixels | Reads::Posterior | Reads::Boxes => None,
         }
     }
 

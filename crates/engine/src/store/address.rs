@@ -200,6 +200,7 @@ mod tests {
         ("tracker sparse-prototypes", "f677d8e597865229"),
         ("tracker ivt", "4b483e366b078a60"),
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
+        ("signal box-motion", "4d86d38076323bce"),
         ("signal distribution-field", "2553ef39cf637fd4"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),

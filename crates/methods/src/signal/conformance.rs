@@ -127,6 +127,7 @@ fn odd_boxes_and_frames_are_survived() {
 
 /// Kind, VERSION and the digest of the values on [`track`] at nine digits.
 const GOLDEN: &[(&str, u32, &str)] = &[
+    ("box-motion", 1, "d25c29a53cc09de5"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
@@ -199,6 +200,8 @@ proptest! {
                 prop_assert_eq!(run(signal.as_ref(), &frames, &boxes), vec![same; 2], "{}", kind);
             }
         }
+        let values = run(build("box-motion", "{}").as_ref(), &frames, &boxes);
+        prop_assert_eq!(values, vec![0.0; 2]);
         // Where every window shows the same, the target looks exactly like what surrounds it.
         let flat = map(&frames[0], |_, _| [seed as u8, 7, 255]);
         for border in ["uniform", "zero", "replicate"] {

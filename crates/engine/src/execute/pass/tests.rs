@@ -91,7 +91,18 @@ fn make_on(
     states: Option<&Arc<Vec<TrackerState>>>,
     limits: &RunLimits,
 ) -> Vec<Result<PassOutput, CellError>> {
-    let entry = SIGNALS.iter().find(|e| e.kind == "rgb-histogram").unwrap();
+    make_signal("rgb-histogram", cores, sequence, configs, states, limits)
+}
+
+fn make_signal(
+    kind: &str,
+    cores: usize,
+    sequence: Arc<Sequence>,
+    configs: &[Bad],
+    states: Option<&Arc<Vec<TrackerState>>>,
+    limits: &RunLimits,
+) -> Vec<Result<PassOutput, CellError>> {
+    let entry = SIGNALS.iter().find(|e| e.kind == kind).unwrap();
     let signal = SignalChoice {
         kind: entry.kind,
         version: entry.version,
@@ -177,4 +188,18 @@ fn signals_on_a_stored_track_equal_those_of_the_first_run() {
     // The tracker itself, which would panic, is not run.
     let kept = make(&[Bad::Panics], Some(&live.states), &RunLimits::default()).remove(0).unwrap();
     assert_eq!(kept, live);
+}
+
+#[test]
+fn signals_of_regions_need_no_frame() {
+    let live = make(&[Bad::Never], None, &RunLimits::default()).remove(0).unwrap();
+    let limits = RunLimits::default();
+    for cores in CORES {
+        let gray = Arc::new(Gray { good: 0, last: AtomicUsize::new(0) });
+        let stored = Some(&live.states);
+        let mut made =
+            make_signal("box-motion", cores, sequence_of(6, &gray), &[Bad::Panics], stored, &limits);
+        assert_eq!(made.remove(0).unwrap().signals[0], [0.0; 6]);
+        assert_eq!(gray.last.load(Ordering::Relaxed), 0);
+    }
 }

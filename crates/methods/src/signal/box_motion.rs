@@ -1,0 +1,240 @@
+//! `box-motion`: how the tracker's box moves, grows and turns, and how near it is to the frame's border, in units of
+//! its own size. The region alone is read, except by the distance to the border, which needs the size of the frame.
+//!
+//! ```text
+//! displacement  |c[t] - c[t-1]| / s[t-1]
+//! acceleration  |c[t] - 2 c[t-1] + c[t-2]| / s[t-1]
+//! scale         |ln(w[t] h[t] / (w[t-1] h[t-1]))|
+//! aspect        |ln((w[t] / h[t]) / (w[t-1] / h[t-1]))|
+//! border        min(x[t], y[t], W - x[t] - w[t], H - y[t] - h[t]) / s[t]
+//! ```
+//!
+//! `x`, `y`, `w` and `h` are the upright box in pixels, `c` its center, `s = sqrt(w h)`, and `W`, `H` the sides of the
+//! frame; `t` is a 0-based frame, and values have no unit. High values speak for a failure; of `border`, low ones do,
+//! and it is negative where the box leaves the frame. Frames without enough frames before them (the first one; of
+//! `acceleration`, the first two) give 0. A displacement of 1 is a jump by the target's own size.
+//!
+//! Source: none, these are common checks of plausibility. Choices: the unit of a motion is the size of the box before
+//! it, as a box that collapses would otherwise enlarge its own motion; polygons are replaced by their upright box;
+//! sides below a pixel count as a pixel; values are cut at 1000 and, of `border`, at -1000, and a box whose
+//! coordinates are no numbers is given the worst of them.
+
+use crate::image::Frame;
+use crate::plugin::{Entry, read_params, show_params};
+use crate::region::Rect;
+use crate::signal::{Direction, Reads, Session, Signal};
+use crate::tracker::TrackerState;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "box-motion",
+    version: 1,
+    summary: "motion of the tracker's box, or its distance to the frame's border, relative to its size",
+    example: "{ measure = \"displacement\" }",
+    build: |raw| Ok(Box::new(BoxMotion(read_params(raw)?))),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Largest absolute value of the signal.
+const MAX_VALUE: f64 = 1000.0;
+
+/// What is measured of the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Distance of its centers in this frame and the one before.
+    Displacement,
+    /// Second difference of its center.
+    Acceleration,
+    /// Logarithm of the ratio of its areas.
+    Scale,
+    /// Logarithm of the ratio of its aspects.
+    Aspect,
+    /// Distance of its nearest side to the frame's border; frames are decoded for it.
+    Border,
+}
+
+/// Parameters of the box's motion.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// What is measured.
+    pub measure: Measure,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { measure: Measure::Displacement }
+    }
+}
+
+/// The box's motion; every value of its parameter is valid.
+pub struct BoxMotion(Params);
+
+impl Signal for BoxMotion {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        match self.0.measure {
+            Measure::Border => Direction::HigherIsBetter,
+            _ => Direction::LowerIsBetter,
+        }
+    }
+
+    fn reads(&self) -> Reads {
+        match self.0.measure {
+            // The size of a frame that is not decoded is unknown.
+            Measure::Border => Reads::Pixels,
+            _ => Reads::Boxes,
+        }
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        match self.0.measure {
+            Measure::Border => (-MAX_VALUE, MAX_VALUE),
+            _ => (0.0, MAX_VALUE),
+        }
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(Motion { measure: self.0.measure, past: [None; 2] })
+    }
+}
+
+/// The motion of one track.
+struct Motion {
+    measure: Measure,
+    /// The boxes of the frame before and of the one before that.
+    past: [Option<Rect>; 2],
+}
+
+impl Session for Motion {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let Rect { x, y, w, h } = state.region.rect();
+        let now = Rect::new(x, y, w.max(1.0), h.max(1.0));
+        let [before, earlier] = self.past;
+        self.past = [Some(now), before];
+        if self.measure == Measure::Border {
+            let distance = border_distance(&now, frame) / size(&now);
+            return if distance.is_nan() { -MAX_VALUE } else { distance.clamp(-MAX_VALUE, MAX_VALUE) };
+        }
+        let Some(before) = before else { return 0.0 };
+        let value = match self.measure {
+            Measure::Acceleration => earlier.map_or(0.0, |earlier| {
+                let velocity = difference(&before, &earlier);
+                length(difference(&now, &before), velocity) / size(&before)
+            }),
+            Measure::Scale => ((now.w / before.w).ln() + (now.h / before.h).ln()).abs(),
+            Measure::Aspect => ((now.w / before.w).ln() - (now.h / before.h).ln()).abs(),
+            Measure::Displacement | Measure::Border => {
+                length(difference(&now, &before), (0.0, 0.0)) / size(&before)
+            }
+        };
+        value.min(MAX_VALUE)
+    }
+}
+
+fn size(r: &Rect) -> f64 {
+    (r.w * r.h).sqrt()
+}
+
+/// Motion of the center from `b` to `a`.
+fn difference(a: &Rect, b: &Rect) -> (f64, f64) {
+    let (a, b) = (a.center(), b.center());
+    (a.0 - b.0, a.1 - b.1)
+}
+
+fn length(a: (f64, f64), b: (f64, f64)) -> f64 {
+    let (x, y) = (a.0 - b.0, a.1 - b.1);
+    (x * x + y * y).sqrt()
+}
+
+/// Pixels between the box and the nearest border of the frame; NaN if a coordinate is no number.
+fn border_distance(r: &Rect, frame: &Frame) -> f64 {
+    let (right, bottom) = (frame.width() as f64 - r.x - r.w, frame.height() as f64 - r.y - r.h);
+    let least = r.x.min(r.y).min(right).min(bottom);
+    if (r.x + r.y).is_nan() { f64::NAN } else { least }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Region;
+    use proptest::prelude::*;
+
+    fn values(measure: Measure, boxes: &[Rect]) -> Vec<f64> {
+        let mut session = BoxMotion(Params { measure }).start();
+        let frame = Frame::new(40, 30, vec![0; 3600]);
+        let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
+        states.map(|state| session.push(&frame, &state)).collect()
+    }
+
+    // The center goes from (6, 9) to (12, 17): 10 pixels, the size of the first box; then to (12, 21) and on.
+    #[test]
+    fn values_by_hand() {
+        let boxes = [
+            Rect::new(-4.0, 6.5, 20.0, 5.0),
+            Rect::new(2.0, 14.5, 20.0, 5.0),
+            Rect::new(7.0, 11.0, 10.0, 20.0),
+            Rect::new(7.0, 11.0, 10.0, 20.0),
+        ];
+        assert_eq!(values(Measure::Displacement, &boxes), [0.0, 1.0, 0.4, 0.0]);
+        // (0, 4) - (6, 8) = (-6, -4), and (0, 0) - (0, 4).
+        let second = (36.0_f64 + 16.0).sqrt() / 10.0;
+        assert_eq!(values(Measure::Acceleration, &boxes), [0.0, 0.0, second, 4.0 / 200.0_f64.sqrt()]);
+        let close = |a: Vec<f64>, b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(values(Measure::Scale, &boxes), [0.0, 0.0, 2.0_f64.ln(), 0.0]));
+        assert!(close(values(Measure::Aspect, &boxes), [0.0, 0.0, 8.0_f64.ln(), 0.0]));
+        assert!(close(
+            values(Measure::Border, &boxes),
+            [-0.4, 0.2, -1.0 / 200.0_f64.sqrt(), -1.0 / 200.0_f64.sqrt()]
+        ));
+    }
+
+    #[test]
+    fn boxes_without_numbers_are_as_bad_as_can_be() {
+        let nan = Rect::new(f64::NAN, 3.0, 5.0, 5.0);
+        let whole = Rect::new(2.0, 3.0, 5.0, 5.0);
+        assert_eq!(values(Measure::Displacement, &[whole, nan]), [0.0, MAX_VALUE]);
+        assert_eq!(values(Measure::Border, &[whole, nan]), [0.4, -MAX_VALUE]);
+    }
+
+    #[test]
+    fn only_the_border_needs_frames() {
+        let reads = |measure| BoxMotion(Params { measure }).reads();
+        for measure in [Measure::Displacement, Measure::Acceleration, Measure::Scale, Measure::Aspect] {
+            assert_eq!(reads(measure), Reads::Boxes);
+        }
+        assert_eq!(reads(Measure::Border), Reads::Pixels);
+    }
+
+    proptest! {
+        #[test]
+        fn a_larger_world_changes_nothing(
+            boxes in proptest::collection::vec((-30.0..60.0, -30.0..50.0, 1.0..40.0, 1.0..40.0), 1..6),
+            factor in 1.0..9.0_f64,
+        ) {
+            let boxes: Vec<Rect> = boxes.iter().map(|&(x, y, w, h)| Rect::new(x, y, w, h)).collect();
+            let larger: Vec<Rect> =
+                boxes.iter().map(|r| Rect::new(factor * r.x, factor * r.y, factor * r.w, factor * r.h)).collect();
+            for measure in [Measure::Displacement, Measure::Acceleration, Measure::Scale, Measure::Aspect] {
+                for (a, b) in values(measure, &boxes).iter().zip(values(measure, &larger)) {
+                    prop_assert!((a - b).abs() < 1e-9, "{measure:?}: {a} {b}");
+                }
+            }
+        }
+
+        #[test]
+        fn constant_motion_has_no_acceleration(dx in -9..9_i8, dy in -9..9_i8, w in 1..30_u8, h in 1..30_u8) {
+            let at = |t: f64| Rect::new(f64::from(dx) * t, f64::from(dy) * t, w.into(), h.into());
+            let boxes: Vec<Rect> = (0..5).map(|t| at(f64::from(t))).collect();
+            prop_assert_eq!(values(Measure::Acceleration, &boxes), [0.0; 5]);
+            let speed = (f64::from(dx).powi(2) + f64::from(dy).powi(2)).sqrt() / (f64::from(w) * f64::from(h)).sqrt();
+            prop_assert_eq!(values(Measure::Displacement, &boxes)[1..].to_vec(), [speed; 4]);
+        }
+    }
+}
