@@ -238,6 +238,63 @@ def similarity(a, b):
     return float(np.sqrt(a / a.sum() * (b / b.sum())).sum())
 
 
+# --- motion of boxes and correlation with a template ----------------------------------------------------
+
+
+def motion(measure, images, boxes):
+    """The largest and smallest values, +-1000, are not reached by these tracks."""
+    b = np.array(boxes, dtype=float)
+    sides = np.maximum(b[:, 2:], 1)
+    c, size = b[:, :2] + sides / 2, np.sqrt(sides.prod(axis=1))
+    step = np.diff(c, axis=0)
+    if measure == "displacement":
+        v = np.linalg.norm(step, axis=1) / size[:-1]
+    elif measure == "acceleration":
+        v = np.concatenate([[0.0], np.linalg.norm(np.diff(step, axis=0), axis=1) / size[1:-1]])
+    elif measure == "scale":
+        v = np.abs(np.diff(np.log(sides.prod(axis=1))))
+    elif measure == "aspect":
+        v = np.abs(np.diff(np.log(sides[:, 0] / sides[:, 1])))
+    else:
+        room = np.array([i.shape[1::-1] for i in images]) - b[:, :2] - sides
+        return (np.minimum(b[:, :2], room).min(axis=1) / size).tolist()
+    return [0.0, *v.tolist()]
+
+
+def template_size(w, h, side):
+    longest = max(w, h)
+    return (w, h) if longest <= side else tuple(max(1, math.floor(v * side / longest + 0.5)) for v in (w, h))
+
+
+def template(image, box, size):
+    """Means of up to 8 x 8 bilinear samples a pixel."""
+    pixels, _, _ = cut_patch(image, box)
+    grey = np.floor(pixels.astype(np.int64) @ np.array([2989, 5870, 1140]) / 10000 + 0.5)
+    parts = [min(max(-(-n // m), 1), 8) for n, m in zip(grey.shape, size[::-1])]
+
+    def taps(n, count):
+        place = np.clip((np.arange(count) + 0.5) * n / count - 0.5, 0, n - 1)
+        return np.maximum(0, 1 - np.abs(place[:, None] - np.arange(n)))
+
+    fine = taps(grey.shape[0], parts[0] * size[1]) @ grey @ taps(grey.shape[1], parts[1] * size[0]).T
+    return fine.reshape(size[1], parts[0], size[0], parts[1]).mean(axis=(1, 3)).ravel()
+
+
+def template_correlation(images, boxes, p):
+    first = cut_patch(images[0], boxes[0])[0]
+    size = template_size(first.shape[1], first.shape[0], p["side"])
+    patches = [template(i, b, size) for i, b in zip(images, boxes)]
+    q, values = patches[0], [1.0]
+    for now in patches[1:]:
+        flat = [v.var() <= 1e-6 for v in (now, q)]
+        values.append(float(all(flat)) if any(flat) else float(np.corrcoef(now, q)[0, 1]))
+        if p["reference"] == "previous":
+            q = now
+        elif p["reference"] == "slow":
+            q = (1 - p["rate"]) * q + p["rate"] * now
+    return values
+
+
 # --- signals over a track -----------------------------------------------------------------------------
 
 
@@ -248,6 +305,10 @@ def values(kind, params, images, boxes):
     if kind == "region-covariance":
         p = dict(ridge=1e-6, grey_ridge=1e-3) | params
         return [covariance_distance(image, images[t - 1], boxes, t, p) for t, image in enumerate(images)]
+    if kind == "box-motion":
+        return motion((dict(measure="displacement") | params)["measure"], images, boxes)
+    if kind == "template-correlation":
+        return template_correlation(images, boxes, dict(reference="first", side=32, rate=0.02) | params)
     if kind == "rgb-histogram":
         p = dict(bins=8, reference="previous") | params
         histograms = [rgb_histogram(i, b, p) for i, b in zip(images, boxes)]
@@ -279,6 +340,10 @@ def settings(name):
         ("region-covariance", {}),
         ("rgb-histogram", {}),
         ("rgb-lbp-histogram", {}),
+        *[("box-motion", {"measure": m}) for m in ("displacement", "acceleration", "scale", "aspect", "border")],
+        ("template-correlation", {}),
+        ("template-correlation", {"reference": "previous", "side": 5}),
+        ("template-correlation", {"reference": "slow", "side": 11, "rate": 0.3}),
     ]
     if name in ("leave", "odd"):
         return basic + [("distribution-field", {"outside": "replicate", "border": "replicate"})]

@@ -15,6 +15,7 @@ pub mod pooled;
 pub mod ranks;
 pub mod seed;
 pub mod special;
+pub mod summary;
 
 /// The integer that `value` is: whole, and of less than 2^51 either way; other values give any integer.
 ///

@@ -13,6 +13,7 @@ mod oracles;
 pub mod region_covariance;
 pub mod rgb_histogram;
 pub mod rgb_lbp_histogram;
+pub mod template_correlation;
 pub mod uncertainty;
 pub mod uncertainty_change;
 
@@ -70,6 +71,7 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     region_covariance::ENTRY,
     rgb_histogram::ENTRY,
     rgb_lbp_histogram::ENTRY,
+    template_correlation::ENTRY,
     uncertainty::ENTRY,
     uncertainty_change::ENTRY,
 ];

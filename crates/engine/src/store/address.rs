@@ -205,6 +205,7 @@ mod tests {
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),
         ("signal rgb-lbp-histogram", "1b2690e309f73d82"),
+        ("signal template-correlation", "d00e22b5e8540318"),
         ("signal uncertainty", "4552a164cbb321cf"),
         ("signal uncertainty-change", "bec43e4b153d00b2"),
         ("detector arma-forecast", "d6f6b61c0e578b7c"),

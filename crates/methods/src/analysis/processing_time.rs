@@ -18,6 +18,7 @@
 //! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
 
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use crate::num::summary;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -93,9 +94,7 @@ impl ProcessingTime {
 
 /// Median of at least one number.
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    if values.len() % 2 == 1 { values[half] } else { (values[half - 1] + values[half]) / 2.0 }
+    summary::median(&mut values).unwrap_or_default()
 }
 
 impl Analysis for ProcessingTime {

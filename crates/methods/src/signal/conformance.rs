@@ -132,6 +132,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
     ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
+    ("template-correlation", 1, "b42cce85869d9bc8"),
     ("uncertainty", 1, "985d47f4a5c51359"),
     ("uncertainty-change", 1, "080b0a765d5db90e"),
 ];
@@ -202,6 +203,8 @@ proptest! {
         }
         let values = run(build("box-motion", "{}").as_ref(), &frames, &boxes);
         prop_assert_eq!(values, vec![0.0; 2]);
+        let values = run(build("template-correlation", "{}").as_ref(), &frames, &boxes);
+        prop_assert!(values.iter().all(|v| (v - 1.0).abs() < 1e-12), "{:?}", values);
         // Where every window shows the same, the target looks exactly like what surrounds it.
         let flat = map(&frames[0], |_, _| [seed as u8, 7, 255]);
         for border in ["uniform", "zero", "replicate"] {

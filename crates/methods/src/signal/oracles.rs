@@ -83,6 +83,8 @@ fn values_agree_with_numpy_and_scipy() {
                 let what = format!("{} {} {params} frame {t}: {a} against {b}", case.name, expected.kind);
                 let tolerance = match expected.kind.as_str() {
                     "distribution-field" => 1e-6 * b.abs(),
+                    // Samples of single precision; the correlation of faint texture loses digits.
+                    "template-correlation" => 2e-6,
                     // Eigenvalues of covariances with a condition of 1e6 keep about ten digits.
                     _ => 1e-9 * b.abs().max(1.0),
                 };

@@ -1,0 +1,252 @@
+//! `template-correlation`: how much the target still looks like a template of itself, as the zero-mean normalized
+//! cross-correlation (NCC) of gray values. Low values speak for a failure.
+//!
+//! ```text
+//! p[t]   = gray values of the box in frame t, resampled to n pixels
+//! rho[t] = sum_i (p_i - mean p)(q_i - mean q) / sqrt(sum_i (p_i - mean p)^2  sum_i (q_i - mean q)^2)
+//! q      = p[0] (first), p[t-1] (previous),
+//!          or (slow) q[1] = p[0], q[t+1] = (1 - rate) q[t] + rate p[t]
+//! ```
+//!
+//! `rho` has no unit and lies in [-1, 1]; it is 1 in the first frame, and for a box whose gray values are those of the
+//! template up to gain (above 0) and offset. `t` is a 0-based frame, `i` one of the `n` pixels.
+//!
+//! Source: common practice of trackers; no paper defines it. Choices: the template has the shape of the first box, and
+//! neither side is longer than `side` (32 pixels, enough to tell targets apart and small enough that slight turns do
+//! not matter), so that changes of scale cancel; a pixel of the template is the mean of up to 8 x 8 bilinear samples,
+//! as single samples of a large target would depend on chance; the rate of the slow template, .02, is that of common
+//! correlation filters; a flat box is like a flat template (1) and unlike any other (0). Boxes that leave the frame
+//! are shifted inside, larger ones cut to the frame. The similarity of color histograms with the first frame's is
+//! `rgb-histogram` with `reference = "first"`.
+
+use crate::image::patch::{Colors, Patch};
+use crate::image::{Frame, Window};
+use crate::num::summary::correlation;
+use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::signal::{Direction, Session, Signal};
+use crate::tracker::TrackerState;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "template-correlation",
+    version: 1,
+    summary: "normalized cross-correlation of the box's gray values with a template",
+    example: "{ reference = \"first\" }",
+    build: |raw| Ok(Box::new(TemplateCorrelation::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Variance of gray values up to which a box is flat: what rounding leaves of a constant.
+const FLAT: f64 = 1e-6;
+/// Most samples of a template's pixel, along either side.
+const MAX_SAMPLES: usize = 8;
+
+/// Template that a frame is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Template {
+    /// The box of the first frame.
+    First,
+    /// The box of the frame before.
+    Previous,
+    /// A mean of all frames before, in which later ones have more weight.
+    Slow,
+}
+
+/// Parameters of the correlation.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Template that a frame is compared with.
+    pub reference: Template,
+    /// Longest side of the template in pixels, 2 to 256.
+    pub side: usize,
+    /// Share of a new frame in the slow template, 0 to 1.
+    pub rate: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { reference: Template::First, side: 32, rate: 0.02 }
+    }
+}
+
+/// The correlation with checked parameters.
+pub struct TemplateCorrelation(Params);
+
+impl TemplateCorrelation {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        check_ranges(&[("side", p.side, 2, 256)])?;
+        check_ranges(&[("rate", p.rate, 0.0, 1.0)])?;
+        Ok(Self(p))
+    }
+}
+
+impl Signal for TemplateCorrelation {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::HigherIsBetter
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (-1.0, 1.0)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(Comparison { params: self.0.clone(), template: None })
+    }
+}
+
+/// The correlation of one track.
+struct Comparison {
+    params: Params,
+    /// Columns, rows and gray values of the template.
+    template: Option<(usize, usize, Vec<f64>)>,
+}
+
+impl Session for Comparison {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let window = Window::on_frame(&state.region.rect(), frame);
+        let Some((width, height, template)) = &mut self.template else {
+            let (width, height) = template_size(&window, self.params.side);
+            self.template = Some((width, height, resample(frame, &window, width, height)));
+            return 1.0;
+        };
+        let now = resample(frame, &window, *width, *height);
+        let value = correlation(&now, template, FLAT);
+        match self.params.reference {
+            Template::First => {}
+            Template::Previous => *template = now,
+            Template::Slow => {
+                let rate = self.params.rate;
+                template.iter_mut().zip(&now).for_each(|(q, p)| *q = (1.0 - rate) * *q + rate * p);
+            }
+        }
+        value
+    }
+}
+
+/// Columns and rows of a template of a window's shape.
+fn template_size(window: &Window, side: usize) -> (usize, usize) {
+    let longest = window.w.max(window.h);
+    if longest <= side {
+        return (window.w, window.h);
+    }
+    // Rounded to the nearest.
+    let shrunk = |length: usize| ((2 * length * side + longest) / (2 * longest)).max(1);
+    (shrunk(window.w), shrunk(window.h))
+}
+
+/// The gray values of a window in `width` columns and `height` rows.
+fn resample(frame: &Frame, window: &Window, width: usize, height: usize) -> Vec<f64> {
+    let samples = |pixels: usize, parts: usize| pixels.div_ceil(parts).clamp(1, MAX_SAMPLES);
+    let (across, down) = (samples(window.w, width), samples(window.h, height));
+    let fine = Patch::resized(frame, window, across * width, down * height, Colors::Gray);
+    let mut sums = vec![0.0; width * height];
+    for (i, row) in fine.values.chunks_exact(across * width).enumerate() {
+        let out = &mut sums[i / down * width..][..width];
+        for (out, samples) in out.iter_mut().zip(row.chunks_exact(across)) {
+            *out += samples.iter().map(|v| f64::from(*v)).sum::<f64>();
+        }
+    }
+    let share = 1.0 / (across * down) as f64;
+    sums.iter_mut().for_each(|v| *v *= share);
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use proptest::prelude::*;
+
+    const TEMPLATES: [Template; 3] = [Template::First, Template::Previous, Template::Slow];
+
+    fn values(reference: Template, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
+        let signal = TemplateCorrelation::new(Params { reference, ..Params::default() }).unwrap();
+        let mut session = signal.start();
+        let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
+        frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+    }
+
+    /// Gray texture of values up to 100.
+    fn texture(seed: u64, value: impl Fn(u8) -> u8) -> Frame {
+        Frame::from_fn(80, 70, |x, y| {
+            let key =
+                (x as u64 * 7919 + y as u64 * 104_729 + seed * 31).wrapping_mul(6_364_136_223_846_793_005);
+            [value((key >> 59) as u8 + (x / 3 + y / 2) as u8); 3]
+        })
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        let build = |text| ENTRY.build_from_text(text).map(|_| ());
+        assert!(build("{ side = 1 }").is_err() && build("{ side = 257 }").is_err());
+        assert!(build("{ rate = 1.1 }").is_err() && build("{ rate = nan }").is_err());
+        assert!(build("{ reference = \"slow\", rate = 0.0, side = 2 }").is_ok());
+    }
+
+    #[test]
+    fn templates_have_the_shape_of_the_box() {
+        let size = |w, h| template_size(&Window { x: 0, y: 0, w, h }, 32);
+        assert_eq!((size(32, 7), size(64, 31), size(31, 500)), ((32, 7), (32, 16), (2, 32)));
+        assert_eq!(size(1, 400), (1, 32));
+    }
+
+    // The same square of 2 x 2 blocks at three scales, on a frame that is flat elsewhere.
+    #[test]
+    fn scale_cancels() {
+        let frame = |side: usize| {
+            Frame::from_fn(80, 70, |x, y| {
+                let block = |at: usize| (at - 5) * 2 / side;
+                let inside = (5..5 + side).contains(&x) && (5..5 + side).contains(&y);
+                if inside { [[[10, 90], [200, 40]][block(y)][block(x)]; 3] } else { [0; 3] }
+            })
+        };
+        let boxes = [16.0, 64.0, 32.0].map(|side| Rect::new(5.0, 5.0, side, side));
+        for value in values(Template::First, &[16, 64, 32].map(frame), &boxes) {
+            assert!(value > 0.99, "{value}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn gain_and_offset_change_nothing(
+            seed in 0..1000_u64, gain in 1..3_u8, offset in 0..55_u8,
+            x in 0.0..20.0, y in 0.0..20.0, w in 2.0..60.0, h in 2.0..50.0,
+        ) {
+            let frames = [texture(seed, |v| v), texture(seed, |v| gain * v + offset)];
+            for reference in TEMPLATES {
+                for value in values(reference, &frames, &[Rect::new(x, y, w, h); 2]) {
+                    prop_assert!((value - 1.0).abs() < 1e-6, "{reference:?} {value}");
+                }
+            }
+        }
+
+        #[test]
+        fn a_slow_template_of_rate_1_is_the_frame_before(seed in 0..1000_u64) {
+            let frames: Vec<Frame> = (0..5).map(|t| texture(seed + t % 3, |v| v)).collect();
+            let boxes: Vec<Rect> = (0..5).map(|t| Rect::new(5.0 + f64::from(t), 9.0, 30.0, 40.0)).collect();
+            let slow = |rate| {
+                let signal =
+                    TemplateCorrelation::new(Params { reference: Template::Slow, rate, side: 32 }).unwrap();
+                let mut session = signal.start();
+                let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
+                frames.iter().zip(states).map(|(f, s)| session.push(f, &s)).collect::<Vec<f64>>()
+            };
+            prop_assert_eq!(slow(1.0), values(Template::Previous, &frames, &boxes));
+            prop_assert_eq!(slow(0.0), values(Template::First, &frames, &boxes));
+        }
+    }
+}
