@@ -1,7 +1,7 @@
-//! Time per frame of each signal at three target sizes, on a textured frame.
+//! Time per frame of each signal at three target sizes, on two textured frames in turn.
 //!
 //! `benches/peers/compare.py` sets these times beside the same computations in Python; both use the
-//! frame that is made here.
+//! frames that are made here.
 //!
 //! The roofline of `distribution-field` (y_t), for one core. A chunk is eight layers in `f32`, 32 bytes. On this
 //! frame, for a pixel and channel:
@@ -26,9 +26,10 @@ use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
 use trackfail::tracker::{Moments, TrackerState};
 
-/// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels.
-fn frame() -> Frame {
+/// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels, moved to the left by `shift`.
+fn frame(shift: usize) -> Frame {
     Frame::from_fn(384, 384, |x, y| {
+        let x = x + shift;
         std::array::from_fn(|c| {
             let smooth = 128.0
                 + 70.0 * (0.03 * x as f64 + c as f64).sin()
@@ -40,7 +41,7 @@ fn frame() -> Frame {
 }
 
 fn signals(criterion: &mut Criterion) {
-    let frame = frame();
+    let frames = [frame(0), frame(2)];
     for entry in SIGNALS {
         let mut group = criterion.benchmark_group(entry.kind);
         for size in [32, 64, 128] {
@@ -62,7 +63,7 @@ fn signals(criterion: &mut Criterion) {
             group.bench_with_input(BenchmarkId::from_parameter(size), &size, |bencher, _| {
                 bencher.iter(|| {
                     t += 1;
-                    session.push(black_box(&frame), black_box(&states[t % 2]))
+                    session.push(black_box(&frames[t % 2]), black_box(&states[t % 2]))
                 });
             });
         }

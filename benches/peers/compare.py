@@ -26,6 +26,7 @@ ROOT = HERE.parent.parent
 CRITERION = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "criterion"
 PEERS = [
     "signals_numpy.py",
+    "opencv_flow.py",
     "arma_statsmodels.py",
     "color_particle_filter.py",
     "gamma_mixture.py",

@@ -1,4 +1,4 @@
-"""y_t and the covariance distance in vectorised NumPy and SciPy, timed on the frame of benches/signals.rs.
+"""y_t and the covariance distance in vectorised NumPy and SciPy, timed on the first frame of benches/signals.rs.
 
     OMP_NUM_THREADS=1 python3 benches/peers/signals_numpy.py
 
@@ -23,8 +23,8 @@ from scipy.ndimage import correlate1d
 M = 32
 
 
-def frame(side=384):
-    x = np.arange(side, dtype=np.int64)[None, :, None]
+def frame(side=384, shift=0):
+    x = np.arange(side, dtype=np.int64)[None, :, None] + shift
     y = np.arange(side, dtype=np.int64)[:, None, None]
     c = np.arange(3, dtype=np.int64)[None, None, :]
     smooth = 128.0 + 70.0 * np.sin(0.03 * x + c) + 40.0 * np.cos(0.05 * y + 2.0 * c)

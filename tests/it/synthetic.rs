@@ -119,7 +119,10 @@ fn lists_name_what_there_is() {
         &["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
     );
     contains("trackers", &["replay", "ncc", "still", "scripted", "color-particle-filter"]);
-    contains("signals", &["uncertainty", "uncertainty-change", "region-covariance", "box-motion", "template-correlation"]);
+    contains(
+        "signals",
+        &["uncertainty", "uncertainty-change", "region-covariance", "box-motion", "template-correlation"],
+    );
     contains("detectors", &["accumulated-validation", "two-model-chi-square", "matched-kalman-bank"]);
     contains("analyses", &["uncertainty-model", "cut-values"]);
     contains("signals", &["distribution-field", "region-covariance", "rgb-histogram", "rgb-lbp-histogram"]);

@@ -4,6 +4,7 @@ pub mod color_names;
 mod decode;
 pub mod distribution;
 mod encode;
+pub mod flow;
 mod frame;
 mod gray;
 pub mod hog;
@@ -21,7 +22,7 @@ pub const DECODER: u32 = 1;
 pub use decode::{MAX_FILE_BYTES, MAX_PIXELS, MAX_SIDE, decode, size};
 pub use encode::encode_png;
 pub use frame::{Frame, ImageError};
-pub use gray::{Gray, luma};
+pub use gray::{Gray, luma, luma_of};
 pub use window::Window;
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ pub mod box_motion;
 #[cfg(test)]
 mod conformance;
 pub mod distribution_field;
+pub mod forward_backward;
 mod histogram;
 #[cfg(test)]
 mod oracles;
@@ -68,6 +69,7 @@ pub trait Session: Send {
 pub static SIGNALS: &[Entry<dyn Signal>] = &[
     box_motion::ENTRY,
     distribution_field::ENTRY,
+    forward_backward::ENTRY,
     region_covariance::ENTRY,
     rgb_histogram::ENTRY,
     rgb_lbp_histogram::ENTRY,

@@ -8,6 +8,17 @@ pub fn luma([r, g, b]: [u8; 3]) -> u8 {
     ((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000) as u8
 }
 
+/// The luma of the pixels in a window that lies on the frame, rows from the top.
+pub fn luma_of(frame: &Frame, window: &Window) -> Vec<u8> {
+    let (left, top) = (window.x as usize, window.y as usize);
+    let mut values = Vec::with_capacity(window.w * window.h);
+    for y in top..top + window.h {
+        let pixels = frame.row(y)[3 * left..3 * (left + window.w)].as_chunks::<3>().0;
+        values.extend(pixels.iter().map(|p| luma(*p)));
+    }
+    values
+}
+
 /// The gray values of a frame, or of a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Gray {
@@ -32,13 +43,7 @@ impl Gray {
     /// The luma of the pixels in a window, of one pixel at least.
     pub fn of_part(frame: &Frame, window: &Window) -> Self {
         let part = window.clipped(frame).unwrap_or(Window { x: 0, y: 0, w: 1, h: 1 });
-        let (left, top) = (part.x as usize, part.y as usize);
-        let mut values = Vec::with_capacity(part.w * part.h);
-        for y in top..top + part.h {
-            let pixels = frame.row(y)[3 * left..3 * (left + part.w)].as_chunks::<3>().0;
-            values.extend(pixels.iter().map(|p| luma(*p)));
-        }
-        Self::of_values(frame.width(), frame.height(), part, &values)
+        Self::of_values(frame.width(), frame.height(), part, &luma_of(frame, &part))
     }
 
     /// From the values of the part, rows from the top.

@@ -202,6 +202,7 @@ mod tests {
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
         ("signal box-motion", "4d86d38076323bce"),
         ("signal distribution-field", "2553ef39cf637fd4"),
+        ("signal forward-backward", "76dc8ed55e403ab1"),
         ("signal region-covariance", "ce78414f85a731a7"),
         ("signal rgb-histogram", "47b6900ccd2d3be6"),
         ("signal rgb-lbp-histogram", "1b2690e309f73d82"),

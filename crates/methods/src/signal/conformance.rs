@@ -129,6 +129,7 @@ fn odd_boxes_and_frames_are_survived() {
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("box-motion", 1, "d25c29a53cc09de5"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
+    ("forward-backward", 1, "f9597c7f04cf787d"),
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
     ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
@@ -241,7 +242,9 @@ proptest! {
         let boxes: Vec<Rect> = boxes.iter().map(|r| r.shifted(5.0, 4.0)).collect();
         let shifted: Vec<Rect> = boxes.iter().map(|r| r.shifted(dx as f64, dy as f64)).collect();
         for entry in SIGNALS {
-            same(entry.kind, "{}", (&frames, &boxes), (&moved, &shifted), 1e-10);
+            // So that no window reaches the border of the frame.
+            let params = if entry.kind == "forward-backward" { "{ reach = 0.25 }" } else { "{}" };
+            same(entry.kind, params, (&frames, &boxes), (&moved, &shifted), 1e-10);
         }
     }
 
@@ -252,7 +255,8 @@ proptest! {
         let down: Vec<Frame> = frames.iter().map(|f| map(f, |x, y| f.pixel(x, 47 - y))).collect();
         let left: Vec<Rect> = boxes.iter().map(|r| Rect::new(64.0 - r.x - r.w, r.y, r.w, r.h)).collect();
         let up: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.x, 48.0 - r.y - r.h, r.w, r.h)).collect();
-        for entry in SIGNALS {
+        // Pyramids keep every second pixel, counted from the left top.
+        for entry in SIGNALS.iter().filter(|entry| entry.kind != "forward-backward") {
             // y_t is computed in single precision, and sums rows from the top.
             let tolerance = if entry.kind == "distribution-field" { 1e-8 } else { 1e-10 };
             same(entry.kind, "{}", (&frames, &boxes), (&across, &left), tolerance);

@@ -1,0 +1,265 @@
+//! Sparse optical flow: points followed from one image to another by the pyramidal method of Lucas and Kanade
+//! (Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker", Intel, 2000).
+//!
+//! ```text
+//! level l + 1   the image of level l smoothed by [1 4 6 4 1] / 16 in both directions, every second pixel of it
+//! G             = sum over the window around the point of [Ix Ix, Ix Iy; Ix Iy, Iy Iy]     (of the first image)
+//! d            <- d + G^-1 sum of (I(p) - J(p + d)) [Ix; Iy]                until d changes by less than `epsilon`
+//! ```
+//!
+//! from the coarsest level, where `d` starts as 0, down to the image itself; a level starts with twice the `d` of the
+//! one above. `I`, `J` are the gray values, `Ix`, `Iy` derivatives by Scharr's filter. Places are in pixels and count
+//! from the center of the first pixel, unlike those of [`crate::region`], which count from its edge.
+//!
+//! The numbers are those of OpenCV's `calcOpticalFlowPyrLK`, whose rounding is followed: values and derivatives are
+//! interpolated with weights of 14 bits and kept to 1/32 of a gray value, a level ends early when two steps cancel, and
+//! images repeat without their border pixel (`BORDER_REFLECT_101`) while derivatives beyond them are 0. All sums over
+//! pixels are sums of integers, so that every processor gives the same bits. Deviation: what is computed once for a
+//! point is in `f64`, OpenCV has `f32`; places differ by about 1e-4 pixels.
+
+mod pyramid;
+
+pub use pyramid::Pyramid;
+
+use pyramid::Level;
+
+/// Bits of the weights of an interpolation.
+const WEIGHT_BITS: u32 = 14;
+/// Bits of an interpolated gray value beyond whole numbers.
+const VALUE_BITS: u32 = 5;
+/// Makes sums of products of derivatives and values numbers of about the size of gray values.
+const SCALE: f64 = 1.0 / (1 << 20) as f64;
+/// Least eigenvalue of G a pixel of the window; below, the window has too little texture to be followed.
+const MIN_EIGENVALUE: f64 = 1e-4;
+/// Largest size of a window, so that the sum of a row of it fits 32 bits.
+pub const MAX_WINDOW: usize = 63;
+
+/// A place: column and row.
+pub type Point = (f64, f64);
+
+/// Settings of the method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LucasKanade {
+    /// Side of the window in pixels, odd, 3 to [`MAX_WINDOW`].
+    pub window: usize,
+    /// Steps a level, at most.
+    pub iterations: usize,
+    /// Length of the step, in pixels of the level, that ends a level.
+    pub epsilon: f64,
+}
+
+/// Buffers of one window.
+struct Window {
+    side: usize,
+    /// Pixels of a block of an image.
+    block: Vec<i32>,
+    /// Derivatives at whole pixels.
+    slopes: Vec<[i32; 2]>,
+    /// The window's values in the first image, in 1/32, and its derivatives.
+    values: Vec<i32>,
+    gradients: Vec<[i32; 2]>,
+}
+
+/// The matrix G of a window, inverted.
+struct Inverse {
+    xx: f64,
+    xy: f64,
+    yy: f64,
+    determinant: f64,
+}
+
+impl LucasKanade {
+    /// The place in `to` of each point of `from`; `None` where it has left the image, or its window has no texture.
+    ///
+    /// The pyramids should have the same size and number of levels; if not, the levels that both have are used.
+    pub fn follow(&self, from: &Pyramid, to: &Pyramid, points: &[Point]) -> Vec<Option<Point>> {
+        let mut window = Window::new(self.window);
+        points.iter().map(|point| self.follow_point(from, to, *point, &mut window)).collect()
+    }
+
+    fn follow_point(&self, from: &Pyramid, to: &Pyramid, point: Point, window: &mut Window) -> Option<Point> {
+        if !(point.0.is_finite() && point.1.is_finite()) {
+            return None;
+        }
+        let levels: Vec<(&Level, &Level)> = from.levels().iter().zip(to.levels()).collect();
+        let mut place = None;
+        for (l, (first, second)) in levels.into_iter().enumerate().rev() {
+            let scale = 1.0 / (1_u64 << l) as f64;
+            let start = (point.0 * scale, point.1 * scale);
+            let guess = place.map_or(start, |(x, y): Point| (2.0 * x, 2.0 * y));
+            let found =
+                window.load(first, start).map(|inverse| self.descend(second, guess, &inverse, window));
+            // Only the image itself decides whether a point is lost.
+            place = match found {
+                Some((end, inside)) => (l > 0 || inside).then_some(end),
+                None => (l > 0).then_some(guess),
+            };
+        }
+        place
+    }
+
+    /// The steps of a level from `guess` on; whether the window touches the image in the end.
+    fn descend(&self, image: &Level, guess: Point, g: &Inverse, window: &mut Window) -> (Point, bool) {
+        let half = (window.side - 1) as f64 * 0.5;
+        let (mut x, mut y) = (guess.0 - half, guess.1 - half);
+        let mut last = (0.0, 0.0);
+        let mut loaded = None;
+        for n in 0..self.iterations {
+            let corner = Corner::of(x, y);
+            if !corner.touches(image, window.side) {
+                return ((x + half, y + half), false);
+            }
+            if loaded != Some((corner.x, corner.y)) {
+                image.block(corner.x, corner.y, window.side + 1, &mut window.block);
+                loaded = Some((corner.x, corner.y));
+            }
+            let (bx, by) = window.mismatch(&corner.weights);
+            let step = ((g.xy * by - g.yy * bx) * g.determinant, (g.xy * bx - g.xx * by) * g.determinant);
+            (x, y) = (x + step.0, y + step.1);
+            if step.0 * step.0 + step.1 * step.1 <= self.epsilon * self.epsilon {
+                break;
+            }
+            // Steps that cancel go on for ever.
+            if n > 0 && (step.0 + last.0).abs() < 0.01 && (step.1 + last.1).abs() < 0.01 {
+                (x, y) = (x - 0.5 * step.0, y - 0.5 * step.1);
+                break;
+            }
+            last = step;
+        }
+        ((x + half, y + half), Corner::of(x, y).touches(image, window.side))
+    }
+}
+
+/// The left top corner of a window: its whole pixel, and the weights of the four pixels around a place.
+struct Corner {
+    x: i64,
+    y: i64,
+    weights: [i32; 4],
+}
+
+impl Corner {
+    fn of(x: f64, y: f64) -> Self {
+        // Far away from any image; the cast would otherwise depend on how it saturates.
+        let (x, y) = (x.clamp(-1e6, 1e6), y.clamp(-1e6, 1e6));
+        let (left, top) = (x.floor(), y.floor());
+        let (a, b) = (x - left, y - top);
+        let one = f64::from(1 << WEIGHT_BITS);
+        let weight = |share: f64| (share * one).round_ties_even() as i32;
+        let (w0, w1, w2) = (weight((1.0 - a) * (1.0 - b)), weight(a * (1.0 - b)), weight((1.0 - a) * b));
+        let weights = [w0, w1, w2, (1 << WEIGHT_BITS) - w0 - w1 - w2];
+        Self { x: left as i64, y: top as i64, weights }
+    }
+
+    fn touches(&self, image: &Level, side: usize) -> bool {
+        let within = |at: i64, length: usize| (-(side as i64)..length as i64).contains(&at);
+        within(self.x, image.width) && within(self.y, image.height)
+    }
+}
+
+/// A sum of fixed-point numbers without its last bits, rounded half up.
+#[inline(always)]
+fn rounded(sum: i32, bits: u32) -> i32 {
+    (sum + (1 << (bits - 1))) >> bits
+}
+
+/// The value between four pixels.
+#[inline(always)]
+fn between(weights: &[i32; 4], pixels: [i32; 4], bits: u32) -> i32 {
+    let [a, b, c, d] = weights;
+    rounded(pixels[0] * a + pixels[1] * b + pixels[2] * c + pixels[3] * d, bits)
+}
+
+impl Window {
+    fn new(side: usize) -> Self {
+        let side = side.clamp(1, MAX_WINDOW);
+        Self {
+            side,
+            block: Vec::new(),
+            slopes: vec![[0; 2]; (side + 1) * (side + 1)],
+            values: vec![0; side * side],
+            gradients: vec![[0; 2]; side * side],
+        }
+    }
+
+    /// Takes values and derivatives around a place, and returns their G; `None` without texture or image.
+    fn load(&mut self, image: &Level, (x, y): Point) -> Option<Inverse> {
+        let side = self.side;
+        let half = (side - 1) as f64 * 0.5;
+        let corner = Corner::of(x - half, y - half);
+        if !corner.touches(image, side) {
+            return None;
+        }
+        let wide = side + 3;
+        image.block(corner.x - 1, corner.y - 1, wide, &mut self.block);
+        scharr(&self.block, wide, &mut self.slopes);
+        // Beyond the image.
+        for i in 0..=side {
+            for j in 0..=side {
+                if !image.contains(corner.x + j as i64, corner.y + i as i64) {
+                    self.slopes[i * (side + 1) + j] = [0; 2];
+                }
+            }
+        }
+        let (mut xx, mut xy, mut yy) = (0_i64, 0_i64, 0_i64);
+        for i in 0..side {
+            let pixels = [1, 2].map(|k| &self.block[(i + k) * wide + 1..][..=side]);
+            let slopes = [0, 1].map(|k| &self.slopes[(i + k) * (side + 1)..][..=side]);
+            let values = &mut self.values[i * side..][..side];
+            let gradients = &mut self.gradients[i * side..][..side];
+            let mut sums = [0_i32; 3];
+            for j in 0..side {
+                let around = [pixels[0][j], pixels[0][j + 1], pixels[1][j], pixels[1][j + 1]];
+                values[j] = between(&corner.weights, around, WEIGHT_BITS - VALUE_BITS);
+                let around = [slopes[0][j], slopes[0][j + 1], slopes[1][j], slopes[1][j + 1]];
+                let [gx, gy] = [0, 1].map(|k| between(&corner.weights, around.map(|s| s[k]), WEIGHT_BITS));
+                gradients[j] = [gx, gy];
+                sums = [sums[0] + gx * gx, sums[1] + gx * gy, sums[2] + gy * gy];
+            }
+            xx += i64::from(sums[0]);
+            xy += i64::from(sums[1]);
+            yy += i64::from(sums[2]);
+        }
+        let [xx, xy, yy] = [xx, xy, yy].map(|sum| sum as f64 * SCALE);
+        let determinant = xx * yy - xy * xy;
+        let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
+        let eigenvalue = (yy + xx - root) / (2 * side * side) as f64;
+        let followed = eigenvalue >= MIN_EIGENVALUE && determinant >= f64::from(f32::EPSILON);
+        followed.then(|| Inverse { xx, xy, yy, determinant: 1.0 / determinant })
+    }
+
+    /// Sums of difference times derivative over the window, for the block of the second image.
+    fn mismatch(&self, weights: &[i32; 4]) -> (f64, f64) {
+        let side = self.side;
+        let (mut bx, mut by) = (0_i64, 0_i64);
+        for i in 0..side {
+            let pixels = [0, 1].map(|k| &self.block[(i + k) * (side + 1)..][..=side]);
+            let values = &self.values[i * side..][..side];
+            let gradients = &self.gradients[i * side..][..side];
+            let mut sums = [0_i32; 2];
+            for j in 0..side {
+                let around = [pixels[0][j], pixels[0][j + 1], pixels[1][j], pixels[1][j + 1]];
+                let difference = between(weights, around, WEIGHT_BITS - VALUE_BITS) - values[j];
+                let [gx, gy] = gradients[j];
+                sums = [sums[0] + difference * gx, sums[1] + difference * gy];
+            }
+            bx += i64::from(sums[0]);
+            by += i64::from(sums[1]);
+        }
+        (bx as f64 * SCALE, by as f64 * SCALE)
+    }
+}
+
+/// Derivatives by Scharr's filter of the inner pixels of a square block of `side` columns.
+fn scharr(block: &[i32], side: usize, slopes: &mut [[i32; 2]]) {
+    for (i, out) in slopes.chunks_exact_mut(side - 2).enumerate() {
+        let [above, middle, below] = [0, 1, 2].map(|k| &block[(i + k) * side..][..side]);
+        for (j, out) in out.iter_mut().enumerate() {
+            let smooth = |k: usize| 3 * (above[k] + below[k]) + 10 * middle[k];
+            let rise = |k: usize| below[k] - above[k];
+            *out = [smooth(j + 2) - smooth(j), 3 * (rise(j) + rise(j + 2)) + 10 * rise(j + 1)];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,291 @@
+//! `forward-backward`: points of the target are followed to this frame and back again; where they do not return, the
+//! target is not what it was (Kalal, Mikolajczyk and Matas, "Forward-backward error", ICPR 2010; MedianFlow and TLD).
+//!
+//! ```text
+//! p_i   a grid of points in the box of frame t - 1
+//! q_i   p_i followed from frame t - 1 to t          r_i   q_i followed from frame t to t - 1
+//! e_i = |p_i - r_i|       d_i = q_i - p_i       c_i   correlation of the patches around p_i and q_i
+//! error     median e / s                                                            (below: m_e = median e)
+//! residual  median over j of |d_j - median d| / s,         j: e_j <= m_e and c_j >= median c
+//! inliers   share of all points with e_i <= max_error and c_i >= min_correlation
+//! ```
+//!
+//! Points and distances are in pixels, `s = sqrt(w h)` of the box of frame t - 1; `t` is a 0-based frame. Values lie in
+//! [0, 1] and have no unit. High values of `error` and `residual` speak for a failure; of `inliers`, low ones. The first
+//! frame has the best value. The box of frame t does not enter the value of frame t, but that of frame t + 1.
+//!
+//! Points are followed by pyramids of Lucas and Kanade ([`crate::image::flow`]). Points that are lost on the way (out of
+//! the image, no texture) are left out of medians; without any point left, `error` and `residual` are 1. Sources of the
+//! defaults: 10 x 10 points 5 pixels inside the box, and patches of 10 x 10 pixels, of OpenTLD; a window of 3 x 3 pixels
+//! on 5 smaller levels, 20 steps and an `epsilon` of .3 of OpenCV's TrackerMedianFlow, as are the points that enter
+//! `residual`. TLD calls the target lost at a median error, MedianFlow at a residual, of more than 10 pixels.
+//!
+//! Choices: errors are in units of the target, and values above 1 are cut; the margin is at most a quarter of a side;
+//! `inliers` has fixed limits, as the share of points that are better than the median hardly varies; points are followed
+//! in a part of the frame only, the box and `reach` times `s` on all sides of it, so that time and memory do not depend
+//! on the size of frames: an even larger motion is not found. Boxes that leave the frame are shifted inside, larger ones
+//! cut to the frame. A frame of another size than the one before has the value of a first frame.
+
+use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
+use crate::image::{Frame, Window, luma_of};
+use crate::num::summary::{correlation, median};
+use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::signal::{Direction, Session, Signal};
+use crate::tracker::TrackerState;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "forward-backward",
+    version: 1,
+    summary: "error of points of the target that are followed to this frame and back",
+    example: "{ measure = \"error\" }",
+    build: |raw| Ok(Box::new(ForwardBackward::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Variance of gray values up to which a patch is flat.
+const FLAT: f64 = 1e-6;
+
+/// What is measured of the points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Median distance between a point and where it returns.
+    Error,
+    /// Share of points that return and still look the same.
+    Inliers,
+    /// Median deviation of the points' motions from their median.
+    Residual,
+}
+
+/// Parameters of the points and of how they are followed.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// What is measured.
+    pub measure: Measure,
+    /// Points along either side of the box, 1 to 50.
+    pub grid: usize,
+    /// Pixels between the box and the outer points, 0 to 100.
+    pub margin: f64,
+    /// Side of the window around a point in pixels, odd, 3 to 63.
+    pub window: usize,
+    /// Smaller levels of the pyramid, 0 to 10.
+    pub levels: usize,
+    /// Steps of a point on each level, 1 to 100.
+    pub iterations: usize,
+    /// Length of the step that ends a level, in its pixels, 0 to 10.
+    pub epsilon: f64,
+    /// Reach of the search beyond the box, in units of its size, 0 to 10.
+    pub reach: f64,
+    /// Side of the patches that are compared, in pixels, 2 to 100.
+    pub patch: usize,
+    /// Largest error of an inlier in pixels, 0 to 100.
+    pub max_error: f64,
+    /// Least correlation of an inlier, -1 to 1.
+    pub min_correlation: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            measure: Measure::Error,
+            grid: 10,
+            margin: 5.0,
+            window: 3,
+            levels: 5,
+            iterations: 20,
+            epsilon: 0.3,
+            reach: 1.0,
+            patch: 10,
+            max_error: 1.0,
+            min_correlation: 0.5,
+        }
+    }
+}
+
+/// The signal with checked parameters.
+pub struct ForwardBackward(Params);
+
+impl ForwardBackward {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        check_ranges(&[
+            ("grid", p.grid, 1, 50),
+            ("levels", p.levels, 0, 10),
+            ("iterations", p.iterations, 1, 100),
+            ("patch", p.patch, 2, 100),
+        ])?;
+        check_ranges(&[
+            ("margin", p.margin, 0.0, 100.0),
+            ("epsilon", p.epsilon, 0.0, 10.0),
+            ("reach", p.reach, 0.0, 10.0),
+            ("max_error", p.max_error, 0.0, 100.0),
+            ("min_correlation", p.min_correlation, -1.0, 1.0),
+        ])?;
+        if !(3..=MAX_WINDOW).contains(&p.window) || p.window.is_multiple_of(2) {
+            return Err(ParamError::out_of_range("window", "odd and from 3 to 63", p.window));
+        }
+        Ok(Self(p))
+    }
+}
+
+impl Signal for ForwardBackward {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        match self.0.measure {
+            Measure::Inliers => Direction::HigherIsBetter,
+            Measure::Error | Measure::Residual => Direction::LowerIsBetter,
+        }
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, 1.0)
+    }
+
+    fn start(&self) -> Box<dyn Session> {
+        Box::new(Following { params: self.0.clone(), past: None })
+    }
+}
+
+/// The points of one track.
+struct Following {
+    params: Params,
+    past: Option<Past>,
+}
+
+/// Part of the frame before.
+struct Past {
+    /// Width and height of that frame.
+    frame: (usize, usize),
+    /// The target's pixels.
+    target: Window,
+    /// The part that is searched, which has the target in it.
+    search: Window,
+    image: Pyramid,
+}
+
+/// A point that has been followed there and back.
+struct Followed {
+    from: Point,
+    to: Point,
+    error: f64,
+}
+
+impl Session for Following {
+    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+        let size = (frame.width(), frame.height());
+        let value = match &self.past {
+            Some(past) if past.frame == size => self.value(past, frame),
+            _ => f64::from(u8::from(self.params.measure == Measure::Inliers)),
+        };
+        let target = Window::on_frame(&state.region.rect(), frame);
+        let reach = (self.params.reach * side(&target)).ceil() as i64;
+        let grown = |length: usize| length + 2 * reach as usize;
+        let around =
+            Window { x: target.x - reach, y: target.y - reach, w: grown(target.w), h: grown(target.h) };
+        let search = around.clipped(frame).unwrap_or(target);
+        let image = self.pyramid(frame, &search);
+        self.past = Some(Past { frame: size, target, search, image });
+        value
+    }
+}
+
+/// Geometric mean of a window's sides.
+fn side(window: &Window) -> f64 {
+    ((window.w * window.h) as f64).sqrt()
+}
+
+/// `count` places from `margin` inside a side of `length` pixels that begins at pixel `start`; from pixel centers.
+fn places(start: i64, length: usize, margin: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
+    let margin = margin.min(length as f64 / 4.0);
+    let (first, room) = (start as f64 - 0.5 + margin, length as f64 - 2.0 * margin);
+    let parts = count.saturating_sub(1).max(1) as f64;
+    let place = move |i: usize| if count == 1 { 0.5 } else { i as f64 / parts };
+    (0..count).map(move |i| first + room * place(i))
+}
+
+impl Following {
+    fn pyramid(&self, frame: &Frame, part: &Window) -> Pyramid {
+        let Params { levels, window, .. } = self.params;
+        Pyramid::new(part.w, part.h, luma_of(frame, part), levels, window)
+    }
+
+    fn value(&self, past: &Past, frame: &Frame) -> f64 {
+        let now = self.pyramid(frame, &past.search);
+        let followed = self.follow(past, &now);
+        let size = side(&past.target);
+        match self.params.measure {
+            Measure::Error => {
+                let mut errors: Vec<f64> = followed.iter().map(|f| f.error).collect();
+                median(&mut errors).map_or(1.0, |error| (error / size).min(1.0))
+            }
+            Measure::Inliers => {
+                let Params { max_error, min_correlation, grid, .. } = self.params;
+                let similar = self.correlations(&past.image, &now, &followed);
+                let pairs = followed.iter().zip(similar);
+                let inliers = pairs.filter(|(f, c)| f.error <= max_error && *c >= min_correlation);
+                inliers.count() as f64 / (grid * grid) as f64
+            }
+            Measure::Residual => {
+                let similar = self.correlations(&past.image, &now, &followed);
+                residual(&followed, &similar).map_or(1.0, |residual| (residual / size).min(1.0))
+            }
+        }
+    }
+
+    /// The points that are found in this frame and again in the one before.
+    fn follow(&self, past: &Past, now: &Pyramid) -> Vec<Followed> {
+        let Params { grid, margin, window, iterations, epsilon, .. } = self.params;
+        let Past { target, search, .. } = past;
+        let columns = places(target.x - search.x, target.w, margin, grid);
+        let rows = places(target.y - search.y, target.h, margin, grid);
+        let points: Vec<Point> = rows.flat_map(|y| columns.clone().map(move |x| (x, y))).collect();
+        let method = LucasKanade { window, iterations, epsilon };
+        let there = method.follow(&past.image, now, &points);
+        let pairs: Vec<(Point, Point)> =
+            points.into_iter().zip(there).filter_map(|(from, to)| Some((from, to?))).collect();
+        let ends: Vec<Point> = pairs.iter().map(|(_, to)| *to).collect();
+        let back = method.follow(now, &past.image, &ends);
+        let followed = |((from, to), back): ((Point, Point), Option<Point>)| {
+            back.map(|back| Followed { from, to, error: length((back.0 - from.0, back.1 - from.1)) })
+        };
+        pairs.into_iter().zip(back).filter_map(followed).collect()
+    }
+
+    /// Correlation of the patches around each point before and after.
+    fn correlations(&self, before: &Pyramid, now: &Pyramid, followed: &[Followed]) -> Vec<f64> {
+        let patch = |image: &Pyramid, (x, y): Point| image.patch(x, y, self.params.patch);
+        followed.iter().map(|f| correlation(&patch(before, f.from), &patch(now, f.to), FLAT)).collect()
+    }
+}
+
+fn length((x, y): Point) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+/// Median distance of the better points' motions from their median; `None` without such points.
+fn residual(followed: &[Followed], similar: &[f64]) -> Option<f64> {
+    let max_error = median(&mut followed.iter().map(|f| f.error).collect::<Vec<_>>())?;
+    let min_correlation = median(&mut similar.to_vec())?;
+    let motions: Vec<Point> = followed
+        .iter()
+        .zip(similar)
+        .filter(|(f, c)| f.error <= max_error && **c >= min_correlation)
+        .map(|(f, _)| (f.to.0 - f.from.0, f.to.1 - f.from.1))
+        .collect();
+    let dx = median(&mut motions.iter().map(|d| d.0).collect::<Vec<_>>())?;
+    let dy = median(&mut motions.iter().map(|d| d.1).collect::<Vec<_>>())?;
+    median(&mut motions.iter().map(|d| length((d.0 - dx, d.1 - dy))).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,111 @@
+//! Values of known motions.
+
+use super::*;
+use crate::region::{Rect, Region};
+use proptest::prelude::*;
+
+/// Waves seen through a shift; `other` makes them those of another scene.
+fn scene(dx: f64, dy: f64, other: f64) -> Frame {
+    Frame::from_fn(160, 120, |x, y| {
+        let (u, v) = (x as f64 - dx, y as f64 - dy);
+        let value = 128.0
+            + 40.0 * (0.05 * u + (0.03 + other) * v).sin()
+            + 35.0 * ((0.07 + other) * v - 0.04 * u).sin()
+            + 25.0 * ((0.31 + other) * v - 0.22 * u).sin()
+            + 20.0 * (0.63 * u + 0.41 * v + 9.0 * other).sin();
+        [value as u8; 3]
+    })
+}
+
+fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
+    let mut session = ENTRY.build_from_text(params).unwrap().start();
+    let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
+    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+}
+
+const BOXES: [Rect; 2] = [Rect { x: 50.0, y: 40.0, w: 48.0, h: 36.0 }; 2];
+
+#[test]
+fn parameters_are_checked() {
+    let build = |text: &str| ENTRY.build_from_text(text).map(|_| ());
+    for bad in [
+        "{ window = 4 }",
+        "{ window = 1 }",
+        "{ window = 65 }",
+        "{ grid = 0 }",
+        "{ levels = 11 }",
+        "{ iterations = 0 }",
+        "{ epsilon = nan }",
+        "{ margin = -1.0 }",
+        "{ reach = 11.0 }",
+        "{ patch = 1 }",
+        "{ max_error = -0.1 }",
+        "{ min_correlation = 1.1 }",
+    ] {
+        assert!(build(bad).is_err(), "{bad}");
+    }
+    assert!(build("{ grid = 1, window = 63, levels = 0, reach = 0.0, measure = \"residual\" }").is_ok());
+}
+
+#[test]
+fn the_grid_lies_inside_the_box() {
+    let at = |start, length, margin, count| places(start, length, margin, count).collect::<Vec<f64>>();
+    // Pixels 3 to 22 have their edges at 2.5 and 22.5 when pixel centers are whole.
+    assert_eq!(at(3, 20, 5.0, 3), [7.5, 12.5, 17.5]);
+    assert_eq!(at(3, 8, 5.0, 2), [4.5, 8.5]);
+    assert_eq!(at(0, 9, 5.0, 1), [4.0]);
+}
+
+#[test]
+fn the_median_return_is_measured() {
+    let point = |x: f64, error: f64| Followed { from: (x, 0.0), to: (2.0 * x, 1.0), error };
+    let followed = [point(0.0, 3.0), point(1.0, 0.5), point(2.0, 0.25), point(5.0, 0.5)];
+    // Kept: 1, 2 and 5, whose motions are (1, 1), (2, 1) and (5, 1).
+    assert_eq!(residual(&followed, &[0.0, 0.9, 0.9, 0.9]), Some(1.0));
+    // By their correlation, the first and the last; only the last returns well.
+    assert_eq!(residual(&followed, &[0.9, 0.1, 0.1, 0.9]), Some(0.0));
+    assert_eq!(residual(&followed[..2], &[0.9, 0.1]), None);
+    assert_eq!(residual(&[], &[]), None);
+}
+
+#[test]
+fn another_scene_does_not_return() {
+    let frames = [scene(0.0, 0.0, 0.0), scene(0.0, 0.0, 0.3)];
+    let [_, error] = values("{}", &frames, &BOXES)[..] else { panic!() };
+    let [first, inliers] = values("{ measure = \"inliers\" }", &frames, &BOXES)[..] else { panic!() };
+    let [_, residual] = values("{ measure = \"residual\" }", &frames, &BOXES)[..] else { panic!() };
+    assert!(first == 1.0 && error > 0.02 && inliers < 0.3 && residual > 0.02, "{error} {inliers} {residual}");
+    // Nothing to follow.
+    let flat = Frame::new(160, 120, vec![9; 57_600]);
+    let frames = [frames[0].clone(), flat.clone(), flat];
+    let boxes = [BOXES[0]; 3];
+    assert_eq!(values("{}", &frames, &boxes)[2], 1.0);
+    assert_eq!(values("{ measure = \"residual\" }", &frames, &boxes)[2], 1.0);
+    assert_eq!(values("{ measure = \"inliers\" }", &frames, &boxes)[2], 0.0);
+}
+
+#[test]
+fn the_part_of_the_frame_that_is_searched_bounds_the_motion() {
+    let frames = [scene(0.0, 0.0, 0.0), scene(3.0, 2.0, 0.0)];
+    let [_, near] = values("{ window = 9 }", &frames, &BOXES)[..] else { panic!() };
+    let [_, none] = values("{ window = 9, reach = 0.0, margin = 0.0, levels = 0 }", &frames, &BOXES)[..]
+    else {
+        panic!()
+    };
+    assert!(near < none, "{near} {none}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn points_of_a_moving_scene_return(dx in -4.0..4.0_f64, dy in -4.0..4.0_f64) {
+        let frames = [scene(0.0, 0.0, 0.0), scene(dx, dy, 0.0)];
+        let with = |measure: &str| values(&format!("{{ window = 11, measure = \"{measure}\" }}"), &frames, &BOXES);
+        let (error, inliers, residual) = (with("error"), with("inliers"), with("residual"));
+        prop_assert_eq!((error[0], inliers[0], residual[0]), (0.0, 1.0, 0.0));
+        prop_assert!(error[1] < 0.003, "{error:?}");
+        prop_assert!(inliers[1] > 0.9, "{inliers:?}");
+        prop_assert!(residual[1] < 0.003, "{residual:?}");
+    }
+}
