@@ -21,6 +21,8 @@ mod pyramid;
 
 pub use pyramid::Pyramid;
 
+use crate::num::integer;
+use multiversion::multiversion;
 use pyramid::Level;
 
 /// Bits of the weights of an interpolation.
@@ -73,22 +75,35 @@ impl LucasKanade {
     ///
     /// The pyramids should have the same size and number of levels; if not, the levels that both have are used.
     pub fn follow(&self, from: &Pyramid, to: &Pyramid, points: &[Point]) -> Vec<Option<Point>> {
+        let levels: Vec<(&Level, &Level)> = from.levels().iter().zip(to.levels()).collect();
         let mut window = Window::new(self.window);
-        points.iter().map(|point| self.follow_point(from, to, *point, &mut window)).collect()
+        let mut found = Vec::with_capacity(points.len());
+        // The usual window has a size that the compiler knows.
+        match window.side {
+            3 => follow_points::<3>(self, &levels, points, &mut window, &mut found),
+            _ => follow_points::<0>(self, &levels, points, &mut window, &mut found),
+        }
+        found
     }
 
-    fn follow_point(&self, from: &Pyramid, to: &Pyramid, point: Point, window: &mut Window) -> Option<Point> {
+    #[inline(always)]
+    fn follow_point<const SIDE: usize>(
+        &self,
+        levels: &[(&Level, &Level)],
+        point: Point,
+        window: &mut Window,
+    ) -> Option<Point> {
         if !(point.0.is_finite() && point.1.is_finite()) {
             return None;
         }
-        let levels: Vec<(&Level, &Level)> = from.levels().iter().zip(to.levels()).collect();
         let mut place = None;
-        for (l, (first, second)) in levels.into_iter().enumerate().rev() {
+        for (l, (first, second)) in levels.iter().enumerate().rev() {
             let scale = 1.0 / (1_u64 << l) as f64;
             let start = (point.0 * scale, point.1 * scale);
             let guess = place.map_or(start, |(x, y): Point| (2.0 * x, 2.0 * y));
-            let found =
-                window.load(first, start).map(|inverse| self.descend(second, guess, &inverse, window));
+            let found = window
+                .load::<SIDE>(first, start)
+                .map(|inverse| self.descend::<SIDE>(second, guess, &inverse, window));
             // Only the image itself decides whether a point is lost.
             place = match found {
                 Some((end, inside)) => (l > 0 || inside).then_some(end),
@@ -99,21 +114,29 @@ impl LucasKanade {
     }
 
     /// The steps of a level from `guess` on; whether the window touches the image in the end.
-    fn descend(&self, image: &Level, guess: Point, g: &Inverse, window: &mut Window) -> (Point, bool) {
-        let half = (window.side - 1) as f64 * 0.5;
+    #[inline(always)]
+    fn descend<const SIDE: usize>(
+        &self,
+        image: &Level,
+        guess: Point,
+        g: &Inverse,
+        window: &mut Window,
+    ) -> (Point, bool) {
+        let side = window.known_side::<SIDE>();
+        let half = (side - 1) as f64 * 0.5;
         let (mut x, mut y) = (guess.0 - half, guess.1 - half);
         let mut last = (0.0, 0.0);
         let mut loaded = None;
         for n in 0..self.iterations {
             let corner = Corner::of(x, y);
-            if !corner.touches(image, window.side) {
+            if !corner.touches(image, side) {
                 return ((x + half, y + half), false);
             }
             if loaded != Some((corner.x, corner.y)) {
-                image.block(corner.x, corner.y, window.side + 1, &mut window.block);
+                image.block(corner.x, corner.y, side + 1, &mut window.block);
                 loaded = Some((corner.x, corner.y));
             }
-            let (bx, by) = window.mismatch(&corner.weights);
+            let (bx, by) = window.mismatch::<SIDE>(&corner.weights);
             let step = ((g.xy * by - g.yy * bx) * g.determinant, (g.xy * bx - g.xx * by) * g.determinant);
             (x, y) = (x + step.0, y + step.1);
             if step.0 * step.0 + step.1 * step.1 <= self.epsilon * self.epsilon {
@@ -126,8 +149,20 @@ impl LucasKanade {
             }
             last = step;
         }
-        ((x + half, y + half), Corner::of(x, y).touches(image, window.side))
+        ((x + half, y + half), Corner::of(x, y).touches(image, side))
     }
+}
+
+/// Follows points through levels; all of it is whole numbers and single operations, the same on every processor.
+#[multiversion(targets("x86_64+avx2"))]
+fn follow_points<const SIDE: usize>(
+    method: &LucasKanade,
+    levels: &[(&Level, &Level)],
+    points: &[Point],
+    window: &mut Window,
+    found: &mut Vec<Option<Point>>,
+) {
+    found.extend(points.iter().map(|point| method.follow_point::<SIDE>(levels, *point, window)));
 }
 
 /// The left top corner of a window: its whole pixel, and the weights of the four pixels around a place.
@@ -138,22 +173,37 @@ struct Corner {
 }
 
 impl Corner {
+    #[inline(always)]
     fn of(x: f64, y: f64) -> Self {
         // Far away from any image; the cast would otherwise depend on how it saturates.
         let (x, y) = (x.clamp(-1e6, 1e6), y.clamp(-1e6, 1e6));
-        let (left, top) = (x.floor(), y.floor());
-        let (a, b) = (x - left, y - top);
+        let (left, top) = (floor(x), floor(y));
+        let (a, b) = (x - left as f64, y - top as f64);
         let one = f64::from(1 << WEIGHT_BITS);
-        let weight = |share: f64| (share * one).round_ties_even() as i32;
+        let weight = |share: f64| nearest(share * one) as i32;
         let (w0, w1, w2) = (weight((1.0 - a) * (1.0 - b)), weight(a * (1.0 - b)), weight((1.0 - a) * b));
         let weights = [w0, w1, w2, (1 << WEIGHT_BITS) - w0 - w1 - w2];
-        Self { x: left as i64, y: top as i64, weights }
+        Self { x: left, y: top, weights }
     }
 
+    #[inline(always)]
     fn touches(&self, image: &Level, side: usize) -> bool {
         let within = |at: i64, length: usize| (-(side as i64)..length as i64).contains(&at);
         within(self.x, image.width) && within(self.y, image.height)
     }
+}
+
+/// The nearest integer, an even one for halves; no call of a function on any processor.
+#[inline(always)]
+fn nearest(value: f64) -> i64 {
+    integer(value)
+}
+
+/// The largest integer that is not above `value`.
+#[inline(always)]
+fn floor(value: f64) -> i64 {
+    let near = nearest(value);
+    near - i64::from(near as f64 > value)
 }
 
 /// A sum of fixed-point numbers without its last bits, rounded half up.
@@ -181,9 +231,16 @@ impl Window {
         }
     }
 
+    /// The side of the window, which is `SIDE` unless that is 0.
+    #[inline(always)]
+    fn known_side<const SIDE: usize>(&self) -> usize {
+        if SIDE > 0 { SIDE } else { self.side }
+    }
+
     /// Takes values and derivatives around a place, and returns their G; `None` without texture or image.
-    fn load(&mut self, image: &Level, (x, y): Point) -> Option<Inverse> {
-        let side = self.side;
+    #[inline(always)]
+    fn load<const SIDE: usize>(&mut self, image: &Level, (x, y): Point) -> Option<Inverse> {
+        let side = self.known_side::<SIDE>();
         let half = (side - 1) as f64 * 0.5;
         let corner = Corner::of(x - half, y - half);
         if !corner.touches(image, side) {
@@ -192,11 +249,12 @@ impl Window {
         let wide = side + 3;
         image.block(corner.x - 1, corner.y - 1, wide, &mut self.block);
         scharr(&self.block, wide, &mut self.slopes);
-        // Beyond the image.
-        for i in 0..=side {
-            for j in 0..=side {
-                if !image.contains(corner.x + j as i64, corner.y + i as i64) {
-                    self.slopes[i * (side + 1) + j] = [0; 2];
+        let last = side as i64;
+        if !(image.contains(corner.x, corner.y) && image.contains(corner.x + last, corner.y + last)) {
+            for (k, slope) in self.slopes.iter_mut().enumerate() {
+                let (i, j) = ((k / (side + 1)) as i64, (k % (side + 1)) as i64);
+                if !image.contains(corner.x + j, corner.y + i) {
+                    *slope = [0; 2];
                 }
             }
         }
@@ -228,8 +286,9 @@ impl Window {
     }
 
     /// Sums of difference times derivative over the window, for the block of the second image.
-    fn mismatch(&self, weights: &[i32; 4]) -> (f64, f64) {
-        let side = self.side;
+    #[inline(always)]
+    fn mismatch<const SIDE: usize>(&self, weights: &[i32; 4]) -> (f64, f64) {
+        let side = self.known_side::<SIDE>();
         let (mut bx, mut by) = (0_i64, 0_i64);
         for i in 0..side {
             let pixels = [0, 1].map(|k| &self.block[(i + k) * (side + 1)..][..=side]);
@@ -250,6 +309,7 @@ impl Window {
 }
 
 /// Derivatives by Scharr's filter of the inner pixels of a square block of `side` columns.
+#[inline(always)]
 fn scharr(block: &[i32], side: usize, slopes: &mut [[i32; 2]]) {
     for (i, out) in slopes.chunks_exact_mut(side - 2).enumerate() {
         let [above, middle, below] = [0, 1, 2].map(|k| &block[(i + k) * side..][..side]);

@@ -1,9 +1,11 @@
 //! Gray values.
 
 use super::{Frame, Window};
+use multiversion::multiversion;
 
 /// Luma of an RGB pixel, 0 to 255: .2989 R + .5870 G + .1140 B (ITU-R BT.601 as MATLAB rounds it), rounded
 /// half up.
+#[inline(always)]
 pub fn luma([r, g, b]: [u8; 3]) -> u8 {
     ((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000) as u8
 }
@@ -14,9 +16,14 @@ pub fn luma_of(frame: &Frame, window: &Window) -> Vec<u8> {
     let mut values = Vec::with_capacity(window.w * window.h);
     for y in top..top + window.h {
         let pixels = frame.row(y)[3 * left..3 * (left + window.w)].as_chunks::<3>().0;
-        values.extend(pixels.iter().map(|p| luma(*p)));
+        extend_with_luma(pixels, &mut values);
     }
     values
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn extend_with_luma(pixels: &[[u8; 3]], values: &mut Vec<u8>) {
+    values.extend(pixels.iter().map(|p| luma(*p)));
 }
 
 /// The gray values of a frame, or of a part of it.

@@ -69,11 +69,13 @@ impl Pyramid {
 
 impl Level {
     /// Whether there is such a pixel.
+    #[inline(always)]
     pub fn contains(&self, x: i64, y: i64) -> bool {
         (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y)
     }
 
     /// The pixels of a square of `side` columns; beyond its border the image is mirrored.
+    #[inline(always)]
     pub fn block(&self, x: i64, y: i64, side: usize, block: &mut Vec<i32>) {
         block.clear();
         let last = side as i64 - 1;
