@@ -18,7 +18,7 @@ pub const NEEDS: [Need; 8] = [
     Need {
         name: "real_data",
         what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
-        is_met: || data_root().is_some(),
+        is_met: || real_data().is_some(),
     },
     Need { name: "ffmpeg", what: "ffmpeg", is_met: || is_on_path("ffmpeg") },
     Need {
@@ -55,13 +55,44 @@ pub const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"
 /// Programs that make a PDF of a LaTeX file, the first one that runs is taken.
 pub const LATEX: [&str; 3] = ["tectonic", "pdflatex", "xelatex"];
 
-/// The first folder of real sequences: that of `TRACKFAIL_DATA`, else `../shared/data` beside the checkout; `None` when
-/// there is no such folder.
-pub fn data_root() -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+/// The real data that tests look at, each by its name below a data root; `list.txt` is VOT's list of names.
+pub const REAL_DATA: [&str; 25] = [
+    "otb/CarScale",
+    "otb/Couple",
+    "otb/Crossing",
+    "otb/David",
+    "otb/FaceOcc1",
+    "otb/Girl",
+    "otb/Jogging",
+    "otb/MotorRolling",
+    "otb/MountainBike",
+    "otb/Subway",
+    "otb/Woman",
+    "vot2014/diving",
+    "vot2014/drunk",
+    "vot2014/gymnastics",
+    "vot2014/jogging",
+    "vot2014/list.txt",
+    "vot2014/sphere",
+    "vot2014/sunshade",
+    "vot2014/surfing",
+    "vot2014/tunnel",
+    "pets2009/S2L1/PETS2009-S2L1.xml",
+    "pets2009/S2L1/img1",
+    "otb-annotations/OTB2013.json",
+    "results/otb",
+    "results/vot2014",
+];
+
+/// Where each of [`REAL_DATA`] is: in the first folder of the path list `TRACKFAIL_DATA` that has it, by default in
+/// `../shared/data` beside the checkout. `None` when one is nowhere.
+pub fn real_data() -> Option<[PathBuf; 25]> {
+    let beside = || vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data")];
     let named = std::env::var_os("TRACKFAIL_DATA");
-    let first = named.map_or_else(|| Some(beside()), |named| std::env::split_paths(&named).next());
-    first.filter(|root| root.is_dir())
+    let roots = named.map_or_else(beside, |named| std::env::split_paths(&named).collect());
+    let place = |name: &str| roots.iter().map(|root| root.join(name)).find(|place| place.exists());
+    let places: Vec<PathBuf> = REAL_DATA.iter().map_while(|name| place(name)).collect();
+    places.try_into().ok()
 }
 
 fn is_on_path(program: &str) -> bool {

@@ -6,16 +6,47 @@ pub mod conditions;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 pub use trackfail_needs::{met_when_compiled, needs};
 
-/// The folder of real sequences: `TRACKFAIL_DATA`, else `../shared/data` beside the checkout.
+/// A data root with links to [the real data that tests look at](conditions::REAL_DATA), and nothing else, so that no
+/// test depends on what lies beside them.
 ///
-/// A test that calls it is marked `#[needs(real_data)]`, which leaves it out where there is no such folder.
+/// A test that calls it is marked `#[needs(real_data)]`, which leaves it out where these data are not.
 ///
 /// # Panics
-/// If the folder has gone since the tests were compiled.
+/// If they have gone since the tests were compiled, or links cannot be made.
 pub fn real_data() -> PathBuf {
-    conditions::data_root().expect("the real data that were there when this test was compiled have gone")
+    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| {
+        let places = conditions::real_data();
+        let places = places.expect("the real data that were there when this test was compiled have gone");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/real-data");
+        for (name, place) in conditions::REAL_DATA.iter().zip(places) {
+            let place = place.canonicalize().expect("a place that is there");
+            link(&place, &root.join(name)).unwrap_or_else(|e| panic!("{}: {e}", root.join(name).display()));
+        }
+        root.canonicalize().expect("a folder that was just made")
+    });
+    ROOT.clone()
+}
+
+/// Makes `path` a link to `place`, also while other tests do so.
+#[cfg(unix)]
+fn link(place: &Path, path: &Path) -> std::io::Result<()> {
+    if std::fs::read_link(path).is_ok_and(|known| known == place) {
+        return Ok(());
+    }
+    let folder = path.parent().unwrap_or(path);
+    std::fs::create_dir_all(folder)?;
+    let aside =
+        folder.join(format!(".{}-{}", std::process::id(), path.file_name().unwrap_or_default().display()));
+    std::os::unix::fs::symlink(place, &aside)?;
+    std::fs::rename(aside, path)
+}
+
+#[cfg(not(unix))]
+fn link(_: &Path, _: &Path) -> std::io::Result<()> {
+    Err(std::io::Error::other("tests on real data need links"))
 }
 
 /// Every file below a folder with its bytes. `run.json`, which differs from run to run, and the store, which is a
