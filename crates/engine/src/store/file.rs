@@ -12,6 +12,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_with(path, |file| file.write_all(bytes).map_err(|e| StoreError::new(path, e)))
 }
 
+/// Replaces a file atomically, as [`write`], and does not wait until it is on the disk: for what can be made again, such
+/// as a report.
+///
+/// # Errors
+/// When the folder cannot be created or written to.
+pub fn write_derived(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let fail = |e| StoreError::new(path, e);
+    let mut file = temporary_for(path)?;
+    file.write_all(bytes).and_then(|()| make_readable(file.as_file())).map_err(fail)?;
+    file.persist(path).map(drop).map_err(|e| fail(e.error))
+}
+
 /// Replaces a file atomically by what `fill` writes, for content that is too large for the memory.
 ///
 /// # Errors
@@ -20,12 +32,22 @@ pub fn write_with<E: From<StoreError>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), E> {
-    let fail = |e: std::io::Error| StoreError::new(path, e);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(fail)?;
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)?;
+    let mut file = temporary_for(path)?;
     fill(&mut file)?;
     Ok(persist(file, path)?)
+}
+
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A temporary file beside a path, in a folder that is made if need be.
+fn temporary_for(path: &Path) -> Result<tempfile::NamedTempFile, StoreError> {
+    let fail = |e: std::io::Error| StoreError::new(path, e);
+    let folder = folder_of(path);
+    std::fs::create_dir_all(folder).map_err(fail)?;
+    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)
 }
 
 /// Gives a temporary file its final name, and waits until both are on the disk.
@@ -34,7 +56,7 @@ pub(super) fn persist(file: tempfile::NamedTempFile, path: &Path) -> Result<(), 
     make_readable(file.as_file()).map_err(fail)?;
     file.as_file().sync_all().map_err(fail)?;
     file.persist(path).map_err(|e| fail(e.error))?;
-    sync_folder(path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")));
+    sync_folder(folder_of(path));
     Ok(())
 }
 
@@ -82,6 +104,10 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a/b.txt");
         write(&path, b"long first version").unwrap();
+        write(&path, b"short").unwrap();
+        assert_eq!(read_text(&path).unwrap(), "short");
+        write_derived(&path, b"made again").unwrap();
+        assert_eq!(read_text(&path).unwrap(), "made again");
         write(&path, b"short").unwrap();
         assert_eq!(read_text(&path).unwrap(), "short");
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);

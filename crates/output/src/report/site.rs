@@ -55,7 +55,7 @@ pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
     // Written in a folder of its own, because other runs sweep temporary files beside reports.
     let aside = Staging::new(reports)?;
     let made = aside.path().join(INDEX);
-    store::write(&made, render(&site)?.as_bytes())?;
+    store::write_derived(&made, render(&site)?.as_bytes())?;
     std::fs::rename(made, &path).map_err(|e| StoreError::new(&path, e))?;
     Ok(warnings)
 }

@@ -100,8 +100,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
     page.tables = layouts;
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
-    store::write(&folder.join(INDEX), html.as_bytes())?;
-    store::write(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
+    store::write_derived(&folder.join(INDEX), html.as_bytes())?;
+    store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
     Ok(WrittenReport { findings, tables: page.tables })
 }
@@ -135,8 +135,8 @@ fn keep_figure(
     (svg, png): (String, Vec<u8>),
 ) -> Result<FigureView, WriteError> {
     let path = |ending: &str| format!("figures/{file}.{ending}");
-    store::write(&folder.join(path("svg")), svg.as_bytes())?;
-    store::write(&folder.join(path("png")), &png)?;
+    store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
+    store::write_derived(&folder.join(path("png")), &png)?;
     Ok(FigureView { file: path("svg"), name, caption, svg })
 }
 
@@ -157,7 +157,7 @@ fn keep_stills(
             let Ok(pixels) = results.still(&request.figure, t) else { continue };
             let path = folder.join(sequences::still_file(s, t));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
-            store::write(&path, &png)?;
+            store::write_derived(&path, &png)?;
             sequences.sequences[s].stills.insert(t);
         }
     }
@@ -189,7 +189,7 @@ pub(super) fn small_enough(
     }
     page.beside = true;
     if !page.sequences.rows.is_empty() {
-        let keep = |name: &str, text: &str| store::write(&folder.join(name), text.as_bytes());
+        let keep = |name: &str, text: &str| store::write_derived(&folder.join(name), text.as_bytes());
         let (index, files) = json::beside(sequences, keep)?;
         page.series = index;
         page.sequences.note.push_str(&format!(

@@ -92,7 +92,7 @@ pub fn write_tables(
     }
     if !layouts.is_empty() {
         let commands = macros::macros(&experiment.name, facts, layouts);
-        store::write(&folder.join(tables::FOLDER).join(macros::FILE), commands.as_bytes())?;
+        store::write_derived(&folder.join(tables::FOLDER).join(macros::FILE), commands.as_bytes())?;
     }
     Ok(())
 }
@@ -103,10 +103,10 @@ pub fn write_tables(
 /// When a file cannot be written.
 fn write_table(folder: &Path, layout: &TableLayout) -> Result<(), ResultsError> {
     let path = |ending: &str| folder.join(tables::FOLDER).join(format!("{}.{ending}", layout.name));
-    store::write(&path("csv"), &render::csv(layout)?)?;
-    store::write(&path("md"), render::markdown(layout).as_bytes())?;
-    store::write(&path("parquet"), &render::parquet(layout)?)?;
-    store::write(&path("tex"), latex::latex(layout).as_bytes())?;
-    store::write(&path("body.tex"), latex::body(layout).as_bytes())?;
+    store::write_derived(&path("csv"), &render::csv(layout)?)?;
+    store::write_derived(&path("md"), render::markdown(layout).as_bytes())?;
+    store::write_derived(&path("parquet"), &render::parquet(layout)?)?;
+    store::write_derived(&path("tex"), latex::latex(layout).as_bytes())?;
+    store::write_derived(&path("body.tex"), latex::body(layout).as_bytes())?;
     Ok(())
 }

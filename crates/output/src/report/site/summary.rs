@@ -153,7 +153,7 @@ fn best(results: &Results) -> Vec<Best> {
 /// When the file cannot be written.
 pub fn write_summary(results: &Results, findings: &[Finding], report: &Path) -> Result<(), SiteError> {
     let path = report.join(SUMMARY);
-    Ok(store::write(&path, &results::to_json(&path, &summary(results, findings))?)?)
+    Ok(store::write_derived(&path, &results::to_json(&path, &summary(results, findings))?)?)
 }
 
 /// A summary that cannot be shown.
