@@ -162,7 +162,10 @@ fn follow_points<const SIDE: usize>(
     window: &mut Window,
     found: &mut Vec<Option<Point>>,
 ) {
-    found.extend(points.iter().map(|point| method.follow_point::<SIDE>(levels, *point, window)));
+    // Closures would not be compiled for the processor at hand.
+    for point in points {
+        found.push(method.follow_point::<SIDE>(levels, *point, window));
+    }
 }
 
 /// The left top corner of a window: its whole pixel, and the weights of the four pixels around a place.
@@ -260,16 +263,19 @@ impl Window {
         }
         let (mut xx, mut xy, mut yy) = (0_i64, 0_i64, 0_i64);
         for i in 0..side {
-            let pixels = [1, 2].map(|k| &self.block[(i + k) * wide + 1..][..=side]);
-            let slopes = [0, 1].map(|k| &self.slopes[(i + k) * (side + 1)..][..=side]);
+            let (upper, lower) = (row(&self.block, i + 1, wide), row(&self.block, i + 2, wide));
+            let (upper, lower) = (&upper[1..][..=side], &lower[1..][..=side]);
+            let (above, below) = (row(&self.slopes, i, side + 1), row(&self.slopes, i + 1, side + 1));
             let values = &mut self.values[i * side..][..side];
             let gradients = &mut self.gradients[i * side..][..side];
             let mut sums = [0_i32; 3];
             for j in 0..side {
-                let around = [pixels[0][j], pixels[0][j + 1], pixels[1][j], pixels[1][j + 1]];
+                let around = [upper[j], upper[j + 1], lower[j], lower[j + 1]];
                 values[j] = between(&corner.weights, around, WEIGHT_BITS - VALUE_BITS);
-                let around = [slopes[0][j], slopes[0][j + 1], slopes[1][j], slopes[1][j + 1]];
-                let [gx, gy] = [0, 1].map(|k| between(&corner.weights, around.map(|s| s[k]), WEIGHT_BITS));
+                let ([ax, ay], [bx, by]) = (above[j], above[j + 1]);
+                let ([cx, cy], [dx, dy]) = (below[j], below[j + 1]);
+                let gx = between(&corner.weights, [ax, bx, cx, dx], WEIGHT_BITS);
+                let gy = between(&corner.weights, [ay, by, cy, dy], WEIGHT_BITS);
                 gradients[j] = [gx, gy];
                 sums = [sums[0] + gx * gx, sums[1] + gx * gy, sums[2] + gy * gy];
             }
@@ -291,12 +297,12 @@ impl Window {
         let side = self.known_side::<SIDE>();
         let (mut bx, mut by) = (0_i64, 0_i64);
         for i in 0..side {
-            let pixels = [0, 1].map(|k| &self.block[(i + k) * (side + 1)..][..=side]);
+            let (upper, lower) = (row(&self.block, i, side + 1), row(&self.block, i + 1, side + 1));
             let values = &self.values[i * side..][..side];
             let gradients = &self.gradients[i * side..][..side];
             let mut sums = [0_i32; 2];
             for j in 0..side {
-                let around = [pixels[0][j], pixels[0][j + 1], pixels[1][j], pixels[1][j + 1]];
+                let around = [upper[j], upper[j + 1], lower[j], lower[j + 1]];
                 let difference = between(weights, around, WEIGHT_BITS - VALUE_BITS) - values[j];
                 let [gx, gy] = gradients[j];
                 sums = [sums[0] + difference * gx, sums[1] + difference * gy];
@@ -308,11 +314,17 @@ impl Window {
     }
 }
 
+/// Row `i` of a square of `side` columns.
+#[inline(always)]
+fn row<T>(square: &[T], i: usize, side: usize) -> &[T] {
+    &square[i * side..][..side]
+}
+
 /// Derivatives by Scharr's filter of the inner pixels of a square block of `side` columns.
 #[inline(always)]
 fn scharr(block: &[i32], side: usize, slopes: &mut [[i32; 2]]) {
     for (i, out) in slopes.chunks_exact_mut(side - 2).enumerate() {
-        let [above, middle, below] = [0, 1, 2].map(|k| &block[(i + k) * side..][..side]);
+        let (above, middle, below) = (row(block, i, side), row(block, i + 1, side), row(block, i + 2, side));
         for (j, out) in out.iter_mut().enumerate() {
             let smooth = |k: usize| 3 * (above[k] + below[k]) + 10 * middle[k];
             let rise = |k: usize| below[k] - above[k];

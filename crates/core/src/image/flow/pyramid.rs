@@ -82,7 +82,9 @@ impl Level {
         if self.contains(x, y) && self.contains(x + last, y + last) {
             let (left, top) = (x as usize, y as usize);
             for row in self.values[top * self.width..].chunks(self.width).take(side) {
-                block.extend(row[left..left + side].iter().map(|v| i32::from(*v)));
+                for value in &row[left..left + side] {
+                    block.push(i32::from(*value));
+                }
             }
             return;
         }
