@@ -56,7 +56,7 @@ pub const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"
 pub const LATEX: [&str; 3] = ["tectonic", "pdflatex", "xelatex"];
 
 /// The real data that tests look at, each by its name below a data root; `list.txt` is VOT's list of names.
-pub const REAL_DATA: [&str; 25] = [
+pub const REAL_DATA: [&str; 24] = [
     "otb/CarScale",
     "otb/Couple",
     "otb/Crossing",
@@ -77,8 +77,7 @@ pub const REAL_DATA: [&str; 25] = [
     "vot2014/sunshade",
     "vot2014/surfing",
     "vot2014/tunnel",
-    "pets2009/S2L1/PETS2009-S2L1.xml",
-    "pets2009/S2L1/img1",
+    "pets2009/S2L1",
     "otb-annotations/OTB2013.json",
     "results/otb",
     "results/vot2014",
@@ -86,7 +85,7 @@ pub const REAL_DATA: [&str; 25] = [
 
 /// Where each of [`REAL_DATA`] is: in the first folder of the path list `TRACKFAIL_DATA` that has it, by default in
 /// `../shared/data` beside the checkout. `None` when one is nowhere.
-pub fn real_data() -> Option<[PathBuf; 25]> {
+pub fn real_data() -> Option<[PathBuf; 24]> {
     let beside = || vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data")];
     let named = std::env::var_os("TRACKFAIL_DATA");
     let roots = named.map_or_else(beside, |named| std::env::split_paths(&named).collect());

@@ -356,7 +356,7 @@ fn real_data_are_as_pinned() {
 /// A copy of one folder under another root.
 fn copied(root: &Path, folder: &str) -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
-    for entry in walkdir::WalkDir::new(root.join(folder)) {
+    for entry in walkdir::WalkDir::new(root.join(folder)).follow_links(true) {
         let entry = entry.unwrap();
         let to = copy.path().join(entry.path().strip_prefix(root).unwrap());
         if entry.file_type().is_dir() {
