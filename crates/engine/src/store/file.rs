@@ -12,7 +12,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_with(path, |file| file.write_all(bytes).map_err(|e| StoreError::new(path, e)))
 }
 
-/// Replaces a file atomically, as [`write`], and does not wait until it is on the disk: for what can be made again, such
+/// Replaces a file atomically, as [`write()`], and does not wait until it is on the disk: for what can be made again, such
 /// as a report.
 ///
 /// # Errors

@@ -7,7 +7,7 @@
 //! Q[t](p) = smallest earlier |z| that a share p or more of the earlier |z| do not exceed
 //! ```
 //!
-//! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`](super::arma_forecast);
+//! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`];
 //! `t` is a 0-based frame; `a`, `rate` (the source's alpha) and `gamma` have no unit, `alarm[t]` is 1 or 0. The
 //! earlier `|z|` are those of all frames of the track that have a forecast, alarms too. `Q(p)` is minus infinity for
 //! p <= 0 and infinity for p > 1. The score is `|z|`, high is suspicious; its threshold moves, so that there is none
