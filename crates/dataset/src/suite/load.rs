@@ -65,7 +65,7 @@ impl PinnedSuite {
     }
 
     /// Loads an entry's sequence, which must have the pinned frames.
-    fn load_from(&self, entry: &Entry, data_root: &Path) -> Result<Sequence, LoadError> {
+    pub(super) fn load_from(&self, entry: &Entry, data_root: &Path) -> Result<Sequence, LoadError> {
         let (folder, loaded) = self.load_unchecked(entry, data_root)?;
         if let Some(frames) = entry.frames
             && loaded.len() != frames
@@ -102,7 +102,7 @@ impl PinnedSuite {
 
     /// What `look` finds in the first root that has all of an entry, with that root. Otherwise the first fault of a root
     /// that has a part of it.
-    fn in_first_root<'r, T>(
+    pub(super) fn in_first_root<'r, T>(
         &self,
         entry: &Entry,
         data_roots: &'r [PathBuf],

@@ -35,28 +35,25 @@ pub struct Checked {
 impl PinnedSuite {
     /// Compares the local copy of an entry.
     pub(super) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
-        let (root, finding) = match self.load(entry, data_roots) {
-            Ok((root, sequence)) => (Some(root), self.compare(entry, root, &sequence)),
-            Err(error) => {
-                let holds = |root: &&PathBuf| entry.path(root).exists();
-                (data_roots.iter().find(holds).map(PathBuf::as_path), Err(error))
-            }
-        };
-        match (finding, root) {
-            (Ok(Finding::Differs(fact)), Some(root)) => self.differs(entry, root, fact),
-            (Ok(finding), _) => finding,
-            (Err(LoadError::Missing(missing)), _) => Finding::Missing(missing),
-            (Err(LoadError::Broken(error)), Some(root)) => self.differs(entry, root, error.to_string()),
-            (Err(LoadError::Broken(error)), None) => Finding::Differs(error.to_string()),
+        match self.in_first_root(entry, data_roots, |root| self.check_in(entry, root)) {
+            Ok((_, finding)) => finding,
+            Err(LoadError::Missing(missing)) => Finding::Missing(missing),
+            Err(LoadError::Broken(error)) => Finding::Differs(error.to_string()),
         }
     }
 
-    /// The first file that differs, before the fact that some do.
-    fn differs(&self, entry: &Entry, root: &Path, fact: String) -> Finding {
-        Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
+    /// Compares the copy in a root; one that differs or is broken is named by the first file that does.
+    fn check_in(&self, entry: &Entry, root: &Path) -> Result<Finding, LoadError> {
+        let found = self.load_from(entry, root).and_then(|sequence| self.compare(entry, root, &sequence));
+        let fact = match found {
+            Ok(Finding::Differs(fact)) => fact,
+            Err(LoadError::Broken(error)) => error.to_string(),
+            done => return done,
+        };
+        Ok(Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
             Some(first) => format!("{first}; {fact}"),
             None => fact,
-        })
+        }))
     }
 
     fn compare(&self, entry: &Entry, root: &Path, sequence: &Sequence) -> Result<Finding, LoadError> {
