@@ -19,7 +19,7 @@ use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
 use crate::plugin::{ParamError, check_ranges, show_params};
 use serde::{Deserialize, Serialize};
 
-/// What follows an alarm.
+/// Behavior after an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum After {
@@ -45,7 +45,7 @@ pub struct Params {
     pub k: f64,
     /// Frames at the start of a track that are taken to be good, 2 to 100000.
     pub start: usize,
-    /// What follows an alarm.
+    /// Behavior after an alarm.
     pub after: After,
     /// Deviation at which an alarm with `after = "latch"` ends, in standard deviations, -1000 to 1000; 0 is the normal
     /// level itself.

@@ -40,7 +40,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// What follows an alarm.
+/// Behavior after an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum After {
@@ -71,7 +71,7 @@ pub struct Params {
     /// Frames that the bets are made from, the last ones, 1 to 100000; all when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
-    /// What follows an alarm.
+    /// Behavior after an alarm.
     pub after: After,
 }
 

@@ -40,7 +40,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
 /// Largest absolute value of the signal.
 const MAX_VALUE: f64 = 1000.0;
 
-/// What is measured of the box.
+/// Measures of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
@@ -60,7 +60,7 @@ pub enum Measure {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// What is measured.
+    /// Measure of the box.
     pub measure: Measure,
 }
 

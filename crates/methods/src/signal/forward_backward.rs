@@ -48,7 +48,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
 /// Variance of gray values up to which a patch is flat.
 const FLAT: f64 = 1e-6;
 
-/// What is measured of the points.
+/// Measures of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
@@ -64,7 +64,7 @@ pub enum Measure {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// What is measured.
+    /// Measure of the points.
     pub measure: Measure,
     /// Points along either side of the box, 1 to 50.
     pub grid: usize,

@@ -163,7 +163,7 @@ impl Shape {
 /// Rows whose spans are computed together.
 const ROWS: usize = 8;
 
-/// Of each row the first column inside, the first one behind, the weight at the first and its first difference.
+/// First column inside each row, the first one behind it, the weight at the former and its first difference.
 struct Spans {
     start: [i64; ROWS],
     end: [i64; ROWS],
