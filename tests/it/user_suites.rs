@@ -182,6 +182,12 @@ name = "ope"
 compute = { kind = "success", rules = "otb-matlab/1" }
 suites = ["test"]
 
+[[analysis]]
+name = "change"
+compute = { kind = "uncertainty-model" }
+signal = { kind = "uncertainty" }
+suites = ["test"]
+
 [[table]]
 name = "t"
 rows = ["recall", "events"]
@@ -213,6 +219,8 @@ fn boxes_alone_run_the_methods_that_need_no_more() {
         "DTEF was not run on T (1 cell): it needs frames, and the suite has boxes only",
         "Two-MChi was not run on T (1 cell): it needs a tracker that gives its posterior",
         "oracle was not run on KCF (1 cell): it needs frames, and the suite has boxes only",
+        "analysis ope was not run on KCF: it needs frames, and the suite has boxes only",
+        "analysis change was not run on T: it needs a tracker that gives its posterior",
     ] {
         assert!(said.contains(line), "{line}\n{said}");
     }
@@ -220,6 +228,10 @@ fn boxes_alone_run_the_methods_that_need_no_more() {
     assert!(scores.contains("\"not run: needs frames, and the suite has boxes only\""), "{scores}");
     let page = std::fs::read_to_string(here.join("p/mine/boxes/index.html")).unwrap();
     assert!(page.contains("DTEF was not run on KCF") && !page.contains("Cells without a result"), "{page}");
+    // A share of the cells has none that failed either.
+    let shares = ["run", &spec, "--results", &at("s"), "--reports", &p, "--shard", "1/1"];
+    let (code, said, told) = output(&[&shares[..], &roots].concat());
+    assert_eq!(code, 0, "{said}{told}");
     let (code, said, _) = output(&[&run[..], &["--dry-run"]].concat());
     assert!(code == 0 && said.lines().filter(|line| line.contains("absent")).count() == 5, "{said}");
 }

@@ -19,6 +19,13 @@ pub enum CellError {
     Unmet(&'static str),
 }
 
+impl CellError {
+    /// Whether it stands for something that was to be run.
+    pub fn is_failure(&self) -> bool {
+        !matches!(self, Self::Unmet(_))
+    }
+}
+
 impl From<&TrackerError> for CellError {
     fn from(e: &TrackerError) -> Self {
         match e {

@@ -76,8 +76,16 @@ impl TrackView {
     }
 }
 
-/// Name of an analysis that failed, and the reason.
-pub type NotAnalysed = (String, CellError);
+/// An analysis that could not be made.
+#[derive(Debug)]
+pub struct NotAnalysed {
+    /// Its name.
+    pub analysis: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// The reason.
+    pub error: CellError,
+}
 
 /// Makes every analysis on every tracker, except those of the clock; `tracks` has the tracks of every suite. An analysis
 /// that fails is an error in its place.
@@ -99,7 +107,10 @@ pub fn analyse(
         let label = &experiment.trackers[tracker].label;
         match make(context, tracks, analysis, tracker) {
             Ok(analysed) => Ok(Ok(analysed)),
-            Err(e) => Ok(Err((format!("{} of {label}", analysis.name), e.cell()?))),
+            Err(e) => {
+                let (analysis, tracker) = (analysis.name.clone(), label.clone());
+                Ok(Err(NotAnalysed { analysis, tracker, error: e.cell()? }))
+            }
         }
     };
     places.into_par_iter().with_max_len(1).map(one).collect()
@@ -132,13 +143,8 @@ fn make(
         let mine: Vec<TrackView> =
             track::learned_from(plan, tracks, suite, tracker, signal).into_iter().map(view).collect();
         if mine.is_empty() {
-            let tracks = tracks[suite].iter().flat_map(|of_sequence| of_sequence.iter().enumerate());
-            let mut errors = tracks.filter(|(j, _)| plan.jobs[*j].tracker == tracker);
-            let unmet = errors.find_map(|(_, track)| match track {
-                Err(unmet @ CellError::Unmet(_)) => Some(unmet.clone()),
-                _ => None,
-            });
             let missing = || CellError::Missing(format!("no track in role `{role}` to analyse"));
+            let unmet = plan.unmet_on(suite, tracker, signal).map(CellError::Unmet);
             return Err(unmet.unwrap_or_else(missing).into());
         }
         recipe = recipe.with("suite", name);

@@ -40,7 +40,7 @@ pub struct Cell {
 impl Cell {
     /// Whether it has no result though it was to be run.
     pub fn has_failed(&self) -> bool {
-        matches!(self.result, Err(CellError::Missing(_) | CellError::Failed(_)))
+        self.result.as_ref().is_err_and(CellError::is_failure)
     }
 }
 

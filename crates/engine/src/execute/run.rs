@@ -160,12 +160,10 @@ fn judge_sequence(
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker];
-        let unmet = plan.signal(v).and_then(|k| plan.unmet(planned, j, k));
-        let result = match (&tracks[j], ready_detector, unmet) {
-            (Err(e), ..) => Err(e.clone()),
-            (_, _, Some(need)) => Err(CellError::Unmet(need)),
-            (_, Err(e), _) => Err(e.clone()),
-            (Ok(track), Ok(ready_detector), None) => {
+        let result = match (plan.unmet(planned, j, plan.signal(v)), &tracks[j], ready_detector) {
+            (Some(need), ..) => Err(CellError::Unmet(need)),
+            (None, Err(e), _) | (None, _, Err(e)) => Err(e.clone()),
+            (None, Ok(track), Ok(ready_detector)) => {
                 let name = plan.cell_name(&sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &sequence.name, job);
                 pending.push((

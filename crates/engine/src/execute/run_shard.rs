@@ -15,7 +15,7 @@ use rayon::prelude::*;
 pub struct ShardOutcome {
     /// Number of cells with a result.
     pub done: usize,
-    /// Names of cells without a result, with the reason.
+    /// Names of cells without a result that were to be run, with the reason.
     pub failed: Vec<(String, CellError)>,
     /// Numbers of computed and cached results.
     pub tally: Tally,
@@ -69,9 +69,10 @@ pub fn run_shard(
                 let params = variant.params();
                 let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-                match track {
-                    Err(e) => cells.push((name, Err(e.clone()))),
-                    Ok(track) => pending.push(PendingCell::new(
+                match (plan.unmet(planned, *j, plan.signal(v)), track) {
+                    (Some(need), _) => cells.push((name, Err(CellError::Unmet(need)))),
+                    (None, Err(e)) => cells.push((name, Err(e.clone()))),
+                    (None, Ok(track)) => pending.push(PendingCell::new(
                         &context,
                         &name,
                         track,
@@ -92,7 +93,8 @@ pub fn run_shard(
         units.par_iter().with_max_len(1).map(of_unit).collect::<Result<Vec<_>, RunError>>()?;
     let mut cells: Vec<_> = done.drain(..).flatten().collect();
     cells.sort_by(|a, b| a.0.cmp(&b.0));
-    let total = cells.len();
-    let failed: Vec<_> = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?))).collect();
-    Ok(ShardOutcome { done: total - failed.len(), failed, tally: context.tally })
+    let done = cells.iter().filter(|(_, result)| result.is_ok()).count();
+    let failed = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?)));
+    let failed = failed.filter(|(_, e)| e.is_failure()).collect();
+    Ok(ShardOutcome { done, failed, tally: context.tally })
 }

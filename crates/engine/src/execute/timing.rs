@@ -40,7 +40,10 @@ pub fn measure(
             if analysis.runs_on(&tracker.label) {
                 all.push(match make(context, tracks, ready, analysis, t) {
                     Ok(analysed) => Ok(analysed),
-                    Err(e) => Err((format!("{} of {}", analysis.name, tracker.label), e.cell()?)),
+                    Err(e) => {
+                        let (analysis, tracker) = (analysis.name.clone(), tracker.label.clone());
+                        Err(NotAnalysed { analysis, tracker, error: e.cell()? })
+                    }
                 });
             }
         }
@@ -65,12 +68,18 @@ fn make(
     let plan = context.plan;
     let setup = &plan.experiment.trackers[tracker];
     let (names, repeats) = analysis.plugin.timed();
+    let Some(suite) = analysis.roles.first().and_then(|role| plan.suite(role)) else {
+        return Err(CellError::Missing("no suite to be timed on".to_string()).into());
+    };
     let mut methods = Vec::new();
     for name in names {
         let found = variants(plan.experiment).position(|(m, _)| m.name == *name);
         let Some(v) = found else {
             return Err(StepError::failed(format!("there is no method `{name}` to be timed")));
         };
+        if let Some(need) = plan.unmet_on(suite, tracker, plan.signal(v)) {
+            return Err(CellError::Unmet(need).into());
+        }
         match &ready[v][tracker] {
             Ok(ready_detector) => {
                 let signal = plan.signal(v).and_then(|k| plan.signals.get(k)).cloned();
@@ -79,9 +88,6 @@ fn make(
             Err(e) => return Err(e.clone().into()),
         }
     }
-    let Some(suite) = analysis.roles.first().and_then(|role| plan.suite(role)) else {
-        return Err(CellError::Missing("no suite to be timed on".to_string()).into());
-    };
     let planned = &plan.suites[suite];
     let run =
         |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);

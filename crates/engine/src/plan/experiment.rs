@@ -164,19 +164,34 @@ impl<'a> ExperimentPlan<'a> {
     pub fn wants_signal(&self, suite: usize, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
         let suite = &self.suites[suite].name;
         self.demands.iter().any(|d| d.signal == Some(signal) && d.is_for(suite, self.jobs[job]))
-            && self.unmet(planned, job, signal).is_none()
+            && self.unmet(planned, job, Some(signal)).is_none()
     }
 
-    /// The need of a signal that a sequence or a job's tracker does not meet, if there is one.
-    pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: usize) -> Option<&'static str> {
+    /// The need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not meet, if there
+    /// is one. What has such a need is not run.
+    pub fn unmet(
+        &self,
+        planned: &PlannedSequence,
+        job: usize,
+        signal: Option<usize>,
+    ) -> Option<&'static str> {
         let tracker = &self.experiment.trackers[self.jobs[job].tracker].setup;
-        match self.signals.get(signal)?.signal.reads() {
-            Reads::Pixels if !planned.sequence.has_frames() => Some(NEEDS_FRAMES),
-            Reads::Posterior if !tracker.gives_posterior() => {
-                Some("needs a tracker that gives its posterior")
-            }
-            Reads::Pixels | Reads::Posterior | Reads::Boxes => None,
+        let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
+        let reads_pixels = tracker.reads_pixels() || reads == Some(Reads::Pixels);
+        if reads_pixels && !planned.sequence.has_frames() {
+            return Some(NEEDS_FRAMES);
         }
+        let lacks_posterior = reads == Some(Reads::Posterior) && !tracker.gives_posterior();
+        lacks_posterior.then_some("needs a tracker that gives its posterior")
+    }
+
+    /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
+    pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<&'static str> {
+        let of = |planned: &PlannedSequence| {
+            let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
+            mine.find_map(|j| self.unmet(planned, j, signal))
+        };
+        self.suites[suite].sequences.iter().find_map(of)
     }
 
     /// Whether a job has cells of a method.
@@ -223,10 +238,10 @@ impl<'a> ExperimentPlan<'a> {
         let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
         let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
         let sequences = self.suites[suite].sequences.iter().enumerate();
-        let has_signal = |planned: &PlannedSequence, j: &usize| {
-            signal.is_none_or(|k| self.unmet(planned, *j, k).is_none())
+        let of = |(s, planned)| {
+            let met = jobs.iter().filter(move |j| self.unmet(planned, **j, signal).is_none());
+            met.map(move |j| (s, *j))
         };
-        let of = |(s, planned)| jobs.iter().filter(move |j| has_signal(planned, j)).map(move |j| (s, *j));
         sequences.flat_map(of).collect()
     }
 

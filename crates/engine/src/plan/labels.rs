@@ -69,13 +69,15 @@ impl ExperimentPlan<'_> {
             };
             let reads = track.as_ref().map(read).map_err(|e| *e);
             let cell = |&(_, v): &(usize, usize)| {
-                let from = reads.as_ref().map_err(|e| (*e).clone()).and_then(|(track, signals)| {
-                    if let Some(need) = self.signal(v).and_then(|k| self.unmet(planned, *j, k)) {
-                        return Err(CellError::Unmet(need));
+                let signal = self.signal(v);
+                let from = match (self.unmet(planned, *j, signal), &reads, &keys[v][job.tracker]) {
+                    (Some(need), ..) => Err(CellError::Unmet(need)),
+                    (None, Err(e), _) => Err((*e).clone()),
+                    (None, _, Err(e)) => Err(e.clone()),
+                    (None, Ok((track, signals)), Ok(key)) => {
+                        Ok((signal.and_then(|k| signals.get(k)).unwrap_or(track), key))
                     }
-                    let on = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(track);
-                    Ok((on, keys[v][job.tracker].as_ref().map_err(CellError::clone)?))
-                });
+                };
                 of(PlannedLabels {
                     cell: PlannedCell { sequence: s, job: *j, variant: v },
                     plan: self,

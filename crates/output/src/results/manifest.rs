@@ -7,6 +7,7 @@ use super::json::from_json;
 use crate::dataset::Frames;
 use crate::engine::CellError;
 use crate::engine::Outcome;
+use crate::engine::execute::analyse::NotAnalysed;
 use crate::engine::execute::train::{Content, Model};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
@@ -56,7 +57,7 @@ pub struct Manifest {
     pub cells_done: usize,
     /// Cells without a result, with the reason; analyses that could not be made are among them.
     pub cells_failed: Vec<FailedCell>,
-    /// Methods that were not run on a tracker, because they need what is not given.
+    /// Methods and analyses that were not run on a tracker, because they need what is not given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_run: Vec<NotRun>,
     /// Rules that stood in for missing values, and how often each did.
@@ -122,21 +123,21 @@ pub struct MethodRecord {
     pub thresholds: BTreeMap<String, f64>,
 }
 
-/// A method that was not run on a tracker.
+/// A method or an analysis that was not run on a tracker.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotRun {
     /// Tracker.
     pub tracker: String,
-    /// Method with its grid point.
+    /// Method with its grid point, or `analysis` with a name.
     pub method: String,
     /// Its need that is not met.
     pub reason: String,
-    /// Number of its cells.
+    /// Number of its cells; an analysis has none.
     pub cells: usize,
 }
 
 impl NotRun {
-    /// The methods that were not run, in the order of their first cells.
+    /// The methods that were not run, in the order of their first cells, and then the analyses.
     fn of(outcome: &Outcome<'_>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for cell in &outcome.cells {
@@ -153,6 +154,13 @@ impl NotRun {
                 }
             }
         }
+        let analyses = outcome.not_analysed.iter().filter(|n| !n.error.is_failure());
+        all.extend(analyses.map(|NotAnalysed { analysis, tracker, error }| Self {
+            tracker: tracker.clone(),
+            method: format!("analysis {analysis}"),
+            reason: error.to_string(),
+            cells: 0,
+        }));
         all
     }
 }
@@ -160,8 +168,12 @@ impl NotRun {
 impl std::fmt::Display for NotRun {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { tracker, method, reason, cells } = self;
-        let cells = if *cells == 1 { "1 cell".to_string() } else { format!("{cells} cells") };
-        write!(f, "{method} was not run on {tracker} ({cells}): it {reason}")
+        let cells = match cells {
+            0 => String::new(),
+            1 => " (1 cell)".to_string(),
+            more => format!(" ({more} cells)"),
+        };
+        write!(f, "{method} was not run on {tracker}{cells}: it {reason}")
     }
 }
 
@@ -230,12 +242,12 @@ impl Manifest {
                 reason: e.to_string(),
             })
         });
-        let not_analysed = outcome.not_analysed.iter().filter(|(_, e)| !matches!(e, CellError::Unmet(_)));
-        let not_analysed = not_analysed.map(|(name, e)| FailedCell {
+        let not_analysed = outcome.not_analysed.iter().filter(|n| n.error.is_failure());
+        let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error: e }| FailedCell {
             sequence: "*".to_string(),
             tracker: String::new(),
             run: 0,
-            method: format!("analysis {name}"),
+            method: format!("analysis {analysis} of {tracker}"),
             missing: matches!(e, CellError::Missing(_)),
             reason: e.to_string(),
         });
