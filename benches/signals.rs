@@ -21,10 +21,11 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
-use trackfail::signal::SIGNALS;
-use trackfail::tracker::{Moments, TrackerState};
+use trackfail::signal::{Observation, SIGNALS};
+use trackfail::tracker::{Moments, RunContext, TrackerState};
 
 /// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels, moved to the left by `shift`.
 fn frame(shift: usize) -> Frame {
@@ -42,11 +43,13 @@ fn frame(shift: usize) -> Frame {
 
 fn signals(criterion: &mut Criterion) {
     let frames = [frame(0), frame(2)];
+    let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
+    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
     for entry in SIGNALS {
         let mut group = criterion.benchmark_group(entry.kind);
         for size in [32, 64, 128] {
             let signal = entry.build_from_text("{}").expect("defaults are valid");
-            let mut session = signal.start();
+            let mut session = signal.start(&context).expect("it reads no files");
             let at = |x: f64| {
                 TrackerState::tracked(Region::Rect(Rect::new(x, 100.0, f64::from(size), f64::from(size))))
             };
@@ -63,7 +66,7 @@ fn signals(criterion: &mut Criterion) {
             group.bench_with_input(BenchmarkId::from_parameter(size), &size, |bencher, _| {
                 bencher.iter(|| {
                     t += 1;
-                    session.push(black_box(&frames[t % 2]), black_box(&states[t % 2]))
+                    session.push(&Observation::new(black_box(&frames[t % 2]), black_box(&states[t % 2])))
                 });
             });
         }

@@ -9,7 +9,7 @@ use crate::dataset::{DatasetError, Sequence};
 use crate::detector::Input;
 use crate::engine::execute::cores::Cores;
 use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
-use crate::engine::execute::lane::Lane;
+use crate::engine::execute::lane::{Companions, Lane};
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store;
@@ -19,8 +19,8 @@ use crate::results::detections::{self, MethodOutput};
 use crate::signal::Reads;
 use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
-use crate::tracker::TrackerState;
 use crate::tracker::results::{self, Base, write};
+use crate::tracker::{RunContext, TrackerState};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -121,8 +121,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             let states = regions.into_iter().map(TrackerState::tracked).collect();
             let sequence = Arc::new(sequence);
-            let lane = Lane::of_states(Arc::new(states), signals_of(&methods));
-            let collected = follow(&sequence, &FrameCache::new(0), lane, methods.len());
+            let context =
+                RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
+            let lane = Lane::of_states(Arc::new(states));
+            let lane = lane.with_signals(&context, &Companions::default(), signals_of(&methods));
+            let frames = FrameCache::new(0);
+            let collected = lane.and_then(|lane| follow(&sequence, &frames, lane, methods.len()));
             let Collected { signals, .. } = collected.map_err(|e| Failure::data(e.to_string()))?;
             print(&sequence, &methods, &signals, None)
         }
@@ -208,7 +212,9 @@ fn track(
     }
     let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
     let ready = ready_for(methods, started.1.posterior.is_some(), is_default, &model)?;
-    let lane = Lane::of_started(started, signals_of(&ready));
+    let lane = Lane::of_started(started)
+        .with_signals(&run.context(), &Companions::default(), signals_of(&ready))
+        .map_err(failure)?;
     let Collected { states, signals } = follow(&sequence, &run.frames, lane, ready.len()).map_err(failure)?;
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     if let Some(path) = &args.save_boxes {

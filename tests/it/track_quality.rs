@@ -117,7 +117,8 @@ fn judge(
     let cache = Arc::new(FrameCache::new(1 << 26));
     let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_roots: Vec::new() };
     let collector = Collector::new([1]);
-    let lane = Lane::of_run(run.clone(), [Some(&signal)]);
+    let lane = Lane::of_run(run.clone());
+    let lane = lane.with_signals(&run.context(), &Arc::default(), [Some(&signal)]).unwrap();
     run_lane(&run.sequence, &run.frames, 0..frames, lane, &collector).unwrap();
     let Collected { states, mut signals } = collector.into_collected().remove(0);
     let values = signals.remove(0);

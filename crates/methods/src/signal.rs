@@ -15,13 +15,16 @@ pub mod region_covariance;
 pub mod rgb_histogram;
 pub mod rgb_lbp_histogram;
 pub mod template_correlation;
+#[cfg(test)]
+mod testing;
 pub mod uncertainty;
 pub mod uncertainty_change;
 
 pub use crate::direction::Direction;
 use crate::image::Frame;
 use crate::plugin::Entry;
-use crate::tracker::TrackerState;
+use crate::region::Region;
+use crate::tracker::{RunContext, TrackerError, TrackerState};
 
 /// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,8 +33,33 @@ pub enum Reads {
     Pixels,
     /// The moments of the tracker's posterior; frames are not decoded for it.
     Posterior,
+    /// The tracker's response map in numbers; frames are not decoded for it.
+    Response,
+    /// The tracker's own confidence; frames are not decoded for it.
+    Confidence,
+    /// The regions of the tracker and of other trackers on the same sequence; frames are not decoded for it.
+    Companions,
     /// The tracker's region alone; frames are not decoded for it, and the one it is given may have any size.
     Boxes,
+}
+
+/// Everything that a signal is given of a frame.
+#[derive(Clone, Copy)]
+pub struct Observation<'a> {
+    /// The frame; of any size for a signal that does not read pixels.
+    pub frame: &'a Frame,
+    /// The tracker's answer.
+    pub state: &'a TrackerState,
+    /// Regions of other trackers on the same sequence, in an order that stays the same from frame to frame; empty
+    /// unless the signal reads [companions](Reads::Companions).
+    pub companions: &'a [&'a Region],
+}
+
+impl<'a> Observation<'a> {
+    /// A frame with the tracker's answer, without companions.
+    pub fn new(frame: &'a Frame, state: &'a TrackerState) -> Self {
+        Self { frame, state, companions: &[] }
+    }
 }
 
 /// A checked configuration of a signal.
@@ -55,14 +83,30 @@ pub trait Signal: Send + Sync {
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);
 
-    /// Starts the computation for one track.
-    fn start(&self) -> Box<dyn Session>;
+    /// The files that it reads besides the frames; their digests are part of a signal's address.
+    ///
+    /// # Errors
+    /// When one of them is absent.
+    fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
+        Ok(Vec::new())
+    }
+
+    /// Starts the computation for one track; the context is that of its tracker.
+    ///
+    /// # Errors
+    /// When a file that it reads is absent or broken.
+    fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError>;
 }
 
 /// A signal being computed; `push` is called once a frame, in order, from the first frame on.
 pub trait Session: Send {
     /// The signal's value at this frame; not finite where the state lacks what the signal reads.
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64;
+    fn push(&mut self, observation: &Observation<'_>) -> f64;
+
+    /// The reason why the last value is not finite, from signals that run trackers or programs of their own.
+    fn fault(&mut self) -> Option<TrackerError> {
+        None
+    }
 }
 
 /// Every signal, by kind.

@@ -27,7 +27,7 @@ pub mod trax;
 #[cfg(test)]
 mod conformance;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 use crate::dataset::{DatasetError, Sequence};
 use crate::image::Frame;
@@ -50,6 +50,8 @@ pub enum Status {
     Skipped,
     /// The tracker has not started yet; the region is the one that it will start with.
     Waiting,
+    /// The tracker says that the target is absent; the region repeats the last one that it gave.
+    Absent,
 }
 
 /// First and second moments of a multi-hypothesis tracker's posterior.
@@ -67,6 +69,29 @@ pub struct Moments {
     pub particles: Vec<f64>,
 }
 
+/// Response map of a correlation tracker in numbers: its peaks and the spread of what is around them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// Largest value.
+    pub peak: f64,
+    /// Largest value outside the target's box around the peak.
+    pub second_peak: f64,
+    /// Smallest value.
+    pub lowest: f64,
+    /// Mean over the whole map.
+    pub mean: f64,
+    /// Standard deviation over the whole map.
+    pub deviation: f64,
+    /// Mean without the 11 x 11 cells around the peak.
+    pub sidelobe_mean: f64,
+    /// Standard deviation without the 11 x 11 cells around the peak.
+    pub sidelobe_deviation: f64,
+    /// Mean without a window of 5 % of the map's sides around the peak.
+    pub narrow_sidelobe_mean: f64,
+    /// Standard deviation without a window of 5 % of the map's sides around the peak.
+    pub narrow_sidelobe_deviation: f64,
+}
+
 /// A tracker's answer for one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackerState {
@@ -76,17 +101,30 @@ pub struct TrackerState {
     pub status: Status,
     /// Posterior moments, from trackers that have them.
     pub posterior: Option<Moments>,
+    /// Response map in numbers, from trackers that have one.
+    pub response: Option<Response>,
+    /// The tracker's own confidence, from trackers that give one: high values are sure, the scale is the tracker's.
+    pub confidence: Option<f64>,
 }
 
+/// Version of the form in which states are stored; part of the address of every track.
+/// - 2: with response and confidence.
+pub const STATE_FORM: u32 = 2;
+
 impl TrackerState {
-    /// An ordinary answer without posterior.
+    /// A region and an event, without anything else.
+    pub fn new(region: Region, status: Status) -> Self {
+        Self { region, status, posterior: None, response: None, confidence: None }
+    }
+
+    /// An ordinary answer.
     pub fn tracked(region: Region) -> Self {
-        Self { region, status: Status::Tracked, posterior: None }
+        Self::new(region, Status::Tracked)
     }
 
     /// The answer to an initialization.
     pub fn initialized(region: Region) -> Self {
-        Self { region, status: Status::Initialized, posterior: None }
+        Self::new(region, Status::Initialized)
     }
 }
 
@@ -172,6 +210,16 @@ pub trait TrackerConfig: Send + Sync {
 
     /// Whether its states have the moments of a posterior.
     fn gives_posterior(&self) -> bool {
+        false
+    }
+
+    /// Whether its states have a response map in numbers.
+    fn gives_response(&self) -> bool {
+        false
+    }
+
+    /// Whether its states have a confidence on the context's sequence; one of result files has it where the files do.
+    fn gives_confidence(&self, _context: &RunContext<'_>) -> bool {
         false
     }
 

@@ -8,6 +8,7 @@ use crate::dataset::{DatasetError, Sequence};
 use crate::error::{CellError, RunError, StepError};
 use crate::num::hexadecimal;
 use crate::observe::tally::Work;
+use crate::plan::recipes::Read;
 use crate::plan::{PlannedSuite, signal_index};
 use crate::score::overlap::OVERLAP;
 use crate::score::trajectory::Trajectory;
@@ -45,6 +46,8 @@ impl Analysed {
 /// A track with its sequence.
 struct TrackView {
     track: Arc<Track>,
+    /// What the analysis reads of it.
+    read: Read,
     sequence: Arc<Sequence>,
     run: u32,
 }
@@ -135,21 +138,19 @@ fn make(
             return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
         };
         let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
-        let view = |(track, s, j): (Arc<Track>, usize, usize)| TrackView {
-            track,
-            sequence: sequences[s].sequence.clone(),
-            run: plan.jobs[j].run,
+        let view = |(track, s, j): (Arc<Track>, usize, usize)| -> Result<TrackView, CellError> {
+            let read = plan.read(&sequences[s], j, signal)?;
+            Ok(TrackView { track, read, sequence: sequences[s].sequence.clone(), run: plan.jobs[j].run })
         };
-        let mine: Vec<TrackView> =
-            track::learned_from(plan, tracks, suite, tracker, signal).into_iter().map(view).collect();
+        let learned_from = track::learned_from(plan, tracks, suite, tracker, signal).into_iter();
+        let mine: Vec<TrackView> = learned_from.map(view).collect::<Result<_, CellError>>()?;
         if mine.is_empty() {
             let missing = || CellError::Missing(format!("no track in role `{role}` to analyse"));
-            let unmet = plan.unmet_on(suite, tracker, signal).map(CellError::Unmet);
-            return Err(unmet.unwrap_or_else(missing).into());
+            return Err(plan.unmet_on(suite, tracker, signal).unwrap_or_else(missing).into());
         }
         recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, view| {
-            let recipe = plan.read(view.track.address, signal).add_to(recipe);
+            let recipe = view.read.add_to(recipe);
             if reads_regions { recipe.with("attributes", view.attributes()) } else { recipe }
         });
         suites.push((name.clone(), sequences.len()));

@@ -11,7 +11,7 @@ use crate::detector::{Detector, DetectorOutput, Input, Quality};
 use crate::error::{CellError, RunError};
 use crate::limits::Interrupted;
 use crate::observe::tally::Work;
-use crate::plan::recipes::{self, DetectorKey};
+use crate::plan::recipes::{self, DetectorKey, Read};
 use crate::score::{Protocol, TrackScore};
 use crate::spec::method::{FixedDetector, Method};
 use crate::store::address::{Address, Recipe};
@@ -83,6 +83,8 @@ pub struct PendingCell {
     pub name: Name,
     /// The track.
     pub track: Arc<Track>,
+    /// Input of the detector: the signal on the track, or the track.
+    pub read: Read,
     /// Index of the signal that the method reads, if it reads one.
     pub signal: Option<usize>,
     /// The detector.
@@ -98,7 +100,7 @@ impl PendingCell {
     pub fn new(
         context: &Context<'_>,
         cell: &str,
-        track: &Arc<Track>,
+        (track, read): (&Arc<Track>, Read),
         (variant, method): (usize, &Method),
         ready_detector: ReadyDetector,
         seed: u64,
@@ -108,6 +110,7 @@ impl PendingCell {
             protocol: method.protocol,
             name: Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(cell) },
             track: track.clone(),
+            read,
             signal: plan.signal(variant),
             ready_detector,
             seed,
@@ -123,11 +126,7 @@ pub fn judge(
     context: &Context<'_>,
     cells: Vec<PendingCell>,
 ) -> Result<Vec<Result<Judged, CellError>>, RunError> {
-    let plan = context.plan;
-    let recipe = |cell: &PendingCell| {
-        let read = plan.read(cell.track.address, cell.signal);
-        recipes::labels(read, &cell.ready_detector.key(), cell.seed)
-    };
+    let recipe = |cell: &PendingCell| recipes::labels(cell.read, &cell.ready_detector.key(), cell.seed);
     let recipes: Vec<_> = cells.iter().map(recipe).collect();
     let cached = |(cell, recipe): (&PendingCell, &Recipe)| {
         let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), cell.track.error.len());

@@ -2,9 +2,10 @@
 
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::image::Frame;
-use crate::signal::{Reads, Session};
+use crate::region::Region;
+use crate::signal::{Observation, Reads, Session};
 use crate::spec::method::SignalChoice;
-use crate::tracker::{StartedTracker, Tracker, TrackerState};
+use crate::tracker::{RunContext, StartedTracker, Tracker, TrackerError, TrackerState};
 use std::sync::Arc;
 
 /// A tracker, or its stored states, with the signals read from it.
@@ -28,7 +29,12 @@ pub(super) struct LaneSignal {
     kind: &'static str,
     reads: Reads,
     session: Box<dyn Session>,
+    /// For a signal that reads companions.
+    companions: Companions,
 }
+
+/// States of other trackers on the same sequence, one for each of its frames.
+pub type Companions = Arc<Vec<Arc<Vec<TrackerState>>>>;
 
 /// The state of a lane in a frame.
 pub struct LaneStep<'a> {
@@ -57,26 +63,35 @@ impl LaneStep<'_> {
 }
 
 impl Lane {
-    fn new<'s>(source: StateSource, signals: impl IntoIterator<Item = Option<&'s SignalChoice>>) -> Self {
-        let signal = |choice: &SignalChoice| LaneSignal {
-            kind: choice.kind,
-            reads: choice.signal.reads(),
-            session: choice.signal.start(),
-        };
-        Self { source, signals: signals.into_iter().map(|choice| choice.map(signal)).collect() }
-    }
-
-    /// A lane that starts a tracker in the first frame it is given.
-    pub fn of_run<'s>(run: TrackerRun, signals: impl IntoIterator<Item = Option<&'s SignalChoice>>) -> Self {
-        Self::new(StateSource::Run(run), signals)
+    /// A lane that starts the run's tracker in the first frame it is given.
+    pub fn of_run(run: TrackerRun) -> Self {
+        Self { source: StateSource::Run(run), signals: Vec::new() }
     }
 
     /// A lane of a tracker that was started in the first frame that the lane will be given.
-    pub fn of_started<'s>(
-        (tracker, state): StartedTracker,
+    pub fn of_started((tracker, state): StartedTracker) -> Self {
+        Self { source: StateSource::Tracker(tracker, Some(state)), signals: Vec::new() }
+    }
+
+    /// The lane with signals, which start in the `context` of its tracker; those that read companions are given the regions of `companions`.
+    ///
+    /// # Errors
+    /// When a signal cannot start, e.g. a file that it reads is absent.
+    pub fn with_signals<'s>(
+        self,
+        context: &RunContext<'_>,
+        companions: &Companions,
         signals: impl IntoIterator<Item = Option<&'s SignalChoice>>,
-    ) -> Self {
-        Self::new(StateSource::Tracker(tracker, Some(state)), signals)
+    ) -> Result<Self, TrackingError> {
+        let signal = |choice: &SignalChoice| -> Result<LaneSignal, TrackerError> {
+            let reads = choice.signal.reads();
+            let companions =
+                if reads == Reads::Companions { companions.clone() } else { Companions::default() };
+            let session = choice.signal.start(context)?;
+            Ok(LaneSignal { kind: choice.kind, reads, session, companions })
+        };
+        let signals = signals.into_iter().map(|choice| choice.map(signal).transpose());
+        Ok(Self { signals: signals.collect::<Result<_, _>>()?, ..self })
     }
 
     /// A lane without signals of a started tracker; the first frame that it will be given is the tracker's next one.
@@ -85,11 +100,8 @@ impl Lane {
     }
 
     /// A lane of stored states, one for each frame of the sequence.
-    pub fn of_states<'s>(
-        states: Arc<Vec<TrackerState>>,
-        signals: impl IntoIterator<Item = Option<&'s SignalChoice>>,
-    ) -> Self {
-        Self::new(StateSource::Stored(states), signals)
+    pub fn of_states(states: Arc<Vec<TrackerState>>) -> Self {
+        Self { source: StateSource::Stored(states), signals: Vec::new() }
     }
 
     /// A lane without signals that continues from the tracker's belief, with the same random numbers or with those of
@@ -140,18 +152,30 @@ impl StateSource {
 }
 
 impl LaneSignal {
-    /// The signal's value in the frame that comes next, which has this number in its file name.
+    /// The signal's value in frame `t`, which comes next and has this number in its file name.
     pub(super) fn value(
         &mut self,
         frame: &Frame,
         state: &TrackerState,
+        t: usize,
         number: u32,
     ) -> Result<f64, TrackingError> {
-        let Self { kind, reads, session } = self;
-        if *reads == Reads::Posterior && state.posterior.is_none() {
-            return Err(TrackingError::NoPosterior(kind));
+        let Self { kind, reads, session, companions } = self;
+        let lacks = match reads {
+            Reads::Posterior => state.posterior.is_none().then_some("posterior"),
+            Reads::Response => state.response.is_none().then_some("response map"),
+            Reads::Pixels | Reads::Confidence | Reads::Boxes | Reads::Companions => None,
+        };
+        if let Some(lacks) = lacks {
+            return Err(TrackingError::Lacks { kind, lacks });
         }
-        let value = session.push(frame, state);
-        if value.is_finite() { Ok(value) } else { Err(TrackingError::NotFinite { kind, value, number }) }
+        let states = companions.iter().filter_map(|states| states.get(t));
+        let companions: Vec<&Region> = states.map(|state| &state.region).collect();
+        let value = session.push(&Observation { frame, state, companions: &companions });
+        match session.fault() {
+            _ if value.is_finite() => Ok(value),
+            Some(fault) => Err(fault.into()),
+            None => Err(TrackingError::NotFinite { kind, value, number }),
+        }
     }
 }

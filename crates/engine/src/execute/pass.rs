@@ -3,7 +3,7 @@
 
 use super::cores::Cores;
 use super::frame_loop::{Collected, Collector, FrameObserver, run_frames_on};
-use super::lane::{Lane, LaneStep};
+use super::lane::{Companions, Lane, LaneStep};
 use super::supervise::{JobError, Watchdog, supervised};
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::dataset::Sequence;
@@ -23,6 +23,8 @@ pub struct Task {
     pub states: Option<Arc<Vec<TrackerState>>>,
     /// The needed signals, as indices into [`Pass::signals`].
     pub signals: Vec<usize>,
+    /// States of other trackers, for signals that read them.
+    pub companions: Companions,
 }
 
 /// A pass over a sequence.
@@ -104,7 +106,7 @@ impl Pass {
         let lane = |(k, task): (usize, &Task)| -> Result<Lane, TrackingError> {
             match [left_out.get(k), decoder].into_iter().flatten().flatten().next() {
                 Some(reason) => Err(reason.clone().into()),
-                None => watch.step(k, || Ok(self.lane(task))),
+                None => watch.step(k, || self.lane(task)),
             }
         };
         let mut lanes: Vec<_> = self.tasks.iter().enumerate().map(lane).collect();
@@ -120,12 +122,13 @@ impl Pass {
         Ok(lanes.into_iter().zip(collected).zip(&self.tasks).map(output).collect())
     }
 
-    fn lane(&self, task: &Task) -> Lane {
+    fn lane(&self, task: &Task) -> Result<Lane, TrackingError> {
         let signals = task.signals.iter().filter_map(|k| self.signals.get(*k)).map(Some);
-        match &task.states {
-            Some(states) => Lane::of_states(states.clone(), signals),
-            None => Lane::of_run(task.run.clone(), signals),
-        }
+        let lane = match &task.states {
+            Some(states) => Lane::of_states(states.clone()),
+            None => Lane::of_run(task.run.clone()),
+        };
+        lane.with_signals(&task.run.context(), &task.companions, signals)
     }
 }
 

@@ -160,15 +160,22 @@ fn judge_sequence(
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker];
-        let result = match (plan.unmet(planned, j, plan.signal(v)), &tracks[j], ready_detector) {
-            (Some(need), ..) => Err(CellError::Unmet(need)),
-            (None, Err(e), _) | (None, _, Err(e)) => Err(e.clone()),
-            (None, Ok(track), Ok(ready_detector)) => {
+        let result = match (plan.read(planned, j, plan.signal(v)), &tracks[j], ready_detector) {
+            (Err(e), ..) => Err(e),
+            (Ok(_), Err(e), _) | (Ok(_), _, Err(e)) => Err(e.clone()),
+            (Ok(read), Ok(track), Ok(ready_detector)) => {
                 let name = plan.cell_name(&sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &sequence.name, job);
                 pending.push((
                     cells.len(),
-                    PendingCell::new(context, &name, track, (v, method), ready_detector.clone(), seed),
+                    PendingCell::new(
+                        context,
+                        &name,
+                        (track, read),
+                        (v, method),
+                        ready_detector.clone(),
+                        seed,
+                    ),
                 ));
                 // Replaced below.
                 Err(CellError::Missing(String::new()))

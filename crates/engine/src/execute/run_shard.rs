@@ -69,13 +69,13 @@ pub fn run_shard(
                 let params = variant.params();
                 let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-                match (plan.unmet(planned, *j, plan.signal(v)), track) {
-                    (Some(need), _) => cells.push((name, Err(CellError::Unmet(need)))),
-                    (None, Err(e)) => cells.push((name, Err(e.clone()))),
-                    (None, Ok(track)) => pending.push(PendingCell::new(
+                match (plan.read(planned, *j, plan.signal(v)), track) {
+                    (Err(e), _) => cells.push((name, Err(e))),
+                    (Ok(_), Err(e)) => cells.push((name, Err(e.clone()))),
+                    (Ok(read), Ok(track)) => pending.push(PendingCell::new(
                         &context,
                         &name,
-                        track,
+                        (track, read),
                         (v, method),
                         ready_detector,
                         seed,

@@ -339,7 +339,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
                 Ok(Some(state))
             }
             (Work::Signal(Some(signal)), Some(state)) => {
-                let value = || signal.value(&frame, state, self.sequence.number(t));
+                let value = || signal.value(&frame, state, t, self.sequence.number(t));
                 let value = self.observer.time_signal(rank - 1, value)?;
                 self.observer.measured(lane, rank - 1, value);
                 Ok(None)

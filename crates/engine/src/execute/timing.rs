@@ -5,7 +5,7 @@ use super::analyse::{Analysed, NotAnalysed};
 use super::context::Context;
 use super::frame_loop::{Collected, Collector, FrameObserver, run_lane};
 use super::judge::ReadyDetector;
-use super::lane::{Lane, LaneStep};
+use super::lane::{Companions, Lane, LaneStep};
 use super::reverse;
 use super::supervise::run_single;
 use super::track::{self, Tracks};
@@ -78,7 +78,7 @@ fn make(
             return Err(StepError::failed(format!("there is no method `{name}` to be timed")));
         };
         if let Some(need) = plan.unmet_on(suite, tracker, plan.signal(v)) {
-            return Err(CellError::Unmet(need).into());
+            return Err(need.into());
         }
         match &ready[v][tracker] {
             Ok(ready_detector) => {
@@ -166,7 +166,9 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingErr
         forks: goes_back.then(RefCell::default),
         collector: Collector::new([methods.len()]),
     };
-    let lane = Lane::of_run(run.clone(), methods.iter().map(|m| m.signal.as_ref()));
+    let lane = Lane::of_run(run.clone());
+    let lane =
+        lane.with_signals(&run.context(), &Companions::default(), methods.iter().map(|m| m.signal.as_ref()))?;
     run_lane(sequence, frames, 0..sequence.len(), lane, &clock)?;
     let ForwardClock { tracking, reading, forks, collector } = clock;
     let Collected { states, signals } = collector.into_collected().swap_remove(0);

@@ -5,7 +5,6 @@ use crate::detector::Example;
 use crate::error::CellError;
 use crate::plan::ExperimentPlan;
 use crate::region::Region;
-use crate::store::address::Address;
 use crate::tracker::Status;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -13,8 +12,6 @@ use std::sync::Arc;
 /// A tracker's run over a sequence, with the signals computed from it.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// Address of its record.
-    pub address: Address,
     /// The region of each frame.
     pub regions: Vec<Region>,
     /// The status of each frame.

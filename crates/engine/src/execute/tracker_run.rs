@@ -48,9 +48,14 @@ pub enum TrackingError {
     /// Stored states are fewer than the frames.
     #[error("the stored track has no frame {0}")]
     NoState(usize),
-    /// A signal reads the posterior of a tracker that has none.
-    #[error("signal {0} needs a tracker that gives its posterior")]
-    NoPosterior(&'static str),
+    /// A tracker does not give what a signal reads.
+    #[error("signal {kind} needs a tracker that gives its {lacks}")]
+    Lacks {
+        /// Kind of the signal.
+        kind: &'static str,
+        /// What the tracker does not give.
+        lacks: &'static str,
+    },
     /// A signal is not a finite number.
     #[error("signal {kind} is {value} in frame {number}")]
     NotFinite {
@@ -112,14 +117,19 @@ impl TrackerRun {
         Ok(self.frames.frame(&self.sequence, t).map_err(Arc::new)?)
     }
 
+    /// The context of a start in the first frame.
+    pub fn context(&self) -> RunContext<'_> {
+        let Self { sequence, run, seed, data_roots, .. } = self;
+        RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_roots }
+    }
+
     /// Starts the tracker on the ground truth of the first frame, which is `frame`.
     ///
     /// # Errors
     /// When the first frame has no ground truth, or the tracker cannot start.
     pub fn start(&self, frame: &Frame) -> Result<StartedTracker, TrackingError> {
-        let Self { sequence, run, seed, data_roots, .. } = self;
-        let context = RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_roots };
-        let region = sequence.truth.first().and_then(Option::as_ref).ok_or(TrackingError::NoStart)?;
-        Ok(self.config.start(&context, frame, region)?)
+        let truth = self.sequence.truth.first().and_then(Option::as_ref);
+        let region = truth.ok_or(TrackingError::NoStart)?;
+        Ok(self.config.start(&self.context(), frame, region)?)
     }
 }

@@ -1,6 +1,7 @@
 //! Tracks and signals of one sequence: from the store, or computed in one pass.
 
 use super::context::Context;
+use super::lane::Companions;
 use super::pass::{Pass, PassOutput, Task, pass};
 use super::reverse::Reversal;
 use super::track::{Track, Tracks};
@@ -9,9 +10,11 @@ use crate::observe::tally::Work;
 use crate::plan::{PlannedSequence, recipes};
 use crate::region::Region;
 use crate::score::overlap;
+use crate::signal::Reads;
 use crate::store::address::Recipe;
 use crate::store::{self, Name};
 use crate::tracker::{Status, TrackerState};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Largest number of tracks in one pass, to limit memory.
@@ -26,6 +29,11 @@ struct CachedTrack {
 }
 
 impl CachedTrack {
+    /// Indices of the signals that are to be computed.
+    fn missing(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.signals.len()).filter(|k| self.signals[*k].is_none())
+    }
+
     fn is_complete(&self) -> bool {
         self.states.is_some() && self.signals.iter().all(Option::is_some)
     }
@@ -41,82 +49,134 @@ pub fn tracks(
     planned: &PlannedSequence,
     jobs: &[usize],
 ) -> Result<Tracks, RunError> {
-    let mut done = Vec::with_capacity(jobs.len());
-    for jobs in jobs.chunks(MAX_TASKS) {
-        done.extend(some_tracks(context, suite, planned, jobs)?);
-    }
-    Ok(done)
-}
-
-fn some_tracks(
-    context: &Context<'_>,
-    suite: usize,
-    planned: &PlannedSequence,
-    jobs: &[usize],
-) -> Result<Tracks, RunError> {
     let plan = context.plan;
-    let rows = planned.sequence.len();
-    let look = |job: &usize| {
-        let recipe = planned.tracks[*job].clone()?;
-        let address = recipe.address();
-        let signal = |(k, choice)| {
-            if !plan.wants_signal(suite, planned, *job, k) {
-                return Some(Vec::new());
-            }
-            let address = recipes::signal(address, choice).address();
-            context.cached::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
-        };
-        let states = context.cached::<Vec<TrackerState>>(&address, rows);
-        let states = states.filter(|s| s.len() == rows).map(Arc::new);
-        let signals = plan.signals.iter().enumerate().map(signal).collect();
-        Ok(CachedTrack { job: *job, recipe, states, signals })
-    };
-    let mut found: Vec<Result<CachedTrack, CellError>> = jobs.iter().map(look).collect();
-    let wanted: Vec<usize> =
-        (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(|f| !f.is_complete())).collect();
+    let mut found: Vec<_> = jobs.iter().map(|job| look(context, suite, planned, *job)).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
         let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
-    if !wanted.is_empty() {
-        let task = |k: &usize| {
-            let found = found[*k].as_ref().ok()?;
-            Some(Task {
-                run: context.tracker_run(&planned.sequence, plan.jobs[found.job]),
-                states: found.states.clone(),
-                signals: (0..found.signals.len()).filter(|s| found.signals[*s].is_none()).collect(),
+    // Signals that read companions come when the tracks of all of these are there.
+    let after = |k: usize| plan.signals[k].signal.reads() == Reads::Companions;
+    let lacks_track = |f: &CachedTrack| f.states.is_none() || f.missing().any(|k| !after(k));
+    let first: Vec<usize> = positions(&found, lacks_track);
+    for some in first.chunks(MAX_TASKS) {
+        let task = |found: &CachedTrack| {
+            Ok(Task {
+                signals: found.missing().filter(|k| !after(*k)).collect(),
+                ..bare_task(context, planned, found)
             })
         };
-        let one = Pass {
-            sequence: planned.sequence.clone(),
-            frames: context.frames.clone(),
-            signals: plan.signals.clone(),
-            tasks: wanted.iter().filter_map(task).collect(),
-            on_frame: context.on_frame.clone(),
-            cores: context.cores.clone(),
+        compute(context, suite, planned, &mut found, some, task)?;
+    }
+    let second: Vec<usize> = positions(&found, |f| !f.is_complete());
+    let states: BTreeMap<usize, Arc<Vec<TrackerState>>> =
+        found.iter().flatten().filter_map(|f| Some((f.job, f.states.clone()?))).collect();
+    for some in second.chunks(MAX_TASKS) {
+        let task = |found: &CachedTrack| {
+            let of = |job: usize| {
+                let label = &plan.experiment.trackers[plan.jobs[job].tracker].label;
+                let failed = || CellError::Failed(format!("there is no track of its companion {label}"));
+                states.get(&job).cloned().ok_or_else(failed)
+            };
+            let companions = plan.companions(planned, found.job).map(of).collect::<Result<Vec<_>, _>>()?;
+            let signals = found.missing().collect();
+            Ok(Task { signals, companions: Arc::new(companions), ..bare_task(context, planned, found) })
         };
-        let mut outputs = pass(one, &context.options.limits)?;
-        if let Err(e) = unchanged(context, planned, &wanted, &found) {
-            outputs = outputs.into_iter().map(|_| Err(e.clone())).collect();
-        }
-        let mut records = Vec::new();
-        for (k, output) in wanted.into_iter().zip(outputs) {
-            let Ok(mut one) = std::mem::replace(&mut found[k], Err(CellError::Failed(String::new()))) else {
-                continue;
-            };
-            found[k] = match output {
-                Err(e) => Err(e),
-                Ok(output) => {
-                    complete(context, suite, planned, &mut one, output, &mut records)?;
-                    Ok(one)
-                }
-            };
-        }
-        context.put(records)?;
+        compute(context, suite, planned, &mut found, some, task)?;
     }
     Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
+}
+
+/// Indices of the tracks of which something is to be computed.
+fn positions(
+    found: &[Result<CachedTrack, CellError>],
+    is_wanted: impl Fn(&CachedTrack) -> bool,
+) -> Vec<usize> {
+    (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(&is_wanted)).collect()
+}
+
+/// The parts of a job's track that are in the store.
+fn look(
+    context: &Context<'_>,
+    suite: usize,
+    planned: &PlannedSequence,
+    job: usize,
+) -> Result<CachedTrack, CellError> {
+    let plan = context.plan;
+    let rows = planned.sequence.len();
+    let recipe = planned.tracks[job].clone()?;
+    let signal = |k: usize| {
+        if !plan.wants_signal(suite, planned, job, k) {
+            return Some(Vec::new());
+        }
+        let address = plan.signal_recipe(planned, job, k).ok()?.address();
+        context.cached::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
+    };
+    let states = context.cached::<Vec<TrackerState>>(&recipe.address(), rows);
+    let states = states.filter(|s| s.len() == rows).map(Arc::new);
+    let signals = (0..plan.signals.len()).map(signal).collect();
+    Ok(CachedTrack { job, recipe, states, signals })
+}
+
+/// The task of a track, without signals.
+fn bare_task(context: &Context<'_>, planned: &PlannedSequence, found: &CachedTrack) -> Task {
+    Task {
+        run: context.tracker_run(&planned.sequence, context.plan.jobs[found.job]),
+        states: found.states.clone(),
+        signals: Vec::new(),
+        companions: Companions::default(),
+    }
+}
+
+/// Completes the tracks at the positions `wanted` in one pass, each by its task.
+fn compute(
+    context: &Context<'_>,
+    suite: usize,
+    planned: &PlannedSequence,
+    found: &mut [Result<CachedTrack, CellError>],
+    wanted: &[usize],
+    task: impl Fn(&CachedTrack) -> Result<Task, CellError>,
+) -> Result<(), RunError> {
+    let mut tasks = Vec::new();
+    let mut places = Vec::new();
+    for &k in wanted {
+        match found[k].as_ref().map_err(Clone::clone).and_then(&task) {
+            Ok(task) => {
+                tasks.push((task.signals.clone(), task));
+                places.push(k);
+            }
+            Err(e) => found[k] = Err(e),
+        }
+    }
+    let (signals, tasks): (Vec<Vec<usize>>, Vec<Task>) = tasks.into_iter().unzip();
+    let one = Pass {
+        sequence: planned.sequence.clone(),
+        frames: context.frames.clone(),
+        signals: context.plan.signals.clone(),
+        tasks,
+        on_frame: context.on_frame.clone(),
+        cores: context.cores.clone(),
+    };
+    let mut outputs = pass(one, &context.options.limits)?;
+    if let Err(e) = unchanged(context, planned, &places, found) {
+        outputs = outputs.into_iter().map(|_| Err(e.clone())).collect();
+    }
+    let mut records = Vec::new();
+    for ((k, signals), output) in places.into_iter().zip(signals).zip(outputs) {
+        let output = output.and_then(|output| {
+            Ok((output, std::mem::replace(&mut found[k], Err(CellError::Failed(String::new())))?))
+        });
+        found[k] = match output {
+            Err(e) => Err(e),
+            Ok((output, mut one)) => {
+                complete(context, suite, planned, &mut one, &signals, output, &mut records)?;
+                Ok(one)
+            }
+        };
+    }
+    context.put(records)
 }
 
 /// Completes a cached track with the output of the pass, and adds new records for the store.
@@ -125,6 +185,7 @@ fn complete(
     suite: usize,
     planned: &PlannedSequence,
     found: &mut CachedTrack,
+    signals: &[usize],
     output: PassOutput,
     records: &mut Vec<store::Record>,
 ) -> Result<(), RunError> {
@@ -138,13 +199,12 @@ fn complete(
         records.push(store::record(name.clone(), found.recipe.clone(), rows, &*output.states)?);
         found.states = Some(output.states);
     }
-    let address = found.recipe.address();
-    let empty = found.signals.iter_mut().enumerate().filter(|(_, s)| s.is_none());
-    for ((k, place), series) in empty.zip(output.signals) {
-        let choice = &plan.signals[k];
-        let name = Name { cell: format!("{}/{}", name.cell, choice.kind), ..name.clone() };
-        records.push(store::record(name, recipes::signal(address, choice), rows, &series)?);
-        *place = Some(series);
+    for (&k, series) in signals.iter().zip(output.signals) {
+        let name = Name { cell: format!("{}/{}", name.cell, plan.signals[k].kind), ..name.clone() };
+        if let Ok(recipe) = plan.signal_recipe(planned, found.job, k) {
+            records.push(store::record(name, recipe, rows, &series)?);
+        }
+        found.signals[k] = Some(series);
     }
     Ok(())
 }
@@ -184,7 +244,6 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
     });
     let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
     Track {
-        address: found.recipe.address(),
         regions,
         status: states.iter().map(|s| s.status).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),

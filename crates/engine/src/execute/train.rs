@@ -180,9 +180,8 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
                 let suite = plan.suite(role).ok_or_else(missing)?;
                 let signal = plan.signal(v);
-                let address =
-                    |suite: usize, s: usize, j: usize| tracks[suite][s][j].as_ref().ok().map(|t| t.address);
-                let reads = plan.training_reads(role, signal, t, address);
+                let is_there = |suite: usize, s: usize, j: usize| tracks[suite][s][j].is_ok();
+                let reads = plan.training_reads(role, signal, t, is_there);
                 let recipe = recipes::of_model(method, variant, &reads).filter(|_| !reads.is_empty());
                 let recipe = recipe.ok_or_else(missing)?;
                 Ok(TrainingNeed {
@@ -415,7 +414,6 @@ mod tests {
         let step =
             |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
         let track = Track {
-            address: Address([0; 32]),
             regions: vec![],
             status: vec![],
             error: step(0.2, 1.0),

@@ -20,17 +20,24 @@ pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
     let frames = |(suite, sequence, _): &(usize, usize, usize)| {
         plan.suites[*suite].sequences[*sequence].sequence.len() as u64
     };
-    let mine = shard.map(|shard| shard.of(&all.iter().map(frames).collect::<Vec<_>>()));
+    // Signals that read the tracks of other trackers need all jobs of a sequence in one place.
+    let pieces: Vec<&[(usize, usize, usize)]> = if plan.reads_companions() {
+        all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).collect()
+    } else {
+        all.chunks(1).collect()
+    };
+    let cost = |piece: &&[(usize, usize, usize)]| piece.iter().map(frames).sum();
+    let mine = shard.map(|shard| shard.of(&pieces.iter().map(cost).collect::<Vec<u64>>()));
     let mut units: Vec<Unit> = Vec::new();
-    for (k, (suite, sequence, job)) in all.into_iter().enumerate() {
+    for (k, piece) in pieces.into_iter().enumerate() {
         if mine.as_ref().is_some_and(|mine| !mine[k]) {
             continue;
         }
-        match units.last_mut() {
-            Some((last_suite, last_sequence, jobs)) if (*last_suite, *last_sequence) == (suite, sequence) => {
-                jobs.push(job);
+        for &(suite, sequence, job) in piece {
+            match units.last_mut() {
+                Some((s, q, jobs)) if (*s, *q) == (suite, sequence) => jobs.push(job),
+                _ => units.push((suite, sequence, vec![job])),
             }
-            _ => units.push((suite, sequence, vec![job])),
         }
     }
     units.sort_by_key(|(suite, sequence, _)| std::cmp::Reverse(frames(&(*suite, *sequence, 0))));

@@ -1,7 +1,6 @@
 //! State of a plan's cells in the store.
 
 use super::experiment::{ExperimentPlan, PlannedSequence};
-use super::recipes;
 use crate::store::Store;
 use crate::store::address::Stage;
 use rayon::prelude::*;
@@ -38,11 +37,9 @@ impl ExperimentPlan<'_> {
     /// Whether a job's track with all its needed signals is in the store.
     pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
         let Ok(track) = &planned.tracks[job] else { return false };
-        let address = track.address();
-        let mut wanted =
-            self.signals.iter().enumerate().filter(|(k, _)| self.wants_signal(suite, planned, job, *k));
-        let is_cached = |(_, choice)| store.contains(&recipes::signal(address, choice).address());
-        store.contains(&address) && wanted.all(is_cached)
+        let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(suite, planned, job, *k));
+        let is_cached = |k| self.signal_recipe(planned, job, k).is_ok_and(|r| store.contains(&r.address()));
+        store.contains(&track.address()) && wanted.all(is_cached)
     }
 
     /// Whether each track of the test suite with all its signals is in the store, sequences x jobs.

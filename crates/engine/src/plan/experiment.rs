@@ -2,7 +2,7 @@
 
 use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::job::Job;
-use super::recipes::{self, Read};
+use super::recipes::{self, Ingredient, Read};
 use crate::dataset::Sequence;
 use crate::dataset::suite::{Loaded, Missing};
 use crate::error::{CellError, RunError};
@@ -12,6 +12,7 @@ use crate::signal::Reads;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe};
+use crate::tracker::RunContext;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -19,6 +20,17 @@ use std::sync::Arc;
 
 /// The need of what looks at pixels.
 const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";
+
+/// The need of a signal with this input, as cells that are not run state it.
+fn need_of(reads: Reads) -> Option<&'static str> {
+    match reads {
+        Reads::Pixels | Reads::Boxes => None,
+        Reads::Posterior => Some("needs a tracker that gives its posterior"),
+        Reads::Response => Some("needs a tracker that gives its response map"),
+        Reads::Confidence => Some("needs a tracker that gives its confidence"),
+        Reads::Companions => Some("needs other trackers on the sequence"),
+    }
+}
 
 /// A sequence whose files are present.
 pub struct PlannedSequence {
@@ -28,6 +40,10 @@ pub struct PlannedSequence {
     pub digest: String,
     /// Recipe of each job's track; an error for tracks that are not needed or cannot be made.
     pub tracks: Vec<Result<Recipe, CellError>>,
+    /// The files that each of the experiment's signals reads besides those of the track.
+    signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
+    /// Whether each job's tracker gives its confidence here; empty if no signal reads it.
+    gives_confidence: Vec<bool>,
 }
 
 /// A suite with its present and missing sequences.
@@ -117,10 +133,21 @@ impl<'a> ExperimentPlan<'a> {
                     Err(e) => Err(e.clone()),
                 };
                 let tracks = jobs.iter().map(track).collect();
+                let files = |choice: &SignalChoice| recipes::signal_files(&sequence, choice, data_roots);
+                let reads_confidence = signals.iter().any(|s| s.signal.reads() == Reads::Confidence);
+                let gives_confidence = |job: &Job| {
+                    let tracker = &experiment.trackers[job.tracker].setup;
+                    let sequence = &sequence;
+                    let context = RunContext { sequence, start_frame: 0, run: job.run, seed: 0, data_roots };
+                    tracker.gives_confidence(&context)
+                };
+                let confident = jobs.iter().filter(|_| reads_confidence);
                 Ok(PlannedSequence {
                     digest: digest.unwrap_or_default(),
-                    sequence: Arc::new(sequence),
+                    signal_files: signals.iter().map(files).collect(),
+                    gives_confidence: confident.map(gives_confidence).collect(),
                     tracks,
+                    sequence: Arc::new(sequence),
                 })
             };
             let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
@@ -168,25 +195,27 @@ impl<'a> ExperimentPlan<'a> {
     }
 
     /// The need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not meet, if there
-    /// is one. What has such a need is not run.
-    pub fn unmet(
-        &self,
-        planned: &PlannedSequence,
-        job: usize,
-        signal: Option<usize>,
-    ) -> Option<&'static str> {
+    /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
+    pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
         let tracker = &self.experiment.trackers[self.jobs[job].tracker].setup;
         let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
         let reads_pixels = tracker.reads_pixels() || reads == Some(Reads::Pixels);
         if reads_pixels && !planned.sequence.has_frames() {
-            return Some(NEEDS_FRAMES);
+            return Some(CellError::Unmet(NEEDS_FRAMES));
         }
-        let lacks_posterior = reads == Some(Reads::Posterior) && !tracker.gives_posterior();
-        lacks_posterior.then_some("needs a tracker that gives its posterior")
+        let given = match reads {
+            None | Some(Reads::Pixels | Reads::Boxes) => true,
+            Some(Reads::Posterior) => tracker.gives_posterior(),
+            Some(Reads::Response) => tracker.gives_response(),
+            Some(Reads::Confidence) => planned.gives_confidence.get(job).is_some_and(|gives| *gives),
+            Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
+        };
+        let unmet = reads.filter(|_| !given).and_then(need_of).map(CellError::Unmet);
+        unmet.or_else(|| planned.signal_files.get(signal?)?.as_ref().err().cloned())
     }
 
     /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
-    pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<&'static str> {
+    pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
         let of = |planned: &PlannedSequence| {
             let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
             mine.find_map(|j| self.unmet(planned, j, signal))
@@ -218,12 +247,61 @@ impl<'a> ExperimentPlan<'a> {
         (0..self.test().sequences.len()).flat_map(cell).collect()
     }
 
-    /// Input of a method with this signal: the signal on the track, or the track itself.
-    pub fn read(&self, track: Address, signal: Option<usize>) -> Read {
-        match signal.and_then(|k| self.signals.get(k)) {
-            Some(choice) => Read::Signal(recipes::signal(track, choice).address()),
-            None => Read::Track(track),
+    /// Whether any signal reads the regions of other trackers.
+    pub fn reads_companions(&self) -> bool {
+        self.signals.iter().any(|choice| choice.signal.reads() == Reads::Companions)
+    }
+
+    /// Jobs of the companions of a job: the first run of each other tracker whose track can be made.
+    pub fn companions<'p>(
+        &'p self,
+        planned: &'p PlannedSequence,
+        job: usize,
+    ) -> impl Iterator<Item = usize> + 'p {
+        let own = self.jobs[job].tracker;
+        let others = self.jobs.iter().enumerate().filter(move |(_, j)| j.tracker != own && j.run == 0);
+        others.map(|(j, _)| j).filter(|j| planned.tracks[*j].is_ok())
+    }
+
+    /// Recipe of a signal on a job's track.
+    ///
+    /// # Errors
+    /// When the track cannot be made, or the signal cannot be computed on it.
+    pub fn signal_recipe(
+        &self,
+        planned: &PlannedSequence,
+        job: usize,
+        signal: usize,
+    ) -> Result<Recipe, CellError> {
+        let track = planned.tracks[job].as_ref().map_err(Clone::clone)?.address();
+        let files = planned.signal_files[signal].as_ref().map_err(Clone::clone)?;
+        let choice = &self.signals[signal];
+        let companions = match choice.signal.reads() {
+            Reads::Companions => self.companions(planned, job).collect(),
+            _ => Vec::new(),
+        };
+        let address = |j: &usize| planned.tracks[*j].as_ref().ok().map(Recipe::address);
+        let companions: Vec<Address> = companions.iter().filter_map(address).collect();
+        Ok(recipes::signal(track, choice, &companions, files))
+    }
+
+    /// Input of a method with this signal: the signal on a job's track, or the track itself.
+    ///
+    /// # Errors
+    /// When a need is [not met](Self::unmet), or the track cannot be made.
+    pub fn read(
+        &self,
+        planned: &PlannedSequence,
+        job: usize,
+        signal: Option<usize>,
+    ) -> Result<Read, CellError> {
+        if let Some(need) = self.unmet(planned, job, signal) {
+            return Err(need);
         }
+        Ok(match signal {
+            Some(k) => Read::Signal(self.signal_recipe(planned, job, k)?.address()),
+            None => Read::Track(planned.tracks[job].as_ref().map_err(Clone::clone)?.address()),
+        })
     }
 
     /// Seed of a cell's detector.
@@ -245,18 +323,18 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
-    /// Training data in a role: one entry for each track for which `track` returns an address, given the indices of
-    /// suite, sequence and job.
+    /// Training data in a role: one entry for each track that is there, given the indices of suite, sequence and job.
     pub fn training_reads(
         &self,
         role: &str,
         signal: Option<usize>,
         tracker: usize,
-        track: impl Fn(usize, usize, usize) -> Option<Address>,
+        is_there: impl Fn(usize, usize, usize) -> bool,
     ) -> Vec<Read> {
         let Some(suite) = self.suite(role) else { return Vec::new() };
         let pairs = self.learned_from(suite, tracker, signal).into_iter();
-        pairs.filter_map(|(s, j)| Some(self.read(track(suite, s, j)?, signal))).collect()
+        let there = pairs.filter(|(s, j)| is_there(suite, *s, *j));
+        there.filter_map(|(s, j)| self.read(&self.suites[suite].sequences[s], j, signal).ok()).collect()
     }
 
     /// Name of a cell: `sequence/tracker/run/method[params]`.
@@ -275,9 +353,6 @@ impl<'a> ExperimentPlan<'a> {
     /// Recipe of the model of each variant and tracker, where the variant is trained and has training data. A model gets
     /// this recipe if every track of its training data can be made.
     pub fn models(&self) -> Vec<Vec<Option<Recipe>>> {
-        let track = |suite: usize, s: usize, j: usize| {
-            self.suites[suite].sequences[s].tracks[j].as_ref().ok().map(Recipe::address)
-        };
         let variants: Vec<_> = variants(self.experiment).collect();
         let of_variant = |v: usize| {
             let (method, variant) = variants[v];
@@ -286,7 +361,7 @@ impl<'a> ExperimentPlan<'a> {
                 if !method.runs_on(&self.experiment.trackers[t].label) {
                     return None;
                 }
-                let reads = self.training_reads(role, self.signal(v), t, track);
+                let reads = self.training_reads(role, self.signal(v), t, |_, _, _| true);
                 if reads.is_empty() { None } else { recipes::of_model(method, variant, &reads) }
             };
             (0..self.experiment.trackers.len()).map(of).collect()

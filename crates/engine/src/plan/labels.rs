@@ -4,7 +4,7 @@
 use super::demand::variants;
 use super::experiment::{ExperimentPlan, PlannedCell};
 use super::job::Job;
-use super::recipes::{self, DetectorKey, LabelsOn, Read};
+use super::recipes::{self, DetectorKey, LabelsOn};
 use crate::error::CellError;
 use crate::spec::method::{DetectorChoice, Method, Variant};
 use crate::store::address::{Address, Recipe};
@@ -62,21 +62,14 @@ impl ExperimentPlan<'_> {
         let of_job = |s: usize, cells: &[(usize, usize)], all: &mut Vec<T>| {
             let Some((j, _)) = cells.first() else { return };
             let (planned, job) = (&self.test().sequences[s], self.jobs[*j]);
-            let track = planned.tracks[*j].as_ref().map(Recipe::address);
-            let read = |address: &Address| {
-                let signals = (0..self.signals.len()).map(|k| LabelsOn::new(self.read(*address, Some(k))));
-                (LabelsOn::new(Read::Track(*address)), signals.collect::<Vec<_>>())
-            };
-            let reads = track.as_ref().map(read).map_err(|e| *e);
+            let read = |signal: Option<usize>| self.read(planned, *j, signal).map(LabelsOn::new);
+            let track = read(None);
+            let signals: Vec<_> = (0..self.signals.len()).map(|k| read(Some(k))).collect();
             let cell = |&(_, v): &(usize, usize)| {
-                let signal = self.signal(v);
-                let from = match (self.unmet(planned, *j, signal), &reads, &keys[v][job.tracker]) {
-                    (Some(need), ..) => Err(CellError::Unmet(need)),
-                    (None, Err(e), _) => Err((*e).clone()),
-                    (None, _, Err(e)) => Err(e.clone()),
-                    (None, Ok((track, signals)), Ok(key)) => {
-                        Ok((signal.and_then(|k| signals.get(k)).unwrap_or(track), key))
-                    }
+                let read = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(&track);
+                let from = match (read, &keys[v][job.tracker]) {
+                    (Err(e), _) | (Ok(_), Err(e)) => Err(e.clone()),
+                    (Ok(read), Ok(key)) => Ok((read, key)),
                 };
                 of(PlannedLabels {
                     cell: PlannedCell { sequence: s, job: *j, variant: v },

@@ -13,7 +13,7 @@ use crate::spec::method::{
 };
 use crate::spec::{Experiment, Tracker};
 use crate::store::address::{Address, AddressDigest, Recipe, Stage};
-use crate::tracker::RunContext;
+use crate::tracker::{RunContext, STATE_FORM};
 use std::path::{Path, PathBuf};
 
 /// Seed of a tracker's run on a sequence.
@@ -69,20 +69,46 @@ pub fn track(
     if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }
-    for path in inputs {
+    recipe.ingredients.extend(files(inputs, data_roots)?);
+    Ok(recipe.with("form of states", STATE_FORM))
+}
+
+/// An ingredient of a recipe: name and value.
+pub type Ingredient = (String, String);
+
+/// Names and digests of files.
+fn files(paths: Vec<PathBuf>, data_roots: &[PathBuf]) -> Result<Vec<Ingredient>, CellError> {
+    let ingredient = |path: PathBuf| {
         // A file outside the data roots enters by its name only, so that its folder changes nothing.
         let below = data_roots.iter().find_map(|root| path.strip_prefix(root).ok());
         let shown = below.or(path.file_name().map(Path::new)).unwrap_or(&path);
         let parts: Vec<_> = shown.iter().map(|part| part.to_string_lossy()).collect();
-        recipe = recipe.with(format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?);
-    }
-    Ok(recipe)
+        Ok((format!("file {}", parts.join("/")), file_digest(&path).map_err(failed)?))
+    };
+    paths.into_iter().map(ingredient).collect()
 }
 
-/// Recipe of a signal on a track.
-pub fn signal(track: Address, choice: &SignalChoice) -> Recipe {
+/// The files that a signal reads on a sequence.
+///
+/// # Errors
+/// When one of them is absent.
+pub fn signal_files(
+    sequence: &Sequence,
+    choice: &SignalChoice,
+    data_roots: &[PathBuf],
+) -> Result<Vec<Ingredient>, CellError> {
+    let context = RunContext { sequence, start_frame: 0, run: 0, seed: 0, data_roots };
+    let inputs = choice.signal.inputs(&context).map_err(|e| CellError::from(&e))?;
+    files(inputs, data_roots)
+}
+
+/// Recipe of a signal on a track. `companions` are the tracks of other trackers that it reads, `files` the files.
+pub fn signal(track: Address, choice: &SignalChoice, companions: &[Address], files: &[Ingredient]) -> Recipe {
     let recipe = Recipe::new(Stage::Signal).with("track", track);
-    recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params())
+    let recipe = companions.iter().fold(recipe, |recipe, address| recipe.with("companion", address));
+    let mut recipe = recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params());
+    recipe.ingredients.extend_from_slice(files);
+    recipe
 }
 
 /// Version of training; part of every model's address.

@@ -2,7 +2,6 @@
 
 use super::cached::CellState;
 use super::experiment::ExperimentPlan;
-use super::recipes;
 use crate::store::Store;
 use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
@@ -55,13 +54,11 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bo
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
     let mut all = BTreeMap::new();
     for suite in &plan.suites {
-        for track in suite.sequences.iter().flat_map(|s| s.tracks.iter().flatten()) {
-            let address = track.address();
-            for choice in plan.signals.iter() {
-                let signal = recipes::signal(address, choice);
-                all.insert(signal.address(), signal);
-            }
-            all.insert(address, track.clone());
+        for planned in &suite.sequences {
+            let recipe = |(j, k)| plan.signal_recipe(planned, j, k).ok();
+            let pairs = (0..plan.jobs.len()).flat_map(|j| (0..plan.signals.len()).map(move |k| (j, k)));
+            let recipes = planned.tracks.iter().flatten().cloned().chain(pairs.filter_map(recipe));
+            all.extend(recipes.map(|recipe| (recipe.address(), recipe)));
         }
     }
     all.extend(plan.models().into_iter().flatten().flatten().map(|model| (model.address(), model)));
@@ -75,7 +72,7 @@ fn common(a: &Recipe, b: &Recipe) -> usize {
 
 /// Whether an ingredient is the address of another result.
 fn is_parent(name: &str) -> bool {
-    ["track", "signal", "model"].contains(&name)
+    ["track", "companion", "signal", "model"].contains(&name)
 }
 
 /// Plugin that makes the result of a recipe, in words.

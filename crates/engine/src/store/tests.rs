@@ -23,7 +23,10 @@ fn states() -> Vec<TrackerState> {
     };
     vec![
         TrackerState::initialized(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))),
-        TrackerState { region: Region::Polygon(corners), status: Status::Skipped, posterior: Some(moments) },
+        TrackerState {
+            posterior: Some(moments),
+            ..TrackerState::new(Region::Polygon(corners), Status::Skipped)
+        },
     ]
 }
 

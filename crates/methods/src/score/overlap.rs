@@ -27,8 +27,8 @@ pub fn error(tracked: &Region, truth: &Region) -> f64 {
 }
 
 /// O_t of every frame: NaN where the target is not annotated, and 1 in frames that a reset protocol
-/// marked as failed or skipped, because their files do not hold the region that failed. NaN also in the
-/// frames before a tracker that starts later.
+/// marked as failed or skipped, because their files do not hold the region that failed. 1 also where the tracker
+/// says that an annotated target is absent; NaN also in the frames before a tracker that starts later.
 pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
     states
         .iter()
@@ -37,6 +37,7 @@ pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
             (Status::Waiting, _) => f64::NAN,
             (Status::Failed | Status::Skipped, _) => 1.0,
             (_, None) => f64::NAN,
+            (Status::Absent, Some(_)) => 1.0,
             (_, Some(truth)) => error(&state.region, truth),
         })
         .collect()
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn reset_marks_count_as_lost_and_gaps_as_unknown() {
         let region = rect(0.0, 0.0, 4.0, 4.0);
-        let failed = TrackerState { region: region.clone(), status: Status::Failed, posterior: None };
+        let failed = TrackerState::new(region.clone(), Status::Failed);
         let states = [TrackerState::tracked(region.clone()), failed, TrackerState::tracked(region.clone())];
         let truth = [Some(region.clone()), Some(region), None];
         let e = errors(&states, &truth);

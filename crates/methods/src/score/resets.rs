@@ -71,7 +71,7 @@ impl Rules {
                     counts[t..end].fill(false);
                     counts[t] = false;
                 }
-                Status::Tracked => counts[t] &= trajectory.truth[t].is_some(),
+                Status::Tracked | Status::Absent => counts[t] &= trajectory.truth[t].is_some(),
                 Status::Failed | Status::Skipped | Status::Waiting => counts[t] = false,
             }
         }

@@ -22,8 +22,8 @@
 use crate::image::Frame;
 use crate::plugin::{Entry, read_params, show_params};
 use crate::region::Rect;
-use crate::signal::{Direction, Reads, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -100,8 +100,8 @@ impl Signal for BoxMotion {
         }
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(Motion { measure: self.0.measure, past: [None; 2] })
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Motion { measure: self.0.measure, past: [None; 2] }))
     }
 }
 
@@ -113,7 +113,7 @@ struct Motion {
 }
 
 impl Session for Motion {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let Rect { x, y, w, h } = state.region.rect();
         let now = Rect::new(x, y, w.max(1.0), h.max(1.0));
         let [before, earlier] = self.past;
@@ -163,14 +163,12 @@ fn border_distance(r: &Rect, frame: &Frame) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Region;
+    use crate::signal::testing::values_on_boxes;
     use proptest::prelude::*;
 
     fn values(measure: Measure, boxes: &[Rect]) -> Vec<f64> {
-        let mut session = BoxMotion(Params { measure }).start();
-        let frame = Frame::new(40, 30, vec![0; 3600]);
-        let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
-        states.map(|state| session.push(&frame, &state)).collect()
+        let frames = vec![Frame::new(40, 30, vec![0; 3600]); boxes.len()];
+        values_on_boxes(&BoxMotion(Params { measure }), &frames, boxes)
     }
 
     // The center goes from (6, 9) to (12, 17): 10 pixels, the size of the first box; then to (12, 21) and on.

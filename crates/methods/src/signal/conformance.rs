@@ -1,6 +1,6 @@
 //! Laws that every signal in the list obeys.
 
-use super::{SIGNALS, Signal};
+use super::{SIGNALS, Signal, testing};
 use crate::image::Frame;
 use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
@@ -39,9 +39,7 @@ fn state(region: Region, t: usize) -> TrackerState {
 }
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-    let mut session = signal.start();
-    let states = boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t));
-    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+    testing::values(signal, frames, boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t)))
 }
 
 fn build(kind: &str, params: &str) -> Box<dyn Signal> {
@@ -120,8 +118,8 @@ fn odd_boxes_and_frames_are_survived() {
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny[..1], &boxes));
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny, &boxes));
         let turned = Region::Polygon(vec![(20.0, 10.0), (30.0, 20.0), (20.0, 30.0), (10.0, 20.0)]);
-        let value = signal.start().push(&frames[0], &state(turned, 0));
-        within(entry, signal.as_ref(), &[value]);
+        let value = testing::values(signal.as_ref(), &frames[..1], [state(turned, 0)]);
+        within(entry, signal.as_ref(), &value);
     }
 }
 

@@ -41,8 +41,8 @@ use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussi
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::Rect;
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -247,15 +247,15 @@ impl Signal for DistributionField {
         (0.0, 2.0 / self.0.layers as f64)
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(Quality {
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Quality {
             params: self.0.clone(),
             smoothings: self.smoothings(),
             layer_of: layer_table(self.0.layers, self.0.layer_rule),
             past: Vec::new(),
             strips: Vec::new(),
             distance: FieldDistance::default(),
-        })
+        }))
     }
 }
 
@@ -384,7 +384,7 @@ struct Quality {
 }
 
 impl Session for Quality {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let current = state.region.rect();
         let p = &self.params;
         let background = background_region(&self.past, &current, p.history, p.displacement);

@@ -30,8 +30,8 @@ use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
 use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
 use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -151,8 +151,8 @@ impl Signal for ForwardBackward {
         (0.0, 1.0)
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(Following { params: self.0.clone(), past: None })
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Following { params: self.0.clone(), past: None }))
     }
 }
 
@@ -181,7 +181,7 @@ struct Followed {
 }
 
 impl Session for Following {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let size = (frame.width(), frame.height());
         let value = match &self.past {
             Some(past) if past.frame == size => self.value(past, frame),

@@ -4,8 +4,8 @@
 use super::SIGNALS;
 use crate::image::Frame;
 use crate::plugin::{RawParams, find};
-use crate::region::{Rect, Region};
-use crate::tracker::TrackerState;
+use crate::region::Rect;
+use crate::signal::testing::values_on_boxes;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -53,9 +53,8 @@ fn frame(kind: &str, width: usize, height: usize, t: usize) -> Frame {
 
 fn compute(kind: &str, params: &str, frames: &[Frame], boxes: &[[f64; 4]]) -> Vec<f64> {
     let signal = find(SIGNALS, kind).unwrap().build_from_text(params).unwrap();
-    let mut session = signal.start();
-    let states = boxes.iter().map(|b| TrackerState::tracked(Region::Rect(Rect::new(b[0], b[1], b[2], b[3]))));
-    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+    let boxes: Vec<Rect> = boxes.iter().map(|b| Rect::new(b[0], b[1], b[2], b[3])).collect();
+    values_on_boxes(signal.as_ref(), frames, &boxes)
 }
 
 fn inline(table: &toml::Table) -> String {

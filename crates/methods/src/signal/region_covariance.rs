@@ -19,8 +19,8 @@
 
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use nalgebra::{Cholesky, Matrix5, Vector5};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -84,8 +84,8 @@ impl Signal for RegionCovariance {
         (0.0, f64::INFINITY)
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(Change { params: self.0.clone(), last: None })
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Change { params: self.0.clone(), last: None }))
     }
 }
 
@@ -96,7 +96,7 @@ struct Change {
 }
 
 impl Session for Change {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let now = covariance(frame, &window, &self.params);
         let before = self.last.replace(now).unwrap_or(now);
@@ -161,7 +161,8 @@ fn distance(a: &Matrix5<f64>, b: &Matrix5<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
+    use crate::region::Rect;
+    use crate::signal::testing::values_on_boxes;
     use proptest::prelude::*;
 
     #[test]
@@ -200,11 +201,11 @@ mod tests {
         #[test]
         fn flat_boxes_stay_finite(w in 1.0..9.0_f64, h in 1.0..9.0_f64, value in 0..=255_u8) {
             let signal = RegionCovariance::new(Params::default()).unwrap();
-            let mut session = signal.start();
-            let state = TrackerState::tracked(Region::Rect(Rect::new(3.0, 2.0, w, h)));
-            prop_assert_eq!(session.push(&Frame::new(20, 20, vec![value; 1200]), &state), 0.0);
+            let flat = Frame::new(20, 20, vec![value; 1200]);
             let colors = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
-            prop_assert!(session.push(&colors, &state).is_finite());
+            let values = values_on_boxes(&signal, &[flat, colors], &[Rect::new(3.0, 2.0, w, h); 2]);
+            prop_assert_eq!(values[0], 0.0);
+            prop_assert!(values[1].is_finite());
         }
     }
 }

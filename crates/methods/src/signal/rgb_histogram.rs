@@ -14,10 +14,10 @@
 //! inside, larger ones cut to the frame.
 
 use super::histogram::{Memory, Reference, bin, check_bins, weight};
-use crate::image::{Frame, Window};
+use crate::image::Window;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -77,9 +77,9 @@ impl Signal for RgbHistogram {
         (0.0, 1.0)
     }
 
-    fn start(&self) -> Box<dyn Session> {
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let bins = self.0.bins;
-        Box::new(Similarity { bins, memory: Memory::new(self.0.reference, bins.pow(3)) })
+        Ok(Box::new(Similarity { bins, memory: Memory::new(self.0.reference, bins.pow(3)) }))
     }
 }
 
@@ -90,7 +90,7 @@ struct Similarity {
 }
 
 impl Session for Similarity {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let (x0, y0, bins) = (window.x as usize, window.y as usize, self.bins);
         self.memory.push(|histogram| {
@@ -108,6 +108,8 @@ impl Session for Similarity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Frame;
+    use crate::signal::testing::values_on_boxes;
 
     #[test]
     fn parameters_are_checked() {
@@ -119,13 +121,10 @@ mod tests {
     fn bins_are_joint() {
         // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.
         let signal = RgbHistogram::new(Params::default()).unwrap();
-        let mut session = signal.start();
-        let state =
-            TrackerState::tracked(crate::region::Region::Rect(crate::region::Rect::new(0.0, 0.0, 2.0, 1.0)));
         let gray = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
         let colored = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
-        assert_eq!(session.push(&gray, &state), 1.0);
-        assert_eq!(session.push(&colored, &state), 0.0);
-        assert_eq!(session.push(&colored, &state), 1.0);
+        let boxes = [crate::region::Rect::new(0.0, 0.0, 2.0, 1.0); 3];
+        let values = values_on_boxes(&signal, &[gray, colored.clone(), colored], &boxes);
+        assert_eq!(values, [1.0, 0.0, 1.0]);
     }
 }

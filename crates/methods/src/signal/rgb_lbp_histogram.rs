@@ -21,8 +21,8 @@
 use super::histogram::{Memory, Reference, bin, check_bins, weight};
 use crate::image::{Frame, Window, luma};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -101,10 +101,10 @@ impl Signal for RgbLbpHistogram {
         (0.0, 1.0)
     }
 
-    fn start(&self) -> Box<dyn Session> {
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let p = self.0.clone();
         let bins = p.red_bins * p.green_bins * p.blue_bins * CODES;
-        Box::new(Similarity { memory: Memory::new(p.reference, bins), params: p, gray: Vec::new() })
+        Ok(Box::new(Similarity { memory: Memory::new(p.reference, bins), params: p, gray: Vec::new() }))
     }
 }
 
@@ -117,7 +117,7 @@ struct Similarity {
 }
 
 impl Session for Similarity {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let (x0, y0) = (window.x as usize, window.y as usize);
         let (p, gray, stride) = (&self.params, &mut self.gray, window.w + 2);

@@ -23,8 +23,8 @@ use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
 use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
-use crate::signal::{Direction, Session, Signal};
-use crate::tracker::TrackerState;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -101,8 +101,8 @@ impl Signal for TemplateCorrelation {
         (-1.0, 1.0)
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(Comparison { params: self.0.clone(), template: None })
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Comparison { params: self.0.clone(), template: None }))
     }
 }
 
@@ -114,7 +114,7 @@ struct Comparison {
 }
 
 impl Session for Comparison {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let Some((width, height, template)) = &mut self.template else {
             let (width, height) = template_size(&window, self.params.side);
@@ -166,16 +166,15 @@ fn resample(frame: &Frame, window: &Window, width: usize, height: usize) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
+    use crate::region::Rect;
+    use crate::signal::testing::values_on_boxes;
     use proptest::prelude::*;
 
     const TEMPLATES: [Template; 3] = [Template::First, Template::Previous, Template::Slow];
 
     fn values(reference: Template, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
         let signal = TemplateCorrelation::new(Params { reference, ..Params::default() }).unwrap();
-        let mut session = signal.start();
-        let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
-        frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+        values_on_boxes(&signal, frames, boxes)
     }
 
     /// Gray texture of values up to 100.
@@ -241,9 +240,7 @@ mod tests {
             let slow = |rate| {
                 let signal =
                     TemplateCorrelation::new(Params { reference: Template::Slow, rate, side: 32 }).unwrap();
-                let mut session = signal.start();
-                let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
-                frames.iter().zip(states).map(|(f, s)| session.push(f, &s)).collect::<Vec<f64>>()
+                values_on_boxes(&signal, &frames, &boxes)
             };
             prop_assert_eq!(slow(1.0), values(Template::Previous, &frames, &boxes));
             prop_assert_eq!(slow(0.0), values(Template::First, &frames, &boxes));

@@ -20,10 +20,9 @@
 //! A tracker without posterior, a component it does not have and a region without area give NaN, which
 //! the engine reports as the error of that track.
 
-use super::{Direction, Reads, Session, Signal};
-use crate::image::Frame;
+use super::{Direction, Observation, Reads, Session, Signal};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::tracker::{Moments, TrackerState};
+use crate::tracker::{Moments, RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -120,8 +119,8 @@ impl Signal for Uncertainty {
         (self.0.floor, f64::INFINITY)
     }
 
-    fn start(&self) -> Box<dyn Session> {
-        Box::new(self.spread())
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(self.spread()))
     }
 }
 
@@ -132,7 +131,7 @@ pub(super) struct Spread {
 }
 
 impl Session for Spread {
-    fn push(&mut self, _: &Frame, state: &TrackerState) -> f64 {
+    fn push(&mut self, &Observation { state, .. }: &Observation<'_>) -> f64 {
         let quarter = state.region.rect().area() / 4.0;
         let size = match self.params.normalize {
             Normalize::None => 1.0,
@@ -190,7 +189,10 @@ fn root_determinant(moments: &Moments, components: Option<&[usize]>) -> Option<f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Frame;
     use crate::region::{Rect, Region};
+    use crate::signal::testing::values;
+    use crate::tracker::TrackerState;
     use proptest::prelude::*;
 
     fn moments(covariance: &[f64]) -> Moments {
@@ -205,8 +207,8 @@ mod tests {
     }
 
     fn run(text: &str, states: &[TrackerState]) -> Vec<f64> {
-        let mut session = ENTRY.build_from_text(text).unwrap().start();
-        states.iter().map(|s| session.push(&Frame::new(1, 1, vec![0; 3]), s)).collect()
+        let frames = vec![Frame::new(1, 1, vec![0; 3]); states.len()];
+        values(ENTRY.build_from_text(text).unwrap().as_ref(), &frames, states.to_vec())
     }
 
     // python3: import numpy as np; S=np.array([[25,3,.5,-.2,.1],[3,16,.4,.3,-.2],[.5,.4,.6,.05,.01],

@@ -24,10 +24,9 @@
 //! c_t = 0; 0, the default, takes the formulas as they stand.
 
 use super::uncertainty::{self, Normalize, Spread, Uncertainty};
-use super::{Direction, Reads, Session, Signal};
-use crate::image::Frame;
+use super::{Direction, Observation, Reads, Session, Signal};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::tracker::TrackerState;
+use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -127,14 +126,14 @@ impl Signal for UncertaintyChange {
         (0.0, f64::INFINITY)
     }
 
-    fn start(&self) -> Box<dyn Session> {
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let Params { window, settling, form, skip_degenerate, floor, .. } = self.params;
         let degenerate = if skip_degenerate { floor } else { 0.0 };
-        Box::new(Change {
+        Ok(Box::new(Change {
             settling,
             spread: self.uncertainty.spread(),
             changes: Changes::new(window, form, degenerate),
-        })
+        }))
     }
 }
 
@@ -147,8 +146,8 @@ struct Change {
 }
 
 impl Session for Change {
-    fn push(&mut self, frame: &Frame, state: &TrackerState) -> f64 {
-        let u = self.spread.push(frame, state);
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let u = self.spread.push(observation);
         if self.settling > 0 {
             self.settling -= 1;
             // A value that is not finite is an error in any frame.
@@ -203,8 +202,10 @@ pub fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Frame;
     use crate::region::{Rect, Region};
-    use crate::tracker::Moments;
+    use crate::signal::testing::values;
+    use crate::tracker::{Moments, TrackerState};
     use proptest::prelude::*;
 
     // python3: u=[2.,3.,1.,4.,4.,.5]; [max([abs(u[t]-v)/v for v in u[max(0,t-W):t]], default=0.) for t in range(6)]
@@ -234,9 +235,13 @@ mod tests {
         roots.iter().map(state).collect()
     }
 
+    fn on_track(signal: &dyn Signal, roots: &[f64]) -> Vec<f64> {
+        let frames = vec![Frame::new(1, 1, vec![0; 3]); roots.len()];
+        values(signal, &frames, track(roots))
+    }
+
     fn run(text: &str, roots: &[f64]) -> Vec<f64> {
-        let mut session = ENTRY.build_from_text(text).unwrap().start();
-        track(roots).iter().map(|s| session.push(&Frame::new(1, 1, vec![0; 3]), s)).collect()
+        on_track(ENTRY.build_from_text(text).unwrap().as_ref(), roots)
     }
 
     // By hand: the first frame has no spread, the second no reference, the third doubles the second.
@@ -300,9 +305,7 @@ mod tests {
         fn the_signal_is_the_change_of_the_uncertainty(
             roots in proptest::collection::vec(prop_oneof![Just(0.0), 0.1..100.0_f64], 1..40),
         ) {
-            let mut spread = Uncertainty::new(uncertainty::Params::default()).unwrap().start();
-            let frame = Frame::new(1, 1, vec![0; 3]);
-            let u: Vec<f64> = track(&roots).iter().map(|s| spread.push(&frame, s)).collect();
+            let u = on_track(&Uncertainty::new(uncertainty::Params::default()).unwrap(), &roots);
             prop_assert_eq!(run("{}", &roots), changes(&u, 25, Form::Absolute, 1e-12));
         }
     }

@@ -44,7 +44,7 @@ mod coding;
 mod tests;
 
 use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
-use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
@@ -171,7 +171,7 @@ impl TrackerConfig for AdaptiveLocalSparse {
             target: Target::new(estimate, window),
         };
         let posterior = Some(tracker.candidates.certain(&estimate, PATCHES as f64));
-        let state = TrackerState { region: region.clone(), status: Status::Initialized, posterior };
+        let state = TrackerState { posterior, ..TrackerState::initialized(region.clone()) };
         Ok((Box::new(tracker), state))
     }
 }
@@ -302,7 +302,7 @@ impl Tracker for Tracking {
         TEMPLATE.sample(&gray, &target.estimate, LEVEL, &mut window);
         target.learn(window, params, coder, || rng.random());
         let region = TEMPLATE.region(&target.estimate);
-        Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
+        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {

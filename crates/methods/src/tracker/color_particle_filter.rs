@@ -43,7 +43,7 @@ mod histogram;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
@@ -251,8 +251,7 @@ impl TrackerConfig for ColorParticleFilter {
         let shares = histogram.shares();
         let model = Model::new(&shares);
         let moments = moments(p, &cloud, &cloud.posterior(), histogram.likeness(&model));
-        let state =
-            TrackerState { region: region.clone(), status: Status::Initialized, posterior: Some(moments) };
+        let state = TrackerState { posterior: Some(moments), ..TrackerState::initialized(region.clone()) };
         let params = p.clone();
         let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model, rho: Vec::new() };
         Ok((Box::new(tracker), state))
@@ -298,7 +297,7 @@ impl Tracker for Tracking {
             cloud.resample(params.resampling, rng);
         }
         let region = region(&posterior.mean, params.output);
-        Ok(TrackerState { region, status: Status::Tracked, posterior: Some(moments) })
+        Ok(TrackerState { posterior: Some(moments), ..TrackerState::tracked(region) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {

@@ -40,7 +40,7 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
@@ -183,8 +183,7 @@ impl TrackerConfig for FragmentsParticleFilter {
         evidence.likeness(&place, &mut rho);
         let likelihood = fuse(p, &rho, &votes(&reliabilities, p.drop_below), 1.0);
         let posterior = moments(p, &cloud, likelihood);
-        let state =
-            TrackerState { region: region.clone(), status: Status::Initialized, posterior: Some(posterior) };
+        let state = TrackerState { posterior: Some(posterior), ..TrackerState::initialized(region.clone()) };
         let tracker = Tracking {
             params: p.clone(),
             rng: seed::rng(context.seed),
@@ -239,7 +238,7 @@ impl Tracker for Tracking {
         cloud.resample(Resampling::Systematic, rng);
         let (w, h) = (size.0 * mean[2].exp(), size.1 * mean[2].exp());
         let region = Region::Rect(Rect::new(mean[0] - w / 2.0, mean[1] - h / 2.0, w, h));
-        Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
+        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {

@@ -301,7 +301,7 @@ impl Supervised {
                 let none = || TrackerError::Broken("no frame has a ground truth to start from".into());
                 let status = if self.last.is_some() { Status::Skipped } else { Status::Waiting };
                 let region = self.last.as_ref().or(self.truth(self.first)).cloned().ok_or_else(none)?;
-                TrackerState { region, status, posterior: None }
+                TrackerState::new(region, status)
             }
         };
         if state.status == Status::Tracked && self.is_failure(&state.region, frame) {

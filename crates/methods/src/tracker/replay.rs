@@ -215,7 +215,7 @@ impl Replay {
                 (Ok(region), _) if t == 0 && from_start => TrackerState::initialized(region),
                 (Ok(region), _) => TrackerState::tracked(region),
                 (Err(_), Some(region)) if self.0.without_area == WithoutArea::Repeat => {
-                    TrackerState { region, status: Status::Skipped, posterior: None }
+                    TrackerState::new(region, Status::Skipped)
                 }
                 (Err(e), _) => return Err(DatasetError::content(path, e.to_string())),
             });
@@ -291,7 +291,10 @@ impl TrackerConfig for Replay {
     }
 
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(vec![self.find(context.sequence, context.run, context.data_roots)?.path])
+        let source = self.find(context.sequence, context.run, context.data_roots)?;
+        // A file with faults is no track, so that nothing relies on it.
+        self.states(&source, context.sequence, context.run)?;
+        Ok(vec![source.path])
     }
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> StartResult {

@@ -48,7 +48,7 @@ mod likelihood;
 mod tests;
 
 use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
-use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
@@ -240,7 +240,7 @@ impl Tracking {
     pub(super) fn start(model: Model, seed: u64, frame: &Frame, region: &Region) -> StartResult {
         let tracker = Self::new(model, seed, frame, region)?;
         let posterior = Some(tracker.candidates.certain(&tracker.estimate, 1.0));
-        let state = TrackerState { region: region.clone(), status: Status::Initialized, posterior };
+        let state = TrackerState { posterior, ..TrackerState::initialized(region.clone()) };
         Ok((Box::new(tracker), state))
     }
 
@@ -319,7 +319,7 @@ impl Tracker for Tracking {
             self.learn(&window);
         }
         let region = TEMPLATE.region(&self.estimate);
-        Ok(TrackerState { region, status: Status::Tracked, posterior: Some(posterior) })
+        Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }
 
     fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {

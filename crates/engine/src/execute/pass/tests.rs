@@ -117,7 +117,13 @@ fn make_signal(
         seed: 1,
         data_roots: Vec::new(),
     };
-    let task = |bad: &Bad| Task { run: run(bad), states: states.cloned(), signals: vec![0] };
+    let companions = Arc::default();
+    let task = |bad: &Bad| Task {
+        run: run(bad),
+        states: states.cloned(),
+        signals: vec![0],
+        companions: Arc::clone(&companions),
+    };
     let one = Pass {
         sequence: sequence.clone(),
         frames: frames.clone(),

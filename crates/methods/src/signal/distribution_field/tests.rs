@@ -1,5 +1,5 @@
 use super::*;
-use crate::region::Region;
+use crate::signal::testing::values_on_boxes;
 
 #[test]
 fn layers_of_both_rules() {
@@ -54,11 +54,10 @@ fn windows_by_hand() {
 fn one_pixel_reaches_the_bound() {
     // A 1 x 1 target on a frame of two layers far apart: each L1 distance is 2, so y_t = 2 / M.
     let frame = Frame::from_fn(9, 9, |x, y| if (x, y) == (4, 4) { [200; 3] } else { [50; 3] });
-    let state = TrackerState::tracked(Region::Rect(Rect::new(4.0, 4.0, 1.0, 1.0)));
     let one = "{ support_u = 1, support_v = 1, support_layer = 1, layers = 16 }";
     let signal = ENTRY.build_from_text(one).unwrap();
     // B_t is 2 x 2 from (3.5, 3.5) on: three of its windows miss the target, rounding half away.
-    let y = signal.start().push(&frame, &state);
+    let y = values_on_boxes(signal.as_ref(), &[frame], &[Rect::new(4.0, 4.0, 1.0, 1.0)])[0];
     assert!((y - 0.75 * 2.0 / 16.0).abs() < 1e-15, "{y}");
 }
 
@@ -66,10 +65,9 @@ fn one_pixel_reaches_the_bound() {
 fn equal_means_fall_back() {
     // Rows of 3 pixels: mean 60 everywhere, but not the same layers.
     let frame = Frame::from_fn(5, 5, |x, _| [[60; 3], [0; 3], [120; 3], [60; 3], [60; 3]][x]);
-    let state = TrackerState::tracked(Region::Rect(Rect::new(1.0, 1.0, 3.0, 3.0)));
     let value = |rule: &str| {
         let signal = ENTRY.build_from_text(&format!("{{ equal_means = \"{rule}\" }}")).unwrap();
-        signal.start().push(&frame, &state)
+        values_on_boxes(signal.as_ref(), std::slice::from_ref(&frame), &[Rect::new(1.0, 1.0, 3.0, 3.0)])[0]
     };
     // B_t is 5 x 5; the left windows hold 60, 0, 120 and the right ones 120, 60, 60.
     assert!(value("thirds") > value("zero") && value("zero") > 0.0);

@@ -1,7 +1,8 @@
 //! Values of known motions.
 
 use super::*;
-use crate::region::{Rect, Region};
+use crate::region::Rect;
+use crate::signal::testing::values_on_boxes;
 use proptest::prelude::*;
 
 /// Waves seen through a shift; `other` makes them those of another scene.
@@ -18,9 +19,7 @@ fn scene(dx: f64, dy: f64, other: f64) -> Frame {
 }
 
 fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-    let mut session = ENTRY.build_from_text(params).unwrap().start();
-    let states = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r)));
-    frames.iter().zip(states).map(|(frame, state)| session.push(frame, &state)).collect()
+    values_on_boxes(ENTRY.build_from_text(params).unwrap().as_ref(), frames, boxes)
 }
 
 const BOXES: [Rect; 2] = [Rect { x: 50.0, y: 40.0, w: 48.0, h: 36.0 }; 2];

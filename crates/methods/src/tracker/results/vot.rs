@@ -53,7 +53,7 @@ pub fn parse_from(
         let fault = |message: &str| DatasetError::line(path, line, message);
         let last = states.last().map(|s| s.region.clone());
         let repeat = |status| match last {
-            Some(region) => Ok(TrackerState { region, status, posterior: None }),
+            Some(region) => Ok(TrackerState::new(region, status)),
             None => Err(fault("the run does not begin with an initialization (a line `1`)")),
         };
         let values = text::numbers(row).map_err(|e| fault(&e.to_string()))?;

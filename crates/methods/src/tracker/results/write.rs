@@ -22,7 +22,7 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
         let _ = match status {
             Status::Initialized => writeln!(text, "1"),
             Status::Failed => writeln!(text, "2"),
-            Status::Skipped | Status::Waiting => writeln!(text, "0"),
+            Status::Skipped | Status::Waiting | Status::Absent => writeln!(text, "0"),
             Status::Tracked => writeln!(text, "{}", numbers(region)),
         };
     }
