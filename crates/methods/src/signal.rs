@@ -4,6 +4,7 @@
 //! online: the value of frame `t` uses frames up to `t` only.
 
 pub mod box_motion;
+pub mod companion_overlap;
 #[cfg(test)]
 mod conformance;
 pub mod distribution_field;
@@ -112,6 +113,7 @@ pub trait Session: Send {
 /// Every signal, by kind.
 pub static SIGNALS: &[Entry<dyn Signal>] = &[
     box_motion::ENTRY,
+    companion_overlap::ENTRY,
     distribution_field::ENTRY,
     forward_backward::ENTRY,
     region_covariance::ENTRY,

@@ -126,6 +126,7 @@ fn odd_boxes_and_frames_are_survived() {
 /// Kind, VERSION and the digest of the values on [`track`] at nine digits.
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("box-motion", 1, "d25c29a53cc09de5"),
+    ("companion-overlap", 1, "2db9d488d93c9dfe"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
     ("forward-backward", 1, "f9597c7f04cf787d"),
     ("region-covariance", 1, "3720df68d985d2d6"),

@@ -12,14 +12,18 @@ pub fn start(signal: &dyn Signal) -> Box<dyn Session> {
     signal.start(&testing::context(&sequence, 1)).unwrap()
 }
 
-/// The values of a signal on frames with the tracker's states.
+/// The values of a signal on frames with the tracker's states. Its companion stays where the tracker starts.
 pub fn values(
     signal: &dyn Signal,
     frames: &[Frame],
     states: impl IntoIterator<Item = TrackerState>,
 ) -> Vec<f64> {
     let mut session = start(signal);
-    let push = |(frame, state): (&Frame, TrackerState)| session.push(&Observation::new(frame, &state));
+    let mut first = None;
+    let push = |(frame, state): (&Frame, TrackerState)| {
+        let companion = first.get_or_insert_with(|| state.region.clone());
+        session.push(&Observation { frame, state: &state, companions: &[&*companion] })
+    };
     frames.iter().zip(states).map(push).collect()
 }
 

@@ -1,0 +1,222 @@
+//! `companion-overlap`: overlap of the tracker's region with the regions of other trackers, its companions, on the same
+//! frame. Trackers that disagree cannot all be right.
+//!
+//! ```text
+//! o[i] = |A ∩ C[i]| / |A ∪ C[i]|        of the tracker's region A with companion i's region C[i], exact areas
+//! median    median of the o[i]
+//! minimum   smallest of the o[i]
+//! share     share of the companions with o[i] > 0
+//! ```
+//!
+//! Values lie in `[0, 1]` and have no unit; high values are good. With the median, 0 says that at least half of the
+//! companions are elsewhere. A companion that has no region in a frame, or one whose coordinates are no numbers,
+//! overlaps nothing.
+//!
+//! Companions are one of two:
+//! - `companions = "given"`: the first runs of the other trackers of the experiment, in its order; in `detect`, the
+//!   companion's boxes that it is given. `at_most` takes only the first of them.
+//! - a list of companions that the signal runs itself, each a tracker or result files: `{ tracker = "kcf" }` is a
+//!   watchdog, started in the first frame with the tracker's own region, and `{ results = "otb/deep/ATOM" }` are files
+//!   below `results/` of a data root. A watchdog that is itself lost is started again, see `companion_overlap/watchdog.rs`.
+//!
+//! Source: none for single objects; the disagreement of an ensemble is a common measure of uncertainty. Choices: the
+//! median, which one bad companion in three does not change; the first `at_most` companions instead of drawn ones, so
+//! that results are the same every time.
+
+mod watchdog;
+
+use crate::num::summary;
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::{Areas, Region};
+use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use watchdog::{Companion, CompanionParams, RunningCompanion};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "companion-overlap",
+    version: 1,
+    summary: "overlap of the tracker's box with those of other trackers, or of a watchdog that it runs itself",
+    example: "{ statistic = \"median\" }",
+    build: |raw| Ok(Box::new(CompanionOverlap::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// How the overlaps with several companions make one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Statistic {
+    /// Their median.
+    Median,
+    /// The smallest.
+    Minimum,
+    /// The share of those above 0.
+    Share,
+}
+
+/// Where companions come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "`companions` must be \"given\" or a list of `{ tracker = ... }` and `{ results = ... }`"
+)]
+pub enum Companions {
+    /// The word `given`: from outside.
+    Given(Given),
+    /// Run by the signal itself.
+    Own(Vec<CompanionParams>),
+}
+
+/// The word for companions from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Given {
+    /// The other trackers of the experiment, or the boxes that `detect` is given.
+    Given,
+}
+
+/// Parameters of the overlap with companions.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// How several overlaps make one value.
+    pub statistic: Statistic,
+    /// `given`, or a list of companions that the signal runs itself.
+    pub companions: Companions,
+    /// Largest number of given companions, at least 1; all without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<usize>,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { statistic: Statistic::Median, companions: Companions::Given(Given::Given), at_most: None }
+    }
+}
+
+/// The overlap with companions, with checked parameters.
+pub struct CompanionOverlap {
+    params: Params,
+    own: Vec<Companion>,
+}
+
+impl CompanionOverlap {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For an empty list of companions, one that is neither tracker nor files, or parameters that its tracker refuses.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let own = match &params.companions {
+            Companions::Given(_) => Vec::new(),
+            Companions::Own(list) if list.is_empty() => {
+                return Err(ParamError::out_of_range(
+                    "companions",
+                    "a list with a companion, or `given`",
+                    "[]",
+                ));
+            }
+            Companions::Own(list) => list.iter().map(Companion::new).collect::<Result<_, _>>()?,
+        };
+        match params.at_most {
+            Some(0) => return Err(ParamError::out_of_range("at_most", "at least 1", 0)),
+            Some(n) if !own.is_empty() => {
+                let rule = "left out when the companions are listed";
+                return Err(ParamError::out_of_range("at_most", rule, n));
+            }
+            _ => {}
+        }
+        Ok(Self { params, own })
+    }
+}
+
+impl Signal for CompanionOverlap {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::HigherIsBetter
+    }
+
+    fn reads(&self) -> Reads {
+        match self.params.companions {
+            Companions::Given(_) => Reads::Companions,
+            Companions::Own(_) if self.own.iter().any(Companion::reads_pixels) => Reads::Pixels,
+            Companions::Own(_) => Reads::Boxes,
+        }
+    }
+
+    fn symbol(&self) -> &'static str {
+        "oₜ"
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, 1.0)
+    }
+
+    fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        let files = self.own.iter().map(|companion| companion.inputs(context));
+        Ok(files.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
+    fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        let own = self.own.iter().map(|companion| companion.start(context)).collect::<Result<_, _>>()?;
+        Ok(Box::new(Agreement { params: self.params.clone(), own, fault: None }))
+    }
+}
+
+/// The agreement of one track with its companions.
+struct Agreement {
+    params: Params,
+    own: Vec<RunningCompanion>,
+    fault: Option<TrackerError>,
+}
+
+impl Session for Agreement {
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let region = &observation.state.region;
+        if self.own.is_empty() {
+            let most = self.params.at_most.unwrap_or(usize::MAX);
+            let overlaps = observation.companions.iter().take(most).map(|other| overlap(region, other));
+            return statistic(self.params.statistic, overlaps.collect());
+        }
+        let found: Result<Vec<f64>, TrackerError> =
+            self.own.iter_mut().map(|companion| companion.overlap(observation)).collect();
+        match found {
+            Ok(overlaps) => statistic(self.params.statistic, overlaps),
+            Err(fault) => {
+                self.fault = Some(fault);
+                f64::NAN
+            }
+        }
+    }
+
+    fn fault(&mut self) -> Option<TrackerError> {
+        self.fault.take()
+    }
+}
+
+/// Overlap of two regions; 0 if a coordinate is no number.
+fn overlap(a: &Region, b: &Region) -> f64 {
+    let is_finite = |r: &Region| r.corners().iter().all(|c| c.0.is_finite() && c.1.is_finite());
+    if is_finite(a) && is_finite(b) { Areas::Exact.overlap(a, b, None) } else { 0.0 }
+}
+
+/// The statistic of some overlaps; NaN without any.
+fn statistic(statistic: Statistic, mut overlaps: Vec<f64>) -> f64 {
+    let value = match statistic {
+        Statistic::Median => summary::median(&mut overlaps),
+        Statistic::Minimum => overlaps.iter().copied().min_by(f64::total_cmp),
+        Statistic::Share => {
+            let some = overlaps.iter().filter(|overlap| **overlap > 0.0).count();
+            (!overlaps.is_empty()).then(|| some as f64 / overlaps.len() as f64)
+        }
+    };
+    value.unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+//! Companions that the signal runs itself: result files, and watchdogs. A watchdog is a built-in tracker that starts
+//! with the observed tracker in its first frame and then follows the target alone.
+//!
+//! A watchdog loses its target too. It is started again on the observed tracker's region when both hold:
+//! - the two regions have not overlapped in the last `restart_after` frames, this one included, and
+//! - the observed region looks more like the target in the first frame than the watchdog's: the similarity of the RGB
+//!   histograms (Bhattacharyya coefficient of 8 x 8 x 8 bins) is larger by more than `restart_margin`.
+//!
+//! The value of the frame of a restart still is that of the watchdog before. Without the second rule a watchdog that is
+//! right would be put on the background together with the lost tracker. Choices: 10 frames, the time in which an
+//! overlap that was lost for a moment comes back; a margin of 0.1, so that two boxes on the background, which look alike,
+//! start nothing.
+
+use super::overlap;
+use crate::dataset::Sequence;
+use crate::num::seed;
+use crate::plugin::{self, Entry, ParamError};
+use crate::signal::histogram::Reference;
+use crate::signal::rgb_histogram::{self, RgbHistogram};
+use crate::signal::{Observation, Session, Signal};
+use crate::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerError, TrackerState, replay};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A companion: result files or a tracker.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompanionParams {
+    /// Folder of result files under `<data root>/results/`, as for the tracker `replay`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub results: Option<String>,
+    /// Kind of a built-in tracker that needs only frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<String>,
+    /// The tracker's parameters.
+    #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
+    pub params: serde_json::Map<String, serde_json::Value>,
+    /// Frames in a row without overlap after which a watchdog may be started again; 0 for never.
+    #[serde(default = "restart_after")]
+    pub restart_after: usize,
+    /// How much more like the first frame the observed region must look then, 0 to 1.
+    #[serde(default = "restart_margin")]
+    pub restart_margin: f64,
+}
+
+fn restart_after() -> usize {
+    10
+}
+
+fn restart_margin() -> f64 {
+    0.1
+}
+
+/// A checked companion.
+pub struct Companion {
+    params: CompanionParams,
+    config: Arc<dyn TrackerConfig>,
+}
+
+impl Companion {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When it is neither files nor tracker or both, or the tracker refuses its parameters.
+    pub fn new(params: &CompanionParams) -> Result<Self, ParamError> {
+        if !(0.0..=1.0).contains(&params.restart_margin) {
+            return Err(ParamError::out_of_range("restart_margin", "from 0 to 1", params.restart_margin));
+        }
+        let entry_and_params = match (&params.results, &params.tracker) {
+            (Some(results), None) if params.params.is_empty() => (
+                &replay::ENTRY,
+                toml::Value::Table([("results".to_string(), results.as_str().into())].into_iter().collect()),
+            ),
+            (None, Some(kind)) => (tracker_of(kind)?, toml_of(&params.params)?),
+            _ => {
+                let rule = "`{ results = \"folder\" }`, or `{ tracker = \"kind\" }` with its `params`";
+                return Err(ParamError::out_of_range("companions", rule, "something else"));
+            }
+        };
+        let (entry, table) = entry_and_params;
+        let config = entry.build_from_text(&table.to_string()).map_err(|e| ParamError {
+            message: format!("companion {}: {}", entry.kind, e.message),
+            key: Some("companions"),
+            span: None,
+        })?;
+        Ok(Self { params: params.clone(), config: Arc::from(config) })
+    }
+
+    /// Whether its tracker looks at pixels.
+    pub fn reads_pixels(&self) -> bool {
+        self.config.reads_pixels()
+    }
+
+    /// The files that it reads.
+    ///
+    /// # Errors
+    /// When one of them is absent.
+    pub fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        self.config.inputs(&RunContext { run: 0, ..*context })
+    }
+
+    /// The companion before its first frame.
+    ///
+    /// # Errors
+    /// None that is known; those of its files come with the first frame.
+    pub fn start(&self, context: &RunContext<'_>) -> Result<RunningCompanion, TrackerError> {
+        let likeness = self.reads_pixels() && self.params.restart_after > 0;
+        let likeness =
+            if likeness { Some([likeness_to_first(context)?, likeness_to_first(context)?]) } else { None };
+        Ok(RunningCompanion {
+            params: self.params.clone(),
+            config: self.config.clone(),
+            sequence: context.sequence.clone(),
+            start_frame: context.start_frame,
+            data_roots: context.data_roots.to_vec(),
+            tracker: None,
+            likeness,
+            apart: 0,
+        })
+    }
+}
+
+/// The built-in tracker of a kind, which must not need the ground truth or files.
+fn tracker_of(kind: &str) -> Result<&'static Entry<dyn TrackerConfig>, ParamError> {
+    let on_frames = |entry: &&Entry<dyn TrackerConfig>| {
+        let example = entry.build_from_text(entry.example);
+        example.is_ok_and(|example| !example.needs_truth() && example.reads_pixels())
+    };
+    let known = || TRACKERS.iter().filter(on_frames);
+    known().find(|entry| entry.kind == kind).ok_or_else(|| ParamError {
+        message: plugin::unknown("companion tracker", kind, known().map(|e| e.kind)),
+        key: Some("companions"),
+        span: None,
+    })
+}
+
+/// JSON parameters as TOML.
+fn toml_of(params: &serde_json::Map<String, serde_json::Value>) -> Result<toml::Value, ParamError> {
+    toml::Value::try_from(params).map_err(|e| ParamError::out_of_range("params", "a table of parameters", e))
+}
+
+/// The similarity of a region with that of the first frame.
+fn likeness_to_first(context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+    let params = rgb_histogram::Params { reference: Reference::First, ..rgb_histogram::Params::default() };
+    let signal = RgbHistogram::new(params).map_err(|e| TrackerError::Broken(e.to_string()))?;
+    signal.start(context)
+}
+
+/// A companion at work.
+pub struct RunningCompanion {
+    params: CompanionParams,
+    config: Arc<dyn TrackerConfig>,
+    sequence: Sequence,
+    start_frame: usize,
+    data_roots: Vec<PathBuf>,
+    tracker: Option<Box<dyn Tracker>>,
+    /// How like the first frame the observed region and the companion's are, for one that may be started again.
+    likeness: Option<[Box<dyn Session>; 2]>,
+    /// Frames in a row without overlap.
+    apart: usize,
+}
+
+impl RunningCompanion {
+    /// Starts the companion's tracker on the observed region.
+    fn start_on(
+        &self,
+        observation: &Observation<'_>,
+    ) -> Result<(Box<dyn Tracker>, TrackerState), TrackerError> {
+        let context = RunContext {
+            sequence: &self.sequence,
+            start_frame: self.start_frame,
+            run: 0,
+            seed: seed::seed(0, &["companion", self.params.tracker.as_deref().unwrap_or_default()]),
+            data_roots: &self.data_roots,
+        };
+        self.config.start(&context, observation.frame, &observation.state.region)
+    }
+
+    /// Overlap of the observed region with the companion's in the frame that comes next.
+    ///
+    /// # Errors
+    /// When the companion cannot start or breaks.
+    pub fn overlap(&mut self, observation: &Observation<'_>) -> Result<f64, TrackerError> {
+        let state = match &mut self.tracker {
+            Some(tracker) => tracker.update(observation.frame)?,
+            None => {
+                let (tracker, state) = self.start_on(observation)?;
+                self.tracker = Some(tracker);
+                state
+            }
+        };
+        let overlap = overlap(&observation.state.region, &state.region);
+        self.apart = if overlap > 0.0 { 0 } else { self.apart + 1 };
+        if let Some([observed, own]) = &mut self.likeness {
+            let gain = observed.push(observation) - own.push(&Observation::new(observation.frame, &state));
+            if self.apart >= self.params.restart_after && gain > self.params.restart_margin {
+                self.tracker = Some(self.start_on(observation)?.0);
+                self.apart = 0;
+            }
+        }
+        Ok(overlap)
+    }
+}
