@@ -80,8 +80,12 @@ holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]"
 "#;
 
 fn run(folder: &Path, more: &[&str]) -> Output {
+    run_spec(SPEC, folder, more)
+}
+
+fn run_spec(text: &str, folder: &Path, more: &[&str]) -> Output {
     let spec = folder.join("learning.toml");
-    std::fs::write(&spec, SPEC).unwrap();
+    std::fs::write(&spec, text).unwrap();
     let mut command = trackfail();
     command.arg("run").arg(&spec).args(more);
     command.arg("--results").arg(folder.join("results")).arg("--reports").arg(folder.join("reports"));
@@ -162,4 +166,73 @@ fn a_signal_of_the_posterior_is_not_run_on_a_tracker_without_one() {
     let said = String::from_utf8_lossy(&output.stdout);
     let line = "M-model was not run on still (9 cells): it needs a tracker that gives its posterior";
     assert!(said.contains(line), "{said}");
+}
+
+const OTHERS: &str = r#"schema = 1
+name = "mine/others"
+title = "A try"
+protocol = "khalid2016/1"
+seed = 7
+
+[suites]
+test = "synthetic-d1"
+
+[[tracker]]
+name = "still"
+
+[[tracker]]
+name = "ncc"
+
+[[tracker]]
+name = "ncc"
+label = "NCC that learns"
+update_rate = 0.1
+
+[[method]]
+name = "companions"
+signal = { kind = "companion-overlap" }
+detector = { kind = "level", below = { train = "others", maximise = "f_score", grid = { from = 0.1, to = 0.9, step = 0.2 } } }
+
+[[method]]
+name = "jumps"
+signal = { kind = "box-motion" }
+detector = { kind = "level", above = { train = "others", maximise = "f_score", grid = { quantiles = 5 } } }
+
+[[table]]
+name = "f"
+rows = ["f_score", "tp"]
+columns = "method"
+"#;
+
+#[test]
+fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shards() {
+    let place = |name: &str| (name.to_string(), tempfile::tempdir().unwrap());
+    let [one, two, shards] = ["one", "two", "shards"].map(place);
+    let first = run_spec(OTHERS, one.1.path(), &["--jobs", "1"]);
+    assert_eq!(first.status.code(), Some(0), "{}", told(&first));
+    run_spec(OTHERS, two.1.path(), &["--jobs", "2"]);
+    for shard in ["2/2", "1/2"] {
+        assert!(run_spec(OTHERS, shards.1.path(), &["--shard", shard]).status.success());
+    }
+    assert!(told(&run_spec(OTHERS, shards.1.path(), &[])).contains("tracks 0 computed, 54 cached"));
+    assert_same_files(one.1.path(), two.1.path());
+    assert_same_files(&one.1.path().join("results/mine"), &shards.1.path().join("results/mine"));
+
+    let folder = one.1.path().join("results/mine/others");
+    let models: Vec<_> =
+        std::fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert_eq!(models.len(), 2 * 3);
+    for path in models {
+        let model: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        assert_eq!(model["tuned_on_test"], false);
+        let folds = model["folds"].as_array().unwrap();
+        assert!(folds.iter().all(|fold| fold["value"].is_number()), "{folds:?}");
+        let names = folds.iter().flat_map(|fold| fold["left_out"].as_array().unwrap());
+        let mut names: Vec<&str> = names.map(|name| name.as_str().unwrap()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!((folds.len(), names.len()), (10, 18));
+    }
+    let table = std::fs::read_to_string(folder.join("tables/f.md")).unwrap();
+    assert!(table.contains("companions, jumps: learned from other videos and other trackers"), "{table}");
 }

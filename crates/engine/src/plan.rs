@@ -4,15 +4,18 @@
 pub mod cached;
 mod demand;
 pub mod experiment;
+mod folds;
 pub mod job;
 pub mod labels;
 pub mod recipes;
 pub mod shard;
+#[cfg(test)]
+mod tests;
 pub mod why;
 
 pub use cached::CellState;
 pub use demand::{distinct_signals, needed_roles, signal_index, variants};
-pub use experiment::{ExperimentPlan, PlannedCell, PlannedSequence, PlannedSuite};
+pub use experiment::{ExperimentPlan, Place, PlannedCell, PlannedSequence, PlannedSuite};
 pub use job::Job;
 pub use labels::PlannedLabels;
 pub use shard::Shard;

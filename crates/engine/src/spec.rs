@@ -46,6 +46,8 @@ use table::{Published, Table};
 
 /// Role of the suite that methods are evaluated on.
 pub const TEST: &str = "test";
+/// In place of a role: the test suite without the sequence and the tracker that a parameter or model is made for.
+pub const OTHERS: &str = "others";
 
 /// A checked experiment.
 pub struct Experiment {
@@ -92,6 +94,11 @@ impl Experiment {
             tracker.runs = tracker.runs.min(max_runs);
             tracker.training_runs = tracker.training_runs.min(max_runs);
         }
+    }
+
+    /// The suite of a role; the test suite for [`OTHERS`].
+    pub fn suite_of(&self, role: &str) -> Option<&String> {
+        self.suites.get(if role == OTHERS { TEST } else { role })
     }
 
     /// Protocol that scores the labels of a method.

@@ -19,7 +19,7 @@ pub(super) enum StateSource {
     /// A run that starts in the first frame that it is given.
     Run(TrackerRun),
     /// A started tracker; the state is that of the next frame, if it is known already.
-    Tracker(Box<dyn Tracker>, Option<TrackerState>),
+    Tracker(Box<dyn Tracker>, Option<Box<TrackerState>>),
     /// States of an earlier run, one a frame.
     Stored(Arc<Vec<TrackerState>>),
 }
@@ -70,7 +70,7 @@ impl Lane {
 
     /// A lane of a tracker that was started in the first frame that the lane will be given.
     pub fn of_started((tracker, state): StartedTracker) -> Self {
-        Self { source: StateSource::Tracker(tracker, Some(state)), signals: Vec::new() }
+        Self { source: StateSource::Tracker(tracker, Some(Box::new(state))), signals: Vec::new() }
     }
 
     /// The lane with signals, which start in the `context` of its tracker; those that read companions are given the regions of `companions`.
@@ -131,7 +131,7 @@ impl StateSource {
         match self {
             Self::Stored(states) => states.get(t).cloned().ok_or(TrackingError::NoState(t)),
             Self::Tracker(tracker, known) => match known.take() {
-                Some(state) => Ok(state),
+                Some(state) => Ok(*state),
                 None => Ok(tracker.update(frame)?),
             },
             Self::Run(run) => {

@@ -80,7 +80,7 @@ fn make(
         if let Some(need) = plan.unmet_on(suite, tracker, plan.signal(v)) {
             return Err(need.into());
         }
-        match &ready[v][tracker] {
+        match &ready[v][tracker][0] {
             Ok(ready_detector) => {
                 let signal = plan.signal(v).and_then(|k| plan.signals.get(k)).cloned();
                 methods.push(TimedMethod { signal, ready_detector: ready_detector.clone() });

@@ -1,19 +1,14 @@
 //! Training and learning: from the tracks of a suite to detectors with parameters and models.
 
+mod choose;
+
 use super::context::Context;
-use super::judge::{ParameterSource, ReadyDetector, detect};
-use super::reverse::Reversal;
-use super::supervise::{JobError, Watchdog, run_single, supervised};
-use super::track::{self, Track, Tracks};
-use super::tracker_run::TrackingError;
-use crate::detector::{Detector, Example};
+use super::judge::{ParameterSource, ReadyDetector};
+use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
-use crate::limits::RunLimits;
 use crate::observe::tally::Work;
-use crate::plan::{recipes, variants};
-use crate::plugin::ParamError;
-use crate::score::Protocol;
-use crate::score::{Counts, Pooled};
+use crate::plan::{Place, recipes, variants};
+use crate::score::Counts;
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
 use crate::store::address::{Address, Recipe};
@@ -21,7 +16,7 @@ use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A trained parameter or a learned model of one method on one tracker.
@@ -70,6 +65,21 @@ pub enum Content {
         /// The threshold that the detector derives from it, where it has one.
         threshold: Option<f64>,
     },
+    /// One parameter or model for each fold of the test suite, made on the other folds and the other trackers.
+    OnOthers {
+        /// The folds.
+        folds: Vec<FoldContent>,
+    },
+}
+
+/// The parameter or model for one fold of the test suite.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoldContent {
+    /// Sequences that it was not made on, and that it is used on.
+    pub left_out: Vec<String>,
+    /// The parameter or model.
+    #[serde(flatten)]
+    pub content: Content,
 }
 
 /// Result of training: which candidate was chosen.
@@ -91,16 +101,20 @@ enum StoredModel {
     Learned(String),
 }
 
-/// A detector for each variant and tracker; an error where training was impossible.
-pub type ReadyDetectors = Vec<Vec<Result<ReadyDetector, CellError>>>;
+/// A detector for each variant, tracker and [part](crate::plan::ExperimentPlan::parts); an error where training was
+/// impossible.
+pub type ReadyDetectors = Vec<Vec<Vec<Result<ReadyDetector, CellError>>>>;
 
-/// Training that a variant needs on a tracker.
+/// Training that a variant needs on a tracker, for one part of the test suite.
 struct TrainingNeed<'a> {
+    variant_index: usize,
     method: &'a Method,
     variant: &'a Variant,
     signal: Option<usize>,
-    suite: usize,
     tracker: usize,
+    part: usize,
+    /// The tracks that it learns from.
+    tracks: Vec<Place>,
     address: Address,
     recipe: Recipe,
 }
@@ -123,111 +137,195 @@ pub fn make_ready(
         distinct.entry(need.address).or_insert(need);
     }
     let distinct: Vec<&TrainingNeed<'_>> = distinct.into_values().collect();
-    let model = |need: &&TrainingNeed<'_>| match make(context, tracks, need) {
-        Ok(model) => Ok((need.address, Ok(model))),
-        Err(e) => Ok((need.address, Err(e.cell()?))),
-    };
-    let made = distinct.par_iter().with_max_len(1).map(model);
-    let made: BTreeMap<Address, Result<StoredModel, CellError>> = made.collect::<Result<_, RunError>>()?;
+    let made = make_all(context, tracks, &distinct)?;
     let mut ready: ReadyDetectors = Vec::with_capacity(variants.len());
     let mut models = Vec::new();
     for (v, (_, variant)) in variants.iter().enumerate() {
         let mut row = Vec::with_capacity(plan.experiment.trackers.len());
         for tracker in 0..plan.experiment.trackers.len() {
-            let need = match (&variant.detector, needs.get(&(v, tracker))) {
-                (DetectorChoice::Given(fixed), _) => {
-                    row.push(Ok(ReadyDetector { fixed: fixed.clone(), source: ParameterSource::Given }));
-                    continue;
-                }
-                (_, Some(Ok(need))) => need,
-                (_, Some(Err(e))) => {
-                    row.push(Err(e.clone()));
-                    continue;
-                }
-                (_, None) => {
-                    row.push(Err(CellError::Missing("not run on this tracker".to_string())));
-                    continue;
-                }
+            let mut contents = Vec::new();
+            let mut part = |part: usize| {
+                let need = match (&variant.detector, needs.get(&(v, tracker, part))) {
+                    (DetectorChoice::Given(fixed), _) => {
+                        let source = ParameterSource::Given;
+                        return Ok(ReadyDetector { fixed: fixed.clone(), source });
+                    }
+                    (_, Some(need)) => need.as_ref().map_err(Clone::clone)?,
+                    (_, None) => return Err(CellError::Missing("not run on this tracker".to_string())),
+                };
+                let model = made.get(&need.address).cloned();
+                let model = model.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
+                let (ready_detector, content) = instantiate(need, model?)?;
+                contents.push((need, content));
+                Ok(ready_detector)
             };
-            let model = made.get(&need.address).cloned();
-            let model = model.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
-            row.push(match model.and_then(|model| instantiate(need, model)) {
-                Ok((ready_detector, content)) => {
-                    models.push(describe(context, need, content));
-                    Ok(ready_detector)
-                }
-                Err(e) => Err(e),
-            });
+            row.push((0..plan.parts(variant)).map(&mut part).collect());
+            models.extend(describe(context, contents));
         }
         ready.push(row);
     }
     Ok((ready, models))
 }
 
-type Needs<'a> = BTreeMap<(usize, usize), Result<TrainingNeed<'a>, CellError>>;
+type Needs<'a> = BTreeMap<(usize, usize, usize), Result<TrainingNeed<'a>, CellError>>;
 
-/// All needs for training, by variant and tracker.
+/// All needs for training, by variant, tracker and part.
 fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
     let plan = context.plan;
     let mut needs = Needs::new();
     for (v, (method, variant)) in variants(plan.experiment).enumerate() {
         let Some(role) = variant.detector.role() else { continue };
-        for (t, tracker) in plan.experiment.trackers.iter().enumerate() {
-            if !method.runs_on(&tracker.label) {
-                continue;
-            }
-            let need = || {
+        let reads = plan.training_reads(v, variant);
+        let trackers = plan.experiment.trackers.iter().enumerate();
+        for (t, _) in trackers.filter(|(_, tracker)| method.runs_on(&tracker.label)) {
+            for part in 0..plan.parts(variant) {
+                let mut mine = plan.training_tracks((v, method, variant), t, part);
+                mine.retain(|(suite, s, j)| tracks[*suite][*s][*j].is_ok());
+                let of: Vec<_> = mine.iter().filter_map(|track| reads.get(track).copied()).collect();
+                let recipe = recipes::of_model(method, variant, &of).filter(|_| !of.is_empty());
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
-                let suite = plan.suite(role).ok_or_else(missing)?;
-                let signal = plan.signal(v);
-                let is_there = |suite: usize, s: usize, j: usize| tracks[suite][s][j].is_ok();
-                let reads = plan.training_reads(role, signal, t, is_there);
-                let recipe = recipes::of_model(method, variant, &reads).filter(|_| !reads.is_empty());
-                let recipe = recipe.ok_or_else(missing)?;
-                Ok(TrainingNeed {
+                let need = recipe.ok_or_else(missing).map(|recipe| TrainingNeed {
+                    variant_index: v,
                     method,
                     variant,
-                    signal,
-                    suite,
+                    signal: plan.signal(v),
                     tracker: t,
+                    part,
+                    tracks: mine,
                     address: recipe.address(),
                     recipe,
-                })
-            };
-            needs.insert((v, t), need());
+                });
+                needs.insert((v, t, part), need);
+            }
         }
     }
     needs
 }
 
-/// The trained parameter or learned model: from the store, or made.
+type Made = BTreeMap<Address, Result<StoredModel, CellError>>;
+
+/// Trained parameters and learned models by their address: from the store, or made.
+fn make_all(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+    needs: &[&TrainingNeed<'_>],
+) -> Result<Made, RunError> {
+    let cached = |need: &&TrainingNeed<'_>| context.cached::<StoredModel>(&need.address, 1);
+    let mut made = Made::new();
+    let mut pending = Vec::new();
+    for (need, model) in needs.iter().zip(needs.par_iter().map(cached).collect::<Vec<_>>()) {
+        context.tally.add(Work::Models, model.is_some());
+        match model {
+            Some(model) => drop(made.insert(need.address, Ok(model))),
+            None => pending.push(*need),
+        }
+    }
+    let counted = counts_on_others(context, tracks, &pending)?;
+    let make = |need: &&TrainingNeed<'_>| {
+        let model = match make(context, tracks, need, counted.get(&need.variant_index)) {
+            Ok(model) => Ok(model),
+            Err(e) => Err(e.cell()?),
+        };
+        Ok((need.address, model))
+    };
+    let new = pending.par_iter().with_max_len(1).map(make).collect::<Result<Vec<_>, RunError>>()?;
+    let mut records = Vec::new();
+    for (need, (address, model)) in pending.iter().zip(new) {
+        if let Ok(model) = &model {
+            records.push(store::record(stored_name(context, need), need.recipe.clone(), 1, model)?);
+        }
+        made.insert(address, model);
+    }
+    context.put(records)?;
+    Ok(made)
+}
+
+fn stored_name(context: &Context<'_>, need: &TrainingNeed<'_>) -> Name {
+    let plan = context.plan;
+    let tracker = &plan.experiment.trackers[need.tracker].label;
+    let suite = need.tracks.first().map_or("", |(suite, ..)| plan.suites[*suite].name.as_str());
+    let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
+    let part =
+        if need.variant.detector.trains_on_others() { format!(" fold {}", need.part) } else { String::new() };
+    Name { experiment: plan.experiment.name.clone(), cell: cell + &part }
+}
+
+/// Counts of every candidate, by track.
+type CountsOnTracks = BTreeMap<Place, Result<Vec<Counts>, CellError>>;
+
+/// Counts of the candidates of variants that are trained on others, by variant: a track is training data of many parts,
+/// and is judged once.
+fn counts_on_others(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+    pending: &[&TrainingNeed<'_>],
+) -> Result<BTreeMap<usize, CountsOnTracks>, RunError> {
+    let mut by_variant: BTreeMap<usize, Vec<&TrainingNeed<'_>>> = BTreeMap::new();
+    for need in pending.iter().filter(|need| listed(need).is_some()) {
+        by_variant.entry(need.variant_index).or_default().push(need);
+    }
+    let of_variant = |(v, needs): (usize, Vec<&TrainingNeed<'_>>)| {
+        let places: BTreeSet<Place> = needs.iter().flat_map(|need| need.tracks.iter().copied()).collect();
+        let Some((need, candidates)) = needs.first().and_then(|need| Some((need, listed(need)?))) else {
+            return Ok((v, CountsOnTracks::new()));
+        };
+        let count = |place: &Place| {
+            let (limits, protocol) = (&context.options.limits, need.method.protocol);
+            let counts = match &tracks[place.0][place.1][place.2] {
+                Ok(track) => choose::counts_of_candidates(candidates, track, need.signal, protocol, limits),
+                Err(e) => Err(e.clone().into()),
+            };
+            Ok((*place, counts.map_or_else(|e| e.cell().map(Err), |counts| Ok(Ok(counts)))?))
+        };
+        let places: Vec<Place> = places.into_iter().collect();
+        Ok((v, places.par_iter().map(count).collect::<Result<CountsOnTracks, RunError>>()?))
+    };
+    by_variant.into_iter().map(of_variant).collect()
+}
+
+/// The listed candidates of a parameter that is chosen on others without runs backwards.
+fn listed<'n>(need: &'n TrainingNeed<'_>) -> Option<&'n [(f64, FixedDetector)]> {
+    match &need.variant.detector {
+        DetectorChoice::Trained(Training { candidates: Candidates::Listed(list), .. })
+            if need.variant.detector.trains_on_others() && !need.variant.detector.needs_reverse() =>
+        {
+            Some(list)
+        }
+        _ => None,
+    }
+}
+
+/// Makes a trained parameter or learned model.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     need: &TrainingNeed<'_>,
+    counted: Option<&CountsOnTracks>,
 ) -> Result<StoredModel, StepError> {
-    if let Some(model) = context.cached::<StoredModel>(&need.address, 1) {
-        context.tally.add(Work::Models, true);
-        return Ok(model);
-    }
-    let plan = context.plan;
-    let mine = track::learned_from(plan, tracks, need.suite, need.tracker, need.signal);
-    let mine: Vec<Arc<Track>> = mine.into_iter().map(|(track, ..)| track).collect();
     let limits = &context.options.limits;
-    let model = match &need.variant.detector {
+    let track = |(suite, s, j): &Place| tracks[*suite][*s][*j].clone();
+    let mine = || need.tracks.iter().map(track).collect::<Result<Vec<Arc<Track>>, CellError>>();
+    Ok(match &need.variant.detector {
         DetectorChoice::Given(_) => return Err(StepError::failed("nothing to learn")),
         DetectorChoice::Trained(training) => {
-            StoredModel::Chosen(train(training, mine, need.signal, need.method.protocol, limits)?)
+            let protocol = need.method.protocol;
+            StoredModel::Chosen(match (counted, listed(need)) {
+                (Some(counted), Some(candidates)) => {
+                    let not_judged = || CellError::Failed("a training track was not judged".to_string());
+                    let of = |place: &Place| match counted.get(place) {
+                        Some(counts) => counts.as_ref().map_err(Clone::clone),
+                        None => Err(not_judged()),
+                    };
+                    let counts = need.tracks.iter().map(of).collect::<Result<Vec<_>, CellError>>()?;
+                    choose::choose(training, candidates, &counts, protocol)
+                }
+                _ => choose::train(training, mine()?, need.signal, protocol, limits)?,
+            })
         }
-        DetectorChoice::Learned(fixed) => StoredModel::Learned(learn(fixed, mine, need.signal, limits)?),
-    };
-    context.tally.add(Work::Models, false);
-    let tracker = &plan.experiment.trackers[need.tracker].label;
-    let suite = &plan.suites[need.suite].name;
-    let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
-    let name = Name { experiment: plan.experiment.name.clone(), cell };
-    context.put(vec![store::record(name, need.recipe.clone(), 1, &model)?])?;
-    Ok(model)
+        DetectorChoice::Learned(fixed) => {
+            StoredModel::Learned(choose::learn(fixed, mine()?, need.signal, limits)?)
+        }
+    })
 }
 
 /// The detector with its trained parameter or learned model.
@@ -263,173 +361,30 @@ fn instantiate(need: &TrainingNeed<'_>, model: StoredModel) -> Result<(ReadyDete
     }
 }
 
-fn describe(context: &Context<'_>, need: &TrainingNeed<'_>, content: Content) -> Model {
+/// The model of a variant on a tracker, from its parts; `None` without any.
+fn describe(context: &Context<'_>, contents: Vec<(&TrainingNeed<'_>, Content)>) -> Option<Model> {
     let plan = context.plan;
-    let (suite, tracker) = (&plan.suites[need.suite], &plan.experiment.trackers[need.tracker]);
-    Model {
+    let need = contents.first()?.0;
+    let suite = &plan.suites[need.tracks.first()?.0];
+    let on_others = need.variant.detector.trains_on_others();
+    let model = |content: Content| Model {
         method: need.method.name.clone(),
         params: need.variant.params(),
-        tracker: tracker.label.clone(),
-        runs: tracker.training_runs,
+        tracker: plan.experiment.trackers[need.tracker].label.clone(),
+        runs: plan.experiment.trackers[need.tracker].training_runs,
         suite: suite.name.clone(),
-        tuned_on_test: plan.experiment.suites.get(TEST) == Some(&suite.name),
+        tuned_on_test: !on_others && plan.experiment.suites.get(TEST) == Some(&suite.name),
         sequences: suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone())).collect(),
         content,
-    }
-}
-
-/// The model that a learner makes from tracks, as JSON text.
-fn learn(
-    fixed: &FixedDetector,
-    tracks: Vec<Arc<Track>>,
-    signal: Option<usize>,
-    limits: &RunLimits,
-) -> Result<String, StepError> {
-    let (kind, detector) = (fixed.kind, fixed.detector.clone());
-    let learn = move || -> Result<Value, StepError> {
-        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
-        let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
-        learner.learn(&examples).map_err(StepError::failed)
     };
-    let model = run_single(limits, learn).map_err(|e| e.within(&format!("learning of {kind}")))?;
-    Ok(model.to_string())
-}
-
-/// The candidate with the largest pooled measure; the first among equals.
-fn train(
-    training: &Training,
-    tracks: Vec<Arc<Track>>,
-    signal: Option<usize>,
-    protocol: &'static Protocol,
-    limits: &RunLimits,
-) -> Result<Chosen, StepError> {
-    let within = |e: StepError| e.within(&format!("training `{}`", training.key));
-    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
-    if candidates.is_empty() {
-        return Err(within(StepError::failed("there is no value to try")));
-    }
-    let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
-    let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
-    if training.example.detector.needs_reverse() {
-        run_backwards(&tracks, &candidates, signal, limits)?;
-    }
-    let (maximise, learned) = (training.maximise, tracks.clone());
-    let measure = move |detector: &dyn Detector| -> Result<Option<f64>, TrackingError> {
-        let count = |t: &Arc<Track>| {
-            let output = detect(t, signal, detector, 0)?;
-            Ok((protocol.score)(&t.error, &output.alarm, &output.changes()).counts)
-        };
-        let counts: Counts = tracks.iter().map(count).sum::<Result<_, TrackingError>>()?;
-        Ok(maximise.value(&Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() }))
+    let fold = |(need, content): (&TrainingNeed<'_>, Content)| {
+        let names = suite.sequences.iter().enumerate();
+        let left_out = names.filter(|(s, _)| plan.part(need.variant, *s) == need.part);
+        let left_out = left_out.map(|(_, planned)| planned.sequence.name.clone()).collect();
+        FoldContent { left_out, content }
     };
-    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
-        let mut measures = Vec::with_capacity(candidates.len());
-        for candidate in &candidates {
-            watch.check_interrupted()?;
-            if let Some(Some(reason)) = left_out.first() {
-                return Err(StepError::from(reason.clone()));
-            }
-            measures.push(watch.step(0, || measure(&**candidate))?);
-        }
-        Ok(measures)
-    };
-    let measures = supervised(1, limits, work);
-    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::free_trackers);
-    let measures = measures.map_err(within)?;
-    let mut best: Option<(f64, usize)> = None;
-    for (i, reached) in measures.iter().enumerate() {
-        if let Some(reached) = *reached
-            && best.is_none_or(|(most, _)| reached > most)
-        {
-            best = Some((reached, i));
-        }
-    }
-    Ok(Chosen { index: best.map_or(0, |(_, i)| i) as u64, reached: best.map(|(r, _)| r), values, measures })
-}
-
-/// Makes the reverse runs of all candidates on all cores; training, which has one thread, then reuses their errors. A
-/// run that fails here fails again in training, where the failure is reported.
-fn run_backwards(
-    tracks: &[Arc<Track>],
-    candidates: &[Arc<dyn Detector>],
-    signal: Option<usize>,
-    limits: &RunLimits,
-) -> Result<(), RunError> {
-    let run = |track: &Arc<Track>| {
-        let (track, candidates) = (track.clone(), candidates.to_vec());
-        let detect_all = move || -> Result<(), StepError> {
-            candidates
-                .iter()
-                .try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()).map_err(StepError::from))
-        };
-        match run_single(limits, detect_all) {
-            Ok(()) => Ok(()),
-            Err(e) => e.cell().map(|_| ()),
-        }
-    };
-    tracks.par_iter().with_max_len(1).try_for_each(run)
-}
-
-/// Values to try with their detectors, ascending.
-fn candidates(
-    training: &Training,
-    tracks: &[Arc<Track>],
-    signal: Option<usize>,
-) -> Result<Vec<(f64, FixedDetector)>, ParamError> {
-    let (count, build) = match &training.candidates {
-        Candidates::Listed(list) => return Ok(list.clone()),
-        Candidates::Quantiles { count, build } => (*count, build),
-    };
-    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
-    values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else { return Ok(Vec::new()) };
-    // Values that were seen, so that nothing depends on how quantiles are interpolated.
-    let mut tried: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
-    tried.dedup();
-    tried.into_iter().map(|value| Ok((value, build(value)?))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::detector::DETECTORS;
-    use crate::plan::recipes::TRAINING;
-    use crate::score::Metric;
-
-    #[test]
-    fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
-        let candidate = |below: f64| {
-            let entry = crate::plugin::find(DETECTORS, "level").unwrap();
-            let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
-            (below, FixedDetector { kind: entry.kind, version: entry.version, detector })
-        };
-        let training = Training {
-            key: "below".into(),
-            role: "train".into(),
-            maximise: Metric::F_SCORE,
-            candidates: Candidates::Listed([0.01, 0.2, 0.5, 0.9].map(candidate).to_vec()),
-            example: candidate(0.01).1,
-        };
-        // One loss, at frame 20; below .2 and .5 find it, .01 never alarms, .9 does from the start.
-        let step =
-            |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
-        let track = Track {
-            regions: vec![],
-            status: vec![],
-            error: step(0.2, 1.0),
-            signals: vec![step(0.8, 0.1)],
-            repeated: 0,
-            reversal: None,
-        };
-        let protocol = crate::score::protocol("khalid2016/1").unwrap();
-        let train = |tracks| train(&training, tracks, Some(0), protocol, &RunLimits::default()).unwrap();
-        let chosen = train(vec![Arc::new(track)]);
-        let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
-        let values = vec![0.01, 0.2, 0.5, 0.9];
-        assert_eq!(
-            (TRAINING, chosen),
-            (2, Chosen { index: 1, reached: Some(1.0), values, measures }),
-            "raise TRAINING"
-        );
-    }
+    Some(match on_others {
+        true => model(Content::OnOthers { folds: contents.into_iter().map(fold).collect() }),
+        false => model(contents.into_iter().next()?.1),
+    })
 }

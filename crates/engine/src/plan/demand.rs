@@ -5,7 +5,7 @@ use crate::plugin;
 use crate::signal::SIGNALS;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::{Method, SignalChoice, Variant};
-use crate::spec::{Experiment, TEST};
+use crate::spec::{Experiment, OTHERS, TEST};
 
 /// Tracks of a tracker that are needed on a suite, and the signal that is read from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub(super) fn demands<'a>(
                 continue;
             }
             add(Demand { suite: test, tracker, runs: t.runs, signal: *signal });
-            if let Some(suite) = variant.detector.role().and_then(|role| experiment.suites.get(role)) {
+            if let Some(suite) = variant.detector.role().and_then(|role| experiment.suite_of(role)) {
                 add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
             }
         }
@@ -88,7 +88,7 @@ pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
     let trained = variants(experiment).filter_map(|(_, variant)| variant.detector.role());
     let analysed = experiment.analyses.iter().flat_map(|a| a.roles.iter().map(String::as_str));
     for role in trained.chain(analysed) {
-        if !roles.contains(&role) {
+        if role != OTHERS && !roles.contains(&role) {
             roles.push(role);
         }
     }

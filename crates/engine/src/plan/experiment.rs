@@ -1,6 +1,7 @@
 //! The plan of an experiment: sequences with their digests, tracks and cells with their recipes.
 
 use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
+use super::folds;
 use super::job::Job;
 use super::recipes::{self, Ingredient, Read};
 use crate::dataset::Sequence;
@@ -68,10 +69,15 @@ pub struct ExperimentPlan<'a> {
     pub jobs: Vec<Job>,
     /// Its distinct suites; the test suite is the first.
     pub suites: Vec<PlannedSuite>,
+    /// Fold of each sequence of the test suite.
+    folds: Vec<usize>,
     demands: Vec<Demand<'a>>,
     /// Index into `signals` of each variant.
     variant_signals: Vec<Option<usize>>,
 }
+
+/// Place of a track: indices of its suite, sequence and job.
+pub type Place = (usize, usize, usize);
 
 /// A cell of the test suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,7 +164,9 @@ impl<'a> ExperimentPlan<'a> {
                 wanted: suite.wanted,
             });
         }
-        Ok(Self { experiment, jobs, suites, demands, variant_signals, signals: Arc::new(signals) })
+        let names: Vec<&str> = suites[0].sequences.iter().map(|s| s.sequence.name.as_str()).collect();
+        let folds = folds::folds(&names, experiment.seed);
+        Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals: Arc::new(signals) })
     }
 
     /// The test suite.
@@ -168,7 +176,7 @@ impl<'a> ExperimentPlan<'a> {
 
     /// Index of the suite of a role.
     pub fn suite(&self, role: &str) -> Option<usize> {
-        let name = self.experiment.suites.get(role)?;
+        let name = self.experiment.suite_of(role)?;
         self.suites.iter().position(|s| s.name == *name)
     }
 
@@ -323,18 +331,49 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
-    /// Training data in a role: one entry for each track that is there, given the indices of suite, sequence and job.
-    pub fn training_reads(
+    /// Number of detectors that a variant has on each tracker: one, or one for each fold if it is trained on others.
+    pub fn parts(&self, variant: &Variant) -> usize {
+        let folds = || self.folds.iter().max().map_or(1, |last| last + 1);
+        if variant.detector.trains_on_others() { folds() } else { 1 }
+    }
+
+    /// Index of the detector of a variant for a sequence of the test suite, among its [parts](Self::parts).
+    pub fn part(&self, variant: &Variant, sequence: usize) -> usize {
+        if variant.detector.trains_on_others() { self.folds[sequence] } else { 0 }
+    }
+
+    /// The tracks that the detector of a variant learns from, for a tracker and a part.
+    pub fn training_tracks(
         &self,
-        role: &str,
-        signal: Option<usize>,
+        (v, method, variant): (usize, &Method, &Variant),
         tracker: usize,
-        is_there: impl Fn(usize, usize, usize) -> bool,
-    ) -> Vec<Read> {
-        let Some(suite) = self.suite(role) else { return Vec::new() };
-        let pairs = self.learned_from(suite, tracker, signal).into_iter();
-        let there = pairs.filter(|(s, j)| is_there(suite, *s, *j));
-        there.filter_map(|(s, j)| self.read(&self.suites[suite].sequences[s], j, signal).ok()).collect()
+        part: usize,
+    ) -> Vec<Place> {
+        let Some(suite) = variant.detector.role().and_then(|role| self.suite(role)) else {
+            return Vec::new();
+        };
+        let signal = self.signal(v);
+        let of = |tracker: usize| self.learned_from(suite, tracker, signal).into_iter();
+        if !variant.detector.trains_on_others() {
+            return of(tracker).map(|(s, j)| (suite, s, j)).collect();
+        }
+        let trackers = self.experiment.trackers.iter().enumerate();
+        let others = trackers.filter(|(t, other)| *t != tracker && method.runs_on(&other.label));
+        let pairs = others.flat_map(|(t, _)| of(t)).filter(|(s, _)| self.folds[*s] != part);
+        pairs.map(|(s, j)| (suite, s, j)).collect()
+    }
+
+    /// Inputs of a variant's detector on every track that it may learn from.
+    pub fn training_reads(&self, v: usize, variant: &Variant) -> BTreeMap<Place, Read> {
+        let Some(suite) = variant.detector.role().and_then(|role| self.suite(role)) else {
+            return BTreeMap::new();
+        };
+        let sequences = self.suites[suite].sequences.iter().enumerate();
+        let of = |(s, planned)| {
+            let read = move |j: usize| Some(((suite, s, j), self.read(planned, j, self.signal(v)).ok()?));
+            (0..self.jobs.len()).filter_map(read)
+        };
+        sequences.flat_map(of).collect()
     }
 
     /// Name of a cell: `sequence/tracker/run/method[params]`.
@@ -350,21 +389,27 @@ impl<'a> ExperimentPlan<'a> {
         format!("{}/{sequence}/{tracker}/{}", self.suites[suite].name, job.run)
     }
 
-    /// Recipe of the model of each variant and tracker, where the variant is trained and has training data. A model gets
-    /// this recipe if every track of its training data can be made.
-    pub fn models(&self) -> Vec<Vec<Option<Recipe>>> {
+    /// Recipe of the model of each variant, tracker and [part](Self::parts), where the variant is trained and has training
+    /// data. A model gets this recipe if every track of its training data can be made.
+    pub fn models(&self) -> Vec<Vec<Vec<Option<Recipe>>>> {
         let variants: Vec<_> = variants(self.experiment).collect();
         let of_variant = |v: usize| {
             let (method, variant) = variants[v];
-            let Some(role) = variant.detector.role() else { return Vec::new() };
-            let of = |t: usize| {
+            if variant.detector.role().is_none() {
+                return Vec::new();
+            }
+            let reads = self.training_reads(v, variant);
+            let of = |t: usize, part: usize| {
                 if !method.runs_on(&self.experiment.trackers[t].label) {
                     return None;
                 }
-                let reads = self.training_reads(role, self.signal(v), t, |_, _, _| true);
-                if reads.is_empty() { None } else { recipes::of_model(method, variant, &reads) }
+                let tracks = self.training_tracks((v, method, variant), t, part);
+                let mine: Vec<Read> = tracks.iter().filter_map(|track| reads.get(track).copied()).collect();
+                if mine.is_empty() { None } else { recipes::of_model(method, variant, &mine) }
             };
-            (0..self.experiment.trackers.len()).map(of).collect()
+            let parts = self.parts(variant);
+            let of_tracker = |t: usize| (0..parts).map(|part| of(t, part)).collect();
+            (0..self.experiment.trackers.len()).map(of_tracker).collect()
         };
         (0..variants.len()).into_par_iter().map(of_variant).collect()
     }

@@ -67,7 +67,8 @@ impl ExperimentPlan<'_> {
             let signals: Vec<_> = (0..self.signals.len()).map(|k| read(Some(k))).collect();
             let cell = |&(_, v): &(usize, usize)| {
                 let read = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(&track);
-                let from = match (read, &keys[v][job.tracker]) {
+                let part = self.part(variants[v].1, s);
+                let from = match (read, &keys[v][job.tracker][part]) {
                     (Err(e), _) | (Ok(_), Err(e)) => Err(e.clone()),
                     (Ok(read), Ok(key)) => Ok((read, key)),
                 };
@@ -95,12 +96,16 @@ impl ExperimentPlan<'_> {
         all
     }
 
-    /// The detector ingredients of every variant's recipes, by variant and tracker.
-    fn detector_keys(&self, variants: &[(&Method, &Variant)]) -> Vec<Vec<Result<DetectorKey, CellError>>> {
+    /// The detector ingredients of every variant's recipes, by variant, tracker and part.
+    fn detector_keys(
+        &self,
+        variants: &[(&Method, &Variant)],
+    ) -> Vec<Vec<Vec<Result<DetectorKey, CellError>>>> {
         let models = self.models();
-        let key = |v: usize, tracker: usize| {
+        let key = |v: usize, tracker: usize, part: usize| {
             let model = || {
-                let model = models[v].get(tracker).and_then(Option::as_ref).map(Recipe::address);
+                let model =
+                    models[v].get(tracker).and_then(|parts| parts.get(part)?.as_ref()).map(Recipe::address);
                 let role = variants[v].1.detector.role().unwrap_or_default();
                 model.ok_or_else(|| CellError::Missing(format!("no track in role `{role}` to learn from")))
             };
@@ -110,8 +115,11 @@ impl ExperimentPlan<'_> {
                 DetectorChoice::Learned(fixed) => DetectorKey::learned(model()?, fixed),
             })
         };
+        let of_tracker = |v: usize, tracker: usize| {
+            (0..self.parts(variants[v].1)).map(|part| key(v, tracker, part)).collect()
+        };
         let of_variant =
-            |v: usize| (0..self.experiment.trackers.len()).map(|tracker| key(v, tracker)).collect();
+            |v: usize| (0..self.experiment.trackers.len()).map(|tracker| of_tracker(v, tracker)).collect();
         (0..variants.len()).map(of_variant).collect()
     }
 }

@@ -11,7 +11,7 @@ use crate::score::overlap::OVERLAP;
 use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
-use crate::spec::{Experiment, Tracker};
+use crate::spec::{Experiment, OTHERS, Tracker};
 use crate::store::address::{Address, AddressDigest, Recipe, Stage};
 use crate::tracker::{RunContext, STATE_FORM};
 use std::path::{Path, PathBuf};
@@ -139,6 +139,15 @@ impl Read {
     }
 }
 
+/// Adds training data: each input, or for the many of other sequences and trackers one digest of them all.
+fn with_training_data(recipe: Recipe, role: Option<&str>, tracks: &[Read]) -> Recipe {
+    if role != Some(OTHERS) {
+        return tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe));
+    }
+    let all = tracks.iter().fold(Recipe::new(Stage::Model), |all, read| read.add_to(all));
+    recipe.with("training data of others", all.address())
+}
+
 /// Recipe of a trained parameter; `tracks` are its training data.
 fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
@@ -161,7 +170,7 @@ fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
         }
         Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
     }
-    tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe))
+    with_training_data(recipe, Some(&training.role), tracks)
 }
 
 /// Recipe of a variant's trained parameter or learned model; `None` for a variant without either.
@@ -177,7 +186,7 @@ pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<R
 fn learned(fixed: &FixedDetector, learner: &dyn Learner, tracks: &[Read]) -> Recipe {
     let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     let recipe = recipe.with_plugin("learner", fixed.kind, fixed.version, &learner.params());
-    tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe))
+    with_training_data(recipe, Some(learner.role()), tracks)
 }
 
 /// Ingredients that a detector adds to the recipes of its labels; the same for all of its cells.

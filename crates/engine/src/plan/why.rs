@@ -61,7 +61,7 @@ fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
             all.extend(recipes.map(|recipe| (recipe.address(), recipe)));
         }
     }
-    all.extend(plan.models().into_iter().flatten().flatten().map(|model| (model.address(), model)));
+    all.extend(plan.models().into_iter().flatten().flatten().flatten().map(|model| (model.address(), model)));
     all
 }
 

@@ -87,6 +87,11 @@ impl DetectorChoice {
         }
     }
 
+    /// Whether it is trained for each sequence and tracker on the others.
+    pub fn trains_on_others(&self) -> bool {
+        self.role() == Some(super::OTHERS)
+    }
+
     /// The detector; of a trained one, one of its candidates.
     pub fn example(&self) -> &FixedDetector {
         match self {
@@ -105,7 +110,7 @@ impl DetectorChoice {
 pub struct Training {
     /// The parameter's name.
     pub key: String,
-    /// Role of the suite.
+    /// Role of the suite, or [`OTHERS`](super::OTHERS).
     pub role: String,
     /// The metric that is maximized.
     pub maximise: Metric,
@@ -354,7 +359,7 @@ fn train_choice(
         Ok((value, raw.fixed(Arc::from(raw.build(source, set)?))))
     };
     let (candidates, example) = match wire.grid.get_ref() {
-        wire::Grid { from: Some(from), to: Some(to), step: Some(step), quantiles: None } => {
+        wire::Grid { from: Some(from), to: Some(to), step: Some(step), values: None, quantiles: None } => {
             let count = ((to - from) / step + 1e-9).floor();
             let usable = [*from, *to, *step].iter().all(|v| v.is_finite()) && *step > 0.0;
             if !usable || !(0.0..MAX_CANDIDATES as f64).contains(&count) {
@@ -367,7 +372,17 @@ fn train_choice(
             let first = list[0].1.clone();
             (Candidates::Listed(list), first)
         }
-        wire::Grid { from: None, to: None, step: None, quantiles: Some(count) } => {
+        wire::Grid { from: None, to: None, step: None, values: Some(values), quantiles: None } => {
+            let ascends = values.iter().all(|v| v.is_finite()) && values.is_sorted_by(|a, b| a < b);
+            if !(1..=MAX_CANDIDATES).contains(&values.len()) || !ascends {
+                let message = format!("`values` must be 1 to {MAX_CANDIDATES} ascending numbers");
+                return Err(source.error(wire.grid.span(), message));
+            }
+            let list = values.iter().map(|value| build(*value)).collect::<Result<Vec<_>, SpecError>>()?;
+            let first = list[0].1.clone();
+            (Candidates::Listed(list), first)
+        }
+        wire::Grid { from: None, to: None, step: None, values: None, quantiles: Some(count) } => {
             if !(2..=MAX_CANDIDATES).contains(count) {
                 let message = format!("`quantiles` must be 2 to {MAX_CANDIDATES}, not {count}");
                 return Err(source.error(wire.grid.span(), message));
@@ -388,7 +403,7 @@ fn train_choice(
             (Candidates::Quantiles { count: *count, build: Arc::new(build) }, example)
         }
         _ => {
-            let message = "`grid` needs `from`, `to` and `step`, or `quantiles` alone";
+            let message = "`grid` needs `from`, `to` and `step`, or `values` alone, or `quantiles` alone";
             return Err(source.error(wire.grid.span(), message));
         }
     };

@@ -8,7 +8,7 @@ use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
 use super::table::{self, Published, Table, Words};
-use super::{Experiment, TEST, Tracker, claim, wire};
+use super::{Experiment, OTHERS, TEST, Tracker, claim, wire};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
@@ -363,6 +363,10 @@ fn read_suites(
         if !catalog.names().any(|known| known == suite.get_ref()) {
             return Err(source.unknown(suite.span(), "suite", suite.get_ref(), catalog.names()));
         }
+        if role == OTHERS {
+            let message = "`others` is no role: it stands for the test suite without the sequence and the tracker at hand";
+            return Err(source.error(suite.span(), message));
+        }
         suites.insert(role.clone(), suite.get_ref().clone());
     }
     if !suites.contains_key(TEST) {
@@ -446,9 +450,10 @@ fn check_roles(
     for (m, wire) in methods.iter().zip(wire.method.get_ref()) {
         for variant in &m.variants {
             if let Some(role) = variant.detector.role()
+                && role != OTHERS
                 && !suites.contains_key(role)
             {
-                let known = suites.keys().map(String::as_str);
+                let known = suites.keys().map(String::as_str).chain([OTHERS]);
                 return Err(source.unknown(wire.name.span(), "suite role", role, known));
             }
         }

@@ -104,18 +104,20 @@ pub struct Method {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Train {
-    /// Role of the suite it is chosen on.
+    /// Role of the suite it is chosen on, or `others`: for each sequence and tracker of the test suite on the other
+    /// sequences and the other trackers.
     #[schemars(with = "String")]
     pub train: Spanned<String>,
     /// The pooled metric that is maximized; ties go to the first value.
     #[schemars(with = "String")]
     pub maximise: Spanned<String>,
-    /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, or `{ quantiles = 400 }`.
+    /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, `{ values = [0.1, 1.0, 10.0] }` or
+    /// `{ quantiles = 400 }`.
     #[schemars(with = "Grid")]
     pub grid: Spanned<Grid>,
 }
 
-/// Values to try: equally spaced, ends included, or quantiles of the signal on the training suite.
+/// Values to try: equally spaced, ends included, a list, or quantiles of the signal on the training suite.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -125,6 +127,8 @@ pub struct Grid {
     pub to: Option<f64>,
     /// Distance, above 0.
     pub step: Option<f64>,
+    /// Values, ascending.
+    pub values: Option<Vec<f64>>,
     /// Number of quantiles of the signal's values on the training suite, the smallest and largest value included.
     pub quantiles: Option<usize>,
 }

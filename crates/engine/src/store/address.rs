@@ -201,6 +201,7 @@ mod tests {
         ("tracker ivt", "4b483e366b078a60"),
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
         ("signal box-motion", "4d86d38076323bce"),
+        ("signal companion-overlap", "c60301aa69ba7fdb"),
         ("signal distribution-field", "2553ef39cf637fd4"),
         ("signal forward-backward", "76dc8ed55e403ab1"),
         ("signal region-covariance", "ce78414f85a731a7"),

@@ -57,7 +57,10 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
         if let Some((key, suite)) = &m.trained {
             let values: Vec<String> =
                 m.thresholds.iter().map(|(tracker, v)| format!("{v} for {tracker}")).collect();
-            value.push_str(&format!("; `{key}` trained on {suite}: {}", values.join(", ")));
+            value.push_str(&format!("; `{key}` trained on {suite}"));
+            if !values.is_empty() {
+                value.push_str(&format!(": {}", values.join(", ")));
+            }
         }
         all.push((format!("method {}", m.name), value));
     }

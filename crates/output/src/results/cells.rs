@@ -37,6 +37,29 @@ pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     cells
 }
 
+/// About how many rows of a file with a row for each frame are in memory at once; a row group has as many.
+const ROWS_AT_ONCE: usize = 1 << 17;
+
+/// Cells in parts that have about [`ROWS_AT_ONCE`] frames, at least one part.
+pub(super) fn in_parts<'c, 'a>(outcome: &Outcome<'_>, cells: &'c [&'a Cell]) -> Vec<&'c [&'a Cell]> {
+    let mut parts = Vec::new();
+    let mut rest = cells;
+    while !rest.is_empty() {
+        let mut rows = 0;
+        let fits = |cell: &&&Cell| {
+            rows += outcome.sequences[cell.sequence].len();
+            rows <= ROWS_AT_ONCE
+        };
+        let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        parts.push(part);
+        rest = later;
+    }
+    if parts.is_empty() {
+        parts.push(rest);
+    }
+    parts
+}
+
 /// Cells with the same key together; groups and their cells in the order in which they come.
 pub(super) fn grouped<'a, K: Eq + Hash>(
     cells: impl IntoIterator<Item = &'a Cell>,

@@ -1,7 +1,7 @@
 //! `frames.parquet`: every frame of every cell, with the tracker's box and the method's label.
 
 use super::ResultsError;
-use super::cells::{FrameKeys, method_label, sorted_cells};
+use super::cells::{FrameKeys, in_parts, method_label, sorted_cells};
 use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::parts_to_parquet;
 use crate::engine::{Cell, Outcome};
@@ -45,31 +45,13 @@ pub const FILE: TableFile = TableFile {
     ],
 };
 
-/// About how many rows are in memory at once; a row group of the file has as many.
-const ROWS_AT_ONCE: usize = 1 << 19;
-
 /// Writes the file.
 ///
 /// # Errors
 /// When a detection cannot be read from the store any more, or polars refuses.
 pub(super) fn write(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), ResultsError> {
     let cells = sorted_cells(outcome);
-    let mut parts: Vec<&[&Cell]> = Vec::new();
-    let mut rest = cells.as_slice();
-    while !rest.is_empty() {
-        let mut rows = 0;
-        let fits = |cell: &&&Cell| {
-            rows += outcome.sequences[cell.sequence].len();
-            rows <= ROWS_AT_ONCE
-        };
-        let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
-        parts.push(part);
-        rest = later;
-    }
-    if parts.is_empty() {
-        parts.push(&[]);
-    }
-    parts_to_parquet(file, parts.into_iter().map(|cells| frames_of(outcome, cells)))
+    parts_to_parquet(file, in_parts(outcome, &cells).into_iter().map(|cells| frames_of(outcome, cells)))
 }
 
 fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, ResultsError> {

@@ -313,6 +313,14 @@ fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
                 let tried = candidates.len();
                 text.push_str(&format!("{parameter} = {value} of {tried} values, {maximise} {reached}"));
             }
+            Content::OnOthers { folds } => {
+                let values = folds.iter().filter_map(|fold| match &fold.content {
+                    Content::Chosen { value, .. } => Some(value.to_string()),
+                    Content::Learned { .. } | Content::OnOthers { .. } => None,
+                });
+                let values: Vec<String> = values.collect();
+                text.push_str(&format!("{} folds, without this tracker: {}", folds.len(), values.join(", ")));
+            }
             Content::Learned { model, threshold } => {
                 text.push_str(&threshold.map_or(String::new(), |t| format!("threshold {t}; ")));
                 if written.contains(&model) {
@@ -348,15 +356,22 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
                 DetectorChoice::Trained(t) => Some(t.key.clone()),
                 DetectorChoice::Learned(_) => Some("model".to_string()),
             };
-            let suite = variant.detector.role().and_then(|role| experiment.suites.get(role));
-            let trained = key.zip(suite.cloned());
+            let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
+            let on_others = variant.detector.trains_on_others();
+            let learned_on = |suite: &String| match on_others {
+                true => format!("other videos and other trackers of {suite}"),
+                false => suite.clone(),
+            };
+            let trained = key.zip(suite.map(learned_on));
+            // Every fold has its own, see the models.
+            let thresholds = thresholds.get(&(&*method.name, &*params)).filter(|_| !on_others);
             records.push(MethodRecord {
                 name: method.name.clone(),
                 params: params.clone(),
                 signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
                 detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
                 trained,
-                thresholds: thresholds.get(&(&*method.name, &*params)).cloned().unwrap_or_default(),
+                thresholds: thresholds.cloned().unwrap_or_default(),
             });
         }
     }

@@ -9,7 +9,9 @@ use super::{
 use crate::engine::Outcome;
 use crate::engine::store;
 use crate::spec::Experiment;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 
 /// Writes everything that a run found out into an empty folder; the tables are made from it by the report.
@@ -33,14 +35,20 @@ pub fn write(
     }
     put(scores::FILE.name, &scores::write(experiment, outcome)?)?;
     put(measures::FILE.name, &measures::write(outcome)?)?;
-    let mut digest = String::new();
-    store::write_with(&folder.join(frames::FILE.name), |file| {
-        let mut file = Hashed::new(file);
-        frames::write(outcome, &mut file)?;
-        digest = file.hexadecimal();
-        Ok::<_, ResultsError>(())
-    })?;
-    put(signals::FILE.name, &signals::write(outcome)?)?;
+    type WriteTo = fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>;
+    let streamed: [(&str, WriteTo); 2] =
+        [(frames::FILE.name, frames::write), (signals::FILE.name, signals::write)];
+    let stream = |&(name, write): &(&str, WriteTo)| {
+        let mut digest = String::new();
+        store::write_with(&folder.join(name), |file| {
+            let mut file = Hashed::new(file);
+            write(outcome, &mut file)?;
+            digest = file.hexadecimal();
+            Ok::<_, ResultsError>(())
+        })?;
+        Ok((name.to_string(), digest))
+    };
+    let digests = streamed.par_iter().map(stream).collect::<Result<Vec<_>, ResultsError>>()?;
     put(truth::FILE.name, &truth::write(outcome)?)?;
     let followed = conditions::followed(outcome)?;
     if !followed.is_empty() {
@@ -50,7 +58,7 @@ pub fn write(
     if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
         put(analyses::FILE, &bytes)?;
     }
-    files.insert(frames::FILE.name.to_string(), digest);
+    files.extend(digests);
     models::write(folder, outcome)?;
     let path = folder.join(run::FILE);
     store::write(&path, &to_json(&path, record)?)?;

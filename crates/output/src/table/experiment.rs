@@ -6,6 +6,7 @@ use super::{latex, leaderboard, macros, render};
 use crate::engine::store;
 use crate::results::manifest::{self, Manifest, TrackerRecord};
 use crate::results::{CellScore, Results, ResultsError, measures, tables};
+use crate::spec::method::Method;
 use crate::spec::table::{Side, Table};
 use crate::spec::{Experiment, Tracker};
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,6 +34,12 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let learns = experiment.methods.iter().flat_map(|m| &m.variants).any(|v| v.detector.role().is_some());
     if learns || experiment.analyses.iter().any(|a| a.signal.is_some()) {
         add(" to learn from", |r| r.training_runs, |t| t.training_runs);
+    }
+    let on_others = |m: &&Method| m.variants.iter().any(|v| v.detector.trains_on_others());
+    let on_others: Vec<&str> = experiment.methods.iter().filter(on_others).map(|m| m.name.as_str()).collect();
+    if !on_others.is_empty() {
+        let names = on_others.join(", ");
+        note.push_str(&format!("; {names}: learned from other videos and other trackers, see models/"));
     }
     note
 }

@@ -1,0 +1,221 @@
+//! The choice of a parameter among candidates, and the learning of a model, from tracks.
+
+use super::Chosen;
+use crate::detector::{Detector, Example};
+use crate::error::{RunError, StepError};
+use crate::execute::judge::detect;
+use crate::execute::reverse::Reversal;
+use crate::execute::supervise::{JobError, Watchdog, run_single, supervised};
+use crate::execute::track::Track;
+use crate::execute::tracker_run::TrackingError;
+use crate::limits::RunLimits;
+use crate::plugin::ParamError;
+use crate::score::{Counts, Pooled, Protocol};
+use crate::spec::method::{Candidates, FixedDetector, Training};
+use rayon::prelude::*;
+use serde_json::Value;
+use std::sync::Arc;
+
+/// The model that a learner makes from tracks, as JSON text.
+pub fn learn(
+    fixed: &FixedDetector,
+    tracks: Vec<Arc<Track>>,
+    signal: Option<usize>,
+    limits: &RunLimits,
+) -> Result<String, StepError> {
+    let (kind, detector) = (fixed.kind, fixed.detector.clone());
+    let learn = move || -> Result<Value, StepError> {
+        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
+        let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
+        learner.learn(&examples).map_err(StepError::failed)
+    };
+    let model = run_single(limits, learn).map_err(|e| e.within(&format!("learning of {kind}")))?;
+    Ok(model.to_string())
+}
+
+/// The candidate with the largest pooled measure; the first among equals.
+pub fn train(
+    training: &Training,
+    tracks: Vec<Arc<Track>>,
+    signal: Option<usize>,
+    protocol: &'static Protocol,
+    limits: &RunLimits,
+) -> Result<Chosen, StepError> {
+    let within = |e: StepError| e.within(&format!("training `{}`", training.key));
+    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
+    if candidates.is_empty() {
+        return Err(within(StepError::failed("there is no value to try")));
+    }
+    let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
+    let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
+    if training.example.detector.needs_reverse() {
+        run_backwards(&tracks, &candidates, signal, limits)?;
+    }
+    let learned = tracks.clone();
+    let pooled = move |detector: &dyn Detector| -> Result<Counts, TrackingError> {
+        tracks.iter().map(|track| counts(track, signal, detector, protocol)).sum()
+    };
+    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
+        let mut measures = Vec::with_capacity(candidates.len());
+        for candidate in &candidates {
+            watch.check_interrupted()?;
+            if let Some(Some(reason)) = left_out.first() {
+                return Err(StepError::from(reason.clone()));
+            }
+            measures.push(watch.step(0, || pooled(&**candidate))?);
+        }
+        Ok(measures)
+    };
+    let measures = supervised(1, limits, work);
+    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::free_trackers);
+    Ok(best(training, protocol, values, &measures.map_err(within)?))
+}
+
+/// Counts of a detector on a track.
+fn counts(
+    track: &Track,
+    signal: Option<usize>,
+    detector: &dyn Detector,
+    protocol: &Protocol,
+) -> Result<Counts, TrackingError> {
+    let output = detect(track, signal, detector, 0)?;
+    Ok((protocol.score)(&track.error, &output.alarm, &output.changes()).counts)
+}
+
+/// The candidate whose counts have the largest measure; the first among equals.
+fn best(training: &Training, protocol: &Protocol, values: Vec<f64>, counts: &[Counts]) -> Chosen {
+    let measure = |counts: &Counts| {
+        let pooled = Pooled { counts: *counts, chance: Some(protocol.chance), ..Pooled::default() };
+        training.maximise.value(&pooled)
+    };
+    let measures: Vec<Option<f64>> = counts.iter().map(measure).collect();
+    let mut best: Option<(f64, usize)> = None;
+    for (i, reached) in measures.iter().enumerate() {
+        if let Some(reached) = *reached
+            && best.is_none_or(|(most, _)| reached > most)
+        {
+            best = Some((reached, i));
+        }
+    }
+    Chosen { index: best.map_or(0, |(_, i)| i) as u64, reached: best.map(|(r, _)| r), values, measures }
+}
+
+/// Counts of every candidate on one track, for parameters that are chosen on many parts of the same tracks.
+///
+/// # Errors
+/// When a detector panics, hangs or fails.
+pub fn counts_of_candidates(
+    candidates: &[(f64, FixedDetector)],
+    track: &Arc<Track>,
+    signal: Option<usize>,
+    protocol: &'static Protocol,
+    limits: &RunLimits,
+) -> Result<Vec<Counts>, StepError> {
+    let (candidates, track) = (candidates.to_vec(), track.clone());
+    let count = move || -> Result<Vec<Counts>, StepError> {
+        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, signal, &*fixed.detector, protocol);
+        Ok(candidates.iter().map(of).collect::<Result<_, TrackingError>>()?)
+    };
+    run_single(limits, count)
+}
+
+/// The choice among listed candidates from their counts on the training tracks, one list for each track.
+pub fn choose(
+    training: &Training,
+    candidates: &[(f64, FixedDetector)],
+    tracks: &[&Vec<Counts>],
+    protocol: &Protocol,
+) -> Chosen {
+    let mut sums = vec![Counts::default(); candidates.len()];
+    for counts in tracks {
+        sums.iter_mut().zip(*counts).for_each(|(sum, counts)| *sum = [*sum, *counts].into_iter().sum());
+    }
+    best(training, protocol, candidates.iter().map(|(value, _)| *value).collect(), &sums)
+}
+
+/// Makes the reverse runs of all candidates on all cores; training, which has one thread, then reuses their errors. A
+/// run that fails here fails again in training, where the failure is reported.
+fn run_backwards(
+    tracks: &[Arc<Track>],
+    candidates: &[Arc<dyn Detector>],
+    signal: Option<usize>,
+    limits: &RunLimits,
+) -> Result<(), RunError> {
+    let run = |track: &Arc<Track>| {
+        let (track, candidates) = (track.clone(), candidates.to_vec());
+        let detect_all = move || -> Result<(), StepError> {
+            candidates
+                .iter()
+                .try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()).map_err(StepError::from))
+        };
+        match run_single(limits, detect_all) {
+            Ok(()) => Ok(()),
+            Err(e) => e.cell().map(|_| ()),
+        }
+    };
+    tracks.par_iter().with_max_len(1).try_for_each(run)
+}
+
+/// Values to try with their detectors, ascending.
+fn candidates(
+    training: &Training,
+    tracks: &[Arc<Track>],
+    signal: Option<usize>,
+) -> Result<Vec<(f64, FixedDetector)>, ParamError> {
+    let (count, build) = match &training.candidates {
+        Candidates::Listed(list) => return Ok(list.clone()),
+        Candidates::Quantiles { count, build } => (*count, build),
+    };
+    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
+    values.sort_by(f64::total_cmp);
+    let Some(last) = values.len().checked_sub(1) else { return Ok(Vec::new()) };
+    // Values that were seen, so that nothing depends on how quantiles are interpolated.
+    let mut tried: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
+    tried.dedup();
+    tried.into_iter().map(|value| Ok((value, build(value)?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::DETECTORS;
+    use crate::plan::recipes::TRAINING;
+    use crate::score::Metric;
+
+    #[test]
+    fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
+        let candidate = |below: f64| {
+            let entry = crate::plugin::find(DETECTORS, "level").unwrap();
+            let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
+            (below, FixedDetector { kind: entry.kind, version: entry.version, detector })
+        };
+        let training = Training {
+            key: "below".into(),
+            role: "train".into(),
+            maximise: Metric::F_SCORE,
+            candidates: Candidates::Listed([0.01, 0.2, 0.5, 0.9].map(candidate).to_vec()),
+            example: candidate(0.01).1,
+        };
+        // One loss, at frame 20; below .2 and .5 find it, .01 never alarms, .9 does from the start.
+        let step =
+            |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
+        let track = Track {
+            regions: vec![],
+            status: vec![],
+            error: step(0.2, 1.0),
+            signals: vec![step(0.8, 0.1)],
+            repeated: 0,
+            reversal: None,
+        };
+        let protocol = crate::score::protocol("khalid2016/1").unwrap();
+        let train = |tracks| train(&training, tracks, Some(0), protocol, &RunLimits::default()).unwrap();
+        let chosen = train(vec![Arc::new(track)]);
+        let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
+        let values = vec![0.01, 0.2, 0.5, 0.9];
+        assert_eq!(
+            (TRAINING, chosen),
+            (2, Chosen { index: 1, reached: Some(1.0), values, measures }),
+            "raise TRAINING"
+        );
+    }
+}
