@@ -23,7 +23,13 @@ fn arma(c: &mut Criterion) {
     if let Ok(detector) = arma_forecast::ArmaForecast::new(arma_forecast::Params::default()) {
         group.bench_with_input(BenchmarkId::new("detector", signal.len()), &signal, |b, signal| {
             b.iter(|| {
-                detector.detect(&Input { signal: black_box(signal), error: &[], seed: 0, reverse: None })
+                detector.detect(&Input {
+                    signal: black_box(signal),
+                    error: &[],
+                    seed: 0,
+                    reverse: None,
+                    more: &[],
+                })
             });
         });
     }

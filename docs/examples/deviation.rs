@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn a_jump_is_an_alarm() {
         let detector = ENTRY.build_from_text("{ window = 2, k = 2.5 }").unwrap();
-        let input = Input { signal: &[1.0, 3.0, 5.0], error: &[], seed: 0, reverse: None };
+        let input = Input { signal: &[1.0, 3.0, 5.0], error: &[], seed: 0, reverse: None, more: &[] };
         let output = detector.detect(&input);
         assert_eq!(output.score, [0.0, 0.0, 3.0]);
         assert_eq!(output.alarm, [false, false, true]);

@@ -82,6 +82,15 @@ struct ReadyMethod {
     detector: FixedDetector,
 }
 
+impl ReadyMethod {
+    /// Its signals; `None` for a method without one.
+    fn signals(&self) -> Vec<Option<&SignalChoice>> {
+        let more = self.method.variants.iter().take(1).flat_map(|v| &v.more_signals).map(Some);
+        let first = self.method.variants.first().and_then(|v| v.signal.as_ref());
+        std::iter::once(first).chain(more).collect()
+    }
+}
+
 /// Runs the verb.
 ///
 /// # Errors
@@ -126,7 +135,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let lane = Lane::of_states(Arc::new(states));
             let lane = lane.with_signals(&context, &Companions::default(), signals_of(&methods));
             let frames = FrameCache::new(0);
-            let collected = lane.and_then(|lane| follow(&sequence, &frames, lane, methods.len()));
+            let collected =
+                lane.and_then(|lane| follow(&sequence, &frames, lane, signals_of(&methods).len()));
             let Collected { signals, .. } = collected.map_err(|e| Failure::data(e.to_string()))?;
             print(&sequence, &methods, &signals, None)
         }
@@ -215,7 +225,8 @@ fn track(
     let lane = Lane::of_started(started)
         .with_signals(&run.context(), &Companions::default(), signals_of(&ready))
         .map_err(failure)?;
-    let Collected { states, signals } = follow(&sequence, &run.frames, lane, ready.len()).map_err(failure)?;
+    let Collected { states, signals } =
+        follow(&sequence, &run.frames, lane, signals_of(&ready).len()).map_err(failure)?;
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     if let Some(path) = &args.save_boxes {
         store::write(path, write::boxes(&regions, base(args)).as_bytes()).map_err(Failure::io)?;
@@ -291,19 +302,19 @@ fn ready_for(
     Ok(ready)
 }
 
-/// The signal of each method; `None` for methods without one.
-fn signals_of(methods: &[ReadyMethod]) -> impl Iterator<Item = Option<&SignalChoice>> {
-    methods.iter().map(|m| m.method.variants.first().and_then(|v| v.signal.as_ref()))
+/// The signals of each method, one after the other; `None` for methods without one.
+fn signals_of(methods: &[ReadyMethod]) -> Vec<Option<&SignalChoice>> {
+    methods.iter().flat_map(ReadyMethod::signals).collect()
 }
 
-/// Gives all frames of a sequence to a lane with the signals of `methods` methods, and collects its results.
+/// Gives all frames of a sequence to a lane with a number of signals, and collects its results.
 fn follow(
     sequence: &Arc<Sequence>,
     frames: &FrameCache,
     lane: Lane,
-    methods: usize,
+    signals: usize,
 ) -> Result<Collected, TrackingError> {
-    let collector = Collector::new([methods]);
+    let collector = Collector::new([signals]);
     let (cores, mut lanes) = (Cores::new(rayon::current_num_threads()), [Ok(lane)]);
     let _share = cores.enter();
     run_frames_on(&cores, sequence, frames, &mut lanes, &collector)?;
@@ -321,8 +332,13 @@ fn print(
     let mut detected = Vec::new();
     // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
     let unknown = vec![f64::NAN; sequence.len()];
-    for (ReadyMethod { method, detector }, signal) in methods.iter().zip(signals) {
-        let input = Input { signal, error: &unknown, seed: seed::seed(0, &[&method.name]), reverse: None };
+    let mut signals = signals.iter().map(Vec::as_slice);
+    for ready in methods {
+        let mine: Vec<&[f64]> = signals.by_ref().take(ready.signals().len()).collect();
+        let Some((signal, more)) = mine.split_first() else { continue };
+        let ReadyMethod { method, detector } = ready;
+        let seed = seed::seed(0, &[&method.name]);
+        let input = Input { signal, more, error: &unknown, seed, reverse: None };
         let result = reverse::detect(&*detector.detector, input, reversal);
         detected.push(MethodOutput {
             method: &method.name,

@@ -198,6 +198,11 @@ name = "jumps"
 signal = { kind = "box-motion" }
 detector = { kind = "level", above = { train = "others", maximise = "f_score", grid = { quantiles = 5 } } }
 
+[[method]]
+name = "joint"
+signal = [{ kind = "companion-overlap" }, { kind = "companion-overlap", statistic = "share" }]
+detector = { kind = "joint-drop", below = [0.5, 0.5] }
+
 [[table]]
 name = "f"
 rows = ["f_score", "tp"]
@@ -235,4 +240,14 @@ fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shard
     }
     let table = std::fs::read_to_string(folder.join("tables/f.md")).unwrap();
     assert!(table.contains("companions, jumps: learned from other videos and other trackers"), "{table}");
+}
+
+#[test]
+fn a_detector_is_given_as_many_signals_as_it_reads() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = OTHERS.replace("below = [0.5, 0.5]", "below = [0.5]");
+    let output = run_spec(&text, dir.path(), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = told(&output);
+    assert!(message.contains("method `joint` reads 1 signals, and 2 are given"), "{message}");
 }

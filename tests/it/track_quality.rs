@@ -125,7 +125,7 @@ fn judge(
     let reversal = Reversal::new(run, states.into_iter().map(|state| state.region).collect());
     let detector = plugin::find(DETECTORS, detector.0).unwrap().build_from_text(detector.1).unwrap();
     let error = vec![f64::NAN; frames];
-    let input = Input { signal: &values, error: &error, seed: 0, reverse: None };
+    let input = Input { signal: &values, error: &error, seed: 0, reverse: None, more: &[] };
     reverse::detect(&*detector, input, Some(&reversal)).unwrap()
 }
 

@@ -14,7 +14,7 @@ mod tests;
 pub mod why;
 
 pub use cached::CellState;
-pub use demand::{distinct_signals, needed_roles, signal_index, variants};
+pub use demand::{SignalSet, distinct_signals, needed_roles, signal_index, variants};
 pub use experiment::{ExperimentPlan, Place, PlannedCell, PlannedSequence, PlannedSuite};
 pub use job::Job;
 pub use labels::PlannedLabels;

@@ -13,6 +13,7 @@ pub mod control_chart;
 pub mod cusum;
 pub mod forecasting;
 pub mod hysteresis;
+pub mod joint_drop;
 pub mod labels;
 pub mod learning;
 pub mod level;
@@ -57,6 +58,8 @@ pub trait Reverse {
 pub struct Input<'a> {
     /// One finite value for each frame, from the track's first frame on.
     pub signal: &'a [f64],
+    /// Further signals, as many as the detector [reads](Detector::signals) beyond the first.
+    pub more: &'a [&'a [f64]],
     /// Tracking error O_t of each frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
     /// anchor may read it.
     pub error: &'a [f64],
@@ -99,6 +102,11 @@ pub trait Detector: Send + Sync {
         true
     }
 
+    /// Number of signals that it reads, if it reads any.
+    fn signals(&self) -> usize {
+        1
+    }
+
     /// Whether its labels depend on the seed; if not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         false
@@ -136,6 +144,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     level::ENTRY,
     hysteresis::ENTRY,
     relative_drop::ENTRY,
+    joint_drop::ENTRY,
     cusum::ENTRY,
     page_hinkley::ENTRY,
     sequential_test::ENTRY,

@@ -11,6 +11,7 @@ use crate::detector::{Detector, DetectorOutput, Input, Quality};
 use crate::error::{CellError, RunError};
 use crate::limits::Interrupted;
 use crate::observe::tally::Work;
+use crate::plan::SignalSet;
 use crate::plan::recipes::{self, DetectorKey, Read};
 use crate::score::{Protocol, TrackScore};
 use crate::spec::method::{FixedDetector, Method};
@@ -67,12 +68,12 @@ impl ReadyDetector {
 /// When a reverse run failed.
 pub fn detect(
     track: &Track,
-    signal: Option<usize>,
+    signals: &SignalSet,
     detector: &dyn Detector,
     seed: u64,
 ) -> Result<DetectorOutput, TrackingError> {
-    let signal = track.signal(signal);
-    let input = Input { signal: &signal, error: &track.error, seed, reverse: None };
+    let (signal, more) = (track.signal(signals.first), track.more(signals));
+    let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
     reverse::detect(detector, input, track.reversal.as_deref())
 }
 
@@ -85,8 +86,8 @@ pub struct PendingCell {
     pub track: Arc<Track>,
     /// Input of the detector: the signal on the track, or the track.
     pub read: Read,
-    /// Index of the signal that the method reads, if it reads one.
-    pub signal: Option<usize>,
+    /// The signals that the method reads.
+    pub signals: SignalSet,
     /// The detector.
     pub ready_detector: ReadyDetector,
     /// Its seed.
@@ -111,7 +112,7 @@ impl PendingCell {
             name: Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(cell) },
             track: track.clone(),
             read,
-            signal: plan.signal(variant),
+            signals: plan.signals_of(variant).clone(),
             ready_detector,
             seed,
         }
@@ -130,7 +131,7 @@ pub fn judge(
     let recipes: Vec<_> = cells.iter().map(recipe).collect();
     let cached = |(cell, recipe): (&PendingCell, &Recipe)| {
         let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), cell.track.error.len());
-        stored.and_then(|output| output.on(&cell.track.signal(cell.signal)))
+        stored.and_then(|output| output.on(&cell.track.signal(cell.signals.first)))
     };
     let mut outputs: Vec<Option<Result<DetectorOutput, CellError>>> =
         cells.iter().zip(&recipes).map(|pair| cached(pair).map(Ok)).collect();
@@ -143,7 +144,7 @@ pub fn judge(
             let cell = &cells[k];
             let output = output.map_err(|e| CellError::Failed(format!("{}: {e}", cell.name.cell)));
             if let Ok(output) = &output {
-                let signal = cell.track.signal(cell.signal);
+                let signal = cell.track.signal(cell.signals.first);
                 let content = StoredDetectorOutput::new(output, &signal);
                 records.push(store::record(cell.name.clone(), recipes[k].clone(), signal.len(), &content)?);
             }
@@ -176,7 +177,7 @@ fn compute(
             let detector = &*cell.ready_detector.fixed.detector;
             outputs.push(match left_out {
                 Some(reason) => Err(reason.clone().into()),
-                None => watch.step(k, || detect(&cell.track, cell.signal, detector, cell.seed)),
+                None => watch.step(k, || detect(&cell.track, &cell.signals, detector, cell.seed)),
             });
         }
         Ok(outputs)

@@ -160,7 +160,7 @@ fn judge_sequence(
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker][plan.part(variant, index)];
-        let result = match (plan.read(planned, j, plan.signal(v)), &tracks[j], ready_detector) {
+        let result = match (plan.input(planned, j, v), &tracks[j], ready_detector) {
             (Err(e), ..) => Err(e),
             (Ok(_), Err(e), _) | (Ok(_), _, Err(e)) => Err(e.clone()),
             (Ok(read), Ok(track), Ok(ready_detector)) => {

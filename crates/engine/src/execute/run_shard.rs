@@ -69,7 +69,7 @@ pub fn run_shard(
                 let params = variant.params();
                 let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-                match (plan.read(planned, *j, plan.signal(v)), track) {
+                match (plan.input(planned, *j, v), track) {
                     (Err(e), _) => cells.push((name, Err(e))),
                     (Ok(_), Err(e)) => cells.push((name, Err(e.clone()))),
                     (Ok(read), Ok(track)) => pending.push(PendingCell::new(

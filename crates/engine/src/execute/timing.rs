@@ -15,7 +15,7 @@ use crate::analysis::processing_time::{Spent, Timing};
 use crate::analysis::{Findings, Population, Reads};
 use crate::detector::{Input, Reverse};
 use crate::error::{CellError, RunError, StepError};
-use crate::plan::variants;
+use crate::plan::{SignalSet, variants};
 use crate::region::Region;
 use crate::score::overlap;
 use crate::spec::analysis::Analysis;
@@ -54,7 +54,8 @@ pub fn measure(
 /// A method to be timed.
 #[derive(Clone)]
 struct TimedMethod {
-    signal: Option<SignalChoice>,
+    /// Its signals; `None` for one without.
+    signals: Vec<Option<SignalChoice>>,
     ready_detector: ReadyDetector,
 }
 
@@ -82,8 +83,10 @@ fn make(
         }
         match &ready[v][tracker][0] {
             Ok(ready_detector) => {
-                let signal = plan.signal(v).and_then(|k| plan.signals.get(k)).cloned();
-                methods.push(TimedMethod { signal, ready_detector: ready_detector.clone() });
+                let SignalSet { first, more } = plan.signals_of(v);
+                let all = std::iter::once(*first).chain(more.iter().copied().map(Some));
+                let signals = all.map(|k| plan.signals.get(k?).cloned()).collect();
+                methods.push(TimedMethod { signals, ready_detector: ready_detector.clone() });
             }
             Err(e) => return Err(e.clone().into()),
         }
@@ -160,15 +163,16 @@ impl FrameObserver for ForwardClock {
 fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingError> {
     let TrackerRun { sequence, frames, .. } = run;
     let goes_back = methods.iter().any(|m| m.ready_detector.fixed.detector.needs_reverse());
+    let count = methods.iter().map(|m| m.signals.len()).sum();
     let clock = ForwardClock {
         tracking: Cell::default(),
-        reading: vec![Cell::default(); methods.len()],
+        reading: vec![Cell::default(); count],
         forks: goes_back.then(RefCell::default),
-        collector: Collector::new([methods.len()]),
+        collector: Collector::new([count]),
     };
     let lane = Lane::of_run(run.clone());
-    let lane =
-        lane.with_signals(&run.context(), &Companions::default(), methods.iter().map(|m| m.signal.as_ref()))?;
+    let all = methods.iter().flat_map(|m| m.signals.iter().map(Option::as_ref));
+    let lane = lane.with_signals(&run.context(), &Companions::default(), all)?;
     run_lane(sequence, frames, 0..sequence.len(), lane, &clock)?;
     let ForwardClock { tracking, reading, forks, collector } = clock;
     let Collected { states, signals } = collector.into_collected().swap_remove(0);
@@ -176,18 +180,22 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingErr
     let forks = forks.map(RefCell::into_inner).unwrap_or_default();
     let error = vec![f64::NAN; sequence.len()];
     let mut spent = Vec::new();
-    for ((method, signal), reading) in methods.iter().zip(&signals).zip(reading) {
+    let mut series = signals.iter().map(Vec::as_slice).zip(reading);
+    for method in methods {
+        let (mine, reading): (Vec<&[f64]>, Vec<Cell<Duration>>) =
+            series.by_ref().take(method.signals.len()).unzip();
+        let Some((signal, more)) = mine.split_first() else { continue };
         let timed = TimedReversal::new(run, &regions, &forks);
         let detector = &method.ready_detector.fixed.detector;
         let detecting = Cell::default();
         clocked(&detecting, || {
-            detector.detect(&Input { signal, error: &error, seed: 0, reverse: Some(&timed) })
+            detector.detect(&Input { signal, more, error: &error, seed: 0, reverse: Some(&timed) })
         });
         if let Some(e) = timed.failure.into_inner() {
             return Err(e);
         }
         spent.push(Spent {
-            signal: reading.get().as_secs_f64(),
+            signal: reading.iter().map(|spent| spent.get().as_secs_f64()).sum(),
             detection: detecting.get().saturating_sub(timed.inside.get()).as_secs_f64(),
             reverse: timed.running.get().as_secs_f64(),
             runs: timed.runs.get(),

@@ -3,7 +3,7 @@
 use super::reverse::Reversal;
 use crate::detector::Example;
 use crate::error::CellError;
-use crate::plan::ExperimentPlan;
+use crate::plan::{ExperimentPlan, SignalSet};
 use crate::region::Region;
 use crate::tracker::Status;
 use std::borrow::Cow;
@@ -33,6 +33,11 @@ impl Track {
             Some(series) => series.into(),
             None => vec![0.0; self.error.len()].into(),
         }
+    }
+
+    /// The further signals that a method reads.
+    pub fn more(&self, signals: &SignalSet) -> Vec<&[f64]> {
+        signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect()
     }
 
     /// The track with one of its signals, as training data.

@@ -7,7 +7,7 @@ use super::judge::{ParameterSource, ReadyDetector};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::{Place, recipes, variants};
+use crate::plan::{Place, SignalSet, recipes, variants};
 use crate::score::Counts;
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
@@ -110,7 +110,7 @@ struct TrainingNeed<'a> {
     variant_index: usize,
     method: &'a Method,
     variant: &'a Variant,
-    signal: Option<usize>,
+    signals: &'a SignalSet,
     tracker: usize,
     part: usize,
     /// The tracks that it learns from.
@@ -188,7 +188,7 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
                     variant_index: v,
                     method,
                     variant,
-                    signal: plan.signal(v),
+                    signals: plan.signals_of(v),
                     tracker: t,
                     part,
                     tracks: mine,
@@ -272,7 +272,7 @@ fn counts_on_others(
         let count = |place: &Place| {
             let (limits, protocol) = (&context.options.limits, need.method.protocol);
             let counts = match &tracks[place.0][place.1][place.2] {
-                Ok(track) => choose::counts_of_candidates(candidates, track, need.signal, protocol, limits),
+                Ok(track) => choose::counts_of_candidates(candidates, track, need.signals, protocol, limits),
                 Err(e) => Err(e.clone().into()),
             };
             Ok((*place, counts.map_or_else(|e| e.cell().map(Err), |counts| Ok(Ok(counts)))?))
@@ -319,11 +319,11 @@ fn make(
                     let counts = need.tracks.iter().map(of).collect::<Result<Vec<_>, CellError>>()?;
                     choose::choose(training, candidates, &counts, protocol)
                 }
-                _ => choose::train(training, mine()?, need.signal, protocol, limits)?,
+                _ => choose::train(training, mine()?, need.signals, protocol, limits)?,
             })
         }
         DetectorChoice::Learned(fixed) => {
-            StoredModel::Learned(choose::learn(fixed, mine()?, need.signal, limits)?)
+            StoredModel::Learned(choose::learn(fixed, mine()?, need.signals, limits)?)
         }
     })
 }

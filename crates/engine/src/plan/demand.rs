@@ -22,12 +22,21 @@ impl Demand<'_> {
     }
 }
 
+/// The signals of a variant, as indices into the distinct ones.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SignalSet {
+    /// The signal, if the variant reads one; figures and files show it.
+    pub first: Option<usize>,
+    /// Further signals.
+    pub more: Vec<usize>,
+}
+
 /// All demands of an experiment, each once: the test suite for every tracker, and the suites that methods learn from or
 /// analyses read. `of_variants` has the signal of each variant.
 pub(super) fn demands<'a>(
     experiment: &'a Experiment,
     signals: &[SignalChoice],
-    of_variants: &[Option<usize>],
+    of_variants: &[SignalSet],
 ) -> Vec<Demand<'a>> {
     let signal = |a: &Analysis| a.signal.as_ref().and_then(|s| signal_index(signals, s));
     let of_analyses: Vec<_> = experiment.analyses.iter().map(signal).collect();
@@ -40,13 +49,16 @@ pub(super) fn demands<'a>(
     for (tracker, t) in experiment.trackers.iter().enumerate() {
         let test = experiment.suites[TEST].as_str();
         add(Demand { suite: test, tracker, runs: t.runs, signal: None });
-        for ((method, variant), signal) in variants(experiment).zip(of_variants) {
+        for ((method, variant), set) in variants(experiment).zip(of_variants) {
             if !method.runs_on(&t.label) {
                 continue;
             }
-            add(Demand { suite: test, tracker, runs: t.runs, signal: *signal });
-            if let Some(suite) = variant.detector.role().and_then(|role| experiment.suite_of(role)) {
-                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            let training = variant.detector.role().and_then(|role| experiment.suite_of(role));
+            for signal in std::iter::once(set.first).chain(set.more.iter().copied().map(Some)) {
+                add(Demand { suite: test, tracker, runs: t.runs, signal });
+                if let Some(suite) = training {
+                    add(Demand { suite, tracker, runs: t.training_runs, signal });
+                }
             }
         }
         for (analysis, signal) in experiment.analyses.iter().zip(&of_analyses) {
@@ -62,7 +74,7 @@ pub(super) fn demands<'a>(
 /// The distinct signals of an experiment, in order of first use.
 pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     let mut distinct: Vec<SignalChoice> = Vec::new();
-    let of_methods = variants(experiment).filter_map(|(_, variant)| variant.signal.as_ref());
+    let of_methods = variants(experiment).flat_map(|(_, variant)| variant.signals());
     for choice in of_methods.chain(experiment.analyses.iter().filter_map(|a| a.signal.as_ref())) {
         if signal_index(&distinct, choice).is_none() {
             distinct.push(choice.clone());

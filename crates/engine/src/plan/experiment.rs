@@ -1,6 +1,6 @@
 //! The plan of an experiment: sequences with their digests, tracks and cells with their recipes.
 
-use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
+use super::demand::{Demand, SignalSet, demands, distinct_signals, signal_index, variants};
 use super::folds;
 use super::job::Job;
 use super::recipes::{self, Ingredient, Read};
@@ -12,7 +12,7 @@ use crate::num::seed;
 use crate::signal::Reads;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
-use crate::store::address::{Address, Recipe};
+use crate::store::address::{Address, Recipe, Stage};
 use crate::tracker::RunContext;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -72,8 +72,8 @@ pub struct ExperimentPlan<'a> {
     /// Fold of each sequence of the test suite.
     folds: Vec<usize>,
     demands: Vec<Demand<'a>>,
-    /// Index into `signals` of each variant.
-    variant_signals: Vec<Option<usize>>,
+    /// The signals of each variant.
+    variant_signals: Vec<SignalSet>,
 }
 
 /// Place of a track: indices of its suite, sequence and job.
@@ -103,8 +103,11 @@ impl<'a> ExperimentPlan<'a> {
         stop: &Stop,
     ) -> Result<Self, RunError> {
         let signals = distinct_signals(experiment);
-        let signal = |(_, v): (&Method, &Variant)| v.signal.as_ref().and_then(|s| signal_index(&signals, s));
-        let variant_signals: Vec<Option<usize>> = variants(experiment).map(signal).collect();
+        let set = |(_, v): (&Method, &Variant)| SignalSet {
+            first: v.signal.as_ref().and_then(|s| signal_index(&signals, s)),
+            more: v.more_signals.iter().filter_map(|s| signal_index(&signals, s)).collect(),
+        };
+        let variant_signals: Vec<SignalSet> = variants(experiment).map(set).collect();
         let demands = demands(experiment, &signals, &variant_signals);
         let most = |tracker: usize| {
             let mine = demands.iter().filter(move |d| d.tracker == tracker);
@@ -182,7 +185,12 @@ impl<'a> ExperimentPlan<'a> {
 
     /// Index of the distinct signal that a variant reads, if it reads one.
     pub fn signal(&self, variant: usize) -> Option<usize> {
-        self.variant_signals.get(variant).copied().flatten()
+        self.variant_signals.get(variant)?.first
+    }
+
+    /// All signals that a variant reads.
+    pub fn signals_of(&self, variant: usize) -> &SignalSet {
+        &self.variant_signals[variant]
     }
 
     /// Whether any method runs trackers backwards.
@@ -331,6 +339,23 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
+    /// Input of a variant's detector on a job's track.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn input(&self, planned: &PlannedSequence, job: usize, variant: usize) -> Result<Read, CellError> {
+        let SignalSet { first, more } = self.signals_of(variant);
+        let read = self.read(planned, job, *first)?;
+        if more.is_empty() {
+            return Ok(read);
+        }
+        let mut all = read.add_to(Recipe::new(Stage::Signal));
+        for signal in more {
+            all = self.read(planned, job, Some(*signal))?.add_to(all);
+        }
+        Ok(Read::Signal(all.address()))
+    }
+
     /// Number of detectors that a variant has on each tracker: one, or one for each fold if it is trained on others.
     pub fn parts(&self, variant: &Variant) -> usize {
         let folds = || self.folds.iter().max().map_or(1, |last| last + 1);
@@ -370,7 +395,7 @@ impl<'a> ExperimentPlan<'a> {
         };
         let sequences = self.suites[suite].sequences.iter().enumerate();
         let of = |(s, planned)| {
-            let read = move |j: usize| Some(((suite, s, j), self.read(planned, j, self.signal(v)).ok()?));
+            let read = move |j: usize| Some(((suite, s, j), self.input(planned, j, v).ok()?));
             (0..self.jobs.len()).filter_map(read)
         };
         sequences.flat_map(of).collect()

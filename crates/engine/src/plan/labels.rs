@@ -66,7 +66,10 @@ impl ExperimentPlan<'_> {
             let track = read(None);
             let signals: Vec<_> = (0..self.signals.len()).map(|k| read(Some(k))).collect();
             let cell = |&(_, v): &(usize, usize)| {
-                let read = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(&track);
+                let one = self.signal(v).and_then(|k| signals.get(k)).unwrap_or(&track);
+                let several = || self.input(planned, *j, v).map(LabelsOn::new);
+                let several = (!self.signals_of(v).more.is_empty()).then(several);
+                let read = several.as_ref().unwrap_or(one);
                 let part = self.part(variants[v].1, s);
                 let from = match (read, &keys[v][job.tracker][part]) {
                     (Err(e), _) | (Ok(_), Err(e)) => Err(e.clone()),

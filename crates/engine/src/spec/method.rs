@@ -33,11 +33,18 @@ pub struct Variant {
     pub point: Vec<(String, f64)>,
     /// The signal; `None` for detectors that need none.
     pub signal: Option<SignalChoice>,
+    /// Further signals, for detectors that read several.
+    pub more_signals: Vec<SignalChoice>,
     /// The detector, given or to be trained.
     pub detector: DetectorChoice,
 }
 
 impl Variant {
+    /// All its signals.
+    pub fn signals(&self) -> impl Iterator<Item = &SignalChoice> {
+        self.signal.iter().chain(&self.more_signals)
+    }
+
     /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.
     pub fn params(&self) -> String {
         let parts: Vec<_> = self.point.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
@@ -197,21 +204,22 @@ pub fn read(
             },
         }
     };
-    let (signal, detector, grid) = (part("signal")?, part("detector")?, part("grid")?);
+    let (signals, detector, grid) = (signals(source, table)?, part("detector")?, part("grid")?);
     let Some(detector) = detector else {
         return Err(source
             .error(span, format!("method `{name}` has no detector, and no published method has that name")));
     };
-    let signal = signal.map(|t| RawPlugin::read(source, t, "signal", SIGNALS)).transpose()?;
+    let signals = signals.into_iter().map(|t| RawPlugin::read(source, t, "signal", SIGNALS));
+    let signals: Vec<RawPlugin<'_, dyn Signal>> = signals.collect::<Result<_, _>>()?;
     let detector = RawPlugin::read(source, detector, "detector", DETECTORS)?;
     let axes = match &grid {
         None => Vec::new(),
-        Some(grid) => read_axes(source, grid, &detector, signal.as_ref())?,
+        Some(grid) => read_axes(source, grid, &detector, signals.first())?,
     };
     let mut variants = Vec::new();
     let mut detectors = 0;
     for point in combinations(&axes) {
-        let variant = build_variant(source, name, span.clone(), &detector, signal.as_ref(), &point)?;
+        let variant = build_variant(source, name, span.clone(), &detector, &signals, &point)?;
         detectors += variant.detectors();
         if detectors > room {
             let message = format!("the experiment tries more than {MAX_DETECTORS} detectors");
@@ -220,6 +228,25 @@ pub fn read(
         variants.push(variant);
     }
     Ok(Method { name: name.to_string(), trackers: None, protocol, variants })
+}
+
+/// The tables of a method's signals: none, one, or a list.
+fn signals<'i>(
+    source: Source<'_>,
+    table: &Spanned<DeTable<'i>>,
+) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
+    let Some(value) = table.get_ref().get("signal") else { return Ok(Vec::new()) };
+    let of = |value: &Spanned<DeValue<'i>>| match value.get_ref() {
+        DeValue::Table(t) => Ok(Spanned::new(value.span(), t.clone())),
+        other => {
+            let message = format!("`signal` must be a table or a list of tables, not a {}", other.type_str());
+            Err(source.error(value.span(), message))
+        }
+    };
+    match value.get_ref() {
+        DeValue::Array(list) => list.iter().map(of).collect(),
+        _ => Ok(vec![of(value)?]),
+    }
 }
 
 /// An axis of the grid: the parameter it sets, of the signal or the detector, and its values.
@@ -301,19 +328,22 @@ fn build_variant<'i>(
     name: &str,
     span: std::ops::Range<usize>,
     detector: &RawPlugin<'i, dyn Detector>,
-    signal: Option<&RawPlugin<'i, dyn Signal>>,
+    signals: &[RawPlugin<'i, dyn Signal>],
     point: &[(&Axis<'i>, usize)],
 ) -> Result<Variant, SpecError> {
     let set = |of_signal: bool| -> Vec<(&str, Spanned<DeValue<'i>>)> {
         let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
         mine.map(|(axis, i)| (axis.key.as_str(), axis.values[*i].1.clone())).collect()
     };
-    let signal = signal
-        .map(|raw| {
-            let built = raw.build(source, set(true))?;
-            Ok(SignalChoice { kind: raw.entry.kind, version: raw.entry.version, signal: Arc::from(built) })
-        })
-        .transpose()?;
+    let built = |(k, raw): (usize, &RawPlugin<'i, dyn Signal>)| {
+        // Axes of the grid are parameters of the first signal.
+        let built = raw.build(source, if k == 0 { set(true) } else { Vec::new() })?;
+        Ok(SignalChoice { kind: raw.entry.kind, version: raw.entry.version, signal: Arc::from(built) })
+    };
+    let signals: Vec<SignalChoice> =
+        signals.iter().enumerate().map(built).collect::<Result<_, SpecError>>()?;
+    let mut signals = signals.into_iter();
+    let (signal, more_signals) = (signals.next(), signals.collect::<Vec<_>>());
     let detector = match detector.training(source)? {
         Some((key, train)) => train_choice(source, detector, &key, &train, set(false))?,
         None => {
@@ -327,8 +357,13 @@ fn build_variant<'i>(
     if detector.example().detector.needs_signal() && signal.is_none() {
         return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
     }
+    let (reads, given) = (detector.example().detector.signals(), 1 + more_signals.len());
+    if signal.is_some() && given != reads.max(1) {
+        let message = format!("the detector of method `{name}` reads {reads} signals, and {given} are given");
+        return Err(source.error(span, message));
+    }
     let point = point.iter().map(|(axis, i)| (axis.name.clone(), axis.values[*i].0)).collect();
-    Ok(Variant { point, signal, detector })
+    Ok(Variant { point, signal, more_signals, detector })
 }
 
 fn train_choice(

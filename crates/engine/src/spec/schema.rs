@@ -17,7 +17,8 @@ pub fn schema() -> Value {
         definitions.insert("Signal".into(), signals);
         definitions.insert("Detector".into(), detectors);
         if let Some(method) = definitions.get_mut("Method").and_then(|m| m.get_mut("properties")) {
-            method["signal"] = json!({ "$ref": "#/$defs/Signal" });
+            let one = json!({ "$ref": "#/$defs/Signal" });
+            method["signal"] = json!({ "anyOf": [one, { "type": "array", "items": one }] });
             method["detector"] = json!({ "$ref": "#/$defs/Detector" });
         }
         definitions.insert("Compute".into(), analyses);

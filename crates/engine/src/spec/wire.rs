@@ -83,9 +83,9 @@ pub struct Method {
     /// Name in tables. A method of the papers needs nothing else.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// `{ kind = "...", parameters }`; left out for anchors.
+    /// `{ kind = "...", parameters }`, or a list of them for detectors that read several; left out for anchors.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
-    pub signal: Option<toml::Table>,
+    pub signal: Option<toml::Value>,
     /// `{ kind = "...", parameters }`; one parameter may be `{ train = ROLE, maximise = METRIC, grid = ... }`.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub detector: Option<toml::Table>,

@@ -277,15 +277,20 @@ mod tests {
     }
 
     fn alarms(detector: &dyn Detector, signal: &[f64]) -> Vec<bool> {
-        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None }).alarm
+        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm
     }
 
     // By hand: s = 1, 3, 5, 7 for L = 2; only values above beta are alarms.
     #[test]
     fn the_sum_of_the_last_values_is_compared() {
         let detector = built("{ length = 2, beta = 5.0 }");
-        let output =
-            detector.detect(&Input { signal: &[1.0, 2.0, 3.0, 4.0], error: &[], seed: 0, reverse: None });
+        let output = detector.detect(&Input {
+            signal: &[1.0, 2.0, 3.0, 4.0],
+            error: &[],
+            seed: 0,
+            reverse: None,
+            more: &[],
+        });
         assert_eq!(output.score, [1.0, 3.0, 5.0, 7.0]);
         assert_eq!(output.alarm, [false, false, false, true]);
         assert_eq!(detector.threshold(), Some(5.0));

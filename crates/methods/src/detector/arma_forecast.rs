@@ -141,7 +141,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(params: Params, signal: &[f64]) -> DetectorOutput {
-        ArmaForecast::new(params).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
+        ArmaForecast::new(params).unwrap().detect(&Input {
+            signal,
+            error: &[],
+            seed: 0,
+            reverse: None,
+            more: &[],
+        })
     }
 
     // A step of 0.02 at frame 30, itself the first frame of a block: the model of the level before it cannot

@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn scores_and_forecasts_are_those_of_the_arma_forecast() {
         let signal: Vec<f64> = (0..150).map(|t| f64::from(t * 37 % 64) / 64.0).collect();
-        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
         let conformal = ConformalForecast::new(Params::default()).unwrap().detect(&input);
         let fixed = ArmaForecast::new(arma_forecast::Params::default()).unwrap().detect(&input);
         assert_eq!(conformal.score, fixed.score);
@@ -245,7 +245,7 @@ mod tests {
     fn a_jump_after_the_warm_up_is_an_alarm() {
         let signal: Vec<f64> =
             (0..120).map(|t| f64::from(t * 37 % 64) / 640.0 + if t < 100 { 0.0 } else { 5.0 }).collect();
-        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
         let output = ConformalForecast::new(Params::default()).unwrap().detect(&input);
         assert!(output.alarm[..70].iter().all(|a| !a) && output.alarm[100]);
     }

@@ -42,6 +42,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("level", 1, "1855484e0bedf579"),
     ("hysteresis", 1, "4e3507d236ae963a"),
     ("relative-drop", 1, "44d91d76c0627e43"),
+    ("joint-drop", 1, "ad9e2d97bc0e2ed8"),
     ("cusum", 1, "8c3351d794f7db74"),
     ("page-hinkley", 1, "bb2d35bad60e3e14"),
     ("sequential-test", 1, "fdc5a8cbbbf3e4d5"),
@@ -165,7 +166,13 @@ fn outputs_are_as_long_as_the_signal() {
     for (kind, text, detector) in all_detectors() {
         let label = format!("{kind} {text}");
         for frames in [0, 1, 2, 20, 21, 120] {
-            let input = Input { signal: &signal[..frames], error: &error[..frames], seed: 3, reverse: None };
+            let input = Input {
+                signal: &signal[..frames],
+                error: &error[..frames],
+                seed: 3,
+                reverse: None,
+                more: &[],
+            };
             check_shape(&label, &detector.detect(&input), frames);
         }
     }
@@ -180,7 +187,7 @@ fn hard_signals_give_finite_scores() {
     let cases = [vec![0.0; 60], vec![0.04; 60], vec![-7e300; 60], alternating, tiny, spike, line];
     for (kind, text, detector) in all_detectors() {
         for signal in &cases {
-            let input = Input { signal, error: &[f64::NAN; 60], seed: 3, reverse: None };
+            let input = Input { signal, error: &[f64::NAN; 60], seed: 3, reverse: None, more: &[] };
             check_shape(&format!("{kind} {text}"), &detector.detect(&input), 60);
         }
     }
@@ -189,8 +196,13 @@ fn hard_signals_give_finite_scores() {
 #[test]
 fn forecasts_of_a_constant_are_exact() {
     for (kind, text, detector) in all_detectors() {
-        let output =
-            detector.detect(&Input { signal: &[0.04; 60], error: &[0.0; 60], seed: 3, reverse: None });
+        let output = detector.detect(&Input {
+            signal: &[0.04; 60],
+            error: &[0.0; 60],
+            seed: 3,
+            reverse: None,
+            more: &[],
+        });
         if output.forecast.is_some() {
             assert!(output.score.iter().all(|&z| z == 0.0), "{kind} {text}");
         }
@@ -200,7 +212,7 @@ fn forecasts_of_a_constant_are_exact() {
 #[test]
 fn the_same_input_gives_the_same_output() {
     let (signal, error) = series();
-    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None, more: &[] };
     for ((kind, text, one), (_, _, two)) in all_detectors().into_iter().zip(all_detectors()) {
         let first = digest(&one.detect(&input));
         assert_eq!(first, digest(&one.detect(&input)), "{kind} {text}: second call");
@@ -213,8 +225,9 @@ fn anchors_do_not_read_the_signal() {
     let (signal, error) = series();
     let other = vec![-3.5; signal.len()];
     for (kind, text, detector) in all_detectors().into_iter().filter(|d| !d.2.needs_signal()) {
-        let [a, b] = [&signal, &other]
-            .map(|signal| detector.detect(&Input { signal, error: &error, seed: 3, reverse: None }));
+        let [a, b] = [&signal, &other].map(|signal| {
+            detector.detect(&Input { signal, error: &error, seed: 3, reverse: None, more: &[] })
+        });
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
         assert!(a.score.iter().zip(&a.alarm).all(|(&s, &a)| s == f64::from(u8::from(a))), "{kind} {text}");
         assert_eq!(detector.threshold(), None, "{kind} {text}");
@@ -225,8 +238,8 @@ fn anchors_do_not_read_the_signal() {
 fn only_anchors_read_error_and_seed() {
     let (signal, error) = series();
     for (kind, text, detector) in all_detectors().into_iter().filter(|d| d.2.needs_signal()) {
-        let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
-        let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4, reverse: None });
+        let a = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None, more: &[] });
+        let b = detector.detect(&Input { signal: &signal, error: &[], seed: 4, reverse: None, more: &[] });
         assert_eq!(digest(&a), digest(&b), "{kind} {text}");
         // A detector without a threshold must find its changes itself.
         assert!(detector.threshold().is_some() || a.changes.is_some(), "{kind} {text}");
@@ -250,7 +263,7 @@ fn unknown_parameters_are_refused() {
 #[test]
 fn checked_parameters_make_the_same_detector() {
     let (signal, error) = series();
-    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None };
+    let input = Input { signal: &signal, error: &error, seed: 3, reverse: None, more: &[] };
     for (kind, text, detector) in all_detectors() {
         let params = detector.params();
         let table = toml::Value::try_from(&params).unwrap().to_string();
@@ -268,8 +281,13 @@ fn golden_outputs() {
         .iter()
         .map(|entry| {
             let detector = entry.build_from_text(entry.example).unwrap();
-            let output =
-                detector.detect(&Input { signal: &signal, error: &error, seed: 2016, reverse: None });
+            let output = detector.detect(&Input {
+                signal: &signal,
+                error: &error,
+                seed: 2016,
+                reverse: None,
+                more: &[],
+            });
             (entry.kind, entry.version, digest(&output))
         })
         .collect();
@@ -291,7 +309,13 @@ fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
     let (signal, error) = series();
     for (kind, text, detector) in all_detectors() {
         let labels = [1, 2].map(|seed| {
-            digest(&detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None }))
+            digest(&detector.detect(&Input {
+                signal: &signal,
+                error: &error,
+                seed,
+                reverse: None,
+                more: &[],
+            }))
         });
         assert_eq!(detector.uses_seed(), labels[0] != labels[1], "{kind} {text}: `uses_seed` is not true");
     }
@@ -310,8 +334,8 @@ proptest! {
         let error: Vec<f64> = pairs.iter().map(|p| p.1.min(1.0)).collect();
         let frames = (at * signal.len() as f64) as usize;
         for (kind, text, detector) in all_detectors() {
-            let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None });
-            let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None });
+            let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None, more: &[] });
+            let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None, more: &[] });
             prop_assert_eq!(digest(&cut(&whole, frames)), digest(&part), "{} {}", kind, text);
         }
     }
@@ -333,7 +357,7 @@ proptest! {
             let entry = crate::plugin::find(DETECTORS, kind).unwrap();
             let [few, many] = if key == "below" { [low, high] } else { [high, low] }.map(|value| {
                 let detector = entry.build_from_text(&format!("{{ {key} = {value:?} }}")).unwrap();
-                detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None })
+                detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] })
             });
             prop_assert_eq!(&few.score, &many.score);
             prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f), "{} {}", kind, key);

@@ -196,7 +196,7 @@ mod tests {
 
     fn chart(normal: Normal, params: Params, signal: &[f64]) -> DetectorOutput {
         let chart = ControlChart::new(params, normal).unwrap();
-        chart.detect(&Input { signal, error: &[], seed: 0, reverse: None })
+        chart.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
     }
 
     const BOTH: [Normal; 2] = [Normal::Start, Normal::Running];

@@ -43,6 +43,7 @@ mod tests {
             error: &[],
             seed: 0,
             reverse: None,
+            more: &[],
         });
         assert!(output.score.iter().zip(&output.alarm).all(|(s, alarm)| *alarm == (*s >= 2.0)), "{text}");
         output.score
@@ -71,7 +72,8 @@ mod tests {
         let signal: Vec<f64> = (0..2_100_000).map(|_| StandardNormal.sample(&mut rng)).collect();
         let text = "{ above = 5.0, start = 100000, after = \"reset\" }";
         let detector = ENTRY.build_from_text(text).unwrap();
-        let alarm = detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None }).alarm;
+        let alarm =
+            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm;
         let runs = alarm.iter().filter(|a| **a).count() as f64;
         // Some 2150 runs, whose lengths have a standard deviation near their mean; mu is known to 0.003 sigma.
         assert!((2e6 / runs / 930.0 - 1.0).abs() < 0.12, "{}", 2e6 / runs);

@@ -100,7 +100,7 @@ mod tests {
 
     fn alarms(entry: &Entry<dyn Detector>, text: &str, signal: &[f64]) -> Vec<bool> {
         let detector = entry.build_from_text(text).unwrap();
-        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None }).alarm
+        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm
     }
 
     // By hand: .5 loses, .6 and .7 are between the levels, .75 finds; .7 then is still found.

@@ -120,7 +120,7 @@ mod tests {
         ENTRY
             .build_from_text(text)
             .unwrap()
-            .detect(&Input { signal, error: &[], seed: 0, reverse: None })
+            .detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
             .alarm
     }
 

@@ -96,6 +96,7 @@ mod tests {
             error: &[],
             seed: 0,
             reverse: None,
+            more: &[],
         });
         assert_eq!(output.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
         assert_eq!(output.alarm, [false, false, true, true, false, true, false]);
@@ -111,6 +112,7 @@ mod tests {
             error: &[],
             seed: 0,
             reverse: None,
+            more: &[],
         });
         assert_eq!(output.score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0]);
     }

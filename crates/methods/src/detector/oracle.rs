@@ -77,7 +77,8 @@ mod tests {
     fn follows_the_error_and_keeps_the_label_without_one() {
         let error = [f64::NAN, 0.2, 1.0, f64::NAN, 1.0 - 1e-13, 0.999, f64::NAN, 1.0];
         let detector = ENTRY.build_from_text("{}").unwrap();
-        let output = detector.detect(&Input { signal: &[0.0; 9], error: &error, seed: 0, reverse: None });
+        let output =
+            detector.detect(&Input { signal: &[0.0; 9], error: &error, seed: 0, reverse: None, more: &[] });
         assert_eq!(output.alarm, [false, false, true, true, true, false, false, true, true]);
     }
 }

@@ -50,7 +50,7 @@ mod tests {
             ("reset", [0.0, 0.0, 0.0, 2.5, 0.0, 0.0, 0.0, 3.0]),
         ] {
             let detector = ENTRY.build_from_text(&format!("{{ above = 2.5, start = 3, after = {after:?} }}"));
-            let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+            let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
             let output = detector.unwrap().detect(&input);
             let near = |(got, want): (&f64, &f64)| (got - want).abs() < 1e-14;
             assert!(output.score.iter().zip(&want).all(near), "{after}: {:?}", output.score);
@@ -66,7 +66,7 @@ mod tests {
             (0..4000).map(|t: i32| f64::from(t % 2) + f64::from((t - 25).max(0)) * 3e-4).collect();
         let alarms = |entry: &Entry<dyn Detector>| {
             let detector = entry.build_from_text("{ above = 5.0, k = 2.0 }").unwrap();
-            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None }).alarm
+            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm
         };
         assert!(alarms(&ENTRY).iter().all(|a| !a));
         assert!(alarms(&crate::detector::cusum::ENTRY).iter().any(|a| *a));

@@ -80,7 +80,8 @@ mod tests {
     #[test]
     fn by_hand() {
         let detector = ENTRY.build_from_text("{ period = 3, phase = 1 }").unwrap();
-        let output = detector.detect(&Input { signal: &[0.0; 8], error: &[], seed: 0, reverse: None });
+        let output =
+            detector.detect(&Input { signal: &[0.0; 8], error: &[], seed: 0, reverse: None, more: &[] });
         assert_eq!(super::super::run_starts(&output.alarm), [1, 4, 7]);
         assert_eq!(output.score, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
     }

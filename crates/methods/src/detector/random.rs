@@ -94,7 +94,7 @@ mod tests {
         let signal = vec![0.0; frames];
         Random::new(Params { rate })
             .unwrap()
-            .detect(&Input { signal: &signal, error: &[], seed, reverse: None })
+            .detect(&Input { signal: &signal, error: &[], seed, reverse: None, more: &[] })
             .alarm
     }
 

@@ -141,21 +141,21 @@ impl Detector for RelativeDrop {
     }
 }
 
-/// The signal in the frames called good so far.
-enum GoodFrames {
+/// A signal in the frames called good so far.
+pub(super) enum GoodFrames {
     All(RunningMean),
     Last(VecDeque<f64>, usize),
 }
 
 impl GoodFrames {
-    fn new(window: Option<usize>) -> Self {
+    pub(super) fn new(window: Option<usize>) -> Self {
         match window {
             None => Self::All(RunningMean::default()),
             Some(window) => Self::Last(VecDeque::with_capacity(window), window),
         }
     }
 
-    fn add(&mut self, y: f64) {
+    pub(super) fn add(&mut self, y: f64) {
         match self {
             Self::All(mean) => mean.add(y),
             Self::Last(values, window) => {
@@ -167,14 +167,14 @@ impl GoodFrames {
         }
     }
 
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         match self {
             Self::All(mean) => mean.count,
             Self::Last(values, _) => values.len(),
         }
     }
 
-    fn mean(&self) -> f64 {
+    pub(super) fn mean(&self) -> f64 {
         match self {
             Self::All(mean) => mean.mean,
             Self::Last(values, _) => {
@@ -193,7 +193,7 @@ mod tests {
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
         let detector = ENTRY.build_from_text(text).unwrap();
-        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None })
+        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
     }
 
     // By hand: the mean is 4 until 2.5 is in it, as the alarm of 1 is not; then (4 + 4 + 2.5) / 3 = 3.5.

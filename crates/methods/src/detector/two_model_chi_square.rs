@@ -200,7 +200,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
-        ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
+        ENTRY.build_from_text(text).unwrap().detect(&Input {
+            signal,
+            error: &[],
+            seed: 0,
+            reverse: None,
+            more: &[],
+        })
     }
 
     const SIGNAL: [f64; 25] = [
@@ -336,7 +342,7 @@ mod tests {
             let test = if energy { Test::Energy } else { Test::Mean };
             let run = |y: &[f64], variance_floor: f64| {
                 let params = Params { length: 3, least_reference: 4, variance_floor, test, ..Params::default() };
-                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None })
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None, more: &[] })
             };
             let by = 2.0_f64.powi(power);
             let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
@@ -355,7 +361,7 @@ mod tests {
         ) {
             let [few, many] = [one.min(two), one.max(two)].map(|alpha| {
                 let params = Params { alpha, ..Params::default() };
-                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: &y, error: &[], seed: 0, reverse: None })
+                TwoModelChiSquare::new(params).unwrap().detect(&Input { signal: &y, error: &[], seed: 0, reverse: None, more: &[] })
             });
             prop_assert!(few.alarm.iter().zip(&many.alarm).all(|(f, m)| *m || !*f));
         }

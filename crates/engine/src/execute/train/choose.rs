@@ -9,6 +9,7 @@ use crate::execute::supervise::{JobError, Watchdog, run_single, supervised};
 use crate::execute::track::Track;
 use crate::execute::tracker_run::TrackingError;
 use crate::limits::RunLimits;
+use crate::plan::SignalSet;
 use crate::plugin::ParamError;
 use crate::score::{Counts, Pooled, Protocol};
 use crate::spec::method::{Candidates, FixedDetector, Training};
@@ -20,12 +21,12 @@ use std::sync::Arc;
 pub fn learn(
     fixed: &FixedDetector,
     tracks: Vec<Arc<Track>>,
-    signal: Option<usize>,
+    signals: &SignalSet,
     limits: &RunLimits,
 ) -> Result<String, StepError> {
-    let (kind, detector) = (fixed.kind, fixed.detector.clone());
+    let (kind, detector, first) = (fixed.kind, fixed.detector.clone(), signals.first);
     let learn = move || -> Result<Value, StepError> {
-        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(signal)).collect();
+        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(first)).collect();
         let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
         learner.learn(&examples).map_err(StepError::failed)
     };
@@ -37,23 +38,23 @@ pub fn learn(
 pub fn train(
     training: &Training,
     tracks: Vec<Arc<Track>>,
-    signal: Option<usize>,
+    signals: &SignalSet,
     protocol: &'static Protocol,
     limits: &RunLimits,
 ) -> Result<Chosen, StepError> {
     let within = |e: StepError| e.within(&format!("training `{}`", training.key));
-    let candidates = candidates(training, &tracks, signal).map_err(|e| within(StepError::failed(e)))?;
+    let candidates = candidates(training, &tracks, signals).map_err(|e| within(StepError::failed(e)))?;
     if candidates.is_empty() {
         return Err(within(StepError::failed("there is no value to try")));
     }
     let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
     let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
     if training.example.detector.needs_reverse() {
-        run_backwards(&tracks, &candidates, signal, limits)?;
+        run_backwards(&tracks, &candidates, signals, limits)?;
     }
-    let learned = tracks.clone();
+    let (learned, signals) = (tracks.clone(), signals.clone());
     let pooled = move |detector: &dyn Detector| -> Result<Counts, TrackingError> {
-        tracks.iter().map(|track| counts(track, signal, detector, protocol)).sum()
+        tracks.iter().map(|track| counts(track, &signals, detector, protocol)).sum()
     };
     let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
         let mut measures = Vec::with_capacity(candidates.len());
@@ -74,11 +75,11 @@ pub fn train(
 /// Counts of a detector on a track.
 fn counts(
     track: &Track,
-    signal: Option<usize>,
+    signals: &SignalSet,
     detector: &dyn Detector,
     protocol: &Protocol,
 ) -> Result<Counts, TrackingError> {
-    let output = detect(track, signal, detector, 0)?;
+    let output = detect(track, signals, detector, 0)?;
     Ok((protocol.score)(&track.error, &output.alarm, &output.changes()).counts)
 }
 
@@ -107,13 +108,13 @@ fn best(training: &Training, protocol: &Protocol, values: Vec<f64>, counts: &[Co
 pub fn counts_of_candidates(
     candidates: &[(f64, FixedDetector)],
     track: &Arc<Track>,
-    signal: Option<usize>,
+    signals: &SignalSet,
     protocol: &'static Protocol,
     limits: &RunLimits,
 ) -> Result<Vec<Counts>, StepError> {
-    let (candidates, track) = (candidates.to_vec(), track.clone());
+    let (candidates, track, signals) = (candidates.to_vec(), track.clone(), signals.clone());
     let count = move || -> Result<Vec<Counts>, StepError> {
-        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, signal, &*fixed.detector, protocol);
+        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, &signals, &*fixed.detector, protocol);
         Ok(candidates.iter().map(of).collect::<Result<_, TrackingError>>()?)
     };
     run_single(limits, count)
@@ -138,15 +139,15 @@ pub fn choose(
 fn run_backwards(
     tracks: &[Arc<Track>],
     candidates: &[Arc<dyn Detector>],
-    signal: Option<usize>,
+    signals: &SignalSet,
     limits: &RunLimits,
 ) -> Result<(), RunError> {
     let run = |track: &Arc<Track>| {
-        let (track, candidates) = (track.clone(), candidates.to_vec());
+        let (track, candidates, signals) = (track.clone(), candidates.to_vec(), signals.clone());
         let detect_all = move || -> Result<(), StepError> {
             candidates
                 .iter()
-                .try_for_each(|c| detect(&track, signal, &**c, 0).map(|_| ()).map_err(StepError::from))
+                .try_for_each(|c| detect(&track, &signals, &**c, 0).map(|_| ()).map_err(StepError::from))
         };
         match run_single(limits, detect_all) {
             Ok(()) => Ok(()),
@@ -160,13 +161,13 @@ fn run_backwards(
 fn candidates(
     training: &Training,
     tracks: &[Arc<Track>],
-    signal: Option<usize>,
+    signals: &SignalSet,
 ) -> Result<Vec<(f64, FixedDetector)>, ParamError> {
     let (count, build) = match &training.candidates {
         Candidates::Listed(list) => return Ok(list.clone()),
         Candidates::Quantiles { count, build } => (*count, build),
     };
-    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
+    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signals.first).into_owned()).collect();
     values.sort_by(f64::total_cmp);
     let Some(last) = values.len().checked_sub(1) else { return Ok(Vec::new()) };
     // Values that were seen, so that nothing depends on how quantiles are interpolated.
@@ -208,7 +209,8 @@ mod tests {
             reversal: None,
         };
         let protocol = crate::score::protocol("khalid2016/1").unwrap();
-        let train = |tracks| train(&training, tracks, Some(0), protocol, &RunLimits::default()).unwrap();
+        let signals = SignalSet { first: Some(0), more: Vec::new() };
+        let train = |tracks| train(&training, tracks, &signals, protocol, &RunLimits::default()).unwrap();
         let chosen = train(vec![Arc::new(track)]);
         let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
         let values = vec![0.01, 0.2, 0.5, 0.9];

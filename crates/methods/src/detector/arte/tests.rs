@@ -10,7 +10,7 @@ fn built(text: &str) -> Arte {
 }
 
 fn detect(text: &str, signal: &[f64], reverse: &Fake) -> DetectorOutput {
-    built(text).detect(&Input { signal, error: &[], seed: 0, reverse: Some(reverse) })
+    built(text).detect(&Input { signal, error: &[], seed: 0, reverse: Some(reverse), more: &[] })
 }
 
 fn checks(output: &DetectorOutput) -> Vec<Check> {
@@ -150,9 +150,14 @@ fn a_reference_that_is_too_far_is_not_run_to() {
 fn without_a_way_back_a_lost_track_stays_lost() {
     let arte = built(&format!("{{ {PLAIN} }}"));
     assert!(arte.needs_reverse());
-    let alone = arte.detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse: None });
-    let broken =
-        arte.detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse: Some(&Fake::always(None)) });
+    let alone = arte.detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse: None, more: &[] });
+    let broken = arte.detect(&Input {
+        signal: &SCRIPT,
+        error: &[],
+        seed: 0,
+        reverse: Some(&Fake::always(None)),
+        more: &[],
+    });
     assert_eq!(alone, broken);
     assert_eq!(marks(&alone.alarm), "...xxxxxxxxxxxxxxxx");
     assert!(checks(&alone).iter().all(|c| c.error.is_none() && !c.accepted));

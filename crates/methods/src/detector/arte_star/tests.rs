@@ -11,7 +11,7 @@ fn built(text: &str) -> ArteStar {
 }
 
 fn input<'a>(signal: &'a [f64], reverse: &'a Fake) -> Input<'a> {
-    Input { signal, error: &[], seed: 0, reverse: Some(reverse) }
+    Input { signal, error: &[], seed: 0, reverse: Some(reverse), more: &[] }
 }
 
 /// Sums of two, beta_1 = 1, beta_2 = 0.5.
@@ -42,7 +42,7 @@ fn changes_go_through_the_rows_that_onsets_can_reach() {
 fn checks_that_cannot_be_made_are_rejected() {
     let alarm = |text: &str, reverse: Option<&Fake>| {
         let reverse = reverse.map(|r| r as &dyn crate::detector::Reverse);
-        let output = built(text).detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse });
+        let output = built(text).detect(&Input { signal: &SCRIPT, error: &[], seed: 0, reverse, more: &[] });
         marks(&output.alarm)
     };
     let good = Fake::always(Some(0.0));

@@ -4,7 +4,13 @@ use proptest::prelude::*;
 use rand_distr::{Distribution, Gamma, Normal};
 
 fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
-    ENTRY.build_from_text(text).unwrap().detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    ENTRY.build_from_text(text).unwrap().detect(&Input {
+        signal,
+        error: &[],
+        seed: 0,
+        reverse: None,
+        more: &[],
+    })
 }
 
 #[derive(Deserialize)]
@@ -135,7 +141,7 @@ proptest! {
                 start_window: 9,
                 ..Params::default()
             };
-            MatchedKalmanBank::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None })
+            MatchedKalmanBank::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None, more: &[] })
         };
         let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
         let (a, b) = (run(&y, 1.0), run(&scaled, by));

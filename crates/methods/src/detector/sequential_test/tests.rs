@@ -5,7 +5,7 @@ use rand::{Rng, RngExt};
 
 fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
     let detector = ENTRY.build_from_text(text).unwrap();
-    detector.detect(&Input { signal, error: &[], seed: 0, reverse: None })
+    detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
 }
 
 // By hand: no bet on the first frame, as mu = eps. Then mu = 1/4, g = 1/4, v = 5/32 and l = 8/7, cut to 1: X is 1.5.
@@ -116,7 +116,7 @@ fn a_good_track_seldom_has_any_alarm() {
                     last
                 };
                 let signal: Vec<f64> = (0..400).map(track).collect();
-                let input = Input { signal: &signal, error: &[], seed: 0, reverse: None };
+                let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
                 detector.detect(&input).alarm.contains(&true)
             });
             let found = alarmed.count() as f64 / f64::from(runs);

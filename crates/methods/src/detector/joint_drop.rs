@@ -1,0 +1,171 @@
+//! `joint-drop`: several signals, each against its own mean over the frames called good; a frame is good while all of them
+//! keep near their means. LMCF (Wang, Liu and Huang, CVPR 2017) judges its response map in this way, by APCE and peak.
+//!
+//! ```text
+//! m[i,t] = mean of y[i] over the last `window` frames before t without an alarm
+//! r[i,t] = y[i,t] / m[i,t]
+//! s[t]   = min over i of r[i,t] / below[i]                alarm at t when s[t] < 1
+//! ```
+//!
+//! `y[i]` are the signals, for which high values are good, in their units; `r` and `s` (the score) have none; `t` is a
+//! 0-based frame. With one signal, `below = [b]` alarms where `relative-drop` with `below = b` does.
+//!
+//! LMCF, as it is usually quoted: `below = [0.45, 0.7]` with `response-apce` and `response-peak`; its own code is not
+//! public, and one implementation has 0.5 and 0.9 (KCF_APCE).
+//!
+//! Choices where the source is silent: without `window` all good frames are in the means; the frames of all signals are
+//! good together; a signal whose mean is not above 0 does not speak.
+
+use super::relative_drop::GoodFrames;
+use super::{Detector, DetectorOutput, Input};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "joint-drop",
+    version: 1,
+    summary: "alarm while any of several signals is below its share of its mean over the frames called good",
+    example: "{ below = [0.45, 0.7] }",
+    build: |raw: RawParams<'_>| Ok(Box::new(JointDrop::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// For each signal the share of its mean below which it alarms, above 0 and below 1; 1 to 16 signals.
+    pub below: Vec<f64>,
+    /// Good frames that the means are over, the last ones, 1 to 10000; all when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<usize>,
+    /// Good frames before the first decision, 1 to 10000 and at most `window`; frames before it are good.
+    #[serde(default = "least")]
+    pub least: usize,
+}
+
+fn least() -> usize {
+    1
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct JointDrop(Params);
+
+impl JointDrop {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let Params { below, window, least } = &params;
+        check_ranges(&[
+            ("below", below.len(), 1, 16),
+            ("window", window.unwrap_or(10_000), 1, 10_000),
+            ("least", *least, 1, window.unwrap_or(10_000)),
+        ])?;
+        match below.iter().find(|b| !(**b > 0.0 && **b < 1.0)) {
+            Some(bad) => Err(ParamError::out_of_range("below", "a list of shares above 0 and below 1", bad)),
+            None => Ok(Self(params)),
+        }
+    }
+}
+
+impl Detector for JointDrop {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn signals(&self) -> usize {
+        self.0.below.len()
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(1.0)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let Params { below, window, least } = &self.0;
+        let signals: Vec<&[f64]> = std::iter::once(input.signal).chain(input.more.iter().copied()).collect();
+        let mut good: Vec<GoodFrames> = signals.iter().map(|_| GoodFrames::new(*window)).collect();
+        let mut output = DetectorOutput::default();
+        for t in 0..input.signal.len() {
+            let of = |((y, good), below): ((&&[f64], &GoodFrames), &f64)| {
+                let mean = good.mean();
+                let speaks = good.count() >= *least && mean > 0.0;
+                if speaks { (y[t] / mean / below).clamp(-f64::MAX, f64::MAX) } else { 1.0 / below }
+            };
+            let score = signals.iter().zip(&good).zip(below).map(of).fold(f64::MAX, f64::min);
+            let alarm = score < 1.0;
+            if !alarm {
+                good.iter_mut().zip(&signals).for_each(|(good, y)| good.add(y[t]));
+            }
+            output.score.push(score);
+            output.alarm.push(alarm);
+        }
+        output
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::relative_drop;
+    use proptest::prelude::*;
+
+    fn detect(below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
+        let detector = JointDrop::new(Params { below: below.to_vec(), window: None, least: 1 }).unwrap();
+        detector.detect(&Input {
+            signal: signals[0],
+            more: &signals[1..],
+            error: &[],
+            seed: 0,
+            reverse: None,
+        })
+    }
+
+    // By hand: the means are 10 and 1 in frames 1 and 2; the alarm in frame 2 keeps both values out of the means.
+    #[test]
+    fn any_signal_alarms_and_all_lose_the_frame() {
+        let apce = [10.0, 10.0, 8.0, 4.0, 10.0];
+        let peak = [1.0, 1.0, 0.6, 1.0, 1.0];
+        let output = detect(&[0.45, 0.7], &[&apce, &peak]);
+        assert_eq!(output.alarm, [false, false, true, true, false]);
+        let scores = [1.0 / 0.7, 1.0 / 0.7, 0.6 / 0.7, 0.4 / 0.45, 1.0 / 0.7];
+        assert!(output.score.iter().zip(scores).all(|(s, e)| (s - e).abs() < 1e-12), "{:?}", output.score);
+    }
+
+    #[test]
+    fn shares_are_checked() {
+        for below in [vec![], vec![0.5; 17], vec![0.5, 1.0], vec![0.0], vec![f64::NAN]] {
+            assert!(JointDrop::new(Params { below, window: None, least: 1 }).is_err());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn one_signal_alarms_as_relative_drop_does(
+            signal in proptest::collection::vec(0.0..5.0_f64, 1..60),
+            below in 0.1..0.9_f64,
+        ) {
+            let params = relative_drop::Params { below: Some(below), ..relative_drop::Params::default() };
+            let input = Input { signal: &signal, more: &[], error: &[], seed: 0, reverse: None };
+            let alone = relative_drop::RelativeDrop::new(params).unwrap().detect(&input);
+            let joint = detect(&[below], &[&signal]);
+            let away = |(a, s): (&f64, &f64)| (a - below).abs() > 1e-9 || (s - 1.0).abs() > 1e-9;
+            prop_assume!(alone.score.iter().zip(&joint.score).all(away));
+            prop_assert_eq!(alone.alarm, joint.alarm);
+        }
+
+        #[test]
+        fn the_order_of_signals_and_their_scales_do_not_matter(
+            pairs in proptest::collection::vec((0.0..5.0_f64, 0.0..5.0_f64), 1..40),
+            scale in 0..4,
+        ) {
+            let (a, b): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+            let larger: Vec<f64> = b.iter().map(|y| y * 2.0_f64.powi(scale)).collect();
+            prop_assert_eq!(detect(&[0.4, 0.6], &[&a, &b]), detect(&[0.6, 0.4], &[&larger, &a]));
+        }
+    }
+}
