@@ -173,8 +173,8 @@ fn published() -> Result<Vec<Method>, Failure> {
 /// The methods that need only frames and boxes.
 fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, Failure> {
     let fits = |v: &Variant| {
-        let looks = v.signal.as_ref().is_none_or(|s| s.signal.reads() != Reads::Posterior);
-        looks && matches!(v.detector, DetectorChoice::Given(_)) && !v.detector.needs_reverse()
+        let given = v.signals().all(|s| matches!(s.signal.reads(), Reads::Boxes | Reads::Pixels));
+        given && matches!(v.detector, DetectorChoice::Given(_)) && !v.detector.needs_reverse()
     };
     let mut ready = Vec::new();
     for method in methods {
@@ -188,8 +188,8 @@ fn on_boxes(methods: Vec<Method>, is_default: bool) -> Result<Vec<ReadyMethod>, 
                 let all = on_boxes(published()?, true)?;
                 let names: Vec<&str> = all.iter().map(|r| r.method.name.as_str()).collect();
                 return Err(Failure::usage(format!(
-                    "method `{}` needs a tracker's posterior, which boxes do not hold; give --init instead of \
-                     --boxes. Methods that need only boxes: {}",
+                    "method `{}` needs more of a tracker than boxes; give --init instead of --boxes. Methods that \
+                     need only boxes: {}",
                     method.name,
                     names.join(", ")
                 )));
@@ -221,7 +221,7 @@ fn track(
         return Err(Failure::data(format!("{} has no frame", args.frames.display())));
     }
     let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
-    let ready = ready_for(methods, started.1.posterior.is_some(), is_default, &model)?;
+    let ready = ready_for(methods, &started.1, is_default, &model)?;
     let lane = Lane::of_started(started)
         .with_signals(&run.context(), &Companions::default(), signals_of(&ready))
         .map_err(failure)?;
@@ -265,22 +265,35 @@ impl Models<'_> {
     }
 }
 
-/// The methods that can judge the track of a tracker, which has a posterior or not.
+/// What a method needs that a tracker with this first state does not give.
+fn lacks(variant: &Variant, state: &TrackerState) -> Option<&'static str> {
+    let lacks = |reads: Reads| match reads {
+        Reads::Posterior if state.posterior.is_none() => {
+            Some("needs a tracker with a posterior, such as color-particle-filter or ivt")
+        }
+        Reads::Response if state.response.is_none() => {
+            Some("needs a tracker with a response map, such as kcf, dsst or samf")
+        }
+        Reads::Confidence if state.confidence.is_none() => Some("needs a tracker that gives its confidence"),
+        Reads::Companions => Some("needs other trackers' boxes"),
+        _ => None,
+    };
+    variant.signals().find_map(|s| lacks(s.signal.reads()))
+}
+
+/// The methods that can judge the track of a tracker, which starts with this state.
 fn ready_for(
     methods: Vec<Method>,
-    has_posterior: bool,
+    state: &TrackerState,
     is_default: bool,
     models: &Models<'_>,
 ) -> Result<Vec<ReadyMethod>, Failure> {
     let mut ready = Vec::new();
     for method in methods {
         let Some(variant) = method.variants.first() else { continue };
-        let reads_posterior = variant.signal.as_ref().is_some_and(|s| s.signal.reads() == Reads::Posterior);
         let refuse = |reason: &str| Failure::usage(format!("method `{}` {reason}", method.name));
         let found = match &variant.detector {
-            _ if reads_posterior && !has_posterior => {
-                Err(refuse("needs a tracker with a posterior, such as color-particle-filter or ivt"))
-            }
+            _ if lacks(variant, state).is_some() => Err(refuse(lacks(variant, state).unwrap_or_default())),
             DetectorChoice::Given(fixed) => Ok(fixed.clone()),
             DetectorChoice::Trained(_) => {
                 Err(refuse("has a threshold that is trained on annotated sequences"))

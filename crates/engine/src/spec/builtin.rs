@@ -102,8 +102,29 @@ mod tests {
         assert_eq!(
             method_names(),
             [
-                "DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist", "AVU", "Two-MChi", "M-model", "EmpTh",
-                "ARTE", "ARTE*",
+                "DTEF",
+                "NAIVE",
+                "RAW",
+                "CovF",
+                "RgbHist",
+                "RLHist",
+                "AVU",
+                "Two-MChi",
+                "M-model",
+                "EmpTh",
+                "ARTE",
+                "ARTE*",
+                "Companions",
+                "Watchdog",
+                "Displacement",
+                "Scale",
+                "Forward-backward",
+                "First colors",
+                "Template",
+                "CUSUM",
+                "Page-Hinkley",
+                "Sequential test",
+                "Conformal DTEF",
             ]
         );
         for name in method_names() {
