@@ -61,6 +61,8 @@ pub struct Experiment {
     pub object: Option<String>,
     /// Warning to the reader, without which the numbers would be misjudged.
     pub note: Option<String>,
+    /// Whether its methods stand on the leaderboard, with all trackers pooled.
+    pub leaderboard: bool,
     /// How labels are scored, unless a method names a protocol of its own; `None` without methods.
     pub protocol: Option<&'static Protocol>,
     /// Base of all seeds.

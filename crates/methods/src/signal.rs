@@ -44,6 +44,20 @@ pub enum Reads {
     Boxes,
 }
 
+impl Reads {
+    /// What has to be there for it, in words.
+    pub fn need(self) -> &'static str {
+        match self {
+            Self::Pixels => "frames",
+            Self::Posterior => "the tracker's posterior",
+            Self::Response => "the tracker's response map",
+            Self::Confidence => "the tracker's confidence",
+            Self::Boxes => "boxes alone",
+            Self::Companions => "other trackers' boxes",
+        }
+    }
+}
+
 /// Everything that a signal is given of a frame.
 #[derive(Clone, Copy)]
 pub struct Observation<'a> {

@@ -133,6 +133,7 @@ impl Reader<'_> {
             paper: wire.paper,
             object: wire.object,
             note: wire.note,
+            leaderboard: wire.leaderboard,
             protocol,
             seed: wire.seed,
             suites,

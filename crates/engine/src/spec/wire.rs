@@ -23,6 +23,9 @@ pub struct Experiment {
     pub object: Option<String>,
     /// Warning to the reader, without which the numbers would be misjudged.
     pub note: Option<String>,
+    /// Whether its methods stand on the leaderboard, with all trackers pooled.
+    #[serde(default)]
+    pub leaderboard: bool,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
