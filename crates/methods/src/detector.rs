@@ -40,6 +40,7 @@ pub use labels::{RECOVERY_FRAMES, changes, lost, run_starts};
 pub use learning::{Example, LearnError, Learner};
 pub use track_quality::{Check, Condition, Quality};
 
+use crate::direction::Direction;
 use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +126,16 @@ pub trait Detector: Send + Sync {
     /// The threshold on the score, as figures draw it, where there is one.
     fn threshold(&self) -> Option<f64> {
         None
+    }
+
+    /// Which scores speak for a good track; by default low ones. Neither way of anchors matters, whose score is the alarm.
+    fn score_direction(&self) -> Direction {
+        Direction::LowerIsBetter
+    }
+
+    /// Whether its score is the signal, as it is.
+    fn scores_signal(&self) -> bool {
+        false
     }
 
     /// Frames in a row without an alarm after which a lost target counts as found again, see [`lost`]: 1 for detectors

@@ -95,6 +95,11 @@ pub trait Signal: Send + Sync {
         "yₜ"
     }
 
+    /// Whether its values are probabilities: that the tracker is on target where high values are good, else that it is not.
+    fn is_probability(&self) -> bool {
+        false
+    }
+
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);
 

@@ -1,6 +1,7 @@
 //! Laws that every detector in the list obeys, and with them the example of the documentation.
 
 use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation};
+use crate::direction::Direction;
 use crate::plugin::Entry;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -232,6 +233,33 @@ fn anchors_do_not_read_the_signal() {
         assert!(a.score.iter().zip(&a.alarm).all(|(&s, &a)| s == f64::from(u8::from(a))), "{kind} {text}");
         assert_eq!(detector.threshold(), None, "{kind} {text}");
     }
+}
+
+/// The mean score of frames with an alarm is on the bad side of that of the others.
+#[test]
+fn alarms_have_scores_on_the_bad_side() {
+    let (signal, error) = series();
+    let mut seen = 0;
+    for (kind, text, detector) in all_detectors() {
+        let output = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
+        let mean = |alarm: bool| {
+            let mine = output.score.iter().zip(&output.alarm).filter(|(_, a)| **a == alarm).map(|(s, _)| *s);
+            let (sum, n) = mine.fold((0.0, 0.0), |(sum, n), s| (sum + s, n + 1.0));
+            sum / n
+        };
+        let (alarms, others) = (mean(true), mean(false));
+        if alarms.is_nan() || others.is_nan() {
+            continue;
+        }
+        seen += 1;
+        match detector.score_direction() {
+            Direction::HigherIsBetter => assert!(alarms < others, "{kind} {text}: {alarms} {others}"),
+            Direction::LowerIsBetter => assert!(alarms > others, "{kind} {text}: {alarms} {others}"),
+            Direction::Neither => panic!("{kind} {text}: a score without direction"),
+        }
+        assert!(!detector.scores_signal() || output.score == signal, "{kind} {text}");
+    }
+    assert!(seen > 20, "{seen}");
 }
 
 #[test]

@@ -15,6 +15,7 @@
 
 use super::level::{self, Level};
 use super::{Detector, DetectorOutput, Input};
+use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +77,14 @@ impl Detector for Hysteresis {
 
     fn threshold(&self) -> Option<f64> {
         Some(self.lost.value())
+    }
+
+    fn score_direction(&self) -> Direction {
+        self.lost.direction()
+    }
+
+    fn scores_signal(&self) -> bool {
+        true
     }
 
     fn frames_to_recover(&self) -> usize {

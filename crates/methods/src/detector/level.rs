@@ -11,6 +11,7 @@
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
 use super::{Detector, DetectorOutput, Input};
+use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -77,6 +78,14 @@ impl Level {
         }
     }
 
+    /// Which values are good.
+    pub fn direction(self) -> Direction {
+        match self {
+            Self::Below(_) => Direction::HigherIsBetter,
+            Self::Above(_) => Direction::LowerIsBetter,
+        }
+    }
+
     /// Another level with alarms on the same side.
     pub fn moved_to(self, level: f64) -> Self {
         match self {
@@ -104,6 +113,14 @@ impl Detector for Level {
 
     fn threshold(&self) -> Option<f64> {
         Some(self.value())
+    }
+
+    fn score_direction(&self) -> Direction {
+        self.direction()
+    }
+
+    fn scores_signal(&self) -> bool {
+        true
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

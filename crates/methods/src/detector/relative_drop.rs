@@ -22,6 +22,7 @@
 use super::control_chart::RunningMean;
 use super::level::{self, Level};
 use super::{Detector, DetectorOutput, Input};
+use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -121,6 +122,10 @@ impl Detector for RelativeDrop {
 
     fn threshold(&self) -> Option<f64> {
         Some(self.level.value())
+    }
+
+    fn score_direction(&self) -> Direction {
+        self.level.direction()
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
