@@ -1,13 +1,15 @@
 //! Scores: labels and ground truth in, counts and measures out. Pure functions.
 //!
 //! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, and each protocol is one file
-//! with the exact rules of one paper under a versioned name. [`counts`] holds what protocols count, [`chance`] the
+//! with the exact rules of one paper under a versioned name. [`frames`] has the measures and
+//! protocols that judge a detector frame by frame. [`counts`] holds what protocols count, [`chance`] the
 //! counts expected of random detections, [`pooled`] both over a suite, and [`metric`] the list of all numbers that
 //! tables show. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`] (VOT);
 //! their numbers are in [`tracker_metric`].
 
 pub mod chance;
 pub mod counts;
+pub mod frames;
 pub mod khalid2016;
 pub mod matching;
 pub mod metric;
@@ -23,6 +25,7 @@ pub mod tracker_metric;
 pub mod trajectory;
 
 pub use counts::Counts;
+pub use frames::FrameMeasures;
 pub use metric::{METRICS, Metric};
 pub use metrics_page::metrics_page;
 pub use pooled::Pooled;
@@ -30,8 +33,16 @@ pub use protocol::{Protocol, TrackScore};
 pub use tracker_metric::{TRACKER_METRICS, TrackerMetric};
 
 /// Every protocol, by name.
-pub static PROTOCOLS: &[Protocol] =
-    &[khalid2016::PROTOCOL, sanmiguel2015::SIGNED, sanmiguel2015::UNSIGNED, segmentation::PROTOCOL];
+pub static PROTOCOLS: &[Protocol] = &[
+    khalid2016::PROTOCOL,
+    sanmiguel2015::SIGNED,
+    sanmiguel2015::UNSIGNED,
+    segmentation::PROTOCOL,
+    frames::protocols::FRAMES,
+    frames::protocols::FRAMES_CLEAR,
+    frames::protocols::RANGE,
+    frames::protocols::NAB,
+];
 
 /// The protocol of a name.
 pub fn protocol(name: &str) -> Option<&'static Protocol> {

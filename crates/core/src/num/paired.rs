@@ -43,7 +43,7 @@ pub fn bootstrap_interval(differences: &[f64], level: f64, samples: usize, seed:
 }
 
 /// The quantile `q` in [0, 1] of ascending values, at least one, linear between them.
-pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let place = q * (sorted.len() - 1) as f64;
     let (low, part) = (place.floor() as usize, place.fract());
     sorted[low] + part * (sorted[(low + 1).min(sorted.len() - 1)] - sorted[low])

@@ -377,11 +377,11 @@ fn train_choice(
     let metric = Metric::from_name(wire.maximise.get_ref()).ok_or_else(|| {
         source.unknown(wire.maximise.span(), "metric", wire.maximise.get_ref(), Metric::names())
     })?;
-    if metric.direction() != Direction::HigherIsBetter {
-        let good = Metric::names()
-            .filter(|n| Metric::from_name(n).is_some_and(|m| m.direction() == Direction::HigherIsBetter));
+    let fits = |m: &Metric| m.direction() == Direction::HigherIsBetter && m.is_of_counts();
+    if !fits(&metric) {
+        let good = Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(fits));
         let good = good.collect::<Vec<_>>().join(", ");
-        let message = format!("`maximise` takes measures of which more is better: {good}");
+        let message = format!("`maximise` takes measures of counts of which more is better: {good}");
         return Err(source.error(wire.maximise.span(), message));
     }
     let build = |value: f64| {

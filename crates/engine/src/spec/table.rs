@@ -293,9 +293,12 @@ fn read_leaderboard(
         return Err(source.error(span, message));
     }
     let metric = metric(source, rank)?;
-    if metric.direction() == Direction::Neither || !metric.is_of_counts() {
-        let message =
-            format!("`{}` ranks nothing: it is no measure of counts with a better end", metric.name());
+    let is_known = metric.is_of_counts() || metric.is_of_frames();
+    if metric.direction() == Direction::Neither || !is_known {
+        let message = format!(
+            "`{}` ranks nothing: it is no measure of counts or frames with a better end",
+            metric.name()
+        );
         return Err(source.error(rank.span(), message));
     }
     Ok(Table {

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! D and E are given, so the expected F is `2 E[TP] / (E + D)` exactly. Of D among N frames drawn without
-//! replacement, k are in the window of m = 2 tolerance + 1 frames around an event with the hypergeometric
-//! probability P(k). Where a protocol matches signs, detections alternate between the two: one alone has the right
-//! sign half of the time, and of two neighbors one has it. Frame by frame (m = 1) TP_0 is E D / N. So a random
+//! replacement, k are in the window of m = 2 tolerance + 1 frames around an event, or m = delay + 1 frames from it on,
+//! with the hypergeometric probability P(k). Where a protocol matches signs, detections alternate between the two: one alone has the right
+//! sign half of the time, and of two neighbors one has it. Frame by frame (m = 1) TP_0 is E D / N, D being the
+//! frames with an alarm and E those that are lost. So a random
 //! detector has 0 in the mean, an oracle 1, a silent one 0 and one that avoids events less than 0.
 //!
 //! TP_0 is exact where windows of events neither overlap nor leave the sequence. Elsewhere it is an upper bound,
@@ -39,6 +40,11 @@ impl Chance {
     /// Any detection within `tolerance` frames of an event matches it.
     pub const fn within(tolerance: usize) -> Self {
         Self { window: 2 * tolerance as u64 + 1, is_signed: false }
+    }
+
+    /// Any detection in the frame of an event or up to `delay` frames after it matches it.
+    pub const fn after(delay: usize) -> Self {
+        Self { window: delay as u64 + 1, is_signed: false }
     }
 
     /// Expected true positives of as many detections at random.
@@ -79,7 +85,7 @@ impl Chance {
 mod tests {
     use super::*;
     use crate::num::seed;
-    use crate::score::{PROTOCOLS, khalid2016, sanmiguel2015, segmentation};
+    use crate::score::{PROTOCOLS, frames, khalid2016, sanmiguel2015, segmentation};
     use proptest::prelude::*;
     use rand::RngExt;
 
@@ -150,6 +156,31 @@ mod tests {
         };
         let (mean, error, expected) = simulated(score, sanmiguel2015::SIGNED.chance, 2000, 60, 4000);
         assert!((mean - expected).abs() < 4.0 * error, "{mean} {error} {expected}");
+    }
+
+    // Alarms at random frames, each for itself: every one hits a lost frame with the share of these.
+    #[test]
+    fn random_frames_are_lost_as_often_as_expected() {
+        let error: Vec<f64> = (0..600).map(|t| if t % 50 >= 37 { 1.0 } else { 0.3 }).collect();
+        let score = |at: &[bool]| (frames::protocols::FRAMES.score)(&error, at, &[]).counts;
+        let (mean, deviation, expected) = simulated(score, frames::protocols::FRAMES.chance, 600, 70, 4000);
+        assert!((expected - 70.0 * 156.0 / 600.0).abs() < 1e-9, "{expected}");
+        assert!((mean - expected).abs() < 4.0 * deviation, "{mean} {deviation} {expected}");
+    }
+
+    // Losses that last longer than the frames in which they are to be found.
+    #[test]
+    fn random_alarms_begin_in_losses_as_often_as_expected() {
+        let error: Vec<f64> = (0..1200).map(|t| if t % 100 >= 60 { 1.0 } else { 0.3 }).collect();
+        for protocol in [frames::protocols::RANGE, frames::protocols::NAB] {
+            // Alarms of one frame that do not touch.
+            let apart = |at: &[bool]| at.iter().flat_map(|a| [*a, false]).collect::<Vec<_>>();
+            let twice: Vec<f64> = error.iter().copied().collect();
+            let score = |at: &[bool]| (protocol.score)(&twice, &apart(at)[..1200], &[]).counts;
+            let (mean, deviation, expected) = simulated(score, protocol.chance, 600, 30, 4000);
+            // Every other frame only, but sixteen frames hold eight of them whichever they are.
+            assert!((mean - expected).abs() < 0.05 * expected, "{mean} {deviation} {expected}");
+        }
     }
 
     // Labels that have nothing to do with the truth: E D / N, as in a contingency table.

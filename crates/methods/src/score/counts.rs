@@ -27,6 +27,56 @@ pub struct Counts {
     pub tn: u64,
 }
 
+/// One of the four counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// True positive.
+    TruePositive,
+    /// False positive.
+    FalsePositive,
+    /// False negative.
+    FalseNegative,
+    /// True negative.
+    TrueNegative,
+}
+
+impl Place {
+    /// The place of what is positive or not, and called positive or not.
+    pub fn of(is_positive: bool, is_called: bool) -> Self {
+        match (is_positive, is_called) {
+            (true, true) => Self::TruePositive,
+            (false, true) => Self::FalsePositive,
+            (true, false) => Self::FalseNegative,
+            (false, false) => Self::TrueNegative,
+        }
+    }
+
+    /// Name of its column.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TruePositive => "tp",
+            Self::FalsePositive => "fp",
+            Self::FalseNegative => "fn",
+            Self::TrueNegative => "tn",
+        }
+    }
+}
+
+impl FromIterator<Place> for Counts {
+    fn from_iter<I: IntoIterator<Item = Place>>(places: I) -> Self {
+        let mut counts = Self::default();
+        for place in places {
+            *match place {
+                Place::TruePositive => &mut counts.tp,
+                Place::FalsePositive => &mut counts.fp,
+                Place::FalseNegative => &mut counts.fn_,
+                Place::TrueNegative => &mut counts.tn,
+            } += 1;
+        }
+        counts
+    }
+}
+
 impl std::iter::Sum for Counts {
     fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
         all.fold(Self::default(), |a, b| Self {

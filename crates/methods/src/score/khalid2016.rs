@@ -22,6 +22,7 @@ pub const PROTOCOL: Protocol = Protocol {
     name: "khalid2016/1",
     summary: "first frames of O_t = 1 against first frames of alarms, one-to-one within 5 frames",
     positives: "events",
+    frame: None,
     chance: Chance::within(TOLERANCE),
     score,
 };

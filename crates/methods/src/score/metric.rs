@@ -4,10 +4,12 @@
 //! from [`METRICS`]. A new metric is one entry there and nothing else. The associated constants are handles for code
 //! that asks for a certain metric; a name that is not in the list does not compile.
 
-use super::chance::Chance;
-use super::counts::Counts;
+mod list;
+
+pub use list::METRICS;
+
 use super::pooled::Pooled;
-use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
+use crate::direction::Direction;
 
 /// A number that tables can show and training can maximize.
 #[derive(Clone, Copy)]
@@ -47,6 +49,8 @@ pub enum Source {
     Delays,
     /// The runs of the tracker backwards in time.
     Effort,
+    /// The scores and alarms of all frames, against whether the target is lost.
+    Frames,
 }
 
 impl std::fmt::Debug for Metric {
@@ -161,6 +165,16 @@ impl Metric {
         matches!(self.source, Source::Counts | Source::Delays)
     }
 
+    /// Whether it is made of the scores and alarms of all frames, see [`crate::score::frames`].
+    pub fn is_of_frames(self) -> bool {
+        self.source == Source::Frames
+    }
+
+    /// Bounds of its interval over sequences, for those of [`Source::Frames`] that have one.
+    pub fn interval(self, pooled: &Pooled) -> Option<(f64, f64)> {
+        pooled.frames.and_then(|frames| frames.interval(self.name))
+    }
+
     /// Whether it is a count, shown without decimals.
     pub fn is_count(self) -> bool {
         self.kind == Kind::Count
@@ -186,302 +200,6 @@ const fn equal(a: &[u8], b: &[u8]) -> bool {
     }
     k == a.len() && k == b.len()
 }
-
-/// TP, FP, FN and TN.
-fn four(pooled: &Pooled) -> [u64; 4] {
-    let Counts { tp, fp, fn_, tn } = pooled.counts;
-    [tp, fp, fn_, tn]
-}
-
-/// Expected true positives of as many detections at random; NaN for an unknown protocol.
-fn expected(pooled: &Pooled) -> f64 {
-    pooled.chance.map_or(f64::NAN, |chance: Chance| chance.expected_true_positives(&pooled.counts))
-}
-
-/// Common to counts that are summed.
-const SUMMED: Metric = Metric {
-    name: "",
-    heading: "",
-    direction: Neither,
-    unit: "",
-    kind: Kind::Count,
-    source: Source::Counts,
-    formula: "sum over sequences and runs",
-    filled: |_| String::new(),
-    value: |_| None,
-};
-
-/// Common to the metrics of scores.
-const SCORED: Metric = Metric {
-    kind: Kind::Real,
-    source: Source::Scores,
-    formula: "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own minimum \
-              and maximum; runs of constant score are left out",
-    ..SUMMED
-};
-
-/// Common to the metrics of reverse runs.
-const REVERSED: Metric = Metric {
-    direction: LowerIsBetter,
-    source: Source::Effort,
-    formula: "sum over sequences and runs; counted while the tracker was run backwards, see checks.csv",
-    ..SUMMED
-};
-
-/// Every metric of detectors, by name.
-pub const METRICS: &[Metric] = &[
-    Metric {
-        name: "precision",
-        heading: "precision",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "TP / (TP + FP)",
-        filled: |p| {
-            let [tp, fp, ..] = four(p);
-            format!(" = {tp} / ({tp} + {fp})")
-        },
-        value: |p| p.counts.precision(),
-    },
-    Metric {
-        name: "recall",
-        heading: "recall",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "TP / (TP + FN)",
-        filled: |p| {
-            let [tp, _, fn_, _] = four(p);
-            format!(" = {tp} / ({tp} + {fn_})")
-        },
-        value: |p| p.counts.recall(),
-    },
-    Metric {
-        name: "f_score",
-        heading: "F1 score",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "2 TP / (2 TP + FP + FN)",
-        filled: |p| {
-            let [tp, fp, fn_, _] = four(p);
-            format!(" = {} / ({} + {fp} + {fn_})", 2 * tp, 2 * tp)
-        },
-        value: |p| p.counts.f_score(),
-    },
-    Metric {
-        name: "fpr",
-        heading: "false positive rate",
-        direction: LowerIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "FP / (FP + TN)",
-        filled: |p| {
-            let [_, fp, _, tn] = four(p);
-            format!(" = {fp} / ({fp} + {tn})")
-        },
-        value: |p| p.counts.fpr(),
-    },
-    Metric {
-        name: "score_mean",
-        heading: "mean of the normalized scores",
-        value: |p| p.score.map(|s| s.0),
-        ..SCORED
-    },
-    Metric {
-        name: "score_std",
-        heading: "standard deviation of the normalized scores",
-        value: |p| p.score.map(|s| s.1),
-        ..SCORED
-    },
-    Metric {
-        name: "score_mean_std",
-        heading: "mean and standard deviation of the normalized scores",
-        kind: Kind::MeanAndDeviation,
-        value: |p| p.score.map(|s| s.0),
-        ..SCORED
-    },
-    Metric {
-        name: "tp",
-        heading: "true positives",
-        direction: HigherIsBetter,
-        unit: "detections",
-        value: |p| Some(p.counts.tp as f64),
-        ..SUMMED
-    },
-    Metric {
-        name: "fp",
-        heading: "false positives",
-        direction: LowerIsBetter,
-        unit: "detections",
-        value: |p| Some(p.counts.fp as f64),
-        ..SUMMED
-    },
-    Metric {
-        name: "fn",
-        heading: "false negatives",
-        direction: LowerIsBetter,
-        unit: "events",
-        value: |p| Some(p.counts.fn_ as f64),
-        ..SUMMED
-    },
-    Metric {
-        name: "tn",
-        heading: "true negatives",
-        direction: Neither,
-        unit: "frames",
-        value: |p| Some(p.counts.tn as f64),
-        ..SUMMED
-    },
-    Metric {
-        name: "events",
-        heading: "ground-truth events",
-        direction: Neither,
-        unit: "events",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: "TP + FN",
-        filled: |p| {
-            let [tp, _, fn_, _] = four(p);
-            format!(" = {tp} + {fn_}")
-        },
-        value: |p| Some((p.counts.tp + p.counts.fn_) as f64),
-    },
-    Metric {
-        name: "detections",
-        heading: "detections",
-        direction: Neither,
-        unit: "detections",
-        kind: Kind::Count,
-        source: Source::Counts,
-        formula: "TP + FP",
-        filled: |p| {
-            let [tp, fp, ..] = four(p);
-            format!(" = {tp} + {fp}")
-        },
-        value: |p| Some((p.counts.tp + p.counts.fp) as f64),
-    },
-    Metric {
-        name: "accuracy",
-        heading: "accuracy",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "(TP + TN) / (TP + FP + FN + TN)",
-        filled: |p| {
-            let [tp, fp, fn_, tn] = four(p);
-            format!(" = ({tp} + {tn}) / ({tp} + {fp} + {fn_} + {tn})")
-        },
-        value: |p| p.counts.accuracy(),
-    },
-    Metric {
-        name: "informedness",
-        heading: "informedness (Youden's J)",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Real,
-        source: Source::Counts,
-        formula: "TP / (TP + FN) - FP / (FP + TN)",
-        filled: |p| {
-            let [tp, fp, fn_, tn] = four(p);
-            format!(" = {tp} / ({tp} + {fn_}) - {fp} / ({fp} + {tn})")
-        },
-        value: |p| p.counts.informedness(),
-    },
-    Metric {
-        name: "reverse_runs",
-        heading: "runs backwards in time",
-        unit: "runs",
-        value: |p| Some(p.effort.runs as f64),
-        ..REVERSED
-    },
-    Metric {
-        name: "reverse_frames",
-        heading: "frames of all runs backwards",
-        unit: "frames",
-        value: |p| Some(p.effort.frames as f64),
-        ..REVERSED
-    },
-    Metric {
-        name: "f_by_chance",
-        heading: "expected F1 of as many detections at random",
-        direction: Neither,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "2 TP0 / (2 TP + FP + FN)",
-        filled: |p| {
-            let [tp, fp, ..] = four(p);
-            let hits = expected(p);
-            format!("; TP0 = {hits:.2}, the true positives expected of {} detections at random", tp + fp)
-        },
-        value: |p| p.chance?.expected_f1(&p.counts),
-    },
-    Metric {
-        name: "f_over_chance",
-        heading: "F1 over chance",
-        direction: HigherIsBetter,
-        unit: "",
-        kind: Kind::Real,
-        source: Source::Counts,
-        formula: "(F - F0) / (1 - F0)",
-        filled: |p| {
-            let [tp, fp, fn_, _] = four(p);
-            let (hits, both) = (expected(p), 2 * tp + fp + fn_);
-            format!(
-                "; F = {} / {both}; F0 = 2 * {hits:.2} / {both}, with the true positives expected of {} detections \
-                 at random",
-                2 * tp,
-                tp + fp
-            )
-        },
-        value: |p| p.chance?.f_over_chance(&p.counts),
-    },
-    Metric {
-        name: "miss_rate",
-        heading: "miss rate",
-        direction: LowerIsBetter,
-        unit: "",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "FN / (TP + FN)",
-        filled: |p| {
-            let [tp, _, fn_, _] = four(p);
-            format!(" = {fn_} / ({tp} + {fn_})")
-        },
-        value: |p| p.counts.miss_rate(),
-    },
-    Metric {
-        name: "false_alarms_per_1000",
-        heading: "false alarms per 1000 frames",
-        direction: LowerIsBetter,
-        unit: "per 1000 frames",
-        kind: Kind::Ratio,
-        source: Source::Counts,
-        formula: "1000 FP / (TP + FP + FN + TN)",
-        filled: |p| {
-            let [tp, fp, fn_, tn] = four(p);
-            format!(" = 1000 * {fp} / ({tp} + {fp} + {fn_} + {tn})")
-        },
-        value: |p| p.counts.false_alarms_per_1000(),
-    },
-    Metric {
-        name: "delay_median",
-        heading: "median delay",
-        direction: Neither,
-        unit: "frames",
-        kind: Kind::Real,
-        source: Source::Delays,
-        formula: "median over the matched detections of their frame less that of the event",
-        filled: |p| format!("; {} detections are matched", p.counts.tp),
-        value: |p| p.delay,
-    },
-];
 
 #[cfg(test)]
 mod tests;

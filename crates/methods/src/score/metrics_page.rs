@@ -7,7 +7,7 @@ use crate::direction::Direction;
 const HEAD: &str = "\
 # Metrics
 
-Made from `crates/methods/src/score/metric.rs` and `tracker_metric.rs`; a test compares this page with them
+Made from `crates/methods/src/score/metric/list.rs` and `tracker_metric.rs`; a test compares this page with them
 (`UPDATE=1 cargo test -p trackfail-methods metrics_page` writes it again).
 
 ## Detectors
@@ -15,6 +15,10 @@ Made from `crates/methods/src/score/metric.rs` and `tracker_metric.rs`; a test c
 TP, FP, FN and TN are counted by the protocol, summed over sequences and runs, and only then made into ratios. A ratio
 whose denominator is 0 has no value: its cell is empty. F is the F1 score, TP0 the number of true positives expected of
 as many detections at random, and F0 the F1 score that follows from it.
+
+Metrics from `auroc` on are made of the score and the alarm of every frame, whatever the protocol: of all frames of the suite
+together, and with an interval of 95 % from a bootstrap over sequences for `auroc`, `auprc`, `auroc_clear` and
+`false_alarms_at_half`. An experiment has them in `frame_measures.csv`.
 
 ";
 

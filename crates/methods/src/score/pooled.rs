@@ -2,6 +2,7 @@
 
 use super::chance::Chance;
 use super::counts::Counts;
+use super::frames::FrameMeasures;
 use crate::detector::track_quality::Effort;
 
 /// Everything pooled over a suite for one method and tracker.
@@ -17,6 +18,8 @@ pub struct Pooled {
     pub chance: Option<Chance>,
     /// Median delay of matched detections, in frames, see [`median_delay`].
     pub delay: Option<f64>,
+    /// Measures frame by frame, where they were computed.
+    pub frames: Option<FrameMeasures>,
 }
 
 /// Median of delays in frames; of an even number the mean of the two in the middle; `None` without delays.

@@ -1,7 +1,7 @@
 //! Protocols: versioned rules from labels and ground truth to counts.
 
 use super::chance::Chance;
-use super::counts::Counts;
+use super::counts::{Counts, Place};
 
 /// The score of one method on one track.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -32,6 +32,9 @@ pub struct Protocol {
     pub summary: &'static str,
     /// Name of the things that TP + FN counts, in headings of tables.
     pub positives: &'static str,
+    /// How a frame counts, for protocols that count every frame: its tracking error and whether it has an alarm. `None` where
+    /// it does not count.
+    pub frame: Option<fn(error: f64, alarm: bool) -> Option<Place>>,
     /// How random detections match.
     pub chance: Chance,
     /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.

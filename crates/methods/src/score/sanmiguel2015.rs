@@ -27,6 +27,7 @@ pub const SIGNED: Protocol = Protocol {
     name: "sanmiguel2015/1",
     summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
     positives: "events",
+    frame: None,
     chance: Chance { is_signed: true, ..Chance::within(TOLERANCE) },
     score: |error, _, changes| score(error, changes, &[1, -1]),
 };
@@ -36,6 +37,7 @@ pub const UNSIGNED: Protocol = Protocol {
     name: "sanmiguel2015-unsigned/1",
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
     positives: "events",
+    frame: None,
     chance: Chance::within(TOLERANCE),
     score: |error, _, changes| score(error, changes, &[0]),
 };

@@ -14,7 +14,7 @@
 //! this one, and accuracy and informedness are the same.
 
 use super::chance::Chance;
-use super::counts::Counts;
+use super::counts::Place;
 use super::protocol::{Protocol, TrackScore};
 use super::sanmiguel2015::SIGNED;
 
@@ -23,21 +23,17 @@ pub const PROTOCOL: Protocol = Protocol {
     name: "sanmiguel2015-segmentation/1",
     summary: "frames said to be successfully tracked against those with e_t < 1",
     positives: "successful frames",
+    frame: Some(frame),
     chance: Chance::within(0),
     score,
 };
 
+fn frame(error: f64, alarm: bool) -> Option<Place> {
+    (!error.is_nan()).then(|| Place::of(error < 1.0, !alarm))
+}
+
 fn score(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore {
-    let mut counts = Counts::default();
-    for (e, alarm) in error.iter().zip(alarm).filter(|(e, _)| !e.is_nan()) {
-        let place = match (*e < 1.0, !alarm) {
-            (true, true) => &mut counts.tp,
-            (false, true) => &mut counts.fp,
-            (true, false) => &mut counts.fn_,
-            (false, false) => &mut counts.tn,
-        };
-        *place += 1;
-    }
+    let counts = error.iter().zip(alarm).filter_map(|(e, alarm)| frame(*e, *alarm)).collect();
     TrackScore { counts, ..(SIGNED.score)(error, alarm, changes) }
 }
 
@@ -45,6 +41,7 @@ fn score(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore {
 mod tests {
     use super::*;
     use crate::detector::changes;
+    use crate::score::Counts;
     use proptest::prelude::*;
 
     // By hand: frames 0-3 and 8-9 are successful, 4-7 lost, 5 is not annotated; the alarm is on in 5-8.

@@ -1,4 +1,6 @@
 use super::*;
+use crate::score::chance::Chance;
+use crate::score::{Counts, FrameMeasures};
 
 #[test]
 fn names_are_unique_and_found() {
@@ -50,4 +52,16 @@ fn what_is_unknown_has_no_value() {
     let known = Pooled { chance: Some(Chance::within(5)), ..pooled };
     assert!(Metric::F_OVER_CHANCE.value(&known).is_some_and(|v| v < 1.0));
     assert!(Metric::F_OVER_CHANCE.filled(&known).starts_with("(F - F0) / (1 - F0); F = 6 / 11; F0 = 2 * "));
+}
+
+#[test]
+fn metrics_of_frames_are_known_with_their_measures() {
+    let measures =
+        FrameMeasures { auroc: Some(0.7), auroc_low: Some(0.6), auroc_high: Some(0.8), ..Default::default() };
+    let pooled = Pooled { frames: Some(measures), ..Pooled::default() };
+    for metric in METRICS.iter().filter(|m| m.source == Source::Frames) {
+        assert_eq!(metric.value(&Pooled::default()), None, "{metric:?}");
+        assert_eq!(metric.value(&pooled).is_some(), metric.name == "auroc", "{metric:?}");
+        assert_eq!(metric.interval(&pooled), (metric.name == "auroc").then_some((0.6, 0.8)), "{metric:?}");
+    }
 }

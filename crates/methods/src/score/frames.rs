@@ -1,0 +1,24 @@
+//! Measures of a detector frame by frame, whatever its threshold: how well its scores tell lost frames from good ones.
+//!
+//! A detector gives every frame a score, here turned so that high scores speak for a failure. [`truth`] says which
+//! frames are lost, [`sweep`] puts the frames of all tracks in the order of their scores. From that order come
+//! [`ranking`] (AUROC, average precision), [`coverage`] (risk-coverage curve) and [`alarms`] (false alarms and delay at
+//! the threshold that finds half of the losses); [`bootstrap`] says how far they depend on the sequences. [`calibration`]
+//! is for scores that are probabilities. [`range`] and [`nab`] judge the alarms of the detector's own threshold.
+//! [`measures`] computes all of them, [`protocols`] has the rules that count alarms. Nothing here takes an alarm in one
+//! frame of a loss for alarms in all of its frames ("point adjustment").
+
+pub mod alarms;
+pub mod bootstrap;
+pub mod calibration;
+pub mod coverage;
+pub mod measures;
+pub mod nab;
+pub mod protocols;
+pub mod range;
+pub mod ranking;
+pub mod sweep;
+pub mod truth;
+
+pub use measures::{FrameMeasures, Method, measure};
+pub use truth::ScoredTrack;

@@ -1,0 +1,210 @@
+//! False alarms and delay at the threshold that finds half of the losses, whatever threshold a detector has itself.
+//!
+//! ```text
+//! peak of a loss = max of s over its first frames: start, ..., start + 15, up to its last
+//! h              = largest threshold that half of the peaks or more reach
+//! false alarms   = 1000 * (good frames with s >= h) / (good frames)
+//! delay          = mean over the losses found (peak >= h) of their first frame with s >= h, less start
+//! ARL0           = good frames / runs of frames with s >= h that begin in a good frame
+//! ```
+//!
+//! `s` is the score, high is suspicious; losses and good frames are those of `frames/1` ([`super::truth`]); `start` is
+//! 0-based. Few false alarms, short delays and long runs without a false alarm (ARL0, in frames) are good. There is no
+//! value without a loss, and no ARL0 without a false alarm.
+//!
+//! Choices: a loss is found within 15 frames (half a second of video) and only while it lasts, as an alarm after the
+//! target is back is a false one. False alarms are counted by frames, as they have to be looked at; ARL0 counts runs of
+//! them, so that it is not the same number again.
+
+use super::bootstrap::{Samples, interval};
+use super::sweep::Sweep;
+use super::truth::{Rule, ScoredTrack};
+use std::ops::Range;
+
+/// Frames after the start of a loss within which it is to be found.
+pub const WITHIN: usize = 15;
+
+/// The first frames of a range, in which it is to be found.
+pub fn first_frames(range: &Range<usize>) -> Range<usize> {
+    range.start..range.end.min(range.start + WITHIN + 1)
+}
+
+/// What half of the losses cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtHalf {
+    /// The threshold.
+    pub threshold: f64,
+    /// Good frames at or above it, per 1000 good frames; `None` without good frames.
+    pub false_alarms: Option<f64>,
+    /// Mean delay of the losses found, in frames.
+    pub delay: f64,
+    /// Good frames for each false alarm; `None` without false alarms.
+    pub arl0: Option<f64>,
+}
+
+/// A loss: its sequence, the highest score of its first frames, and these scores.
+struct Loss<'a> {
+    sequence: usize,
+    peak: f64,
+    scores: &'a [f64],
+}
+
+/// The losses of all tracks.
+pub struct Losses<'a> {
+    tracks: &'a [ScoredTrack<'a>],
+    /// By descending peak.
+    losses: Vec<Loss<'a>>,
+}
+
+impl<'a> Losses<'a> {
+    /// Finds the losses of tracks.
+    pub fn new(tracks: &'a [ScoredTrack<'a>]) -> Self {
+        let of_track = |track: &'a ScoredTrack<'a>| {
+            let loss = |range: Range<usize>| {
+                let scores = track.score.get(first_frames(&range)).unwrap_or_default();
+                let peak = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                Loss { sequence: track.sequence, peak, scores }
+            };
+            Rule::NoOverlap.losses(track.error).into_iter().map(loss)
+        };
+        let mut losses: Vec<Loss<'_>> = tracks.iter().flat_map(of_track).collect();
+        losses.sort_by(|a, b| b.peak.total_cmp(&a.peak));
+        Self { tracks, losses }
+    }
+
+    /// Number of losses.
+    pub fn count(&self) -> usize {
+        self.losses.len()
+    }
+
+    /// The measures at the threshold that finds half of the losses; `None` without a loss.
+    pub fn at_half(&self, sweep: &Sweep) -> Option<AtHalf> {
+        let threshold = self.losses.get(self.losses.len().div_ceil(2).checked_sub(1)?)?.peak;
+        let (_, good) = sweep.totals();
+        let reached = sweep.frames.iter().take_while(|f| f.score >= threshold).filter(|f| !f.lost).count();
+        let delays: Vec<usize> =
+            self.losses.iter().filter_map(|loss| loss.scores.iter().position(|s| *s >= threshold)).collect();
+        let runs = self.tracks.iter().map(|t| false_runs(t, threshold)).sum::<usize>();
+        Some(AtHalf {
+            threshold,
+            false_alarms: (good > 0).then(|| 1000.0 * reached as f64 / good as f64),
+            delay: delays.iter().sum::<usize>() as f64 / delays.len() as f64,
+            arl0: (runs > 0).then(|| good as f64 / runs as f64),
+        })
+    }
+
+    /// Bootstrap interval of the false alarms: each sample has a threshold of its own, from its own losses.
+    pub fn interval(&self, sweep: &Sweep, samples: &Samples) -> Option<(f64, f64)> {
+        // Good frames at or above the peak of each loss, by sequence.
+        let mut reached = vec![0_u64; sweep.good.len()];
+        let mut frames = sweep.frames.iter().peekable();
+        let mut row = |loss: &Loss<'_>| {
+            while let Some(frame) = frames.next_if(|f| f.score >= loss.peak) {
+                reached[frame.sequence as usize] += u64::from(!frame.lost);
+            }
+            reached.clone()
+        };
+        let rows: Vec<Vec<u64>> = self.losses.iter().map(&mut row).collect();
+        let sum =
+            |weights: &[u64], counts: &[u64]| weights.iter().zip(counts).map(|(w, c)| w * c).sum::<u64>();
+        let of_sample = |weights: Vec<u64>| {
+            let drawn = |loss: &Loss<'_>| weights.get(loss.sequence).copied().unwrap_or(0);
+            let half = self.losses.iter().map(drawn).sum::<u64>().div_ceil(2);
+            let mut found = 0;
+            let median = self.losses.iter().position(|loss| {
+                found += drawn(loss);
+                half > 0 && found >= half
+            });
+            median.map_or(f64::NAN, |k| {
+                1000.0 * sum(&weights, &rows[k]) as f64 / sum(&weights, &sweep.good) as f64
+            })
+        };
+        interval(samples.each().map(of_sample).collect())
+    }
+}
+
+/// Runs of frames at or above a threshold that begin in a good frame.
+fn false_runs(track: &ScoredTrack<'_>, threshold: f64) -> usize {
+    let reaches: Vec<bool> = track.score.iter().map(|s| *s >= threshold).collect();
+    let good = |t: &usize| track.error.get(*t).is_some_and(|e| Rule::NoOverlap.judge(*e) == Some(false));
+    crate::detector::run_starts(&reaches).into_iter().filter(good).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sweep::Sorted;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn at_half(tracks: &[ScoredTrack<'_>]) -> Option<AtHalf> {
+        Losses::new(tracks).at_half(&Sorted::new(tracks).sweep(Rule::NoOverlap))
+    }
+
+    fn track<'a>(error: &'a [f64], score: &'a [f64]) -> ScoredTrack<'a> {
+        ScoredTrack { sequence: 0, error, score, alarm: &[] }
+    }
+
+    // By hand: losses at 20 (peak 5 at 23, then 9 after the window and after its end), 50 (peak 3 at 50) and 70
+    // (peak 1). Two of three are half or more: h = 3, delays 3 and 0. Good frames with s >= 3: 36 (9) and 45, 46 (4).
+    #[test]
+    fn the_hand_worked_track() {
+        let mut error = vec![0.3; 100];
+        let mut score = vec![0.0; 100];
+        error[20..36].fill(1.0);
+        error[50..90].fill(1.0);
+        error[69] = 0.3;
+        (score[23], score[36], score[50]) = (5.0, 9.0, 3.0);
+        (score[45], score[46], score[71], score[86]) = (4.0, 4.0, 1.0, 8.0);
+        let found = at_half(&[track(&error, &score)]).unwrap();
+        let good = 100.0 - 16.0 - 39.0;
+        let expected =
+            AtHalf { threshold: 3.0, false_alarms: Some(3000.0 / good), delay: 1.5, arl0: Some(good / 2.0) };
+        assert_eq!(found, expected);
+    }
+
+    // The window ends with the sixteenth frame of a loss.
+    #[test]
+    fn a_score_counts_up_to_the_fifteenth_frame_after_the_start() {
+        let error: Vec<f64> = (0..60).map(|t| f64::from(t >= 20)).collect();
+        let at = |t: usize| (0..60).map(|k| f64::from(k == t)).collect::<Vec<_>>();
+        assert_eq!(at_half(&[track(&error, &at(35))]).unwrap().delay, 15.0);
+        // The peak is that of a quiet frame, which all frames reach.
+        let late = at_half(&[track(&error, &at(36))]).unwrap();
+        assert_eq!((late.threshold, late.false_alarms, late.delay), (0.0, Some(1000.0), 0.0));
+    }
+
+    #[test]
+    fn a_constant_score_alarms_everywhere_and_no_loss_has_no_value() {
+        let error = [0.0, 0.2, 1.0, 1.0, 0.2];
+        let all = at_half(&[track(&error, &[0.0; 5])]).unwrap();
+        assert_eq!((all.false_alarms, all.delay, all.arl0), (Some(1000.0), 0.0, Some(3.0)));
+        assert_eq!(at_half(&[track(&error[..2], &[0.0; 2])]), None);
+        let silent = at_half(&[track(&error, &[0.0, 0.0, 1.0, 0.0, 0.0])]).unwrap();
+        assert_eq!((silent.false_alarms, silent.arl0), (Some(0.0), None));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        // The second way: the measure of tracks that are there as often as a sample draws their sequence.
+        #[test]
+        fn samples_are_those_of_repeated_tracks(
+            tracks in prop::collection::vec(
+                prop::collection::vec((prop::sample::select(vec![0.2, 1.0]), -3..4_i32), 0..30), 3..6),
+            seed in 0..9_u64,
+        ) {
+            let split: Vec<(Vec<f64>, Vec<f64>)> =
+                tracks.iter().map(|t| t.iter().map(|(e, s)| (*e, f64::from(*s))).unzip()).collect();
+            let all: Vec<ScoredTrack<'_>> =
+                split.iter().enumerate().map(|(k, (e, s))| ScoredTrack { sequence: k, ..track(e, s) }).collect();
+            let samples = Samples::new(all.len(), seed);
+            let of = |weights: Vec<u64>| {
+                let drawn: Vec<_> = all.iter().flat_map(|t| vec![*t; weights[t.sequence] as usize]).collect();
+                at_half(&drawn).and_then(|a| a.false_alarms).unwrap_or(f64::NAN)
+            };
+            let expected = interval(samples.each().map(of).collect());
+            let swept = Sorted::new(&all).sweep(Rule::NoOverlap);
+            prop_assert_eq!(Losses::new(&all).interval(&swept, &samples), expected);
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! How far measures of ranking depend on which sequences there are: bootstrap over sequences.
+//!
+//! ```text
+//! w_a        number of times that sequence a is drawn: as many draws with replacement as there are sequences
+//! U_ab       pairs of a lost frame of a and a good frame of b in which the lost one has the higher score, ties half
+//! AUROC*   = sum_ab w_a w_b U_ab / (sum_a w_a lost_a  sum_b w_b good_b)
+//! interval   quantiles of the measure over the samples (percentile method)
+//! ```
+//!
+//! All frames and runs of a sequence are drawn together. The form in `U` is exact: it is the AUROC of the sample's
+//! frames. Average precision is computed from each sample's frames in the order of their scores. A sample without a
+//! lost or a good frame has no value and is left out; there is no interval when that happens to more than half of them.
+
+use super::sweep::{Sweep, Swept};
+use crate::num::paired::quantile;
+use crate::num::seed;
+use rand::RngExt;
+
+/// Level of the intervals.
+pub const LEVEL: f64 = 0.95;
+/// Largest number of samples.
+pub const SAMPLES: usize = 1000;
+/// Smallest number of samples, and that of average precision.
+pub const FEW_SAMPLES: usize = 200;
+/// Fewest sequences that samples are drawn from.
+pub const MIN_SEQUENCES: usize = 3;
+
+/// Number of sequences up to which there are [`SAMPLES`] samples; the work grows with its square.
+const MANY_SEQUENCES: usize = 256;
+/// Samples that are computed side by side.
+const LANES: usize = 8;
+
+/// Bootstrap samples of sequences: how often each sample has each sequence.
+#[derive(Debug, Clone)]
+pub struct Samples {
+    sequences: usize,
+    /// A row for each block of [`LANES`] samples, with a place for each sequence.
+    blocks: Vec<Vec<[f64; LANES]>>,
+}
+
+impl Samples {
+    /// Draws samples; none with fewer than [`MIN_SEQUENCES`].
+    pub fn new(sequences: usize, seed: u64) -> Self {
+        let mut rng = seed::rng(seed);
+        let fits = SAMPLES * MANY_SEQUENCES.pow(2) / sequences.pow(2).max(1);
+        let samples = if sequences < MIN_SEQUENCES { 0 } else { fits.clamp(FEW_SAMPLES, SAMPLES) };
+        let mut block = || {
+            let mut weights = vec![[0.0; LANES]; sequences];
+            for lane in 0..LANES {
+                (0..sequences).for_each(|_| weights[rng.random_range(0..sequences)][lane] += 1.0);
+            }
+            weights
+        };
+        Self { sequences, blocks: (0..samples / LANES).map(|_| block()).collect() }
+    }
+
+    /// The weights of the sequences in every sample, one sample after the other.
+    pub fn each(&self) -> impl Iterator<Item = Vec<u64>> + '_ {
+        let sample = |block: &Vec<[f64; LANES]>, lane: usize| block.iter().map(|w| w[lane] as u64).collect();
+        self.blocks.iter().flat_map(move |block| (0..LANES).map(move |lane| sample(block, lane)))
+    }
+
+    /// Interval of the AUROC.
+    pub fn auroc(&self, sweep: &Sweep) -> Option<(f64, f64)> {
+        if self.blocks.is_empty() || sweep.lost.len() != self.sequences {
+            return None;
+        }
+        let pairs = pairs(sweep);
+        let mut values = Vec::with_capacity(self.blocks.len() * LANES);
+        for block in &self.blocks {
+            let (mut wins, mut lost, mut good) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            for (a, row) in pairs.chunks_exact(self.sequences).enumerate() {
+                let mut sum = [0.0; LANES];
+                for (u, w) in row.iter().zip(block) {
+                    sum.iter_mut().zip(w).for_each(|(s, w)| *s += u * w);
+                }
+                for lane in 0..LANES {
+                    let w = block[a][lane];
+                    wins[lane] += w * sum[lane];
+                    lost[lane] += w * sweep.lost[a] as f64;
+                    good[lane] += w * sweep.good[a] as f64;
+                }
+            }
+            values.extend((0..LANES).map(|lane| wins[lane] / (lost[lane] * good[lane])));
+        }
+        interval(values)
+    }
+
+    /// Interval of the average precision, from the first [`FEW_SAMPLES`] samples.
+    pub fn average_precision(&self, sweep: &Sweep) -> Option<(f64, f64)> {
+        if self.blocks.is_empty() || sweep.lost.len() != self.sequences {
+            return None;
+        }
+        let few = &self.blocks[..self.blocks.len().min(FEW_SAMPLES / LANES)];
+        interval(few.iter().flat_map(|block| weighted_precision(sweep, block)).collect())
+    }
+}
+
+/// Average precision of [`LANES`] samples of sequences with weights; NaN without a lost frame.
+fn weighted_precision(sweep: &Sweep, weights: &[[f64; LANES]]) -> [f64; LANES] {
+    let (mut above, mut frames, mut sum) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let mut here = [0.0; LANES];
+    let mut any = false;
+    for Swept { sequence, lost, ends_tie, .. } in &sweep.frames {
+        let w = &weights[*sequence as usize];
+        frames.iter_mut().zip(w).for_each(|(f, w)| *f += w);
+        if *lost {
+            here.iter_mut().zip(w).for_each(|(h, w)| *h += w);
+            any = true;
+        }
+        if any && *ends_tie {
+            for lane in 0..LANES {
+                above[lane] += here[lane];
+                // Where no frame was drawn yet, `here` is 0.
+                sum[lane] += here[lane] * above[lane] / f64::max(frames[lane], 1.0);
+            }
+            (here, any) = ([0.0; LANES], false);
+        }
+    }
+    std::array::from_fn(|lane| sum[lane] / above[lane])
+}
+
+/// U_ab, row by row.
+fn pairs(sweep: &Sweep) -> Vec<f64> {
+    let n = sweep.lost.len();
+    let mut pairs = vec![0.0; n * n];
+    // Good frames with lower scores, and lost and good frames of the tie, by sequence.
+    let (mut below, mut lost, mut good) = (vec![0.0; n], vec![0_u32; n], vec![0.0; n]);
+    for tie in sweep.ties().rev() {
+        if let [one] = tie {
+            let a = one.sequence as usize;
+            if one.lost {
+                pairs[a * n..(a + 1) * n].iter_mut().zip(&below).for_each(|(u, b)| *u += b);
+            } else {
+                below[a] += 1.0;
+            }
+            continue;
+        }
+        for frame in tie {
+            let a = frame.sequence as usize;
+            if frame.lost { lost[a] += 1 } else { good[a] += 1.0 }
+        }
+        for frame in tie.iter().filter(|f| f.lost) {
+            let a = frame.sequence as usize;
+            let count = f64::from(std::mem::take(&mut lost[a]));
+            if count > 0.0 {
+                let row = pairs[a * n..(a + 1) * n].iter_mut();
+                row.zip(below.iter().zip(&good)).for_each(|(u, (b, g))| *u += count * (b + g / 2.0));
+            }
+        }
+        for frame in tie {
+            let a = frame.sequence as usize;
+            below[a] += std::mem::take(&mut good[a]);
+        }
+    }
+    pairs
+}
+
+/// The interval at [`LEVEL`] of values of which those without a value are NaN.
+pub fn interval(mut values: Vec<f64>) -> Option<(f64, f64)> {
+    let samples = values.len();
+    values.retain(|v| v.is_finite());
+    values.sort_by(f64::total_cmp);
+    let at = |q| quantile(&values, q);
+    (samples > 0 && 2 * values.len() >= samples).then(|| (at((1.0 - LEVEL) / 2.0), at((1.0 + LEVEL) / 2.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ranking::{auroc, average_precision};
+    use super::super::sweep::tests::{frames, sweep_of};
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The frames of sequences, each as often as it is drawn.
+    fn repeated(sequences: &[Vec<(f64, bool)>], weights: &[u64]) -> Vec<Vec<(f64, bool)>> {
+        let repeat = |(frames, w): (&Vec<(f64, bool)>, &u64)| frames.repeat(*w as usize);
+        sequences.iter().zip(weights).map(repeat).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        // The second way: measures of the sample's frames themselves.
+        #[test]
+        fn samples_have_the_measures_of_their_frames(sequences in prop::collection::vec(frames(), 3..6), seed in 0..9_u64) {
+            let swept = sweep_of(&sequences);
+            let samples = Samples::new(sequences.len(), seed);
+            let drawn: Vec<Sweep> = samples.each().map(|w| sweep_of(&repeated(&sequences, &w))).take(FEW_SAMPLES).collect();
+            let precision: Vec<f64> =
+                samples.blocks[..FEW_SAMPLES / LANES].iter().flat_map(|b| weighted_precision(&swept, b)).collect();
+            let u = pairs(&swept);
+            let n = sequences.len();
+            for ((sample, w), precision) in drawn.iter().zip(samples.each()).zip(precision) {
+                let pair = |(a, b): (usize, usize)| w[a] as f64 * w[b] as f64 * u[a * n + b];
+                let wins: f64 = (0..n * n).map(|k| pair((k / n, k % n))).sum();
+                let (lost, good) = sample.totals();
+                if let Some(auroc) = auroc(sample) {
+                    prop_assert!((wins / (lost * good) as f64 - auroc).abs() < 1e-12);
+                }
+                match average_precision(sample) {
+                    Some(expected) => prop_assert!((precision - expected).abs() < 1e-12),
+                    None => prop_assert!(precision.is_nan()),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_hold_the_value_and_need_sequences() {
+        let sequence = |k: u32| (0..40).map(|t| (f64::from((t * 7 + k) % 13), (t + k) % 3 == 0)).collect();
+        let sequences: Vec<Vec<(f64, bool)>> = (0..12).map(sequence).collect();
+        let swept = sweep_of(&sequences);
+        let samples = Samples::new(12, 5);
+        let all: Vec<f64> =
+            samples.each().map(|w| auroc(&sweep_of(&repeated(&sequences, &w))).unwrap()).collect();
+        assert_eq!(all.len(), SAMPLES);
+        let (low, high) = samples.auroc(&swept).unwrap();
+        let (a, b) = interval(all).unwrap();
+        assert!((low - a).abs() < 1e-12 && (high - b).abs() < 1e-12);
+        assert!(low < auroc(&swept).unwrap() && auroc(&swept).unwrap() < high);
+        let (low, high) = samples.average_precision(&swept).unwrap();
+        assert!(low < average_precision(&swept).unwrap() && average_precision(&swept).unwrap() < high);
+        assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_none());
+        assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0]), None);
+    }
+
+    #[test]
+    fn many_sequences_have_fewer_samples() {
+        let samples = |sequences| Samples::new(sequences, 1).blocks.len() * LANES;
+        assert_eq!((samples(256), samples(362), samples(2000)), (1000, 496, 200));
+    }
+}

@@ -1,0 +1,131 @@
+//! Score of the Numenta Anomaly Benchmark with its standard profile: early alarms in a loss are worth more, false alarms
+//! cost little, and most of all long after a loss (Lavin and Ahmad, "Evaluating real-time anomaly detection algorithms",
+//! ICMLA 2015; numenta/NAB, `nab/sweeper.py` and `nab/runner.py` at d62afec and ec449a3).
+//!
+//! ```text
+//! sigma(y) = 2 / (1 + e^(5 y)) - 1
+//! in a window:      y = -(last - t + 1) / width                       an alarm is worth sigma(y) / sigma(-1)
+//! outside of one:   y = (t - last) / (width - 1) of the window before            it is worth 0.11 sigma(y),
+//!                                                            and -0.11 where no window is before or y > 3
+//! raw score   = sum over windows of the best alarm in it, -1 without any + sum over false alarms
+//! NAB         = 100 (raw + windows) / (2 windows)
+//! ```
+//!
+//! Windows are the ranges of lost frames of `frames/1`, `last` is a window's last frame and `width` its number of
+//! frames; `t` is a 0-based frame. Every frame with an alarm counts. The first 15 % of a track (of its first 5000 frames
+//! at most) are probation: alarms there and windows that end there do not count, but false alarms after a window have its
+//! distance. The normalization is NAB's: a detector without an alarm has 0, all windows found in their first frames 100.
+//! High is good; many false alarms make it negative.
+//!
+//! Deviations: a window of one frame has `width - 1` = 1, where the program divides by 0. NAB's windows are a tenth of a
+//! file around a labeled point, and so begin before the event. These begin with the loss, so that no alarm can be too
+//! early but is a false one.
+
+use super::truth::{Rule, ScoredTrack, runs};
+use std::ops::Range;
+
+/// Share of a track that is probation.
+const PROBATION: f64 = 0.15;
+/// Frames whose share is the longest probation.
+const LONGEST: f64 = 5000.0;
+/// Weight of a false alarm in the standard profile; hits and misses weigh 1.
+const FALSE_ALARM: f64 = 0.11;
+
+/// First frame that counts of a track with a number of frames.
+pub fn probation(frames: usize) -> usize {
+    (PROBATION * frames as f64).floor().min(PROBATION * LONGEST) as usize
+}
+
+fn sigma(y: f64) -> f64 {
+    2.0 / (1.0 + (5.0 * y).exp()) - 1.0
+}
+
+/// Raw score of a track and its number of windows that count.
+fn raw(lost: &[bool], alarm: &[bool]) -> (f64, u64) {
+    let first = probation(lost.len());
+    let windows = runs(lost);
+    let alarms = |range: Range<usize>| range.filter(|t| alarm.get(*t) == Some(&true));
+    let mut sum = 0.0;
+    let mut counted = 0;
+    let mut before: Option<&Range<usize>> = None;
+    let mut from = 0;
+    for window in windows.iter().map(Some).chain([None]) {
+        let to = window.map_or(lost.len(), |w| w.start);
+        for t in alarms(from.max(first)..to) {
+            let y = before.map(|w| (t + 1 - w.end) as f64 / (w.len() - 1).max(1) as f64);
+            sum += FALSE_ALARM * y.filter(|y| *y <= 3.0).map_or(-1.0, sigma);
+        }
+        let Some(window) = window else { break };
+        if window.end > first {
+            let y = |t: usize| -((window.end - t) as f64) / window.len() as f64;
+            sum += alarms(window.start.max(first)..window.end)
+                .next()
+                .map_or(-1.0, |t| sigma(y(t)) / sigma(-1.0));
+            counted += 1;
+        }
+        (before, from) = (Some(window), window.end);
+    }
+    (sum, counted)
+}
+
+/// The score of tracks; `None` without a window.
+pub fn score(tracks: &[ScoredTrack<'_>]) -> Option<f64> {
+    let of_track = |t: &ScoredTrack<'_>| raw(&Rule::NoOverlap.lost(t.error), t.alarm);
+    let (sum, windows) = tracks.iter().map(of_track).fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    (windows > 0).then(|| 100.0 * (sum + windows as f64) / (2.0 * windows as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn of(lost: &[u8], alarm: &[u8]) -> (f64, u64) {
+        let set = |list: &[u8]| list.iter().map(|v| *v == 1).collect::<Vec<_>>();
+        raw(&set(lost), &set(alarm))
+    }
+
+    // tests/oracles/frames.py: row by row, as nab/sweeper.py at d62afec goes through a file with weights 1, .11 and 1.
+    #[test]
+    fn agrees_with_the_sweeper_of_nab() {
+        for case in crate::score::frames::measures::tests::oracle().nab {
+            let (score, windows) = of(&case.lost, &case.alarm);
+            assert!((score - case.score).abs() < 1e-12 && windows == case.windows, "{score} {}", case.score);
+        }
+    }
+
+    fn normalized(lost: &[u8], alarm: &[u8]) -> f64 {
+        let (error, alarm): (Vec<f64>, Vec<bool>) =
+            (lost.iter().map(|l| f64::from(*l)).collect(), alarm.iter().map(|a| *a == 1).collect());
+        score(&[ScoredTrack { sequence: 0, error: &error, score: &[], alarm: &alarm }]).unwrap()
+    }
+
+    #[test]
+    fn silence_is_0_first_frames_are_100_and_noise_is_negative() {
+        let lost: Vec<u8> = (0..200).map(|t| u8::from((50..70).contains(&t) || t >= 150)).collect();
+        let first: Vec<u8> = (0..200).map(|t| u8::from(t == 50 || t == 150)).collect();
+        assert_eq!((normalized(&lost, &[0; 200]), normalized(&lost, &first)), (0.0, 100.0));
+        assert!(normalized(&lost, &[1; 200]) < 0.0);
+    }
+
+    // A later alarm is worth less, and more alarms of the same loss are worth nothing.
+    #[test]
+    fn one_alarm_in_a_loss_counts_once() {
+        let lost: Vec<u8> = (0..200).map(|t| u8::from((50..150).contains(&t))).collect();
+        let from = |t: usize| {
+            normalized(&lost, &(0..200).map(|k| u8::from((t..150).contains(&k))).collect::<Vec<_>>())
+        };
+        let at = |t: usize| normalized(&lost, &(0..200).map(|k| u8::from(k == t)).collect::<Vec<_>>());
+        assert_eq!((from(50), from(90)), (at(50), at(90)));
+        assert!(at(50) > at(90) && at(90) > at(149) && at(149) > 0.0);
+    }
+
+    proptest! {
+        #[test]
+        fn never_above_100(frames in prop::collection::vec((0..2_u8, 0..2_u8), 1..120)) {
+            let (lost, alarm): (Vec<u8>, Vec<u8>) = frames.into_iter().unzip();
+            let (sum, windows) = of(&lost, &alarm);
+            prop_assert!(sum <= windows as f64 + 1e-12);
+        }
+    }
+}

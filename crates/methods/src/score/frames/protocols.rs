@@ -1,0 +1,187 @@
+//! Protocols `frames/1`, `frames-clear/1`, `range/1` and `nab/1`: counts of alarms against lost frames or losses.
+//!
+//! * `frames/1` and `frames-clear/1` count frames: TP are lost frames with an alarm, FP good frames with one, FN lost
+//!   frames without, TN good frames without. What is lost and good is in [`super::truth`]; other frames do not count. Events
+//!   are the losses.
+//! * `range/1` and `nab/1` count ranges: TP are ranges of lost frames in whose first 16 frames a run of alarms begins, FN
+//!   the others; FP are all other runs of alarms, also those that begin later in a range or a second time; TN are the
+//!   frames that are left. `nab/1` leaves the frames of probation out ([`super::nab`]); what goes on when they end begins
+//!   there.
+//! * In all of them a detection is the first frame of a run of alarms, and it matches an event when it is the first one in
+//!   the event's frame or up to 15 frames after it, while the target is lost.
+//!
+//! The measures of the same names ([`super::ranking`], [`super::range`], [`super::nab`]) are not made of these counts. An
+//! alarm counts for its own frame, or for one loss: nowhere are all frames of a loss taken as found.
+
+use super::alarms::{WITHIN, first_frames};
+use super::nab::probation;
+use super::truth::{Rule, runs};
+use crate::detector::run_starts;
+use crate::score::chance::Chance;
+use crate::score::counts::{Counts, Place};
+use crate::score::protocol::{Protocol, TrackScore};
+use std::ops::Range;
+
+/// `frames/1`.
+pub const FRAMES: Protocol = Protocol {
+    name: "frames/1",
+    summary: "frame by frame: alarms against frames without overlap",
+    positives: "lost frames",
+    frame: Some(|error, alarm| place(Rule::NoOverlap, error, alarm)),
+    chance: Chance::within(0),
+    score: |error, alarm, _| score_frames(Rule::NoOverlap, error, alarm),
+};
+
+/// `frames-clear/1`.
+pub const FRAMES_CLEAR: Protocol = Protocol {
+    name: "frames-clear/1",
+    summary: "frame by frame: alarms against frames with an overlap below 0.1; from there to 0.5 none counts",
+    frame: Some(|error, alarm| place(Rule::Clear, error, alarm)),
+    score: |error, alarm, _| score_frames(Rule::Clear, error, alarm),
+    ..FRAMES
+};
+
+/// `range/1`.
+pub const RANGE: Protocol = Protocol {
+    name: "range/1",
+    summary: "ranges without overlap against runs of alarms that begin in their first 16 frames",
+    positives: "losses",
+    frame: None,
+    chance: Chance::after(WITHIN),
+    score: |error, alarm, _| score_ranges(&Rule::NoOverlap.lost(error), alarm, 0),
+};
+
+/// `nab/1`.
+pub const NAB: Protocol = Protocol {
+    name: "nab/1",
+    summary: "as range/1, without the first 15 % of each track",
+    score: |error, alarm, _| score_ranges(&Rule::NoOverlap.lost(error), alarm, probation(error.len())),
+    ..RANGE
+};
+
+/// Pairs of ranges, with frames from `first` on, and detections: the first detection in the first frames of a range.
+fn matches(ranges: &[Range<usize>], detections: &[usize]) -> Vec<(usize, usize)> {
+    let found = |(k, range): (usize, &Range<usize>)| {
+        let first = detections.partition_point(|d| *d < range.start);
+        detections.get(first).filter(|d| first_frames(range).contains(d)).map(|_| (k, first))
+    };
+    ranges.iter().enumerate().filter_map(found).collect()
+}
+
+/// How a frame counts by a rule.
+fn place(rule: Rule, error: f64, alarm: bool) -> Option<Place> {
+    Some(Place::of(rule.judge(error)?, alarm))
+}
+
+fn score_frames(rule: Rule, error: &[f64], alarm: &[bool]) -> TrackScore {
+    let counts = error.iter().zip(alarm).filter_map(|(e, alarm)| place(rule, *e, *alarm)).collect();
+    let (losses, detections) = (rule.losses(error), run_starts(alarm));
+    let matches = matches(&losses, &detections);
+    TrackScore { counts, events: losses.into_iter().map(|l| l.start).collect(), detections, matches }
+}
+
+/// Counts of ranges; frames before `first` do not count.
+fn score_ranges(lost: &[bool], alarm: &[bool], first: usize) -> TrackScore {
+    let from = |frames: &[bool]| frames.get(first..).unwrap_or_default().to_vec();
+    let (lost, alarm) = (from(lost), from(alarm));
+    let (ranges, starts) = (runs(&lost), run_starts(&alarm));
+    let matches = matches(&ranges, &starts);
+    let (tp, fp, fn_) = (matches.len(), starts.len() - matches.len(), ranges.len() - matches.len());
+    // A range that is missed does not begin with a detection: it would have been matched.
+    let tn = lost.len().saturating_sub(tp + fp + fn_);
+    TrackScore {
+        counts: Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 },
+        events: ranges.into_iter().map(|r| r.start + first).collect(),
+        detections: starts.into_iter().map(|t| t + first).collect(),
+        matches,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn set(frames: usize, on: &[Range<usize>]) -> Vec<bool> {
+        (0..frames).map(|t| on.iter().any(|r| r.contains(&t))).collect()
+    }
+
+    fn error(frames: usize, lost: &[Range<usize>]) -> Vec<f64> {
+        set(frames, lost).iter().map(|l| if *l { 1.0 } else { 0.2 }).collect()
+    }
+
+    // By hand: 100 frames, lost in 20-49 and 80-89, alarms in 15-24 (begins too early), 36-39 (the sixteenth frame after
+    // 20 is 35), 85-99.
+    #[test]
+    fn counts_a_hand_worked_track() {
+        let (error, alarm) = (error(100, &[20..50, 80..90]), set(100, &[15..25, 36..40, 85..100]));
+        let s = (FRAMES.score)(&error, &alarm, &[]);
+        assert_eq!(s.counts, Counts { tp: 5 + 4 + 5, fp: 5 + 10, fn_: 26, tn: 45 });
+        assert_eq!((s.events, s.detections, s.matches), (vec![20, 80], vec![15, 36, 85], vec![(1, 2)]));
+        let s = (RANGE.score)(&error, &alarm, &[]);
+        assert_eq!(s.counts, Counts { tp: 1, fp: 2, fn_: 1, tn: 96 });
+        assert_eq!((s.events, s.matches), (vec![20, 80], vec![(1, 2)]));
+        // From frame 15 on the first alarm begins in frame 15 of the track.
+        let s = (NAB.score)(&error, &alarm, &[]);
+        assert_eq!(s.counts, Counts { tp: 1, fp: 2, fn_: 1, tn: 81 });
+        assert_eq!((s.events, s.detections), (vec![20, 80], vec![15, 36, 85]));
+    }
+
+    // By hand: errors .95 (an IoU of .03) are lost, .6 (.25) do not count, .2 (.67) are good.
+    #[test]
+    fn frames_of_little_overlap_are_lost_or_left_out() {
+        let error = [0.2, 0.95, 0.6, 0.6, 0.2, f64::NAN];
+        let s = (FRAMES_CLEAR.score)(&error, &[false, true, true, false, true, true], &[]);
+        assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 1 });
+        assert_eq!((s.events, s.matches), (vec![1], vec![(0, 0)]));
+        let s = (FRAMES.score)(&error, &[false, true, true, false, true, true], &[]);
+        assert_eq!(s.counts, Counts { tp: 0, fp: 3, fn_: 0, tn: 2 });
+    }
+
+    // An alarm in one of 50 lost frames finds one frame, or one range, and not 50 frames.
+    #[test]
+    fn one_alarm_does_not_stand_for_a_whole_loss() {
+        let (error, alarm) = (error(100, &[30..80]), set(100, &[40..41]));
+        assert_eq!((FRAMES.score)(&error, &alarm, &[]).counts, Counts { tp: 1, fp: 0, fn_: 49, tn: 50 });
+        assert_eq!((RANGE.score)(&error, &alarm, &[]).counts, Counts { tp: 1, fp: 0, fn_: 0, tn: 99 });
+    }
+
+    #[test]
+    fn anchors_have_their_closed_forms() {
+        let error = error(100, &[50..60]);
+        let of = |p: &Protocol, alarm: &[bool]| (p.score)(&error, alarm, &[]).counts;
+        let oracle = set(100, &[50..60]);
+        for p in [&FRAMES, &FRAMES_CLEAR] {
+            assert_eq!(of(p, &[true; 100]), Counts { tp: 10, fp: 90, fn_: 0, tn: 0 });
+            assert_eq!(of(p, &[false; 100]), Counts { tp: 0, fp: 0, fn_: 10, tn: 90 });
+            assert_eq!(of(p, &oracle), Counts { tp: 10, fp: 0, fn_: 0, tn: 90 });
+            assert_eq!(p.chance.f_over_chance(&of(p, &[true; 100])), Some(0.0));
+        }
+        for (p, frames) in [(&RANGE, 100), (&NAB, 85)] {
+            assert_eq!(of(p, &[true; 100]), Counts { tp: 0, fp: 1, fn_: 1, tn: frames - 2 });
+            assert_eq!(of(p, &[false; 100]), Counts { tp: 0, fp: 0, fn_: 1, tn: frames - 1 });
+            assert_eq!(of(p, &oracle), Counts { tp: 1, fp: 0, fn_: 0, tn: frames - 1 });
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn everything_is_counted_once(
+            frames in prop::collection::vec((prop_oneof![Just(1.0), Just(0.2), Just(f64::NAN)], any::<bool>()), 0..120),
+        ) {
+            let (error, alarm): (Vec<f64>, Vec<bool>) = frames.into_iter().unzip();
+            for p in [&FRAMES, &FRAMES_CLEAR, &RANGE, &NAB] {
+                let TrackScore { counts: c, events, detections, matches } = (p.score)(&error, &alarm, &[]);
+                let frames = error.iter().filter(|e| !e.is_nan()).count() as u64;
+                if p.positives == FRAMES.positives {
+                    prop_assert_eq!(c.tp + c.fp + c.fn_ + c.tn, frames);
+                } else {
+                    prop_assert_eq!((c.tp + c.fn_, c.tp + c.fp), (events.len() as u64, detections.len() as u64));
+                }
+                prop_assert!(events.is_sorted() && detections.is_sorted());
+                prop_assert!(matches.iter().all(|(e, d)| (0..=15).contains(&(detections[*d] - events[*e]))));
+                prop_assert!(matches.is_sorted_by(|a, b| a.0 < b.0 && a.1 < b.1));
+            }
+        }
+    }
+}

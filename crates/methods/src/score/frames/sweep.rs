@@ -1,0 +1,168 @@
+//! The frames of all tracks in the order of their scores, the most suspicious first.
+
+use super::truth::{Class, Rule, ScoredTrack, class};
+
+/// A frame with its class.
+#[derive(Debug, Clone, Copy)]
+struct Classed {
+    /// Increases with the score.
+    key: u64,
+    sequence: u32,
+    class: Class,
+}
+
+/// The annotated frames of all tracks, by descending score.
+#[derive(Debug, Clone)]
+pub struct Sorted {
+    frames: Vec<Classed>,
+    sequences: usize,
+}
+
+/// Integers in the order of finite numbers; both zeros are one.
+fn key(score: f64) -> u64 {
+    let bits = (score + 0.0).to_bits();
+    if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
+}
+
+/// The number of a key.
+fn score(key: u64) -> f64 {
+    f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
+}
+
+impl Sorted {
+    /// Sorts the annotated frames of tracks. Frames of equal score are in any order, which no measure depends on.
+    pub fn new(tracks: &[ScoredTrack<'_>]) -> Self {
+        let of_track = |track: &ScoredTrack<'_>| {
+            let sequence = track.sequence as u32;
+            let frames = track.error.iter().zip(track.score);
+            let frame =
+                move |(e, s): (&f64, &f64)| class(*e).map(|class| Classed { key: key(*s), sequence, class });
+            frames.filter_map(frame).collect::<Vec<_>>()
+        };
+        let mut frames: Vec<Classed> = tracks.iter().flat_map(of_track).collect();
+        frames.sort_unstable_by_key(|f| !f.key);
+        Self { frames, sequences: tracks.iter().map(|t| t.sequence + 1).max().unwrap_or(0) }
+    }
+
+    /// The frames that are lost or good by a rule.
+    pub fn sweep(&self, rule: Rule) -> Sweep {
+        let mut sweep = Sweep {
+            frames: Vec::with_capacity(self.frames.len()),
+            lost: vec![0; self.sequences],
+            good: vec![0; self.sequences],
+        };
+        let mut last = None;
+        for frame in &self.frames {
+            let Some(lost) = rule.is_lost(frame.class) else { continue };
+            if let (Some(before), Some(f)) = (last, sweep.frames.last_mut()) {
+                let f: &mut Swept = f;
+                f.ends_tie = before != frame.key;
+            }
+            last = Some(frame.key);
+            sweep.frames.push(Swept {
+                score: score(frame.key),
+                sequence: frame.sequence,
+                lost,
+                ends_tie: true,
+            });
+            let counts = if lost { &mut sweep.lost } else { &mut sweep.good };
+            counts[frame.sequence as usize] += 1;
+        }
+        sweep
+    }
+}
+
+/// A frame of a [`Sweep`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swept {
+    /// Its score.
+    pub score: f64,
+    /// Index of its sequence.
+    pub sequence: u32,
+    /// Whether it is lost; else it is good.
+    pub lost: bool,
+    /// Whether the next frame has a lower score, or there is none.
+    pub ends_tie: bool,
+}
+
+/// Lost and good frames by descending score.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// The frames.
+    pub frames: Vec<Swept>,
+    /// Number of lost frames of each sequence.
+    pub lost: Vec<u64>,
+    /// Number of good frames of each sequence.
+    pub good: Vec<u64>,
+}
+
+impl Sweep {
+    /// Groups of frames with equal scores, by descending score.
+    pub fn ties(&self) -> impl DoubleEndedIterator<Item = &[Swept]> {
+        self.frames.split_inclusive(|f| f.ends_tie)
+    }
+
+    /// Number of lost and of good frames.
+    pub fn totals(&self) -> (u64, u64) {
+        (self.lost.iter().sum(), self.good.iter().sum())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A sweep over frames of one sequence: score, and whether it is lost.
+    pub fn sweep(frames: &[(f64, bool)]) -> Sweep {
+        sweep_of(&[frames.to_vec()])
+    }
+
+    /// A sweep over sequences.
+    pub fn sweep_of(sequences: &[Vec<(f64, bool)>]) -> Sweep {
+        let error = |frames: &Vec<(f64, bool)>| frames.iter().map(|f| f64::from(f.1)).collect::<Vec<_>>();
+        let score = |frames: &Vec<(f64, bool)>| frames.iter().map(|f| f.0).collect::<Vec<_>>();
+        let split: Vec<_> = sequences.iter().map(|frames| (error(frames), score(frames))).collect();
+        let mut tracks = Vec::new();
+        for (sequence, (error, score)) in split.iter().enumerate() {
+            tracks.push(ScoredTrack { sequence, error, score, alarm: &[] });
+        }
+        Sorted::new(&tracks).sweep(Rule::NoOverlap)
+    }
+
+    /// Frames with scores that tie often.
+    pub fn frames() -> impl Strategy<Value = Vec<(f64, bool)>> {
+        prop::collection::vec(((-4..5_i32).prop_map(|s| f64::from(s) / 2.0), any::<bool>()), 0..60)
+    }
+
+    #[test]
+    fn frames_come_by_score_and_end_their_ties() {
+        let swept = sweep(&[(0.0, false), (2.0, true), (-0.0, true), (-3.0, false), (f64::MAX, false)]);
+        let scores: Vec<f64> = swept.frames.iter().map(|f| f.score).collect();
+        assert_eq!(scores, [f64::MAX, 2.0, 0.0, 0.0, -3.0]);
+        assert_eq!(swept.ties().map(<[Swept]>::len).collect::<Vec<_>>(), [1, 1, 2, 1]);
+        assert_eq!(swept.totals(), (2, 3));
+    }
+
+    #[test]
+    fn frames_that_are_left_out_do_not_hold_ties_together() {
+        // The errors are IoUs of 0, 0.33, 1.
+        let (error, score) = ([1.0, 0.5, 0.0, f64::NAN], [3.0, 2.0, 1.0, 2.5]);
+        let sorted = Sorted::new(&[ScoredTrack { sequence: 1, error: &error, score: &score, alarm: &[] }]);
+        let clear = sorted.sweep(Rule::Clear);
+        assert_eq!(
+            clear.frames.iter().map(|f| (f.score, f.lost)).collect::<Vec<_>>(),
+            [(3.0, true), (1.0, false)]
+        );
+        assert_eq!((sorted.sweep(Rule::NoOverlap).totals(), clear.good), ((1, 2), vec![0, 1]));
+    }
+
+    proptest! {
+        #[test]
+        fn keys_keep_the_order_and_give_the_number_back(a in any::<i32>(), b in -1e300..1e300_f64) {
+            let a = f64::from(a) / 7.0;
+            prop_assert_eq!(key(a).cmp(&key(b)), a.total_cmp(&b));
+            prop_assert_eq!((score(key(a)), score(key(b))), (a, b));
+        }
+    }
+}

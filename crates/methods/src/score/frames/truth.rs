@@ -1,0 +1,151 @@
+//! Frames that are lost, good or left out, and the ranges of lost frames.
+//!
+//! ```text
+//! overlap (IoU) = d / (2 - d),   d = 1 - O_t
+//! frames/1:        lost: O_t = 1                 good: every other frame
+//! frames-clear/1:  lost: overlap < 0.1           good: overlap >= 0.5          left out: those between
+//! ```
+//!
+//! `O_t` is the tracking error of [`super::super::overlap`] in `[0, 1]`; `t` is a 0-based frame. Frames without
+//! annotation (NaN) are neither lost nor good; for ranges they have the state of the frame before them. Frames that are
+//! left out end a range. A loss is a range of lost frames after a frame that was not lost, as the events of
+//! `khalid2016/1`: a track that begins lost has no loss until it was on target.
+
+use crate::score::khalid2016;
+use std::ops::Range;
+
+/// Overlap (IoU) below which a frame is lost by `frames-clear/1`.
+pub const CLEARLY_LOST: f64 = 0.1;
+/// Overlap (IoU) from which on a frame is good by `frames-clear/1`.
+pub const CLEARLY_GOOD: f64 = 0.5;
+
+/// A track with what a detector says about it; lists have one value for each frame.
+#[derive(Debug, Clone, Copy)]
+pub struct ScoredTrack<'a> {
+    /// Index of its sequence. Tracks of one sequence are drawn together in bootstrap samples.
+    pub sequence: usize,
+    /// Tracking error O_t, NaN where there is no ground truth.
+    pub error: &'a [f64],
+    /// Finite score, the higher the more it speaks for a failure.
+    pub score: &'a [f64],
+    /// Whether the detector alarms at its own threshold.
+    pub alarm: &'a [bool],
+}
+
+/// How well the tracker is on target in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// No overlap.
+    Off,
+    /// Some overlap, below [`CLEARLY_LOST`].
+    NearlyOff,
+    /// From [`CLEARLY_LOST`] to below [`CLEARLY_GOOD`].
+    Between,
+    /// [`CLEARLY_GOOD`] or more.
+    On,
+}
+
+/// The class of a tracking error; `None` without annotation.
+pub fn class(error: f64) -> Option<Class> {
+    if error.is_nan() {
+        return None;
+    }
+    let dice = 1.0 - error;
+    let overlap = dice / (2.0 - dice);
+    Some(match overlap {
+        _ if error >= 1.0 => Class::Off,
+        o if o < CLEARLY_LOST => Class::NearlyOff,
+        o if o < CLEARLY_GOOD => Class::Between,
+        _ => Class::On,
+    })
+}
+
+/// Which frames count as lost and which as good.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// `frames/1`.
+    NoOverlap,
+    /// `frames-clear/1`.
+    Clear,
+}
+
+impl Rule {
+    /// Whether frames of a class are lost; `None` where they are left out.
+    pub fn is_lost(self, class: Class) -> Option<bool> {
+        match (self, class) {
+            (_, Class::Off) | (Self::Clear, Class::NearlyOff) => Some(true),
+            (_, Class::On) | (Self::NoOverlap, _) => Some(false),
+            (Self::Clear, Class::Between) => None,
+        }
+    }
+
+    /// Whether a frame with this tracking error is lost; `None` where it is left out or not annotated.
+    pub fn judge(self, error: f64) -> Option<bool> {
+        self.is_lost(class(error)?)
+    }
+
+    /// Whether the target is lost, frame by frame; frames without annotation are as the frame before them.
+    pub fn lost(self, error: &[f64]) -> Vec<bool> {
+        let state = |lost: &mut bool, error: &f64| {
+            if !error.is_nan() {
+                *lost = self.judge(*error) == Some(true);
+            }
+            Some(*lost)
+        };
+        error.iter().scan(false, state).collect()
+    }
+
+    /// Ranges of lost frames that follow a frame that was not lost.
+    pub fn losses(self, error: &[f64]) -> Vec<Range<usize>> {
+        let lost = |e: &f64| if e.is_nan() { f64::NAN } else { f64::from(self.judge(*e) == Some(true)) };
+        let starts = khalid2016::events(&error.iter().map(lost).collect::<Vec<_>>());
+        runs(&self.lost(error)).into_iter().filter(|run| starts.binary_search(&run.start).is_ok()).collect()
+    }
+}
+
+/// Ranges of frames that are set.
+pub fn runs(frames: &[bool]) -> Vec<Range<usize>> {
+    let starts = crate::detector::run_starts(frames).into_iter();
+    let end = |from: usize| frames[from..].iter().position(|set| !set).map_or(frames.len(), |n| from + n);
+    starts.map(|from| from..end(from)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const N: f64 = f64::NAN;
+
+    // By hand: IoU 0.1 is a Dice overlap of 2/11, IoU 0.5 one of 2/3.
+    #[test]
+    fn classes_at_their_borders() {
+        let of_iou = |iou: f64| class(1.0 - 2.0 * iou / (1.0 + iou));
+        assert_eq!(class(1.0), Some(Class::Off));
+        assert_eq!(of_iou(0.001), Some(Class::NearlyOff));
+        assert_eq!(of_iou(0.0999), Some(Class::NearlyOff));
+        assert_eq!((of_iou(0.1001), of_iou(0.4999)), (Some(Class::Between), Some(Class::Between)));
+        assert_eq!((of_iou(0.5001), class(0.0)), (Some(Class::On), Some(Class::On)));
+        assert_eq!(class(N), None);
+    }
+
+    // By hand: 0.95 is an IoU of 0.026, 0.7 one of 0.18.
+    #[test]
+    fn losses_of_a_hand_worked_track() {
+        let error = [1.0, 0.2, 0.95, 1.0, N, 0.95, 0.7, N, 1.0, N, 0.1];
+        assert_eq!(Rule::NoOverlap.losses(&error), [3..5, 8..10]);
+        assert_eq!(Rule::Clear.losses(&error), [2..6, 8..10]);
+        assert_eq!(runs(&Rule::NoOverlap.lost(&error)), [0..1, 3..5, 8..10]);
+        assert!(Rule::Clear.losses(&[]).is_empty() && Rule::Clear.losses(&[1.0, 1.0]).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn losses_start_where_khalids_events_are(
+            error in prop::collection::vec(prop_oneof![Just(1.0), Just(N), 0.0..1.0_f64], 0..60),
+        ) {
+            let starts: Vec<usize> = Rule::NoOverlap.losses(&error).into_iter().map(|r| r.start).collect();
+            prop_assert_eq!(starts, khalid2016::events(&error));
+        }
+    }
+}
