@@ -7,7 +7,6 @@ use crate::report::explain::listing::{self, Digits, Listing, NAMED};
 use crate::report::explain::select::{self, SelectError, Selection};
 use crate::report::trace::{self, frame_range};
 use crate::results::method_label;
-use crate::score::segmentation;
 use std::path::PathBuf;
 
 /// Arguments of `explain`.
@@ -71,12 +70,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let traces = trace::read(&results, &cell.tracker, &label, Some(sequence)).map_err(|e| io(&e))?;
         select::check_counts(&explained, sequence, &traces).map_err(|e| io(&e))?;
         let headline = listing::sequence_headline(&results, &explained, sequence);
-        let listing = match args.frames {
-            Some(range) => listing::frames(&explained, &traces, range, digits),
-            None if explained.protocol.is_some_and(|p| p.name == segmentation::PROTOCOL.name) => {
-                listing::stretches(&explained, &traces)
-            }
-            None => listing::moments(&results, &explained, &traces, digits),
+        let listing = match (args.frames, explained.protocol.and_then(|p| p.frame)) {
+            (Some(range), _) => listing::frames(&explained, &traces, range, digits),
+            (None, Some(frame)) => listing::stretches(&explained, &traces, frame),
+            (None, None) => listing::moments(&results, &explained, &traces, digits),
         };
         printed.add(args.format, &headline, listing)?;
     }

@@ -9,6 +9,7 @@ mod engine;
 mod errors;
 mod explain;
 mod fetch;
+mod frame_measures;
 mod hostile;
 mod learning;
 mod needs;

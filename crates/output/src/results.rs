@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`scores`] | `scores.csv`: counts of every cell |
 //! | [`measures`] | `measures.csv`: pooled numbers |
+//! | [`frame_measures`] | `frame_measures.csv`: pooled numbers made of the score and alarm of every frame |
 //! | [`frames`] | `frames.parquet`: boxes, scores and labels of every frame |
 //! | [`signals`] | `signals.parquet`: signals and forecasts |
 //! | [`truth`] | `truth.parquet`: ground truth |
@@ -28,6 +29,7 @@ pub mod column;
 pub mod conditions;
 pub mod detections;
 mod frame;
+pub mod frame_measures;
 pub mod frames;
 mod json;
 pub mod manifest;

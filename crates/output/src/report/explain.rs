@@ -12,9 +12,11 @@ pub mod select;
 use formula::formula;
 pub use origins::{CellOrigin, TableOrigins, origins};
 
-use super::trace;
+use super::trace::{self, Trace};
+use crate::results::frame_measures::reading;
 use crate::results::{CellScore, method_label};
 use crate::results::{Results, ResultsError};
+use crate::score::frames::{self, ScoredTrack};
 use crate::score::metric::Source;
 use crate::score::pooled::{median_delay, normalized_mean_std};
 use crate::score::{Counts, Metric, Pooled, Protocol, TrackScore};
@@ -61,7 +63,7 @@ pub struct Part {
 struct SequenceShare {
     runs: usize,
     counts: Counts,
-    scores: Vec<Vec<f64>>,
+    tracks: Vec<Trace>,
     delays: Vec<i64>,
 }
 
@@ -85,11 +87,11 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
         part.counts = [part.counts, score.counts].into_iter().sum();
     }
     let protocol = results.experiment.protocol_of(&spot.method);
-    if matches!(spot.metric.source(), Source::Scores | Source::Delays) {
+    if matches!(spot.metric.source(), Source::Scores | Source::Delays | Source::Frames) {
         for track in trace::read(results, &spot.tracker, &label, None)? {
             if let Some(part) = shares.get_mut(&track.sequence) {
                 part.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
-                part.scores.push(track.score);
+                part.tracks.push(track);
             }
         }
     }
@@ -97,20 +99,22 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
         .measures
         .iter()
         .find(|m| m.tracker == spot.tracker && m.method == spot.method && m.params == spot.params);
+    let method = reading(&results.experiment, &spot.method, &spot.params);
+    let pooled = |shares: &[&SequenceShare]| pooled(shares, protocol, method, spot.metric);
     let all: Vec<&SequenceShare> = shares.values().collect();
     let value = match spot.attribute {
         None => measure.and_then(|m| m.value(spot.metric)),
-        Some(_) => pooled(&all, protocol, spot.metric),
+        Some(_) => pooled(&all),
     };
     let part = |(k, (sequence, part)): (usize, (&String, &SequenceShare))| {
         let others: Vec<&SequenceShare> =
             all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, g)| *g).collect();
-        let without = pooled(&others, protocol, spot.metric);
+        let without = pooled(&others);
         Part {
             sequence: sequence.clone(),
             runs: part.runs,
             counts: part.counts,
-            alone: pooled(&[part], protocol, spot.metric),
+            alone: pooled(&[part]),
             without,
             moves: value.zip(without).map(|(all, others)| all - others),
         }
@@ -140,20 +144,38 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
 }
 
 /// A metric of some sequences together.
-fn pooled(shares: &[&SequenceShare], protocol: Option<&Protocol>, metric: Metric) -> Option<f64> {
+fn pooled(
+    shares: &[&SequenceShare],
+    protocol: Option<&Protocol>,
+    method: frames::Method,
+    metric: Metric,
+) -> Option<f64> {
     // Results do not say which sequence a run backwards belongs to.
     if shares.is_empty() || metric.source() == Source::Effort {
         return None;
     }
     let counts = shares.iter().map(|g| g.counts).sum();
-    let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
+    let score = normalized_mean_std(shares.iter().flat_map(|g| &g.tracks).map(|t| &t.score));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
-    metric.value(&Pooled { counts, score, delay, chance: protocol.map(|p| p.chance), ..Pooled::default() })
+    let frames = metric.is_of_frames().then(|| frames::measure(&tracks(shares), method, None));
+    let chance = protocol.map(|p| p.chance);
+    metric.value(&Pooled { counts, score, delay, chance, frames, ..Pooled::default() })
+}
+
+/// The tracks of some sequences.
+fn tracks<'a>(shares: &[&'a SequenceShare]) -> Vec<ScoredTrack<'a>> {
+    let of_sequence = |(sequence, share): (usize, &&'a SequenceShare)| {
+        let track =
+            move |t: &'a Trace| ScoredTrack { sequence, error: &t.error, score: &t.score, alarm: &t.alarm };
+        share.tracks.iter().map(track)
+    };
+    shares.iter().enumerate().flat_map(of_sequence).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction::Direction;
 
     // By hand: F of (2, 1, 0) and (0, 1, 2) together is 4 / (4 + 2 + 2); F of the first alone 4 / 5.
     #[test]
@@ -161,9 +183,11 @@ mod tests {
         let given =
             |tp, fp, fn_| SequenceShare { counts: Counts { tp, fp, fn_, tn: 9 }, ..SequenceShare::default() };
         let (a, b) = (given(2, 1, 0), given(0, 1, 2));
-        assert_eq!(pooled(&[&a, &b], None, Metric::F_SCORE), Some(0.5));
-        assert_eq!(pooled(&[&a], None, Metric::F_SCORE), Some(0.8));
-        assert_eq!(pooled(&[], None, Metric::F_SCORE), None);
-        assert_eq!(pooled(&[&a], None, Metric::REVERSE_RUNS), None);
+        let method = frames::Method { direction: Direction::LowerIsBetter, is_probability: false };
+        let of = |shares: &[&SequenceShare], metric| pooled(shares, None, method, metric);
+        assert_eq!(of(&[&a, &b], Metric::F_SCORE), Some(0.5));
+        assert_eq!(of(&[&a], Metric::F_SCORE), Some(0.8));
+        assert_eq!(of(&[], Metric::F_SCORE), None);
+        assert_eq!(of(&[&a], Metric::REVERSE_RUNS), None);
     }
 }

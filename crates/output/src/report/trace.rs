@@ -3,6 +3,7 @@
 use crate::region::Rect;
 use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
+use crate::score::counts::Place;
 use crate::score::{Protocol, TrackScore};
 
 /// The series of a method on one run of a tracker over one sequence.
@@ -93,6 +94,8 @@ pub struct Stretch {
     pub lost: Option<bool>,
     /// Whether the detector raises an alarm.
     pub alarm: bool,
+    /// How its frames count; none where they do not.
+    pub counts: Option<Place>,
 }
 
 /// Words of events: the target is lost, or is found again.
@@ -137,14 +140,16 @@ impl Trace {
         DETECTION_WORDS[usize::from(is_all_clear(&self.changes, t))]
     }
 
-    /// Frames that follow each other and count alike.
-    pub fn stretches(&self) -> Vec<Stretch> {
+    /// Frames that follow each other and count alike, for protocols that say how a frame counts.
+    pub fn stretches(&self, frame: fn(f64, bool) -> Option<Place>) -> Vec<Stretch> {
         let mut stretches: Vec<Stretch> = Vec::new();
         for (t, &alarm) in self.alarm.iter().enumerate() {
             let lost = lost(&self.error, t);
-            match stretches.last_mut().filter(|s| s.lost == lost && s.alarm == alarm) {
+            let counts = self.error.get(t).and_then(|e| frame(*e, alarm));
+            let alike = |s: &&mut Stretch| (s.lost, s.alarm, s.counts) == (lost, alarm, counts);
+            match stretches.last_mut().filter(alike) {
                 Some(last) => last.to = t,
-                None => stretches.push(Stretch { from: t, to: t, lost, alarm }),
+                None => stretches.push(Stretch { from: t, to: t, lost, alarm, counts }),
             }
         }
         stretches
@@ -236,8 +241,12 @@ mod tests {
                 (52, EventOutcome::FalseAlarm, Some(7), Some((45, None))),
             ]
         );
-        let stretches = trace.stretches();
-        assert_eq!(stretches[0], Stretch { from: 0, to: 17, lost: Some(false), alarm: false });
+        let frame = crate::score::segmentation::PROTOCOL.frame.unwrap();
+        let stretches = trace.stretches(frame);
+        assert_eq!(
+            stretches[0],
+            Stretch { from: 0, to: 17, lost: Some(false), alarm: false, counts: Some(Place::TruePositive) }
+        );
         assert_eq!(stretches.len(), 8);
         assert_eq!(stretches.iter().map(|s| s.to - s.from + 1).sum::<usize>(), 60);
     }

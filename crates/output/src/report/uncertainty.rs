@@ -53,9 +53,9 @@ pub fn headline(experiment: &Experiment) -> Metric {
             _ => t.metric.into_iter().collect(),
         })
         .collect();
-    // The effort of reverse runs is not computed from counts of detections.
-    let is_effort = |m: &Metric| m.source() == Source::Effort;
-    let fits = |m: &Metric| !is_effort(m) && m.direction() != Direction::Neither;
+    // The effort of reverse runs and measures of frames are not computed from counts of detections.
+    let is_other = |m: &Metric| matches!(m.source(), Source::Effort | Source::Frames);
+    let fits = |m: &Metric| !is_other(m) && m.direction() != Direction::Neither;
     let whole = [Metric::F_SCORE, Metric::INFORMEDNESS].into_iter().find(|m| metrics.contains(m));
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::F_SCORE)
 }

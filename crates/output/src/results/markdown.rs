@@ -1,12 +1,15 @@
 //! The documentation of the columns, from their declarations.
 
 use super::column::{Column, TableFile};
-use super::{checks, conditions, detections, frames, measures, scores, signals, tables, truth};
+use super::{
+    checks, conditions, detections, frame_measures, frames, measures, scores, signals, tables, truth,
+};
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 9] = [
+const FILES: [&TableFile; 10] = [
     &scores::FILE,
     &measures::FILE,
+    &frame_measures::FILE,
     &frames::FILE,
     &signals::FILE,
     &truth::FILE,

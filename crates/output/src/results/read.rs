@@ -9,7 +9,7 @@ use super::manifest::{self, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::scores::{self, CellScore};
 use super::truth::{self, Truth};
-use super::{ResultsError, SPEC, USER_SUITES, analyses};
+use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures};
 use crate::dataset::suite::Catalog;
 use crate::dataset::text;
 use crate::engine::execute::analyse::Analysed;
@@ -62,6 +62,11 @@ impl Results {
         let mut measures = read_table(folder, &manifest, measures::FILE.name, measures::read)?;
         for measure in &mut measures {
             measure.pooled.chance = experiment.chance_of(&measure.method);
+        }
+        if manifest.files.contains_key(frame_measures::FILE.name) {
+            let name = frame_measures::FILE.name;
+            let by_method = read_table(folder, &manifest, name, frame_measures::read)?;
+            frame_measures::attach(&by_method, &mut measures);
         }
         let analyses = if manifest.files.contains_key(analyses::FILE) {
             analyses::read(folder, &read_whole(folder, &manifest, analyses::FILE, MAX_FILE)?)?

@@ -3,8 +3,8 @@
 use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
-    ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frames, json::to_json, measures, models,
-    run, scores, signals, truth,
+    ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frames, json::to_json,
+    measures, models, run, scores, signals, truth,
 };
 use crate::engine::Outcome;
 use crate::engine::store;
@@ -35,6 +35,9 @@ pub fn write(
     }
     put(scores::FILE.name, &scores::write(experiment, outcome)?)?;
     put(measures::FILE.name, &measures::write(outcome)?)?;
+    if let Some(bytes) = frame_measures::write(experiment, outcome)? {
+        put(frame_measures::FILE.name, &bytes)?;
+    }
     type WriteTo = fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>;
     let streamed: [(&str, WriteTo); 2] =
         [(frames::FILE.name, frames::write), (signals::FILE.name, signals::write)];

@@ -10,6 +10,9 @@
 //! one. Anchors stand where their value puts them, but have no rank and do not push others down.
 //!
 //! Seed: that of the experiment with the names of table and tracker.
+//!
+//! Metrics of frames ([`crate::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
+//! metric's own bootstrap interval stand in place of the two shares.
 
 use super::layout::{Cell, Group, Row, TableLayout, is_anchor};
 use super::number::Style;
@@ -36,6 +39,8 @@ struct Candidate {
     label: String,
     is_anchor: bool,
     value: Option<f64>,
+    /// Interval of the value, for metrics of frames.
+    interval: Option<(f64, f64)>,
     /// Counts on each sequence.
     counts: Vec<Counts>,
     chance: Option<Chance>,
@@ -129,6 +134,7 @@ fn candidates(
             label: method_label(&m.method, &m.params),
             is_anchor: is_anchor(experiment, &m.method),
             value: m.value(metric),
+            interval: metric.interval(&m.pooled),
             counts,
             chance: m.pooled.chance,
         }
@@ -155,16 +161,26 @@ pub fn leaderboard(
         all.sort_by(|a, b| compare(a.value, b.value, metric));
         let ranked: Vec<CountsOfMethod<'_>> =
             all.iter().filter(|c| !c.is_anchor).map(|c| (c.counts.as_slice(), c.chance)).collect();
-        let enough = all[0].counts.len() >= MIN_SEQUENCES;
+        let enough = all[0].counts.len() >= MIN_SEQUENCES && !metric.is_of_frames();
         let seed = seed::seed(experiment.seed, &["leaderboard", &table.name, tracker]);
-        let mut sure = stability(&ranked, metric, if enough { DRAWS } else { 0 }, seed).into_iter();
+        let mut sure = if metric.is_of_frames() {
+            let values: Vec<Option<f64>> = all.iter().filter(|c| !c.is_anchor).map(|c| c.value).collect();
+            let ranks = ranks(&values, metric).into_iter();
+            ranks.map(|rank| Stability { rank, first: 0.0, keeps: 0.0 }).collect()
+        } else {
+            stability(&ranked, metric, if enough { DRAWS } else { 0 }, seed)
+        }
+        .into_iter();
         let rows = all.iter().map(|c| {
             let sure = if c.is_anchor { None } else { sure.next() };
+            let (first, keeps) =
+                (sure.filter(|_| enough).map(|s| s.first), sure.filter(|_| enough).map(|s| s.keeps));
+            let beside = if metric.is_of_frames() { c.interval.unzip() } else { (first, keeps) };
             let cells = [
                 (sure.map(|s| s.rank as f64), Style::COUNT),
                 (c.value, Style::of_metric(metric)),
-                (sure.filter(|_| enough).map(|s| s.first), Style::DEFAULT),
-                (sure.filter(|_| enough).map(|s| s.keeps), Style::DEFAULT),
+                (beside.0, Style::DEFAULT),
+                (beside.1, Style::DEFAULT),
             ];
             let cell = |(value, style): (Option<f64>, Style)| Cell {
                 value,
@@ -187,16 +203,23 @@ pub fn leaderboard(
     }
     let suite = &experiment.suites[TEST];
     let name = metric.name();
+    let (beside, how) = if metric.is_of_frames() {
+        let how = "low, high: bounds of its 95 % bootstrap interval over sequences, where it has one (equal methods share a \
+                   rank; anchors have none)";
+        (["low", "high"], how.to_string())
+    } else {
+        let how = format!(
+            "first, keeps rank: shares of {DRAWS} bootstrap samples of the sequences in which a method is first, and in \
+             which it has its rank here (equal ones share a rank; anchors have none)"
+        );
+        (["first", "keeps rank"], how)
+    };
     TableLayout {
         name: table.name.clone(),
-        caption: format!(
-            "{caption} In order of {name}; first, keeps rank: shares of {DRAWS} bootstrap samples of the sequences \
-             in which a method is first, and in which it has its rank here (equal ones share a rank; anchors \
-             have none). Suite {suite}: {data_note}."
-        ),
+        caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}."),
         data: data_note.to_string(),
         corner: "method".to_string(),
-        columns: ["rank", name, "first", "keeps rank"].map(String::from).into(),
+        columns: ["rank", name, beside[0], beside[1]].map(String::from).into(),
         groups,
     }
 }

@@ -5,6 +5,7 @@ use crate::report::sequences::counted_by;
 use crate::report::trace::{self, EventOutcome, Moment, Trace};
 use crate::results::Results;
 use crate::results::method_label;
+use crate::score::counts::Place;
 use crate::spec::table::Table;
 use crate::table::layout::CellRef;
 
@@ -213,15 +214,13 @@ fn note(trace: &Trace, moment: &Moment) -> String {
 }
 
 /// Stretches of frames that count alike, for protocols that count every frame.
-pub fn stretches(explained: &Explained, traces: &[Trace]) -> Listing {
+pub fn stretches(explained: &Explained, traces: &[Trace], frame: fn(f64, bool) -> Option<Place>) -> Listing {
     let own = ["sequence", "run", "from", "to", "frames", "track", "detector", "counts as"];
     let row = |(trace, s): (&Trace, trace::Stretch)| {
-        let (track, counted) = match (s.lost, s.alarm) {
-            (None, _) => ("not annotated", ""),
-            (Some(false), false) => ("successful", "tp"),
-            (Some(true), false) => ("lost", "fp"),
-            (Some(false), true) => ("successful", "fn"),
-            (Some(true), true) => ("lost", "tn"),
+        let track = match s.lost {
+            None => "not annotated",
+            Some(false) => "successful",
+            Some(true) => "lost",
         };
         let detector = if s.alarm { "in doubt" } else { "successful" };
         named(
@@ -234,11 +233,11 @@ pub fn stretches(explained: &Explained, traces: &[Trace]) -> Listing {
                 (s.to - s.from + 1).to_string(),
                 track.to_string(),
                 detector.to_string(),
-                counted.to_string(),
+                s.counts.map_or("", Place::name).to_string(),
             ],
         )
     };
-    let all = traces.iter().flat_map(|trace| trace.stretches().into_iter().map(move |s| (trace, s)));
+    let all = traces.iter().flat_map(|trace| trace.stretches(frame).into_iter().map(move |s| (trace, s)));
     Listing::new(&own, all.map(row).collect())
 }
 

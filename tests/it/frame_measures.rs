@@ -1,0 +1,173 @@
+//! Measures frame by frame: their file, tables and ranks of them, and the protocols that count frames and losses.
+
+use crate::tools::{rows, trackfail};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const SPEC: &str = r#"schema = 1
+name = "small"
+title = "t"
+protocol = "frames/1"
+[suites]
+test = "synthetic-otb"
+[[tracker]]
+name = "still"
+[[method]]
+name = "level"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", below = 0.6 }
+[[method]]
+name = "turned"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", above = 0.6 }
+protocol = "frames-clear/1"
+[[method]]
+name = "losses"
+signal.kind = "rgb-histogram"
+detector = { kind = "level" }
+grid = { below = [0.5, 0.6] }
+protocol = "range/1"
+[[method]]
+name = "nab"
+signal.kind = "rgb-histogram"
+detector = { kind = "level", below = 0.6 }
+protocol = "nab/1"
+[[method]]
+name = "oracle"
+detector = { kind = "oracle" }
+[[method]]
+name = "always"
+detector = { kind = "always" }
+[[method]]
+name = "never"
+detector = { kind = "never" }
+[[table]]
+name = "frames"
+rows = ["f_score", "f_over_chance", "auroc", "false_alarms_at_half", "range_f", "nab"]
+columns = "method"
+methods = ["level", "turned", "nab", "oracle", "always", "never"]
+[[table]]
+name = "board"
+rank = "auroc"
+[[claim]]
+text = "Nothing is better than the truth"
+holds = "auroc[level] < auroc[oracle]"
+"#;
+
+fn read(root: &Path, name: &str) -> String {
+    std::fs::read_to_string(root.join("results/small").join(name)).unwrap()
+}
+
+fn run(root: &Path) {
+    std::fs::write(root.join("a.toml"), SPEC).unwrap();
+    trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
+}
+
+type Row = BTreeMap<String, String>;
+
+fn number(row: &Row, name: &str) -> f64 {
+    row[name].parse().unwrap_or_else(|_| panic!("{name}: {row:?}"))
+}
+
+#[test]
+fn every_method_has_measures_of_frames() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root);
+    let measures = rows(&read(root, "frame_measures.csv"));
+    let of = |method: &str| measures.iter().find(|r| r["method"] == method).unwrap();
+    assert_eq!(measures.iter().filter(|r| r["method"] == "losses").count(), 2);
+    for anchor in ["always", "never"] {
+        let row = of(anchor);
+        assert_eq!((number(row, "auroc"), number(row, "false_alarms_at_half")), (0.5, 1000.0), "{anchor}");
+        let share = number(row, "lost_frames") / (number(row, "lost_frames") + number(row, "good_frames"));
+        assert!((number(row, "auprc") - share).abs() < 1e-12 && (number(row, "aurc") - share).abs() < 1e-9);
+    }
+    let oracle = of("oracle");
+    for name in ["auroc", "auprc", "auroc_low", "auroc_high", "range_precision", "range_recall", "range_f"] {
+        assert_eq!(number(oracle, name), 1.0, "{name}");
+    }
+    assert_eq!((number(oracle, "false_alarms_at_half"), number(oracle, "delay_at_half")), (0.0, 0.0));
+    // Half in probation or less: the best of a loss that goes on then is below 1.
+    assert!(
+        number(oracle, "nab") > 90.0
+            && number(of("always"), "nab") < 0.0
+            && number(of("never"), "nab") == 0.0
+    );
+    let (level, turned) = (of("level"), of("turned"));
+    assert!((number(level, "auroc") + number(turned, "auroc") - 1.0).abs() < 1e-12);
+    assert!(
+        number(level, "auroc_low") < number(level, "auroc")
+            && number(level, "auroc") < number(level, "auroc_high")
+    );
+    assert_eq!(level["ece"], "");
+    // Another threshold or protocol has the same scores.
+    for other in measures.iter().filter(|r| r["method"] == "losses" || r["method"] == "nab") {
+        assert_eq!((&other["auroc"], &other["auprc_low"]), (&level["auroc"], &level["auprc_low"]));
+    }
+    let table = rows(&read(root, "tables/board.csv"));
+    let value = |method: &str, column: &str| {
+        let cell = table.iter().find(|r| r["row"] == method && r["column"] == column).unwrap();
+        cell["ours"].clone()
+    };
+    // The score of `turned` has the other sign, those of the others are that of `level`.
+    let first = if number(level, "auroc") > 0.5 { "1.0" } else { "2.0" };
+    assert_eq!((value("level", "rank").as_str(), value("level", "low")), (first, level["auroc_low"].clone()));
+    assert_eq!((value("oracle", "rank"), value("always", "auroc")), (String::new(), "0.5".to_string()));
+    let page = std::fs::read_to_string(root.join("reports/small/report.md")).unwrap();
+    assert!(page.contains("Nothing is better than the truth"));
+    assert!(page.contains("In order of auroc; low, high"), "{page}");
+}
+
+#[test]
+fn counts_of_frames_and_losses_are_taken_apart() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root);
+    let explain = |words: &[&str]| -> Vec<Value> {
+        let command =
+            trackfail().current_dir(root).arg("explain").args(words).args(["--format", "json"]).output();
+        let output = command.unwrap();
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let scores = rows(&read(root, "scores.csv"));
+    for method in ["level", "turned", "nab"] {
+        for part in explain(&["small/frames", "auroc", method]) {
+            let name = part["sequence"].as_str().unwrap();
+            let mine = scores.iter().find(|r| r["method"] == method && r["sequence"] == name).unwrap();
+            let listed = explain(&["small/frames", "auroc", method, "--sequence", name]);
+            for (counted, outcome) in [("tp", "hit"), ("fp", "false alarm"), ("fn", "missed")] {
+                let sum: u64 = if method == "nab" {
+                    listed.iter().filter(|r| r["outcome"] == outcome).count() as u64
+                } else {
+                    let stretches = listed.iter().filter(|r| r["counts as"] == counted);
+                    stretches.map(|r| r["frames"].as_u64().unwrap()).sum()
+                };
+                assert_eq!(sum.to_string(), mine[counted], "{method} {name} {counted}");
+            }
+            // A sequence with a loss has an area of its own, and without it there is another one.
+            assert!(part["without"].as_f64().is_some_and(|v| (0.0..=1.0).contains(&v)), "{part}");
+        }
+    }
+}
+
+/// Results of a program that did not have these measures.
+#[test]
+fn results_without_the_file_are_read() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root);
+    let manifest = root.join("results/small/manifest.json");
+    let mut read: Value = serde_json::from_slice(&std::fs::read(&manifest).unwrap()).unwrap();
+    assert!(read["files"].as_object_mut().unwrap().remove("frame_measures.csv").is_some());
+    std::fs::write(&manifest, serde_json::to_vec(&read).unwrap()).unwrap();
+    std::fs::remove_file(root.join("results/small/frame_measures.csv")).unwrap();
+    trackfail().current_dir(root).args(["report", "small"]).assert().success();
+    let table = rows(&std::fs::read_to_string(root.join("results/small/tables/frames.csv")).unwrap());
+    let ours =
+        |row: &str| table.iter().find(|r| r["row"] == row && r["column"] == "level").unwrap()["ours"].clone();
+    assert_eq!(ours("auroc"), "");
+    assert_ne!(ours("f_score"), "");
+}
