@@ -175,8 +175,7 @@ mod tests {
         for protocol in [frames::protocols::RANGE, frames::protocols::NAB] {
             // Alarms of one frame that do not touch.
             let apart = |at: &[bool]| at.iter().flat_map(|a| [*a, false]).collect::<Vec<_>>();
-            let twice: Vec<f64> = error.iter().copied().collect();
-            let score = |at: &[bool]| (protocol.score)(&twice, &apart(at)[..1200], &[]).counts;
+            let score = |at: &[bool]| (protocol.score)(&error, &apart(at)[..1200], &[]).counts;
             let (mean, deviation, expected) = simulated(score, protocol.chance, 600, 30, 4000);
             // Every other frame only, but sixteen frames hold eight of them whichever they are.
             assert!((mean - expected).abs() < 0.05 * expected, "{mean} {deviation} {expected}");

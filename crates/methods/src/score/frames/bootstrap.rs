@@ -46,8 +46,8 @@ impl Samples {
         let samples = if sequences < MIN_SEQUENCES { 0 } else { fits.clamp(FEW_SAMPLES, SAMPLES) };
         let mut block = || {
             let mut weights = vec![[0.0; LANES]; sequences];
-            for lane in 0..LANES {
-                (0..sequences).for_each(|_| weights[rng.random_range(0..sequences)][lane] += 1.0);
+            for draw in 0..LANES * sequences {
+                weights[rng.random_range(0..sequences)][draw / sequences] += 1.0;
             }
             weights
         };
@@ -208,7 +208,8 @@ mod tests {
 
     #[test]
     fn intervals_hold_the_value_and_need_sequences() {
-        let sequence = |k: u32| (0..40).map(|t| (f64::from((t * 7 + k) % 13), (t + k) % 3 == 0)).collect();
+        let sequence =
+            |k: u32| (0..40).map(|t| (f64::from((t * 7 + k) % 13), (t + k).is_multiple_of(3))).collect();
         let sequences: Vec<Vec<(f64, bool)>> = (0..12).map(sequence).collect();
         let swept = sweep_of(&sequences);
         let samples = Samples::new(12, 5);
