@@ -241,7 +241,9 @@ fn alarms_have_scores_on_the_bad_side() {
     let (signal, error) = series();
     let mut seen = 0;
     for (kind, text, detector) in all_detectors() {
-        let output = detector.detect(&Input { signal: &signal, error: &error, seed: 3, reverse: None });
+        let more = vec![signal.as_slice(); detector.signals().saturating_sub(1)];
+        let input = Input { signal: &signal, error: &error, seed: 3, reverse: None, more: &more };
+        let output = detector.detect(&input);
         let mean = |alarm: bool| {
             let mine = output.score.iter().zip(&output.alarm).filter(|(_, a)| **a == alarm).map(|(s, _)| *s);
             let (sum, n) = mine.fold((0.0, 0.0), |(sum, n), s| (sum + s, n + 1.0));

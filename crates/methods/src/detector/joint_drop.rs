@@ -18,6 +18,7 @@
 
 use super::relative_drop::GoodFrames;
 use super::{Detector, DetectorOutput, Input};
+use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +80,10 @@ impl Detector for JointDrop {
 
     fn signals(&self) -> usize {
         self.0.below.len()
+    }
+
+    fn score_direction(&self) -> Direction {
+        Direction::HigherIsBetter
     }
 
     fn threshold(&self) -> Option<f64> {
