@@ -12,7 +12,7 @@ use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
 use crate::engine::execute::lane::{Companions, Lane};
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
-use crate::engine::store;
+use crate::engine::store::{self, StoreError};
 use crate::num::seed;
 use crate::region::Region;
 use crate::results::detections::{self, MethodOutput};
@@ -20,7 +20,7 @@ use crate::signal::Reads;
 use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
 use crate::tracker::results::{self, Base, write};
-use crate::tracker::{RunContext, TrackerState};
+use crate::tracker::{RunContext, Status, TrackerState};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -62,7 +62,8 @@ pub struct Args {
     /// With --init: a model learned by AVU or ARTE*, a file of the folder `models` of an experiment's results
     #[arg(long, value_name = "FILE", requires = "init")]
     model: Option<PathBuf>,
-    /// With --init: where to write the tracker's boxes, a line `x,y,w,h` for each frame
+    /// With --init: where to write the tracker's boxes, a line `x,y,w,h` for each frame; its confidence, if it gives one,
+    /// goes beside them
     #[arg(long, value_name = "FILE", requires = "init")]
     save_boxes: Option<PathBuf>,
 }
@@ -227,12 +228,24 @@ fn track(
         .map_err(failure)?;
     let Collected { states, signals } =
         follow(&sequence, &run.frames, lane, signals_of(&ready).len()).map_err(failure)?;
-    let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     if let Some(path) = &args.save_boxes {
-        store::write(path, write::boxes(&regions, base(args)).as_bytes()).map_err(Failure::io)?;
+        save(path, &states, base(args)).map_err(Failure::io)?;
     }
+    let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     let reversal = Reversal::new(run, regions);
     print(&sequence, &ready, &signals, Some(&reversal))
+}
+
+/// Writes the boxes of a track, and its confidence beside them if the tracker gives one.
+fn save(path: &Path, states: &[TrackerState], base: Base) -> Result<(), StoreError> {
+    let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
+    let status: Vec<Status> = states.iter().map(|s| s.status).collect();
+    store::write(path, write::boxes(&regions, &status, base).as_bytes())?;
+    let confidence: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
+    if confidence.iter().any(Option::is_some) {
+        store::write(&write::confidence_path(path), write::confidence(&confidence).as_bytes())?;
+    }
+    Ok(())
 }
 
 /// Parameters of the default tracker as the built-in model knows it.

@@ -7,6 +7,9 @@
 //! | one pass, one run | `<tracker>/<Seq>.txt`, OTB |
 //! | one pass or spatial, several runs | `<tracker>/<Seq>_00{r+1}.txt`, OTB |
 //!
+//! A confidence is written beside them, `<name>_confidence.value`, and absence as a line of NaN, which `replay` reads with
+//! `without_area = "absent"`.
+//!
 //! Runs of the temporal protocol start within a sequence, for which neither format has words; they are left out,
 //! and so are tracks that failed.
 
@@ -51,11 +54,18 @@ pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> R
                 RunProtocol::VotReset | RunProtocol::VotReset2014 | RunProtocol::VotRegionNoise => {
                     (own.join(name).join(numbered), write::vot(&track.regions, &track.status))
                 }
-                _ if tracker.runs == 1 => (own.join(format!("{name}.txt")), write::otb(&track.regions)),
-                _ => (own.join(numbered), write::otb(&track.regions)),
+                _ => {
+                    let file = if tracker.runs == 1 { format!("{name}.txt") } else { numbered };
+                    (own.join(file), write::otb(&track.regions, &track.status))
+                }
             };
             store::write(&path, text.as_bytes()).map_err(Failure::io)?;
             written += 1;
+            if !track.confidence.is_empty() {
+                let text = write::confidence(&track.confidence);
+                store::write(&write::confidence_path(&path), text.as_bytes()).map_err(Failure::io)?;
+                written += 1;
+            }
         }
     }
     let rest = if left_out > 0 { format!(", {left_out} tracks left out") } else { String::new() };

@@ -27,6 +27,7 @@ digest = ["tracker.sh"]
 [tracker.served]
 command = ["PROGRAM", "serve-trax", "ncc"]
 version = "1"
+confidence = "confidence"
 
 [tracker.broken]
 command = ["sh", "-c", "read -r line; echo 1,2,3,4; read -r line; echo 'no memory' >&2; exit 7"]

@@ -87,15 +87,26 @@ pub fn rows<T, E: Into<String>>(
 /// # Errors
 /// A text without any line, an empty line among the others, and a line above [`MAX_LINE_BYTES`].
 pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
-    let body = text.trim_end();
-    if body.is_empty() {
-        return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
-    }
-    let lines: Vec<_> = body.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
-    match lines.iter().find(|(_, l)| l.is_empty() || l.len() > MAX_LINE_BYTES) {
-        Some(&(line, "")) => {
+    let lines = lines_or_empty(path, text.trim_end())?;
+    match lines.iter().find(|(_, l)| l.is_empty()) {
+        Some(&(line, _)) => {
             Err(DatasetError::line(path, line, "an empty line; lines are frames, so none may be empty"))
         }
+        None => Ok(lines),
+    }
+}
+
+/// All lines of `text` with their numbers from 1, empty ones included, also those at the end; for files in which an
+/// empty line is a frame without a value.
+///
+/// # Errors
+/// A text without any character but blanks, and a line above [`MAX_LINE_BYTES`].
+pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
+    if text.trim_end().is_empty() {
+        return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
+    }
+    let lines: Vec<_> = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
+    match lines.iter().find(|(_, l)| l.len() > MAX_LINE_BYTES) {
         Some(&(line, long)) => {
             let message = format!("{} bytes; a line has at most {MAX_LINE_BYTES}", long.len());
             Err(DatasetError::line(path, line, message))
@@ -197,6 +208,8 @@ mod tests {
         let text = read(f.path()).unwrap();
         assert_eq!(lines(f.path(), &text).unwrap(), [(1, "1,2"), (2, "3,4")]);
         assert_eq!(lines(f.path(), "a\nb").unwrap(), [(1, "a"), (2, "b")]);
+        assert_eq!(lines_or_empty(f.path(), "\na\r\n \n").unwrap(), [(1, ""), (2, "a"), (3, "")]);
+        assert!(lines_or_empty(f.path(), " \n\n").is_err());
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 pub mod box_motion;
 pub mod companion_overlap;
+pub mod confidence;
 #[cfg(test)]
 mod conformance;
 pub mod distribution_field;
@@ -133,6 +134,7 @@ pub trait Session: Send {
 pub static SIGNALS: &[Entry<dyn Signal>] = &[
     box_motion::ENTRY,
     companion_overlap::ENTRY,
+    confidence::ENTRY,
     distribution_field::ENTRY,
     forward_backward::ENTRY,
     region_covariance::ENTRY,

@@ -16,6 +16,8 @@ pub struct Track {
     pub regions: Vec<Region>,
     /// The status of each frame.
     pub status: Vec<Status>,
+    /// The tracker's confidence in each frame; empty if it gives none.
+    pub confidence: Vec<Option<f64>>,
     /// Overlap error O_t of each frame, 0 to 1; NaN where the target is not annotated.
     pub error: Vec<f64>,
     /// One series for each of the experiment's distinct signals; empty for those not needed on this track.

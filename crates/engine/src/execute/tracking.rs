@@ -243,9 +243,11 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
         Arc::new(Reversal::new(run, regions.clone()))
     });
     let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
+    let confident = states.iter().any(|s| s.confidence.is_some());
     Track {
         regions,
         status: states.iter().map(|s| s.status).collect(),
+        confidence: states.iter().filter(|_| confident).map(|s| s.confidence).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),
         signals: found.signals.into_iter().flatten().collect(),
         repeated,

@@ -36,6 +36,7 @@ struct Wired {
     #[serde(default)]
     protocol: Protocol,
     regions: Option<Spanned<Regions>>,
+    confidence: Option<Spanned<String>>,
     start_timeout: Option<Spanned<f64>>,
     answer_timeout: Option<Spanned<f64>>,
     #[serde(default)]
@@ -103,6 +104,12 @@ fn check(
         let message = "`regions` goes with protocol = \"lines\"; a TraX program says itself what it reads";
         return Err(source.error(regions.span(), message));
     }
+    if let Some(name) = &wired.confidence
+        && (name.get_ref().is_empty() || !name.get_ref().chars().all(|c| c.is_ascii_graphic() && c != '='))
+    {
+        let message = "`confidence` must be the name of a property, such as \"confidence\"";
+        return Err(source.error(name.span(), message));
+    }
     for (key, value) in &wired.environment {
         let is_name = !key.is_empty() && !key.contains(['=', '\0']) && !RESERVED.contains(&key.as_str());
         if !is_name || value.get_ref().contains('\0') {
@@ -120,6 +127,7 @@ fn check(
         start_timeout: seconds(source, "start_timeout", wired.start_timeout)?,
         answer_timeout: seconds(source, "answer_timeout", wired.answer_timeout)?,
         regions: wired.regions.map(Spanned::into_inner).unwrap_or_default(),
+        confidence: wired.confidence.map(Spanned::into_inner),
         deterministic: wired.deterministic,
         environment: wired.environment.into_iter().map(|(k, v)| (k, v.into_inner())).collect(),
         digest: wired.digest.iter().map(|path| folder.join(path.get_ref())).collect(),
@@ -153,6 +161,7 @@ version = "1"
 start_timeout = 2.5
 answer_timeout = 0.5
 regions = "polygon"
+confidence = "score"
 deterministic = true
 environment = { OMP_NUM_THREADS = "1" }
 digest = ["bin/track", "/models/a.bin"]
@@ -171,6 +180,7 @@ version = "2026-01"
             (mine.protocol, mine.regions, mine.deterministic),
             (Protocol::Lines, Regions::Polygon, true)
         );
+        assert_eq!(mine.confidence.as_deref(), Some("score"));
         assert_eq!(mine.digest, [Path::new("/home/ann/bin/track"), Path::new("/models/a.bin")]);
         assert_eq!((mine.start_timeout.as_millis(), mine.answer_timeout.as_millis()), (2500, 500));
         let other = programs.find("other").unwrap();
@@ -202,12 +212,14 @@ version = "2026-01"
             ("2.5", "-1.0", 5, "above 0"),
             ("2.5", "nan", 5, "above 0"),
             ("0.5", "inf", 6, "above 0"),
-            ("OMP_NUM_THREADS", "TRACKFAIL_SEED", 9, "are set already"),
-            ("OMP_NUM_THREADS", "\"A=B\"", 9, "cannot be set"),
-            ("\"bin/track\"", "\"\"", 10, "names of files"),
+            ("\"score\"", "\"\"", 8, "the name of a property"),
+            ("\"score\"", "\"a b\"", 8, "the name of a property"),
+            ("OMP_NUM_THREADS", "TRACKFAIL_SEED", 10, "are set already"),
+            ("OMP_NUM_THREADS", "\"A=B\"", 10, "cannot be set"),
+            ("\"bin/track\"", "\"\"", 11, "names of files"),
             ("[tracker.my-tracker]", "[tracker.\"My tracker\"]", 1, "a-z"),
-            ("[tracker.other]", "[trackers.other]", 12, "did you mean `tracker`?"),
-            ("[tracker.other]", "[tracker.my-tracker]", 12, "duplicate key"),
+            ("[tracker.other]", "[trackers.other]", 13, "did you mean `tracker`?"),
+            ("[tracker.other]", "[tracker.my-tracker]", 13, "duplicate key"),
         ] {
             let error = read(&FULL.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to}")).to_string();
             assert!(error.contains(words), "{to}: {error}");

@@ -187,7 +187,7 @@ mod tests {
     /// Kind and the first 16 digits of the address of the plugin alone, with its example's parameters.
     const GOLDEN: &[(&str, &str)] = &[
         ("tracker replay", "738b529fec975c8e"),
-        ("tracker ncc", "3c03e3fffe712504"),
+        ("tracker ncc", "95e1548bdb900e8d"),
         ("tracker still", "30ef6023d627be3e"),
         ("tracker scripted", "192871707a9006e2"),
         ("tracker color-particle-filter", "053206f1de91a1fd"),
@@ -202,6 +202,7 @@ mod tests {
         ("tracker adaptive-local-sparse", "799638e800046cc3"),
         ("signal box-motion", "4d86d38076323bce"),
         ("signal companion-overlap", "c60301aa69ba7fdb"),
+        ("signal confidence", "85aa0f1d2f3ac3c7"),
         ("signal distribution-field", "2553ef39cf637fd4"),
         ("signal forward-backward", "76dc8ed55e403ab1"),
         ("signal region-covariance", "ce78414f85a731a7"),

@@ -35,7 +35,8 @@ fn moments(t: usize) -> Moments {
 }
 
 fn state(region: Region, t: usize) -> TrackerState {
-    TrackerState { posterior: Some(moments(t)), ..TrackerState::tracked(region) }
+    let confidence = Some(9.0 - 0.5 * t as f64);
+    TrackerState { posterior: Some(moments(t)), confidence, ..TrackerState::tracked(region) }
 }
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
@@ -127,6 +128,7 @@ fn odd_boxes_and_frames_are_survived() {
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("box-motion", 1, "d25c29a53cc09de5"),
     ("companion-overlap", 1, "2db9d488d93c9dfe"),
+    ("confidence", 1, "fcba3b27d9a6487a"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
     ("forward-backward", 1, "f9597c7f04cf787d"),
     ("region-covariance", 1, "3720df68d985d2d6"),

@@ -220,7 +220,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     // The basis is not full yet, so that this and sparse-prototypes are one.
     ("ivt", 1, "c18af4c6ac5c4ca7"),
     ("kcf", 2, "742f231b58208290"),
-    ("ncc", 2, "098328b0acb2f7be"),
+    ("ncc", 3, "098328b0acb2f7be"),
     ("pixel-lut", 1, "f275f1ffd3a63c02"),
     ("samf", 2, "eced239009d57018"),
     ("scripted", 1, "d134c55166cbc1f3"),

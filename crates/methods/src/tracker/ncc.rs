@@ -7,6 +7,8 @@
 //!     sqrt((n S_ii - S_i^2) (n S_tt - S_t^2))
 //! ```
 //!
+//! The highest `g` is the tracker's confidence; the first frame has none.
+//!
 //! `t` is the target's window in the first frame, `i` the equally large window at a candidate place,
 //! both in gray (`(77 R + 150 G + 29 B + 128) >> 8`, BT.601 in 1/256). `g` is in `[-1, 1]`, high is
 //! good; a window without contrast has `g = 0`. The answer is the place of the highest `g` within
@@ -70,7 +72,7 @@ impl Ncc {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "ncc",
-    version: 2,
+    version: 3,
     summary: "normalized cross-correlation with a fixed gray template",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Ncc::new(read_params(raw)?)?)),
@@ -84,6 +86,10 @@ impl TrackerConfig for Ncc {
 
     fn uses_seed(&self) -> bool {
         false
+    }
+
+    fn gives_confidence(&self, _: &RunContext<'_>) -> bool {
+        true
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
@@ -177,7 +183,8 @@ impl Tracker for Tracking {
             }
             t.correlator.set_template(&t.template);
         }
-        Ok(TrackerState::tracked(t.region.shifted(t.moved.0 as f64, t.moved.1 as f64)))
+        let region = t.region.shifted(t.moved.0 as f64, t.moved.1 as f64);
+        Ok(TrackerState { confidence: best.map(|(g, ..)| g), ..TrackerState::tracked(region) })
     }
 }
 

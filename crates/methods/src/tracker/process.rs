@@ -10,6 +10,7 @@
 //! version = "1"                            # raise it when the answers change: it is part of every address
 //! protocol = "lines"                       # or "trax", the default
 //! regions = "rectangle"                    # lines only: what it reads, "rectangle" (default) or "polygon"
+//! confidence = "confidence"                # it gives a confidence: the property of TraX that has it (default: none)
 //! start_timeout = 30.0                     # seconds until it is ready (default 30)
 //! answer_timeout = 30.0                    # seconds a frame (default 30)
 //! deterministic = true                     # its answers depend neither on seed nor on run (default false)
@@ -17,7 +18,7 @@
 //! digest = ["my_tracker.py"]               # files whose bytes are part of the address
 //! ```
 //!
-//! The address of a track has name, version, protocol, `regions`, the digests, and the seed unless the
+//! The address of a track has name, version, protocol, `regions`, `confidence`, the digests, and the seed unless the
 //! program is deterministic; command, environment and time limits are not part of it.
 //!
 //! # Lines
@@ -33,7 +34,7 @@
 //!
 //! `REGION` is `x,y,w,h` (left, top, width, height) or the corners of a convex polygon, `x1,y1,x2,y2,...`,
 //! in pixels; coordinates are continuous and 0-based: pixel column `j` covers `[j, j + 1)`. A confidence is
-//! any finite number; it is checked but not used. `IMAGE` is the absolute path of a JPEG or PNG file, without
+//! any finite number, high where it is sure; it is always checked, and used if `confidence` is set, to any name. `IMAGE` is the absolute path of a JPEG or PNG file, without
 //! tabs and line ends. `init` comes first and once: a restart runs the program anew. Everything on stdout is an answer; text for people
 //! belongs on stderr.
 //!
@@ -45,7 +46,7 @@
 //! Versions 1 to 4, see [`trax`](super::trax); the environment has the same two variables and `TRAX=1`. The program
 //! must read images by path. It gets a polygon if the target is one and it reads polygons, or if it reads nothing else;
 //! otherwise a rectangle. Coordinates are passed on as they are. An answer that is only a code repeats the last region.
-//! Properties such as a confidence are not used.
+//! The property that `confidence` names is its confidence, in the frames whose answer has it; others are not used.
 //!
 //! # Common to both
 //!
@@ -114,12 +115,19 @@ impl TrackerConfig for Process {
             if program.protocol == Protocol::Lines {
                 params["regions"] = show_params(&program.regions);
             }
+            if let Some(confidence) = &program.confidence {
+                params["confidence"] = confidence.as_str().into();
+            }
         }
         params
     }
 
     fn uses_seed(&self) -> bool {
         self.program.as_ref().is_none_or(|p| !p.deterministic)
+    }
+
+    fn gives_confidence(&self, _: &RunContext<'_>) -> bool {
+        self.program.as_ref().is_some_and(|p| p.confidence.is_some())
     }
 
     fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
@@ -154,12 +162,14 @@ impl TrackerConfig for Process {
             let mut images = Images::new()?;
             let mut peer = peer::start(program, context.seed, context.run, images.folder())?;
             let image = images.path(files.get(index).map(PathBuf::as_path), frame)?;
-            peer.init(&image, region)?;
-            Ok((peer, images))
+            let answer = peer.init(&image, region)?;
+            Ok((peer, images, answer))
         };
-        let (peer, images) = start().map_err(|fault| place.error(index, fault))?;
-        let tracker = Tracking { place, files, next: index + 1, peer, images };
-        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
+        let (peer, images, answer) = start().map_err(|fault| place.error(index, fault))?;
+        let confident = program.confidence.is_some();
+        let confidence = answer.confidence.filter(|_| confident);
+        let tracker = Tracking { place, files, next: index + 1, confident, peer, images };
+        Ok((Box::new(tracker), TrackerState { confidence, ..TrackerState::initialized(region.clone()) }))
     }
 }
 
@@ -185,6 +195,8 @@ struct Tracking {
     files: Vec<PathBuf>,
     /// Index of the frame that comes next.
     next: usize,
+    /// Whether its confidence is used.
+    confident: bool,
     /// Declared before its images, since it must end before they are deleted.
     peer: Box<dyn Peer>,
     images: Images,
@@ -196,6 +208,8 @@ impl Tracker for Tracking {
         self.next += 1;
         let file = self.files.get(index).map(PathBuf::as_path);
         let answer = self.images.path(file, frame).and_then(|image| self.peer.frame(&image));
-        answer.map(TrackerState::tracked).map_err(|fault| self.place.error(index, fault))
+        let answer = answer.map_err(|fault| self.place.error(index, fault))?;
+        let confidence = answer.confidence.filter(|_| self.confident);
+        Ok(TrackerState { confidence, ..TrackerState::tracked(answer.region) })
     }
 }

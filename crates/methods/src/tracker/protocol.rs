@@ -146,6 +146,14 @@ impl TrackerConfig for Under {
         self.config.gives_posterior()
     }
 
+    fn gives_response(&self) -> bool {
+        self.config.gives_response()
+    }
+
+    fn gives_confidence(&self, context: &RunContext<'_>) -> bool {
+        self.config.gives_confidence(context)
+    }
+
     fn reads_pixels(&self) -> bool {
         // A failure is one within the frame, whose size is needed.
         let exact = matches!(self.protocol, RunProtocol::VotReset | RunProtocol::VotRegionNoise);
@@ -250,6 +258,12 @@ enum Phase {
 }
 
 impl Supervised {
+    /// Whether the protocol starts a tracker again after a failure.
+    fn restarts(&self) -> bool {
+        use RunProtocol::{VotRegionNoise, VotReset, VotReset2014};
+        matches!(self.protocol, VotReset | VotRegionNoise | VotReset2014)
+    }
+
     /// Whether an answer is a failure, under protocols with restarts.
     fn is_failure(&self, region: &Region, frame: &Frame) -> bool {
         let (areas, frame) = match self.protocol {
@@ -304,7 +318,12 @@ impl Supervised {
                 TrackerState::new(region, status)
             }
         };
-        if state.status == Status::Tracked && self.is_failure(&state.region, frame) {
+        let fails = match state.status {
+            Status::Tracked => self.is_failure(&state.region, frame),
+            Status::Absent => self.restarts() && self.truth(t).is_some(),
+            _ => false,
+        };
+        if fails {
             state.status = Status::Failed;
             self.phase = Phase::Stopped { until: t + SKIPPED };
         }

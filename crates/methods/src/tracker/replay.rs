@@ -6,9 +6,13 @@
 //! |---|---|---|---|
 //! | `<Seq>.json` | [`otb_json`], OTB's authors | entry `r` of the list; of a TRE file, segment `r` | 1 |
 //! | `<Seq>.txt` | [`otb_text`]: OTB, pysot, pytracking, the LaSOT toolkit, got10k | run 0 only | 1 |
-//! | `<Seq>_00{r+1}.txt` | the same | its own file | 1 |
+//! | the same name | [`mot`]: MOTChallenge; the first line's columns tell which of the two it is | run 0 only | 1 |
+//! | `<Seq>_00{r+1}.txt` | both of these | its own file | 1 |
+//! | `<Seq>_bboxes.txt` | [`otb_text`]: long-term runs of SiamFC on VOT's sequences | run 0 only | 0 |
 //! | `<Seq>/<Seq>_00{r+1}.txt` | [`vot`]: VOT, and pysot under `<tracker>/baseline` | its own file | 0 |
-//! | the same name | [`got10k`]: GOT-10k; the first line tells which of the two it is | its own file | 1 |
+//! | `longterm/<Seq>/<Seq>_00{r+1}.txt` | the same: pysot on VOT2018-LT | its own file | 0 |
+//! | the same names | [`got10k`]: GOT-10k; the first line tells which of the two it is | its own file | 1 |
+//! | `<Seq>.csv` | [`oxuva`]: OxUvA; relative coordinates, frames that were asked for | run 0 only | |
 //! | `<results>_00{r}/<Seq>.txt`, beside `results` | [`otb_text`]: pytracking with run numbers | its own folder | 1 |
 //!
 //! It is an error if two of them exist. `*_time.txt` and other files of these toolkits are ignored.
@@ -25,23 +29,36 @@
 //! [`align`](super::results::align). The range used must be covered; a run that starts later than the
 //! sequence (TRE segments after the first) is refused, because a track is a region for every frame.
 //!
-//! A box without area in the range used is an error that names it, unless `without_area = "repeat"`: then
-//! the last region is repeated and the frame has [`Status::Skipped`], so that such frames can be counted.
-//! (IVT's affine box collapses to a point in `Girl` from frame 402 on; no range used here has one.)
-//! NaN and infinity are always errors, and so is a first box without area.
+//! **Confidence.** OxUvA and MOT have it in their rows. For the others it is read from a [file](confidence) beside
+//! the boxes, if there is one; it is an error if there are two, unless `confidence` says which: `confidence = "motion"`
+//! reads `<name>_motion.value` or `<name>_motion.txt`, and a track without that file is missing.
+//!
+//! **Frames without a box.** No area, NaN, an empty line, a row that says `false` (OxUvA), no row (MOT): these are errors
+//! that name the line, unless `without_area` says otherwise. With `"absent"` the tracker says by them that the target is
+//! absent: the frame has [`Status::Absent`] and repeats the last region. With `"repeat"` it is a fault of the tracker's
+//! that is passed over: the frame has [`Status::Skipped`], so that it can be counted. (IVT's affine box collapses to a
+//! point in `Girl` from frame 402 on; no range used here has one.) Infinity is always an error, and so is a first frame
+//! without a box; where the format leaves out the first frame (OxUvA, MOT), it has the ground truth. Frames that OxUvA's
+//! tracker was not asked for are skipped.
 //!
 //! All files are read at the start, whose answer is the file's first state, whatever region it is given.
 
-use super::results::{Base, BoxError, Boxes, got10k, official_span, otb_json, otb_text, vot};
+mod files;
+
+use super::results::{
+    Base, BoxError, Boxes, NoBox, confidence, drop_empty_end, got10k, mot, official_span, otb_json, otb_text,
+    oxuva, vot,
+};
 use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
+use files::{Kind, Source};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 
-/// Treatment of a box without area.
+/// Treatment of a frame without a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WithoutArea {
@@ -50,6 +67,19 @@ pub enum WithoutArea {
     Error,
     /// Repeat the last region and mark the frame as skipped.
     Repeat,
+    /// Take it as the tracker's word that the target is absent.
+    Absent,
+}
+
+impl WithoutArea {
+    /// Status of a frame without a box; `None` where it is an error.
+    fn status(self) -> Option<Status> {
+        match self {
+            Self::Error => None,
+            Self::Repeat => Some(Status::Skipped),
+            Self::Absent => Some(Status::Absent),
+        }
+    }
 }
 
 /// Parameters.
@@ -58,12 +88,20 @@ pub enum WithoutArea {
 pub struct Params {
     /// Folder under `<data root>/results/`, parts separated by `/`: `otb/OPE/STRUCK`.
     pub results: String,
-    /// Treatment of a box without area: `error` refuses the file, `repeat` repeats the last region.
+    /// Treatment of a frame without a box (no area, NaN, an empty line): `error` refuses the file, `repeat` repeats the last
+    /// region, and with `absent` the tracker says by it that the target is absent.
     #[serde(default)]
     pub without_area: WithoutArea,
     /// Index of the left top pixel in the files, 0 or 1; by default that of their format, see the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Base>,
+    /// Name of the confidence in the file beside the boxes, `<name>_<confidence>.value` or `.txt`; by default the one file
+    /// of a known name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<String>,
+    /// Number of the target in files of several targets (MOT).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<i64>,
 }
 
 /// Checked parameters.
@@ -74,14 +112,14 @@ pub struct Replay(Params);
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "replay",
     version: 1,
-    summary: "regions from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking)",
+    summary: "regions and confidence from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking, OxUvA, MOT)",
     example: r#"{ results = "otb/OPE/STRUCK" }"#,
     build: |raw: RawParams<'_>| Ok(Box::new(Replay::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };
 
 impl Replay {
-    /// Checks that `results` stays under the data root.
+    /// Checks that `results` stays under the data root, and that `confidence` is part of a file's name.
     ///
     /// # Errors
     /// Absolute paths, `.` and `..`, empty parts and backslashes.
@@ -93,6 +131,12 @@ impl Replay {
             let rule =
                 "a relative path under `results/` of the data root without `..`, such as otb/OPE/STRUCK";
             return Err(ParamError::out_of_range("results", rule, format!("`{}`", params.results)));
+        }
+        if let Some(name) = &params.confidence
+            && (name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)))
+        {
+            let rule = "letters, digits, `_` and `-`, such as confidence";
+            return Err(ParamError::out_of_range("confidence", rule, format!("`{name}`")));
         }
         Ok(Self(params))
     }
@@ -108,7 +152,7 @@ impl Replay {
         run: u32,
         data_roots: &[PathBuf],
     ) -> Result<Vec<TrackerState>, TrackerError> {
-        let source = self.find(sequence, run, data_roots)?;
+        let source = files::find(&self.0, sequence, run, data_roots)?;
         Ok(self.states(&source, sequence, run)?)
     }
 
@@ -121,72 +165,32 @@ impl Replay {
         let path = source.path.as_path();
         let bytes = text::read_capped(path)?;
         let base = |of_format| self.0.base.unwrap_or(of_format);
-        let boxes = match source.kind {
+        let text_boxes = |bytes, of_format| text_boxes(path, bytes, sequence, base(of_format));
+        let mut boxes = match source.kind {
             Kind::Json => otb_json::parse_from(path, &bytes, run, sequence.numbering, base(Base::One))?,
-            Kind::Text => text_boxes(path, &bytes, sequence, base(Base::One))?,
+            Kind::Csv => oxuva::parse(path, &bytes, sequence)?,
+            Kind::Text if mot::is_mot(&bytes) => {
+                mot::parse(path, &bytes, sequence, base(Base::One), self.0.id)?
+            }
+            Kind::Text => text_boxes(&bytes, Base::One)?,
+            Kind::LongTerm => text_boxes(&bytes, Base::Zero)?,
             Kind::OwnFolder => match got10k::kind(path, &bytes)? {
                 got10k::Kind::Vot => {
-                    return vot::parse_from(path, &bytes, &sequence.truth, base(Base::Zero));
+                    let without_box = self.0.without_area.status();
+                    let mut states =
+                        vot::parse_from(path, &bytes, &sequence.truth, base(Base::Zero), without_box)?;
+                    if let Some(values) = values(source, states.len())? {
+                        states.iter_mut().zip(values).for_each(|(state, value)| state.confidence = value);
+                    }
+                    return Ok(states);
                 }
-                got10k::Kind::Boxes => text_boxes(path, &bytes, sequence, base(Base::One))?,
+                got10k::Kind::Boxes => text_boxes(&bytes, Base::One)?,
             },
         };
+        if let Some(values) = values(source, boxes.regions.len())? {
+            boxes.confidence = values;
+        }
         self.cut(path, boxes, sequence)
-    }
-
-    /// The result file in the first data root that has one.
-    fn find(&self, sequence: &Sequence, run: u32, data_roots: &[PathBuf]) -> Result<Source, TrackerError> {
-        let mut first = None;
-        for root in data_roots {
-            match self.find_below(root, sequence, run) {
-                Err(missing @ TrackerError::Missing(_)) => first = first.or(Some(missing)),
-                found => return found,
-            }
-        }
-        Err(first.unwrap_or_else(|| {
-            TrackerError::Missing(format!(
-                "results `{}` are files of a data root, and none is given; add --data-root DIR or set TRACKFAIL_DATA",
-                self.0.results
-            ))
-        }))
-    }
-
-    fn find_below(&self, root: &Path, sequence: &Sequence, run: u32) -> Result<Source, TrackerError> {
-        let Params { results, .. } = &self.0;
-        let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
-        let (folder, of_run) = (below(results), format!("{results}_{run:03}"));
-        let mut found = Vec::new();
-        let mut looked_for = Vec::new();
-        for name in spellings(&sequence.name) {
-            let numbered = format!("{name}_{:03}.txt", run + 1);
-            let mut look = |kind, shown: String| {
-                found.push(Source { kind, path: shown.split('/').fold(folder.clone(), |p, s| p.join(s)) });
-                looked_for.push(shown);
-            };
-            look(Kind::Json, format!("{name}.json"));
-            if run == 0 {
-                look(Kind::Text, format!("{name}.txt"));
-            }
-            look(Kind::Text, numbered.clone());
-            look(Kind::OwnFolder, format!("{name}/{numbered}"));
-            let path = below(&of_run).join(format!("{name}.txt"));
-            found.push(Source { kind: Kind::Text, path });
-        }
-        found.retain(|s| s.path.is_file());
-        match (found.pop(), found.pop()) {
-            (Some(one), None) => Ok(one),
-            (Some(a), Some(b)) => Err(TrackerError::Broken(format!(
-                "both {} and {} exist; keep the one that is meant",
-                a.path.display(),
-                b.path.display()
-            ))),
-            (None, _) => Err(TrackerError::Missing(format!(
-                "no result of `{results}` for {}, run {run}: {} has none of {}, and {of_run} beside it has none",
-                sequence.name,
-                folder.display(),
-                looked_for.join(", ")
-            ))),
-        }
     }
 
     /// The states of the frames that the sequence uses.
@@ -207,53 +211,61 @@ impl Replay {
             ));
         }
         let from_start = boxes.first == first;
-        let used = boxes.regions.into_iter().skip((first - boxes.first) as usize).take(count);
+        let skipped = (first - boxes.first) as usize;
+        let mut confidence = boxes.confidence.into_iter().skip(skipped);
+        let used = boxes.regions.into_iter().skip(skipped).take(count);
+        let truth = sequence.truth.first().and_then(Option::as_ref);
         let mut states: Vec<TrackerState> = Vec::with_capacity(count);
         for (t, region) in used.enumerate() {
             let last = states.last().map(|s| s.region.clone());
-            states.push(match (region, last) {
+            let mut state = match (region, last) {
                 (Ok(region), _) if t == 0 && from_start => TrackerState::initialized(region),
                 (Ok(region), _) => TrackerState::tracked(region),
-                (Err(_), Some(region)) if self.0.without_area == WithoutArea::Repeat => {
-                    TrackerState::new(region, Status::Skipped)
+                (Err(e), last) => {
+                    self.without_box(e, last, truth).map_err(|e| DatasetError::content(path, e))?
                 }
-                (Err(e), _) => return Err(DatasetError::content(path, e.to_string())),
-            });
+            };
+            state.confidence = confidence.next().flatten();
+            states.push(state);
         }
         Ok(states)
     }
-}
 
-/// Format of a file.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Json,
-    Text,
-    /// In a folder named after the sequence: VOT or GOT-10k.
-    OwnFolder,
-}
-
-struct Source {
-    kind: Kind,
-    path: PathBuf,
-}
-
-/// The name of a sequence and, if it ends in the number of a target, its other spellings.
-fn spellings(name: &str) -> Vec<String> {
-    let mut all = vec![name.to_owned()];
-    if let Some((head, number)) = name.rsplit_once('-') {
-        // Three digits would be a run's number.
-        let short = (1..=2).contains(&number.len()) && number.bytes().all(|b| b.is_ascii_digit());
-        if short && !head.is_empty() {
-            all.extend([format!("{head}_{number}"), format!("{head}.{number}")]);
+    /// The state of a frame without a box, after a frame with region `last`; the first frame has none.
+    fn without_box(
+        &self,
+        reason: BoxError,
+        last: Option<Region>,
+        first_truth: Option<&Region>,
+    ) -> Result<TrackerState, String> {
+        match (&reason.source, self.0.without_area.status(), last) {
+            (NoBox::NotAsked | NoBox::NoRow, _, None) => match first_truth {
+                Some(region) => Ok(TrackerState::initialized(region.clone())),
+                None => Err(format!("{reason}, and the first frame has no ground truth to start from")),
+            },
+            (NoBox::NotAsked, _, Some(last)) => Ok(TrackerState::new(last, Status::Skipped)),
+            (source, Some(status), Some(last)) if source.may_be_absence() => {
+                Ok(TrackerState::new(last, status))
+            }
+            (source, None, Some(_)) if source.may_be_absence() => {
+                Err(format!("{reason} (`without_area = \"absent\"` takes this as the target's absence)"))
+            }
+            _ => Err(reason.to_string()),
         }
     }
-    all
+}
+
+/// The confidence of each frame, from the file beside the boxes if there is one.
+fn values(source: &Source, frames: usize) -> Result<Option<Vec<Option<f64>>>, DatasetError> {
+    let read = |path: &PathBuf| confidence::parse(path, &text::read_capped(path)?, frames);
+    source.confidence.as_ref().map(read).transpose()
 }
 
 fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Result<Boxes, DatasetError> {
-    let rows = otb_text::parse_rows(path, bytes)?;
+    let mut rows = otb_text::parse_rows(path, bytes)?;
     let span = official_span(sequence.numbering);
+    let fits = |n: usize| n as u64 == span || n == sequence.len();
+    drop_empty_end(&mut rows, otb_text::is_empty, fits);
     let start = match rows.len() {
         n if n as u64 == span => sequence.numbering.official.0,
         n if n == sequence.len() => sequence.numbering.first,
@@ -267,10 +279,10 @@ fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Res
         }
     };
     let regions = rows.into_iter().map(|(line, row)| {
-        let at = || format!("line {line}");
-        Region::from_numbers(&row).map(|r| base.to_zero(r)).map_err(|source| BoxError { at: at(), source })
+        let region = row.and_then(|values| Ok(Region::from_numbers(&values)?));
+        region.map(|r| base.to_zero(r)).map_err(|source| BoxError { at: format!("line {line}"), source })
     });
-    Ok(Boxes { first: start, regions: regions.collect() })
+    Ok(Boxes { first: start, regions: regions.collect(), confidence: Vec::new() })
 }
 
 impl TrackerConfig for Replay {
@@ -290,11 +302,16 @@ impl TrackerConfig for Replay {
         false
     }
 
+    fn gives_confidence(&self, context: &RunContext<'_>) -> bool {
+        let states = self.read(context.sequence, context.run, context.data_roots);
+        states.is_ok_and(|states| states.iter().any(|state| state.confidence.is_some()))
+    }
+
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        let source = self.find(context.sequence, context.run, context.data_roots)?;
+        let source = files::find(&self.0, context.sequence, context.run, context.data_roots)?;
         // A file with faults is no track, so that nothing relies on it.
         self.states(&source, context.sequence, context.run)?;
-        Ok(vec![source.path])
+        Ok(std::iter::once(source.path).chain(source.confidence).collect())
     }
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> StartResult {

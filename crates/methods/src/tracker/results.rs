@@ -1,11 +1,15 @@
 //! Result files of trackers: their formats, and the frame that each line belongs to.
 //!
 //! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with numbers that are not a
-//! box, is an error that names the file and the line or entry.
+//! box, is an error that names the file and the line or entry. A frame [without a box](NoBox) is an error of its own,
+//! which the reader of a track may take as the target's absence.
 
+pub mod confidence;
 pub mod got10k;
+pub mod mot;
 pub mod otb_json;
 pub mod otb_text;
+pub mod oxuva;
 pub mod vot;
 pub mod write;
 
@@ -19,18 +23,61 @@ use crate::region::{Region, RegionError};
 pub struct Boxes {
     /// The dataset's number of the first frame.
     pub first: u32,
-    /// One region per frame, in 0-based pixels, or the error in its numbers.
+    /// One region per frame, in 0-based pixels, or the reason why there is none.
     pub regions: Vec<Result<Region, BoxError>>,
+    /// The tracker's confidence in each frame; empty for formats without one.
+    pub confidence: Vec<Option<f64>>,
 }
 
-/// Numbers of a result file that do not make a region.
+/// A frame of a result file without a region.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{at}: {source}")]
 pub struct BoxError {
     /// Place in the file.
     pub at: String,
-    /// The error in the numbers.
-    pub source: RegionError,
+    /// The reason.
+    pub source: NoBox,
+}
+
+/// Why a frame of a result file has no region.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoBox {
+    /// Its numbers are no region.
+    #[error(transparent)]
+    Numbers(#[from] RegionError),
+    /// Its line is empty.
+    #[error("an empty line; lines are frames, so none may be empty")]
+    EmptyLine,
+    /// The file says so.
+    #[error("the tracker says that the target is absent")]
+    SaidAbsent,
+    /// The file has no row for it, which in its format means that the target was not found.
+    #[error("no row, so the tracker has not found the target")]
+    NoRow,
+    /// The tracker was not asked for it.
+    #[error("the tracker was not asked for this frame")]
+    NotAsked,
+}
+
+impl NoBox {
+    /// Whether it can be taken as the target's absence: no row, no numbers, NaN, or no area.
+    pub fn may_be_absence(&self) -> bool {
+        match self {
+            Self::Numbers(e) => matches!(e, RegionError::NotFinite | RegionError::Empty),
+            Self::EmptyLine | Self::SaidAbsent | Self::NoRow => true,
+            Self::NotAsked => false,
+        }
+    }
+}
+
+/// Drops empty rows at the end: all of them, or as few as are needed for a number of rows that fits.
+pub(super) fn drop_empty_end<T>(
+    rows: &mut Vec<T>,
+    is_empty: impl Fn(&T) -> bool,
+    fits: impl Fn(usize) -> bool,
+) {
+    let full = rows.iter().rposition(|row| !is_empty(row)).map_or(0, |last| last + 1);
+    rows.truncate((full..=rows.len()).find(|n| fits(*n)).unwrap_or(full));
 }
 
 /// Why a result cannot be aligned with the frames of its sequence.

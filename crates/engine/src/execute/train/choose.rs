@@ -203,6 +203,7 @@ mod tests {
         let track = Track {
             regions: vec![],
             status: vec![],
+            confidence: vec![],
             error: step(0.2, 1.0),
             signals: vec![step(0.8, 0.1)],
             repeated: 0,

@@ -11,13 +11,22 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+/// Answer of a program to a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameAnswer {
+    /// Region of the target.
+    pub region: Region,
+    /// Its confidence, from programs that give one.
+    pub confidence: Option<f64>,
+}
+
 /// A running program. After an error it is dead.
 pub trait Peer: Send {
     /// Starts tracking on an image.
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault>;
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault>;
 
     /// Tracks the target in the next image.
-    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault>;
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault>;
 }
 
 /// Starts a program; `folder` is deleted if this program dies.
@@ -88,7 +97,7 @@ struct Lines {
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence behind";
 
 impl Lines {
-    fn ask(&mut self, line: String) -> Result<Region, ProgramFault> {
+    fn ask(&mut self, line: String) -> Result<FrameAnswer, ProgramFault> {
         self.child.send(line)?;
         let answer = self.child.receive(LINE, self.within)?;
         self.within = self.later;
@@ -99,32 +108,37 @@ impl Lines {
     }
 }
 
-/// The region of an answer, or why there is none; its confidence is only checked.
-fn parse_answer(line: &str) -> Result<Region, String> {
+/// The region and the confidence of an answer, or why there is no region.
+fn parse_answer(line: &str) -> Result<FrameAnswer, String> {
     let mut words = line.split_whitespace();
     let region = words.next().ok_or("an empty line")?;
-    let number = |word: &str| {
-        word.parse::<f64>().map_err(|_| format!("`{}` is no number", visible(&shorten_to(word, 40))))
-    };
     let numbers = region.split(',').map(number).collect::<Result<Vec<f64>, _>>()?;
-    if let Some(confidence) = words.next()
-        && !number(confidence)?.is_finite()
-    {
-        return Err("the confidence is not a finite number".into());
-    }
+    let confidence = words.next().map(confidence).transpose()?;
     if words.next().is_some() {
         return Err("more than a region and a confidence".into());
     }
-    Region::from_numbers(&numbers).map_err(|e| e.to_string())
+    let region = Region::from_numbers(&numbers).map_err(|e| e.to_string())?;
+    Ok(FrameAnswer { region, confidence })
+}
+
+/// A word as a number, or why it is none.
+fn number(word: &str) -> Result<f64, String> {
+    word.parse::<f64>().map_err(|_| format!("`{}` is no number", visible(&shorten_to(word, 40))))
+}
+
+/// A word as a confidence, or why it is none.
+fn confidence(word: &str) -> Result<f64, String> {
+    let finite = number(word)?;
+    if finite.is_finite() { Ok(finite) } else { Err("the confidence is not a finite number".into()) }
 }
 
 impl Peer for Lines {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault> {
         let region = trax::numbers(&as_sent(region, self.regions));
         self.ask(format!("init\t{}\t{region}\n", image.display()))
     }
 
-    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault> {
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault> {
         self.ask(format!("frame\t{}\n", image.display()))
     }
 }
@@ -139,6 +153,8 @@ struct Trax {
     child: Child<Message>,
     within: Duration,
     hello: Hello,
+    /// Name of the property that is its confidence.
+    confidence: Option<String>,
     last: Option<Region>,
 }
 
@@ -167,7 +183,8 @@ impl Trax {
             let message = format!("it needs the image channels {}; expected `color` alone", listed(channels));
             return Err(child.fault(message));
         }
-        Ok(Self { child, within: program.answer_timeout, hello, last: None })
+        let confidence = program.confidence.clone();
+        Ok(Self { child, within: program.answer_timeout, hello, confidence, last: None })
     }
 
     fn send(&mut self, message: &Message) -> Result<(), ProgramFault> {
@@ -175,21 +192,27 @@ impl Trax {
         self.child.send(line)
     }
 
-    fn receive(&mut self) -> Result<Region, ProgramFault> {
+    fn receive(&mut self) -> Result<FrameAnswer, ProgramFault> {
         let expected = "`state` with a rectangle or polygon";
-        let region = match self.child.receive(expected, self.within)? {
-            Message::TrackerState { answer: Answer::Region(region), .. } => region,
-            // A code has no region.
-            Message::TrackerState { answer: Answer::Code(code), .. } => match &self.last {
-                Some(last) => last.clone(),
-                None => {
-                    return Err(self.child.fault(format!("received the code {code}; expected {expected}")));
-                }
-            },
+        let (answer, properties) = match self.child.receive(expected, self.within)? {
+            Message::TrackerState { answer, properties } => (answer, properties),
             other => return Err(self.child.fault(format!("{}; expected {expected}", in_words(&other)))),
         };
+        let region = match (answer, &self.last) {
+            (Answer::Region(region), _) => region,
+            // A code has no region.
+            (Answer::Code(_), Some(last)) => last.clone(),
+            (Answer::Code(code), None) => {
+                return Err(self.child.fault(format!("received the code {code}; expected {expected}")));
+            }
+        };
         self.last = Some(region.clone());
-        Ok(region)
+        let given = self.confidence.as_ref().and_then(|name| Some((name, properties.get(name)?)));
+        let confidence = given.map(|(name, word)| {
+            confidence(word.trim()).map_err(|why| format!("its property {}: {why}", listed(name)))
+        });
+        let confidence = confidence.transpose().map_err(|why| self.child.fault(why))?;
+        Ok(FrameAnswer { region, confidence })
     }
 }
 
@@ -215,7 +238,7 @@ fn in_words(message: &Message) -> String {
 }
 
 impl Peer for Trax {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<Region, ProgramFault> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault> {
         let reads = |word: &str| self.hello.regions.iter().any(|w| w == word);
         let polygon = matches!(region, Region::Polygon(_)) && reads("polygon") || !reads("rectangle");
         let sent = as_sent(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
@@ -232,7 +255,7 @@ impl Peer for Trax {
         self.receive()
     }
 
-    fn frame(&mut self, image: &Path) -> Result<Region, ProgramFault> {
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault> {
         self.send(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
         self.receive()
     }

@@ -59,6 +59,8 @@ pub struct Program {
     pub answer_timeout: Duration,
     /// Form of the regions that it reads, in the lines protocol.
     pub regions: Regions,
+    /// Name of its confidence, the property of TraX that has it; `None` if it gives none.
+    pub confidence: Option<String>,
     /// Whether its answers depend neither on the seed nor on the run.
     pub deterministic: bool,
     /// Variables that are added to the environment.

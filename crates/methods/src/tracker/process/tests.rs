@@ -56,6 +56,7 @@ impl Script {
             start_timeout: Duration::from_secs(20),
             answer_timeout: Duration::from_secs(20),
             regions: Regions::Rectangle,
+            confidence: None,
             deterministic: false,
             environment: [("EXTRA".to_string(), "more".to_string())].into(),
             digest: vec![],
@@ -184,6 +185,35 @@ fn polygons_are_sent_to_programs_that_read_them() {
         assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), TrackerState::tracked(triangle));
         assert_eq!(script.read("log").trim_end().split('\t').nth(2), Some(expected.as_str()));
     }
+}
+
+#[test]
+fn a_confidence_is_used_if_it_is_named() {
+    let confidences = |script: &Script| -> Vec<Option<f64>> {
+        script.track(3).unwrap().into_iter().map(|state| state.confidence).collect()
+    };
+    let property = "\"'$n',2.5,3,4\" confidence=0.'$n' other=7";
+    for (mut script, name) in
+        [(Script::new(Protocol::Lines, GOOD), "any"), (trax("", property), "confidence")]
+    {
+        let context = |script: &Script| script.config().gives_confidence(&testing::context(&rendered(), 0));
+        assert_eq!((confidences(&script), context(&script)), (vec![None; 3], false));
+        script.program.confidence = Some(name.into());
+        let expected = match name {
+            "any" => vec![Some(0.25); 3],
+            _ => vec![Some(0.1), Some(0.2), Some(0.3)],
+        };
+        assert_eq!((confidences(&script), context(&script)), (expected, true));
+        assert_eq!(script.config().params()["confidence"], name);
+    }
+    // The property of another name, or of none, is no fault; a word is.
+    let mut script = trax("", property);
+    script.program.confidence = Some("score".into());
+    assert_eq!(confidences(&script), [None; 3]);
+    let mut script = trax("", "1,2,3,4 confidence=high");
+    script.program.confidence = Some("confidence".into());
+    let error = script.track(2).unwrap_err();
+    assert!(error.contains("its property `confidence`: `high` is no number"), "{error}");
 }
 
 #[test]

@@ -10,8 +10,7 @@ fn roots(root: &tempfile::TempDir) -> Vec<PathBuf> {
 }
 
 fn replay(results: &str) -> Replay {
-    let text = format!("{{ results = \"{results}\" }}");
-    Replay::new(read_params(RawParams::parse(&text).unwrap()).unwrap()).unwrap()
+    configured(&format!("{{ results = \"{results}\" }}"))
 }
 
 /// Frames 3 and 4 of official 2..=5.
@@ -25,6 +24,10 @@ fn sequence() -> Sequence {
         digest: "0".into(),
         frames: Frames::Files(vec![].into()),
     }
+}
+
+fn configured(params: &str) -> Replay {
+    Replay::new(read_params(RawParams::parse(params).unwrap()).unwrap()).unwrap()
 }
 
 fn with_files(files: &[(&str, &str)]) -> tempfile::TempDir {
@@ -83,10 +86,7 @@ fn the_first_pixel_may_be_given() {
         ("S/S_001.txt", "1\n8,1,1,1", [9.0, 8.0], (1, [9.0, 7.0])),
     ] {
         let root = with_files(&[(file, text)]);
-        let read = |params: String| {
-            let replay = Replay::new(read_params(RawParams::parse(&params).unwrap()).unwrap()).unwrap();
-            lefts(&replay.read(&sequence(), 0, &roots(&root)).unwrap())
-        };
+        let read = |params: String| lefts(&configured(&params).read(&sequence(), 0, &roots(&root)).unwrap());
         assert_eq!(read("{ results = \"a\" }".into()), default, "{file}");
         let (base, moved) = other;
         assert_eq!(read(format!("{{ results = \"a\", base = {base} }}")), moved, "{file}");
@@ -103,10 +103,10 @@ fn the_first_pixel_may_be_given() {
 
 #[test]
 fn a_targets_number_may_be_spelled_otherwise() {
-    assert_eq!(spellings("Jogging-1"), ["Jogging-1", "Jogging_1", "Jogging.1"]);
-    assert_eq!(spellings("car-racing-12"), ["car-racing-12", "car-racing_12", "car-racing.12"]);
+    assert_eq!(files::spellings("Jogging-1"), ["Jogging-1", "Jogging_1", "Jogging.1"]);
+    assert_eq!(files::spellings("car-racing-12"), ["car-racing-12", "car-racing_12", "car-racing.12"]);
     for plain in ["Girl2", "-1", "GOT-10k_Val_000001", "car-001", "a-b", "a-"] {
-        assert_eq!(spellings(plain), [plain]);
+        assert_eq!(files::spellings(plain), [plain]);
     }
     let boxes = "7,1,1,1\n8,1,1,1";
     let second = Sequence { name: "S-2".into(), ..sequence() };
@@ -143,7 +143,14 @@ fn files_that_do_not_fit_are_errors() {
         (&[("S.txt", "1,1,1,1")], 0, "1 boxes"),
         (&[("S.txt", "1,1,1,1\n1,1,1,1\n1,1,1,1")], 0, "3 boxes"),
         (&[("S.txt", "1,1,1,1\n1,1,0,1")], 0, "S.txt: line 2"),
-        (&[("S.txt", "1,1,1,1\n1,nan,1,1")], 0, "S.txt, line 2"),
+        (&[("S.txt", "1,1,1,1\n1,nan,1,1")], 0, "S.txt: line 2: a coordinate is not"),
+        (&[("S.txt", "1,1,1,1\n\n1,1,1,1\n1,1,1,1")], 0, "S.txt: line 2: an empty line"),
+        (&[("S.txt", "1,1,1,1\n1,1,0,1")], 0, "`without_area = \"absent\"` takes this as"),
+        (&[("S.txt", "2,1,5,5,5,5,1\n2,2,5,5,5,5,1")], 0, "several targets (1, 2)"),
+        (&[("S.txt", "2,1,5,5,5,5,1\n")], 0, "frame 4: no row"),
+        (&[("S.csv", "v,o,3,true,1,0,1,0,1\n")], 0, "there is no frame"),
+        (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("S_confidence.value", "1\n1\n1\n")], 0, "3 values for 2 boxes"),
+        (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("S_all_scores.txt", "1\nx\n")], 0, "S_all_scores.txt, line 2"),
         (&[("S.txt", "")], 0, "empty"),
         (&[("S/S_001.txt", "1")], 0, "1 lines for 2"),
         (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("S.json", JSON)], 0, "both"),
@@ -167,12 +174,160 @@ fn files_that_do_not_fit_are_errors() {
     }
 }
 
+/// Frames 1 to 3, of rendered frames of 320 x 240 pixels.
+fn three_frames(name: &str) -> Sequence {
+    let rendered = crate::dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
+    let Frames::Rendered(render, _) = rendered.frames else { panic!("rendered") };
+    Sequence {
+        name: name.into(),
+        numbering: Numbering { first: 1, official: (1, 3) },
+        truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); 3],
+        frames: Frames::Rendered(render, 3),
+        ..sequence()
+    }
+}
+
+// Two frames of confidence .75 and .25 after the first, as each tool writes them.
+#[test]
+fn a_confidence_is_read_with_the_boxes() {
+    let sequence = three_frames("S");
+    let boxes = "9,9,9,9\n9,9,9,9\n9,9,9,9\n";
+    for (files, first) in [
+        (
+            &[
+                ("longterm/S/S_001.txt", "1\n9,9,9,9\n9,9,9,9\n"),
+                ("longterm/S/S_001_confidence.value", "\n0.750000\n0.250000\n"),
+                ("longterm/S/S_time.txt", "0.1\n0.1\n0.1\n"),
+            ][..],
+            None,
+        ),
+        (
+            &[
+                ("S/S_001.txt", "1\n9,9,9,9\n9,9,9,9\n"),
+                ("S/S_001_confidence.value", "\n0.75\n0.25\n"),
+                ("S/S_001_time.value", "0.1\n0.1\n0.1\n"),
+            ],
+            None,
+        ),
+        (
+            &[
+                ("S.txt", "9\t9\t9\t9\n9\t9\t9\t9\n9\t9\t9\t9\n"),
+                ("S_object_presence_scores.txt", "1.000000\n0.750000\n0.250000\n"),
+            ],
+            Some(1.0),
+        ),
+        (&[("../a_000/S.txt", boxes), ("../a_000/S_all_scores.txt", "1.00\n0.75\n0.25\n")], Some(1.0)),
+        (&[("S_bboxes.txt", boxes), ("S_scores.txt", "10000\n0.75\n0.25\n")], Some(10_000.0)),
+        (
+            &[(
+                "S.csv",
+                "S,0,2,true,0.75,0.025,0.05,0.0375,0.075\r\nS,0,3,true,0.25,0.025,0.05,0.0375,0.075\r\n",
+            )],
+            None,
+        ),
+        (
+            &[("S.txt", "1,7,9,9,9,9,-1,-1,-1,-1\n2,7,9,9,9,9,0.75,-1,-1,-1\n3,7,9,9,9,9,0.25,-1,-1,-1\n")],
+            None,
+        ),
+    ] {
+        let root = with_files(files);
+        let roots = roots(&root);
+        let states = replay("a").read(&sequence, 0, &roots).unwrap();
+        let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
+        assert_eq!(values, [first, Some(0.75), Some(0.25)], "{files:?}");
+        assert!(states[1..].iter().all(|s| s.status == Status::Tracked), "{files:?}");
+        let context = RunContext { data_roots: &roots, ..testing::context(&sequence, 0) };
+        assert!(replay("a").gives_confidence(&context));
+        let files_read = replay("a").inputs(&context).unwrap();
+        let beside = files.iter().filter(|(name, _)| name.contains("scores") || name.contains("confidence"));
+        assert_eq!(files_read.len(), 1 + beside.count(), "{files:?}");
+    }
+    // The official range is longer than the one used: as many values as boxes.
+    let four = "1,1,1,1\n2,1,1,1\n3,1,1,1\n4,1,1,1";
+    let root = with_files(&[("S.txt", four), ("S_confidence.value", "1\n2\n3\n4")]);
+    let states = replay("a").read(&super::tests::sequence(), 0, &roots(&root)).unwrap();
+    assert_eq!(states.iter().map(|s| s.confidence).collect::<Vec<_>>(), [Some(2.0), Some(3.0)]);
+}
+
+#[test]
+fn two_confidences_are_an_error_unless_one_is_named() {
+    let boxes = "7,1,1,1\n8,1,1,1\n";
+    let root = with_files(&[("S.txt", boxes), ("S_all_scores.txt", "1\n2"), ("S_confidence.value", "3\n4")]);
+    let read = |params: &str| {
+        let states = configured(params).read(&sequence(), 0, &roots(&root));
+        states.map(|s| s[1].confidence).map_err(|e| e.to_string())
+    };
+    let error = read("{ results = \"a\" }").unwrap_err();
+    assert!(error.contains("S_all_scores.txt") && error.contains("S_confidence.value"), "{error}");
+    assert_eq!(read("{ results = \"a\", confidence = \"all_scores\" }"), Ok(Some(2.0)));
+    assert_eq!(read("{ results = \"a\", confidence = \"confidence\" }"), Ok(Some(4.0)));
+    let error = read("{ results = \"a\", confidence = \"motion\" }").unwrap_err();
+    assert!(error.contains("S_motion.value or S_motion.txt"), "{error}");
+    for bad in ["", "../x", "a/b", "a.b"] {
+        let error =
+            ENTRY.build_from_text(&format!("{{ results = \"a\", confidence = \"{bad}\" }}")).err().unwrap();
+        assert_eq!(error.key, Some("confidence"), "{bad}");
+    }
+    let boxes_alone = with_files(&[("S.txt", boxes)]);
+    let alone = roots(&boxes_alone);
+    let sequence = sequence();
+    let context = RunContext { data_roots: &alone, ..testing::context(&sequence, 0) };
+    assert!(!replay("a").gives_confidence(&context));
+}
+
+#[test]
+fn frames_without_a_box_may_be_absence() {
+    let sequence = three_frames("S");
+    for (file, text) in [
+        ("S.txt", "5,1,1,1\n6,1,0,1\n7,1,1,1\n"),
+        ("S.txt", "5,1,1,1\nnan,nan,nan,nan\n7,1,1,1\n"),
+        ("S.txt", "5,1,1,1\n\n7,1,1,1\n"),
+        ("S.txt", "1,2,5,1,1,1,1\n3,2,7,1,1,1,1\n"),
+        ("S/S_001.txt", "5,1,1,1\nNaN,NaN,NaN,NaN\n7,1,1,1\n"),
+        ("S.csv", "S,0,1,true,1,0.0125,0.025,0,1\nS,0,2,false,0,0,0,0,0\nS,0,3,true,1,0.01875,0.02,0,1"),
+    ] {
+        let root = with_files(&[(file, text)]);
+        let read = |rule: &str| {
+            let config = configured(&format!("{{ results = \"a\", without_area = \"{rule}\" }}"));
+            config.read(&sequence, 0, &roots(&root)).map_err(|e| e.to_string())
+        };
+        let told = |rule, status| {
+            let states = read(rule).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(lefts(&states), [4.0, 4.0, 6.0], "{text}");
+            assert_eq!([states[1].status, states[2].status], [status, Status::Tracked], "{text}");
+        };
+        told("absent", Status::Absent);
+        told("repeat", Status::Skipped);
+        assert!(read("error").unwrap_err().contains("2: "), "{text}");
+    }
+    // VOT's own files begin with a mark, and count from 0.
+    let root = with_files(&[("S/S_001.txt", "1\n\n5,1,1,1\n")]);
+    let config = configured("{ results = \"a\", without_area = \"absent\" }");
+    let states = config.read(&sequence, 0, &roots(&root)).unwrap();
+    assert_eq!((lefts(&states), states[1].status), (vec![9.0, 9.0, 5.0], Status::Absent));
+    assert!(replay("a").read(&sequence, 0, &roots(&root)).is_err());
+    // Infinity is no word for absence, nor is a first frame without a box.
+    for text in ["5,1,1,1\n1,inf,1,1\n1,1,1,1", "nan,nan,nan,nan\n1,1,1,1\n1,1,1,1"] {
+        let root = with_files(&[("S.txt", text)]);
+        assert!(config.read(&sequence, 0, &roots(&root)).is_err(), "{text}");
+    }
+}
+
+// The frame of the start has no row, nor have those that nobody asked for.
+#[test]
+fn frames_that_nobody_asked_for_are_skipped() {
+    let root = with_files(&[("vid1_obj2.csv", "vid1,obj2,3,true,0.5,0.25,0.5,0.5,0.75\r\n")]);
+    let states = replay("a").read(&three_frames("vid1_obj2"), 0, &roots(&root)).unwrap();
+    let status: Vec<Status> = states.iter().map(|s| s.status).collect();
+    assert_eq!(status, [Status::Initialized, Status::Skipped, Status::Tracked]);
+    assert_eq!(lefts(&states), [9.0, 9.0, 80.0]);
+}
+
 #[test]
 fn boxes_without_area_may_be_repeated_and_are_marked() {
     let files = [("S.txt", "5,1,1,1\n6,1,0,1"), ("T.txt", "5,1,0,1\n6,1,1,1")];
     let root = with_files(&files);
-    let mut repeat = replay("a");
-    repeat.0.without_area = WithoutArea::Repeat;
+    let repeat = configured("{ results = \"a\", without_area = \"repeat\" }");
     let states = repeat.read(&sequence(), 0, &roots(&root)).unwrap();
     assert_eq!((lefts(&states), states[1].status), (vec![4.0, 4.0], Status::Skipped));
     let other = Sequence { name: "T".into(), ..sequence() };

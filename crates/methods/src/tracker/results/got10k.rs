@@ -29,7 +29,7 @@ pub enum Kind {
 /// # Errors
 /// A first line that is neither the mark `1` nor four numbers; a file that is empty or not text.
 pub fn kind(path: &Path, bytes: &[u8]) -> Result<Kind, DatasetError> {
-    let lines = text::lines(path, text::decode(path, bytes)?)?;
+    let lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
     let first = lines.first().map_or("", |(_, line)| line);
     let values = text::numbers(first).map_err(|m| DatasetError::line(path, 1, m))?;
     match values[..] {

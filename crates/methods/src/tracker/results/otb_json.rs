@@ -108,9 +108,9 @@ pub fn parse_from(
             Some(template) => Region::from_numbers(&affine_corners(row, template)),
         };
         let at = || format!("entry {}, box {}", run + 1, i + 1);
-        regions.push(region.map(|r| base.to_zero(r)).map_err(|source| BoxError { at: at(), source }));
+        regions.push(region.map(|r| base.to_zero(r)).map_err(|e| BoxError { at: at(), source: e.into() }));
     }
-    Ok(Boxes { first, regions })
+    Ok(Boxes { first, regions, confidence: Vec::new() })
 }
 
 /// The corners of an affine box, clockwise from the template's left top one.

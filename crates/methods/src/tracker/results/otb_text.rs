@@ -5,8 +5,9 @@
 //! anything, so a result counts pixels as the annotation did that the tracker was started with. pysot's first
 //! line is half a pixel right of and below that annotation, its other lines are not.
 
+use super::{NoBox, drop_empty_end};
 use crate::dataset::{DatasetError, text};
-use crate::region::Region;
+use crate::region::{Region, RegionError};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -81,36 +82,48 @@ pub fn read_boxes(path: &Path, base: Base) -> Result<Vec<Region>, DatasetError> 
 /// # Errors
 /// As [`read_boxes`].
 pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
-    parse_rows(path, bytes)?
-        .into_iter()
-        .map(|(line, values)| {
-            let region =
-                Region::from_numbers(&values).map_err(|e| DatasetError::line(path, line, e.to_string()))?;
-            Ok(base.to_zero(region))
+    let mut rows = parse_rows(path, bytes)?;
+    drop_empty_end(&mut rows, is_empty, |_| false);
+    rows.into_iter()
+        .map(|(line, row)| {
+            let region = row.and_then(|values| Ok(Region::from_numbers(&values)?));
+            region.map(|r| base.to_zero(r)).map_err(|e| DatasetError::line(path, line, e.to_string()))
         })
         .collect()
 }
 
-/// The four numbers of each line, with the line's number; any finite numbers.
-pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, [f64; 4])>, DatasetError> {
-    let mut lines = text::lines(path, text::decode(path, bytes)?)?;
+/// The four numbers of a line, none of them infinite, or the reason why it has none.
+pub(crate) type Row = Result<[f64; 4], NoBox>;
+
+/// Whether a row is an empty line.
+pub(crate) fn is_empty((_, row): &(usize, Row)) -> bool {
+    *row == Err(NoBox::EmptyLine)
+}
+
+/// The rows of a file, with the numbers of their lines.
+pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, Row)>, DatasetError> {
+    let mut lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
     if lines.first().is_some_and(|(_, line)| is_header(line)) {
         lines.remove(0);
-        if lines.is_empty() {
+        if lines.iter().all(|(_, line)| line.is_empty()) {
             return Err(DatasetError::content(path, "a header and no box; one box a frame was expected"));
         }
     }
     lines
         .into_iter()
         .map(|(n, line)| {
+            if line.is_empty() {
+                return Ok((n, Err(NoBox::EmptyLine)));
+            }
             let values = text::numbers(line).map_err(|m| DatasetError::line(path, n, m))?;
             let row: [f64; 4] = values.try_into().map_err(|v: Vec<f64>| {
                 DatasetError::line(path, n, format!("{} numbers; a box is x,y,w,h", v.len()))
             })?;
-            if row.iter().any(|v| !v.is_finite()) {
-                return Err(DatasetError::line(path, n, "a coordinate is not a finite number"));
+            if row.iter().any(|v| v.is_infinite()) {
+                return Err(DatasetError::line(path, n, RegionError::NotFinite.to_string()));
             }
-            Ok((n, row))
+            let is_number = !row.iter().any(|v| v.is_nan());
+            Ok((n, if is_number { Ok(row) } else { Err(RegionError::NotFinite.into()) }))
         })
         .collect()
 }

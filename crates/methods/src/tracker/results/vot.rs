@@ -6,7 +6,7 @@
 //! the file, so frames marked `2` and `0` repeat the last region, with the status [`Status::Failed`] or
 //! [`Status::Skipped`].
 
-use super::Base;
+use super::{Base, NoBox, drop_empty_end};
 use crate::dataset::{DatasetError, text};
 use crate::region::Region;
 use crate::tracker::{Status, TrackerState};
@@ -26,10 +26,11 @@ pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<TrackerState>, 
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<TrackerState>, DatasetError> {
-    parse_from(path, bytes, truth, Base::Zero)
+    parse_from(path, bytes, truth, Base::Zero, None)
 }
 
-/// As [`parse`]; `base` is the file's index of the left top pixel. The truth is 0-based.
+/// As [`parse`]; `base` is the file's index of the left top pixel. The truth is 0-based. `without_box` is the status of a
+/// frame whose line is empty, has NaN or no area, and whose region repeats the last one; without it they are errors.
 ///
 /// # Errors
 /// As [`read`].
@@ -38,8 +39,10 @@ pub fn parse_from(
     bytes: &[u8],
     truth: &[Option<Region>],
     base: Base,
+    without_box: Option<Status>,
 ) -> Result<Vec<TrackerState>, DatasetError> {
-    let rows = text::lines(path, text::decode(path, bytes)?)?;
+    let mut rows = text::lines_or_empty(path, text::decode(path, bytes)?)?;
+    drop_empty_end(&mut rows, |(_, line)| line.is_empty(), |n| n == truth.len());
     if rows.len() != truth.len() {
         let message = format!(
             "{} lines for {} frames; none is made up or dropped, so the file or the sequence is another one",
@@ -56,7 +59,10 @@ pub fn parse_from(
             Some(region) => Ok(TrackerState::new(region, status)),
             None => Err(fault("the run does not begin with an initialization (a line `1`)")),
         };
-        let values = text::numbers(row).map_err(|e| fault(&e.to_string()))?;
+        let values = match row {
+            "" => Vec::new(),
+            _ => text::numbers(row).map_err(|e| fault(&e.to_string()))?,
+        };
         states.push(match values[..] {
             [1.0] => match truth {
                 Some(region) => TrackerState::initialized(region.clone()),
@@ -69,8 +75,19 @@ pub fn parse_from(
                 return Err(fault("the run does not begin with an initialization (a line `1`)"));
             }
             _ => {
-                let region = Region::from_numbers(&values).map_err(|e| fault(&e.to_string()))?;
-                TrackerState::tracked(base.to_zero(region))
+                let no_box = match Region::from_numbers(&values) {
+                    Ok(region) => {
+                        states.push(TrackerState::tracked(base.to_zero(region)));
+                        continue;
+                    }
+                    Err(_) if row.is_empty() => NoBox::EmptyLine,
+                    Err(e) => e.into(),
+                };
+                let infinite = values.iter().any(|v| v.is_infinite());
+                match without_box.filter(|_| no_box.may_be_absence() && !infinite) {
+                    Some(status) => repeat(status)?,
+                    None => return Err(fault(&no_box.to_string())),
+                }
             }
         });
     }

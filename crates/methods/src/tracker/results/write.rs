@@ -5,6 +5,7 @@ use super::Base;
 use crate::region::Region;
 use crate::tracker::Status;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 /// `x,y,w,h` or the corners `x1,y1,...`, joined by commas.
 fn numbers(region: &Region) -> String {
@@ -15,6 +16,10 @@ fn numbers(region: &Region) -> String {
     values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
+/// Line of a frame in which the tracker says that the target is absent; the VOT toolkit and OTB's evaluation read it as
+/// a frame without a region, `replay` as absence if its `without_area` says so.
+const ABSENT: &str = "nan,nan,nan,nan";
+
 /// A run of the VOT reset protocol: marks 1 (start), 2 (failure), 0 (skipped), and regions, 0-based.
 pub fn vot(regions: &[Region], status: &[Status]) -> String {
     let mut text = String::new();
@@ -22,7 +27,8 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
         let _ = match status {
             Status::Initialized => writeln!(text, "1"),
             Status::Failed => writeln!(text, "2"),
-            Status::Skipped | Status::Waiting | Status::Absent => writeln!(text, "0"),
+            Status::Skipped | Status::Waiting => writeln!(text, "0"),
+            Status::Absent => writeln!(text, "{ABSENT}"),
             Status::Tracked => writeln!(text, "{}", numbers(region)),
         };
     }
@@ -30,21 +36,40 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
 }
 
 /// A pass over a sequence in the format of OTB: one region per line, 1-based.
-pub fn otb(regions: &[Region]) -> String {
-    regions.iter().map(|region| numbers(&Base::One.from_zero(region)) + "\n").collect()
+pub fn otb(regions: &[Region], status: &[Status]) -> String {
+    lines(regions, status, |region| Base::One.from_zero(region))
 }
 
 /// The rectangles of regions, one `x,y,w,h` per line.
-pub fn boxes(regions: &[Region], base: Base) -> String {
-    let rect = |region: &Region| base.from_zero(&Region::Rect(region.rect()));
-    regions.iter().map(|region| numbers(&rect(region)) + "\n").collect()
+pub fn boxes(regions: &[Region], status: &[Status], base: Base) -> String {
+    lines(regions, status, |region| base.from_zero(&Region::Rect(region.rect())))
+}
+
+fn lines(regions: &[Region], status: &[Status], shown: impl Fn(&Region) -> Region) -> String {
+    let line = |(region, status): (&Region, &Status)| match status {
+        Status::Absent => format!("{ABSENT}\n"),
+        _ => numbers(&shown(region)) + "\n",
+    };
+    regions.iter().zip(status).map(line).collect()
+}
+
+/// The confidence of each frame, as the VOT toolkit writes a property: a line a frame, empty where there is none.
+pub fn confidence(values: &[Option<f64>]) -> String {
+    values.iter().map(|value| value.map(|v| v.to_string()).unwrap_or_default() + "\n").collect()
+}
+
+/// File of the confidence that belongs to a file of boxes.
+pub fn confidence_path(boxes: &Path) -> PathBuf {
+    let stem = boxes.file_stem().unwrap_or_default().to_string_lossy();
+    boxes.with_file_name(format!("{stem}_confidence.value"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::{Frames, Numbering, Sequence};
     use crate::region::Rect;
-    use crate::tracker::results::{otb_text, vot as read};
+    use crate::tracker::{RunContext, TrackerState, replay, testing};
     use proptest::prelude::*;
 
     #[test]
@@ -55,33 +80,80 @@ mod tests {
         let regions = [square.clone(), turned, square.clone(), square.clone(), square.clone()];
         let text = vot(&regions, &[Initialized, Tracked, Failed, Skipped, Tracked]);
         assert_eq!(text, "1\n0,0,4,1,3,5\n2\n0\n0.1,-2,3,4.5\n");
-        assert_eq!(otb(std::slice::from_ref(&square)), "1.1,-1,3,4.5\n");
-        assert_eq!(boxes(std::slice::from_ref(&square), Base::One), "1.1,-1,3,4.5\n");
-        assert_eq!(boxes(&[square], Base::Zero), "0.1,-2,3,4.5\n");
+        let (twice, status) = ([square.clone(), square], [Tracked, Status::Absent]);
+        assert_eq!(otb(&twice, &status), "1.1,-1,3,4.5\nnan,nan,nan,nan\n");
+        assert_eq!(vot(&twice, &status), "0.1,-2,3,4.5\nnan,nan,nan,nan\n");
+        assert_eq!(boxes(&twice, &status, Base::One), "1.1,-1,3,4.5\nnan,nan,nan,nan\n");
+        assert_eq!(boxes(&twice, &status, Base::Zero), "0.1,-2,3,4.5\nnan,nan,nan,nan\n");
+        assert_eq!(confidence(&[None, Some(0.1), Some(-2.0)]), "\n0.1\n-2\n");
+        assert_eq!(confidence_path(Path::new("a/S.1.txt")), Path::new("a/S.1_confidence.value"));
+    }
+
+    fn sequence(frames: usize, truth: Vec<Option<Region>>) -> Sequence {
+        Sequence {
+            name: "S".into(),
+            numbering: Numbering { first: 1, official: (1, frames as u32) },
+            truth,
+            attributes: vec![],
+            frame_attributes: vec![],
+            digest: "0".into(),
+            frames: Frames::Absent,
+        }
+    }
+
+    type Frame = ((f64, f64, f64, f64), bool, Option<f64>);
+
+    /// Frames with a box, whether the target is there, and a confidence; the first one has the target.
+    fn track() -> impl Strategy<Value = Vec<Frame>> {
+        let number = -99.0..99.0_f64;
+        let size = 0.5..99.0_f64;
+        let region = (number.clone(), number, size.clone(), size);
+        let frame = (region, prop::bool::weighted(0.8), prop::option::of(-1e3..1e3_f64));
+        prop::collection::vec(frame, 2..20).prop_map(|mut frames| {
+            frames[0].1 = true;
+            frames
+        })
     }
 
     proptest! {
         #[test]
-        fn written_results_are_read_back(
-            boxes in prop::collection::vec((-99.0..99.0, -99.0..99.0, 0.5..99.0, 0.5..99.0), 2..20),
-        ) {
-            let regions: Vec<Region> =
-                boxes.iter().map(|b| Region::Rect(Rect::new(b.0, b.1, b.2, b.3))).collect();
-            let mut status = vec![Status::Tracked; regions.len()];
-            status[0] = Status::Initialized;
-            let truth: Vec<_> = regions.iter().cloned().map(Some).collect();
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("a_001.txt");
-            std::fs::write(&path, vot(&regions, &status)).unwrap();
-            let back = read::read(&path, &truth).unwrap();
-            prop_assert_eq!(back.iter().map(|s| s.region.clone()).collect::<Vec<_>>(), regions.clone());
-            prop_assert_eq!(back.iter().map(|s| s.status).collect::<Vec<_>>(), status);
-            std::fs::write(&path, otb(&regions)).unwrap();
-            let back = otb_text::read_boxes(&path, Base::One).unwrap();
-            for (back, region) in back.iter().zip(&regions) {
-                // One is added and taken away again.
-                prop_assert_eq!(back, &region.shifted(1.0, 1.0).shifted(-1.0, -1.0));
+        fn written_tracks_are_read_back(frames in track(), folder in 0..2_usize) {
+            let mut states: Vec<TrackerState> = Vec::new();
+            for (t, &((x, y, w, h), there, confidence)) in frames.iter().enumerate() {
+                let region = Region::Rect(Rect::new(x, y, w, h));
+                let mut state = match (t, there) {
+                    (0, _) => TrackerState::initialized(region),
+                    (_, true) => TrackerState::tracked(region),
+                    _ => TrackerState::new(states[t - 1].region.clone(), Status::Absent),
+                };
+                state.confidence = confidence;
+                states.push(state);
             }
+            let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
+            let status: Vec<Status> = states.iter().map(|s| s.status).collect();
+            let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
+            let root = tempfile::tempdir().unwrap();
+            let path = root.path().join("results/a").join(["S.txt", "S/S_001.txt"][folder]);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, [otb(&regions, &status), vot(&regions, &status)][folder].as_bytes()).unwrap();
+            let confident = values.iter().any(Option::is_some);
+            if confident {
+                std::fs::write(confidence_path(&path), confidence(&values)).unwrap();
+            }
+            let replay = replay::ENTRY.build_from_text("{ results = \"a\", without_area = \"absent\" }").unwrap();
+            let sequence = sequence(states.len(), regions.iter().cloned().map(Some).collect());
+            let roots = [root.path().to_path_buf()];
+            let context = RunContext { data_roots: &roots, ..testing::context(&sequence, 0) };
+            prop_assert_eq!(replay.gives_confidence(&context), confident);
+            let pixel = crate::image::Frame::new(1, 1, vec![0; 3]);
+            let (mut tracker, first) = replay.start(&context, &pixel, &regions[0]).unwrap();
+            let mut back = vec![first];
+            back.extend((1..states.len()).map(|_| tracker.update(&pixel).unwrap()));
+            if folder == 0 {
+                // One is added and taken away again.
+                states.iter_mut().for_each(|s| s.region = s.region.shifted(1.0, 1.0).shifted(-1.0, -1.0));
+            }
+            prop_assert_eq!(back, states);
         }
     }
 }

@@ -1,0 +1,268 @@
+//! `confidence`: the tracker's own confidence, as it gives it, relative to how it began, or as a probability.
+//!
+//! ```text
+//! raw          y[t] = c[t]
+//! ratio        y[t] = c[t] / mean of c[1], ..., c[min(t, early)]        y[0] = 1
+//! probability  y[t] = c[t], which has to be in [0, 1]
+//! ```
+//!
+//! `c` is what the tracker gives, in its unit; a ratio has none. `t` is a 0-based frame. High values are good. The value
+//! of a frame uses frames up to it: the mean of a ratio grows until frame `early`, then it stays.
+//!
+//! Frames without a value (a tracker need not give one in every frame) repeat the last value of the signal, and the mean
+//! leaves them out. In the first frame the target is given, and what tools write there is a placeholder: nothing
+//! (pysot), 1 (pytracking), 10000 (SiamFC). A ratio leaves it out. Otherwise the signal has the placeholder itself, or 1
+//! where there is none; `first = 10.0` replaces it.
+//!
+//! Choices: `early` 19, frames 2 to 20 as people count them; ratios are cut at 1000 and -1000. A ratio needs a tracker
+//! whose early confidence is positive on average; where it is not, and where a probability is outside [0, 1], the
+//! signal fails and says so. Sources: the files of [`confidence`](crate::tracker::results::confidence).
+
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "confidence",
+    version: 1,
+    summary: "the tracker's own confidence, raw, relative to its early mean, or as a probability",
+    example: "{ scale = \"raw\", early = 19 }",
+    build: |raw| Ok(Box::new(Confidence::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Largest absolute value of a ratio.
+const MAX_RATIO: f64 = 1000.0;
+
+/// Scales of the signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// The tracker's.
+    Raw,
+    /// Relative to the mean of its early frames.
+    Ratio,
+    /// The tracker's, which has to be a probability.
+    Probability,
+}
+
+/// Parameters of the confidence.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Scale of the values.
+    pub scale: Scale,
+    /// Index of the last frame of a ratio's mean, at least 1.
+    pub early: usize,
+    /// Value of the first frame, unless it is a ratio; by default the tracker's own, or 1 where it gives none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first: Option<f64>,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { scale: Scale::Raw, early: 19, first: None }
+    }
+}
+
+/// The confidence, with checked parameters.
+pub struct Confidence(Params);
+
+impl Confidence {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is outside its documented range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        if params.early < 1 {
+            return Err(ParamError::out_of_range("early", "at least 1", params.early));
+        }
+        let (low, high) = range(params.scale);
+        match params.first {
+            Some(first)
+                if params.scale == Scale::Ratio || !first.is_finite() || !(low..=high).contains(&first) =>
+            {
+                let rule =
+                    "a finite number, in [0, 1] for a probability, and without a ratio, which begins with 1";
+                Err(ParamError::out_of_range("first", rule, first))
+            }
+            _ => Ok(Self(params)),
+        }
+    }
+}
+
+/// Smallest and largest value on a scale.
+fn range(scale: Scale) -> (f64, f64) {
+    match scale {
+        Scale::Raw => (f64::NEG_INFINITY, f64::INFINITY),
+        Scale::Ratio => (-MAX_RATIO, MAX_RATIO),
+        Scale::Probability => (0.0, 1.0),
+    }
+}
+
+impl Signal for Confidence {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::HigherIsBetter
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Confidence
+    }
+
+    fn symbol(&self) -> &'static str {
+        "cₜ"
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        range(self.0.scale)
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Course { params: self.0.clone(), frame: 0, last: 1.0, sum: 0.0, count: 0, fault: None }))
+    }
+}
+
+/// The confidence of one track.
+struct Course {
+    params: Params,
+    /// Index of the frame that comes next.
+    frame: usize,
+    /// Last value of the signal.
+    last: f64,
+    /// Sum and number of the values in the mean.
+    sum: f64,
+    count: usize,
+    fault: Option<String>,
+}
+
+impl Course {
+    /// The value of a frame, or why there is none.
+    fn value(&mut self, t: usize, given: Option<f64>) -> Result<f64, String> {
+        match (self.params.scale, t) {
+            (Scale::Ratio, 0) => return Ok(1.0),
+            (_, 0) if self.params.first.is_some() => return Ok(self.params.first.unwrap_or(1.0)),
+            _ => {}
+        }
+        let Some(given) = given else { return Ok(self.last) };
+        match self.params.scale {
+            Scale::Raw => Ok(given),
+            Scale::Probability if (0.0..=1.0).contains(&given) => Ok(given),
+            Scale::Probability => {
+                Err(format!("the confidence {given} is no probability; `scale = \"raw\"` takes any"))
+            }
+            Scale::Ratio => {
+                if t <= self.params.early || self.count == 0 {
+                    self.sum += given;
+                    self.count += 1;
+                }
+                let mean = self.sum / self.count as f64;
+                if mean <= 0.0 {
+                    let why = "a ratio needs a positive one, `scale = \"raw\"` takes any";
+                    return Err(format!("the mean of the early confidence is {mean}; {why}"));
+                }
+                Ok((given / mean).clamp(-MAX_RATIO, MAX_RATIO))
+            }
+        }
+    }
+}
+
+impl Session for Course {
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let t = self.frame;
+        self.frame += 1;
+        let given = observation.state.confidence.filter(|c| c.is_finite());
+        match self.value(t, given) {
+            Ok(value) => {
+                self.last = value;
+                value
+            }
+            Err(why) => {
+                self.fault = Some(format!("confidence: frame of index {t}: {why}"));
+                f64::NAN
+            }
+        }
+    }
+
+    fn fault(&mut self) -> Option<TrackerError> {
+        self.fault.take().map(TrackerError::Broken)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Frame;
+    use crate::region::{Rect, Region};
+    use crate::signal::testing;
+    use crate::tracker::TrackerState;
+    use proptest::prelude::*;
+
+    fn run(params: &str, values: &[Option<f64>]) -> (Vec<f64>, Option<String>) {
+        let mut session = testing::start(ENTRY.build_from_text(params).unwrap().as_ref());
+        let frame = Frame::new(1, 1, vec![0; 3]);
+        let push = |confidence: &Option<f64>| {
+            let region = Region::Rect(Rect::new(1.0, 1.0, 2.0, 2.0));
+            let state = TrackerState { confidence: *confidence, ..TrackerState::tracked(region) };
+            session.push(&Observation::new(&frame, &state))
+        };
+        let values = values.iter().map(push).collect();
+        (values, session.fault().map(|e| e.to_string()))
+    }
+
+    #[test]
+    fn values_by_hand() {
+        let given = [None, Some(0.8), None, Some(0.4), Some(0.6)];
+        assert_eq!(run("{}", &given).0, [1.0, 0.8, 0.8, 0.4, 0.6]);
+        assert_eq!(run("{ scale = \"probability\" }", &given).0, [1.0, 0.8, 0.8, 0.4, 0.6]);
+        assert_eq!(run("{ first = 0.25 }", &given).0, [0.25, 0.8, 0.8, 0.4, 0.6]);
+        // The means are 4, and from the fourth frame on 3.
+        let given = [Some(9.0), Some(4.0), None, Some(2.0), Some(6.0)];
+        assert_eq!(run("{ scale = \"ratio\", early = 3 }", &given).0, [1.0, 1.0, 1.0, 2.0 / 3.0, 2.0]);
+        // SiamFC's placeholder.
+        let siamfc = [Some(10_000.0), Some(8.0), Some(4.0)];
+        assert_eq!(run("{}", &siamfc).0, [10_000.0, 8.0, 4.0]);
+        assert_eq!(run("{ first = 10.0 }", &siamfc).0, [10.0, 8.0, 4.0]);
+        assert_eq!(run("{ scale = \"ratio\" }", &siamfc).0, [1.0, 1.0, 4.0 / 6.0]);
+        // A first value after the early frames is all there is to compare with.
+        assert_eq!(
+            run("{ scale = \"ratio\", early = 1 }", &[None, None, Some(2.0), Some(1.0)]).0,
+            [1.0, 1.0, 1.0, 0.5]
+        );
+    }
+
+    #[test]
+    fn values_that_do_not_fit_are_told() {
+        let (values, fault) = run("{ scale = \"probability\" }", &[Some(0.5), Some(1.5)]);
+        assert!(
+            values[1].is_nan() && fault.unwrap().contains("index 1: the confidence 1.5 is no probability")
+        );
+        let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(-0.5)]);
+        assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is -0.5"));
+        assert_eq!(run("{}", &[Some(-0.5)]), (vec![-0.5], None));
+        for bad in [
+            "{ early = 0 }",
+            "{ scale = \"ratio\", first = 1.0 }",
+            "{ first = nan }",
+            "{ scale = \"probability\", first = 2.0 }",
+        ] {
+            assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_ratio_has_no_unit(values in prop::collection::vec(prop::option::of(0.01..9.0_f64), 1..40), unit in 0..9_i32) {
+            // A power of two, so that the quotients have the same bits.
+            let other: Vec<Option<f64>> = values.iter().map(|v| v.map(|v| v * 2.0_f64.powi(unit))).collect();
+            let params = "{ scale = \"ratio\" }";
+            prop_assert_eq!(run(params, &values).0, run(params, &other).0);
+        }
+    }
+}

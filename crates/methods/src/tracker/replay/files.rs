@@ -1,0 +1,141 @@
+//! The files of a sequence and run: one with boxes, and one with a confidence beside it where there is one.
+
+use super::Params;
+use crate::dataset::Sequence;
+use crate::tracker::TrackerError;
+use crate::tracker::results::confidence;
+use std::path::{Path, PathBuf};
+
+/// Format of a file of boxes, as far as its name tells.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// OTB's JSON.
+    Json,
+    /// Lines of boxes, or rows of MOT.
+    Text,
+    /// Lines of boxes on VOT's long-term sequences.
+    LongTerm,
+    /// OxUvA.
+    Csv,
+    /// In a folder named after the sequence: VOT or GOT-10k.
+    OwnFolder,
+}
+
+/// The files of a sequence and run.
+pub struct Source {
+    /// Format of the boxes.
+    pub kind: Kind,
+    /// File of the boxes.
+    pub path: PathBuf,
+    /// File of the confidence.
+    pub confidence: Option<PathBuf>,
+}
+
+/// The result files in the first data root that has them.
+pub fn find(
+    params: &Params,
+    sequence: &Sequence,
+    run: u32,
+    data_roots: &[PathBuf],
+) -> Result<Source, TrackerError> {
+    let mut first = None;
+    for root in data_roots {
+        match find_below(params, root, sequence, run) {
+            Err(missing @ TrackerError::Missing(_)) => first = first.or(Some(missing)),
+            Err(e) => return Err(e),
+            Ok((kind, path)) => {
+                let confidence = confidence_beside(params, &path)?;
+                return Ok(Source { kind, path, confidence });
+            }
+        }
+    }
+    Err(first.unwrap_or_else(|| {
+        TrackerError::Missing(format!(
+            "results `{}` are files of a data root, and none is given; add --data-root DIR or set TRACKFAIL_DATA",
+            params.results
+        ))
+    }))
+}
+
+fn find_below(
+    Params { results, .. }: &Params,
+    root: &Path,
+    sequence: &Sequence,
+    run: u32,
+) -> Result<(Kind, PathBuf), TrackerError> {
+    let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
+    let (folder, of_run) = (below(results), format!("{results}_{run:03}"));
+    let mut found = Vec::new();
+    let mut looked_for = Vec::new();
+    for name in spellings(&sequence.name) {
+        let numbered = format!("{name}_{:03}.txt", run + 1);
+        let mut look = |kind, shown: String| {
+            found.push((kind, shown.split('/').fold(folder.clone(), |p, s| p.join(s))));
+            looked_for.push(shown);
+        };
+        look(Kind::Json, format!("{name}.json"));
+        if run == 0 {
+            look(Kind::Text, format!("{name}.txt"));
+            look(Kind::LongTerm, format!("{name}{}.txt", confidence::BOXES_END));
+            look(Kind::Csv, format!("{name}.csv"));
+        }
+        look(Kind::Text, numbered.clone());
+        look(Kind::OwnFolder, format!("{name}/{numbered}"));
+        look(Kind::OwnFolder, format!("longterm/{name}/{numbered}"));
+        found.push((Kind::Text, below(&of_run).join(format!("{name}.txt"))));
+    }
+    found.retain(|(_, path)| path.is_file());
+    match (found.pop(), found.pop()) {
+        (Some(one), None) => Ok(one),
+        (Some((_, a)), Some((_, b))) => Err(two_exist(&a, &b, "keep the one that is meant")),
+        (None, _) => Err(TrackerError::Missing(format!(
+            "no result of `{results}` for {}, run {run}: {} has none of {}, and {of_run} beside it has none",
+            sequence.name,
+            folder.display(),
+            looked_for.join(", ")
+        ))),
+    }
+}
+
+/// The file of the confidence beside a file of boxes.
+fn confidence_beside(params: &Params, boxes: &Path) -> Result<Option<PathBuf>, TrackerError> {
+    let property = params.confidence.as_deref();
+    let mut found = confidence::beside(boxes, property);
+    found.retain(|path| path.is_file());
+    match (found.pop(), found.pop(), property) {
+        (Some(b), Some(a), _) => {
+            let remedy = match property {
+                None => "name the one that is meant, such as `confidence = \"all_scores\"`",
+                Some(_) => "keep the one that is meant",
+            };
+            Err(two_exist(&a, &b, remedy))
+        }
+        (None, _, Some(property)) => Err(TrackerError::Missing(format!(
+            "no confidence `{property}` beside {}: it would be {}",
+            boxes.display(),
+            confidence::beside(boxes, Some(property))
+                .iter()
+                .map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned())
+                .collect::<Vec<_>>()
+                .join(" or ")
+        ))),
+        (one, ..) => Ok(one),
+    }
+}
+
+fn two_exist(a: &Path, b: &Path, remedy: &str) -> TrackerError {
+    TrackerError::Broken(format!("both {} and {} exist; {remedy}", a.display(), b.display()))
+}
+
+/// The name of a sequence and, if it ends in the number of a target, its other spellings.
+pub fn spellings(name: &str) -> Vec<String> {
+    let mut all = vec![name.to_owned()];
+    if let Some((head, number)) = name.rsplit_once('-') {
+        // Three digits would be a run's number.
+        let short = (1..=2).contains(&number.len()) && number.bytes().all(|b| b.is_ascii_digit());
+        if short && !head.is_empty() {
+            all.extend([format!("{head}_{number}"), format!("{head}.{number}")]);
+        }
+    }
+    all
+}

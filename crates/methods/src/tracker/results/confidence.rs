@@ -1,0 +1,151 @@
+//! Files with a tracker's own confidence, beside its boxes: one number a line, a line a frame.
+//!
+//! | file beside `<name>.txt` | written by |
+//! |---|---|
+//! | `<name>_confidence.value` | pysot's long-term runs (`%.6f`; the first line is empty), the VOT toolkit |
+//! | `<name>_<property>.value` | the VOT toolkit, for each property that the tracker gives over TraX |
+//! | `<name>_object_presence_scores.txt` | pytracking (`%f`; the first frame has 1) |
+//! | `<name>_all_scores.txt` | STARK and what is built on it (`%.2f`) |
+//! | `<name>_scores.txt` beside `<name>_bboxes.txt` | long-term runs of SiamFC; the first frame has 10000 |
+//!
+//! An empty line and NaN are frames without a value. A file with one line less than there are boxes has none of the
+//! first frame, in which the tracker was given its target. High values are sure; their scale is the tracker's.
+
+use super::drop_empty_end;
+use crate::dataset::{DatasetError, text};
+use std::path::{Path, PathBuf};
+
+/// Ends of the names of files with a confidence.
+const ENDS: [&str; 4] =
+    ["_confidence.value", "_object_presence_scores.txt", "_all_scores.txt", "_scores.txt"];
+
+/// End of the name of a file of boxes whose scores are in a file of their own.
+pub const BOXES_END: &str = "_bboxes";
+
+/// The files beside a file of boxes that may have its confidence; with a `property`, those of that name.
+pub fn beside(boxes: &Path, property: Option<&str>) -> Vec<PathBuf> {
+    let stem = boxes.file_stem().unwrap_or_default().to_string_lossy();
+    let name = stem.strip_suffix(BOXES_END).unwrap_or(&stem);
+    let ends = match property {
+        None => ENDS.map(str::to_string).to_vec(),
+        Some(property) => vec![format!("_{property}.value"), format!("_{property}.txt")],
+    };
+    ends.iter().map(|end| boxes.with_file_name(format!("{name}{end}"))).collect()
+}
+
+/// The confidence of each of `frames` frames; `path` names the file in messages.
+///
+/// # Errors
+/// A line that is neither empty nor one number, infinity, and another number of lines.
+pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>>, DatasetError> {
+    let lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
+    let value = |(n, line): (usize, &str)| match line {
+        "" => Ok(None),
+        _ => match text::numbers(line).map_err(|e| DatasetError::line(path, n, e))?[..] {
+            [value] if value.is_infinite() => {
+                Err(DatasetError::line(path, n, "a confidence is a finite number"))
+            }
+            [value] => Ok(Some(value).filter(|v| !v.is_nan())),
+            ref many => {
+                let message = format!("{} numbers; one confidence a line was expected", many.len());
+                Err(DatasetError::line(path, n, message))
+            }
+        },
+    };
+    let mut values: Vec<Option<f64>> = lines.into_iter().map(value).collect::<Result<_, _>>()?;
+    let read = values.len();
+    // A frame without a value at the end is an empty line as well, so no more of them are dropped than is needed.
+    if read > frames {
+        drop_empty_end(&mut values, Option::is_none, |n| n == frames);
+    }
+    if values.len() + 1 == frames {
+        values.insert(0, None);
+    }
+    if values.len() != frames {
+        let message = format!("{read} values for {frames} boxes; there must be a line for each box");
+        return Err(DatasetError::content(path, message));
+    }
+    Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(text: &str, frames: usize) -> Result<Vec<Option<f64>>, DatasetError> {
+        parse(Path::new("S_001_confidence.value"), text.as_bytes(), frames)
+    }
+
+    // What the tools write for scores of .9987654, (none) and .25 after a first frame without a score.
+    #[test]
+    fn files_of_the_tools() {
+        for (text, want) in [
+            // pysot, tools/test.py: '\n' for None, else "{:.6f}\n".format(x)
+            ("\n0.998765\n0.250000\n", vec![None, Some(0.998765), Some(0.25)]),
+            // vot-toolkit 0.7.3, Trajectory.write: to_string(e) + "\n", where None is ""
+            ("\n0.9987654\n\n0.25\n", vec![None, Some(0.9987654), None, Some(0.25)]),
+            ("1.0\n0.9987654\n\n", vec![Some(1.0), Some(0.9987654), None]),
+            // pytracking: np.savetxt(file, scores, delimiter='\t', fmt='%f')
+            ("1.000000\n0.998765\n0.250000\n", vec![Some(1.0), Some(0.998765), Some(0.25)]),
+            // STARK: np.savetxt(file, scores, delimiter='\t', fmt='%.2f'), without the first frame
+            ("1.00\n0.25\n", vec![None, Some(1.0), Some(0.25)]),
+            // SiamFC: a large number in the first frame
+            ("10000\n9.851159\n", vec![Some(10000.0), Some(9.851159)]),
+            ("1\r\nnan\r\n-1e-3", vec![Some(1.0), None, Some(-1e-3)]),
+        ] {
+            assert_eq!(read(text, want.len()).unwrap(), want, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn the_number_of_lines_is_checked() {
+        assert_eq!(read("\n0.5\n\n\n", 3).unwrap(), [None, Some(0.5), None]);
+        assert_eq!(read("0.5\n\n\n", 1).unwrap(), [Some(0.5)]);
+        for (text, frames, words) in [
+            ("0.5\n0.5\n", 1, "2 values for 1 boxes"),
+            ("0.5\n", 3, "1 values for 3 boxes"),
+            ("\n\n", 2, "the file is empty"),
+            ("", 0, "the file is empty"),
+        ] {
+            let error = read(text, frames).unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains("S_001_confidence.value"), "{error}");
+        }
+    }
+
+    #[test]
+    fn faults_name_the_line() {
+        for bad in ["1,2", "x", "inf", "-inf", "0.5 0.6", "1,", "None"] {
+            let error = read(&format!("\n{bad}\n1\n"), 3).unwrap_err();
+            assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{bad}: {error}");
+        }
+    }
+
+    #[test]
+    fn names_of_files() {
+        let names = |boxes: &str, property| -> Vec<String> {
+            beside(Path::new(boxes), property).iter().map(|p| p.display().to_string()).collect()
+        };
+        assert_eq!(
+            names("r/S/S_001.txt", None)[..2],
+            ["r/S/S_001_confidence.value", "r/S/S_001_object_presence_scores.txt"]
+        );
+        assert_eq!(names("r/S_bboxes.txt", None)[3], "r/S_scores.txt");
+        assert_eq!(names("S.txt", Some("motion")), ["S_motion.value", "S_motion.txt"]);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200), frames in 0..9_usize) {
+            if let Ok(values) = parse(Path::new("a.value"), &bytes, frames) {
+                prop_assert_eq!(values.len(), frames);
+                prop_assert!(values.iter().flatten().all(|v| v.is_finite()));
+            }
+        }
+
+        #[test]
+        fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(b"\n0.998765\n\n0.25\n")) {
+            let _ = parse(Path::new("a.value"), &bytes, 4);
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Results of OxUvA (Valmadre et al., ECCV 2018): a row for each frame in which the tracker was asked.
+//!
+//! ```text
+//! video,object,frame_num,present,score,xmin,xmax,ymin,ymax
+//! ```
+//!
+//! The first row may be these words, in any order; without it the columns are in this one. `frame_num` is the dataset's
+//! number of the frame; `present` is `true` or `false` and what else the benchmark's reader takes for them. Coordinates
+//! are shares of the image's width and height, 0 to 1, so the size of the frames has to be known:
+//!
+//! ```text
+//! x = xmin W    y = ymin H    w = (xmax - xmin) W    h = (ymax - ymin) H      pixels from 0
+//! ```
+//!
+//! A row that says `false` may leave them out. The frame in which the tracker was started has no row, nor have those
+//! that nobody asked for. `score` is the confidence, high values are sure. Source: `oxuva/io_pred.py` of
+//! oxuva/long-term-tracking-benchmark, and pytracking, which writes the same.
+
+use super::{BoxError, Boxes, NoBox};
+use crate::dataset::{DatasetError, Sequence, text};
+use crate::region::Region;
+use std::path::Path;
+
+const COLUMNS: [&str; 9] =
+    ["video", "object", "frame_num", "present", "score", "xmin", "xmax", "ymin", "ymax"];
+
+/// A row: the frame's number, the answer and the score.
+struct Row {
+    frame: u32,
+    region: Result<Region, NoBox>,
+    score: Option<f64>,
+}
+
+/// Reads the rows of a sequence's frames; `path` names the file in messages.
+///
+/// # Errors
+/// Rows of another form, frames outside the official range or not in ascending order, rows of two objects, and frames
+/// whose size is unknown.
+pub fn parse(path: &Path, bytes: &[u8], sequence: &Sequence) -> Result<Boxes, DatasetError> {
+    let (width, height) = sequence.size()?;
+    let size = (width as f64, height as f64);
+    let mut lines = text::lines(path, text::decode(path, bytes)?)?;
+    let named = lines.first().and_then(|(_, line)| columns(line));
+    if named.is_some() {
+        lines.remove(0);
+    }
+    let order = named.unwrap_or_else(|| std::array::from_fn(|k| k));
+    let (first, count) = (sequence.numbering.first, sequence.len());
+    let (from, to) = sequence.numbering.official;
+    let at = |k: usize| format!("frame {}", u64::from(first) + k as u64);
+    let not_asked = |k| Err(BoxError { at: at(k), source: NoBox::NotAsked });
+    let mut boxes =
+        Boxes { first, regions: (0..count).map(not_asked).collect(), confidence: vec![None; count] };
+    let mut object: Option<(&str, &str)> = None;
+    let mut last = None;
+    for (n, line) in lines {
+        let fault = |message: String| DatasetError::line(path, n, message);
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let cells: [&str; 9] = cells.try_into().map_err(|cells: Vec<&str>| {
+            fault(format!("{} columns, not {}: {}", cells.len(), COLUMNS.len(), COLUMNS.join(",")))
+        })?;
+        let cells = order.map(|k| cells[k]);
+        let row = row(&cells, size).map_err(fault)?;
+        if *object.get_or_insert((cells[0], cells[1])) != (cells[0], cells[1]) {
+            return Err(fault("another object than in the first row; a file has one".into()));
+        }
+        if !(from..=to).contains(&row.frame) {
+            let message = format!("frame {} is outside {}'s range {from} to {to}", row.frame, sequence.name);
+            return Err(fault(message));
+        }
+        if last.replace(row.frame).is_some_and(|last| last >= row.frame) {
+            return Err(fault(format!("frame {} after one that is not before it", row.frame)));
+        }
+        let Some(k) = row.frame.checked_sub(first).map(|k| k as usize).filter(|k| *k < count) else {
+            continue;
+        };
+        boxes.regions[k] = row.region.map_err(|source| BoxError { at: format!("line {n}"), source });
+        boxes.confidence[k] = row.score;
+    }
+    Ok(boxes)
+}
+
+/// For each column of [`COLUMNS`] its place in a first row of names; `None` for a row of values.
+fn columns(line: &str) -> Option<[usize; 9]> {
+    let names: Vec<&str> = line.split(',').map(str::trim).collect();
+    if names.len() != COLUMNS.len() {
+        return None;
+    }
+    let mut order = [0; 9];
+    for (place, column) in order.iter_mut().zip(COLUMNS) {
+        *place = names.iter().position(|name| *name == column)?;
+    }
+    Some(order)
+}
+
+fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
+    let [_, _, frame, present, score, coordinates @ ..] = cells;
+    let number = |name: &str, word: &str| {
+        let value = word.parse::<f64>().ok().filter(|v| !v.is_infinite());
+        value.ok_or_else(|| format!("{name} is a number, not `{}`", text::shorten(word)))
+    };
+    let frame = frame
+        .parse()
+        .map_err(|_| format!("frame_num is a whole number from 0, not `{}`", text::shorten(frame)))?;
+    let present = match present.to_lowercase().as_str() {
+        "t" | "true" | "y" | "yes" | "1" => true,
+        "f" | "false" | "n" | "no" | "0" => false,
+        _ => return Err(format!("present is `true` or `false`, not `{}`", text::shorten(present))),
+    };
+    let score = Some(number("score", score)?).filter(|v| !v.is_nan());
+    let region = if present {
+        let mut share = [0.0; 4];
+        for ((share, word), name) in share.iter_mut().zip(coordinates).zip(&COLUMNS[5..]) {
+            *share = number(name, word)?;
+        }
+        let [x0, x1, y0, y1] = share;
+        Region::from_numbers(&[x0 * width, y0 * height, (x1 - x0) * width, (y1 - y0) * height])
+            .map_err(NoBox::from)
+    } else {
+        Err(NoBox::SaidAbsent)
+    };
+    Ok(Row { frame, region, score })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{Frames, Numbering, synthetic};
+    use crate::region::Rect;
+    use proptest::prelude::*;
+
+    /// Six frames of 320 x 240 pixels, numbers 1 to 6, of which 2 to 5 are used.
+    fn sequence() -> Sequence {
+        let mut sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
+        let Frames::Rendered(render, _) = sequence.frames else { panic!("rendered") };
+        assert_eq!(render.size(), (320, 240));
+        sequence.frames = Frames::Rendered(render, 4);
+        sequence.truth.truncate(4);
+        sequence.numbering = Numbering { first: 2, official: (1, 6) };
+        sequence
+    }
+
+    fn read(text: &str) -> Result<Boxes, DatasetError> {
+        parse(Path::new("vid0001_obj0000.csv"), text.as_bytes(), &sequence())
+    }
+
+    // dump_predictions_csv of the benchmark ends lines with "\r\n", as the module csv does, and writes no header; where
+    // the target is absent, its example writes no coordinates.
+    const WRITTEN: &[u8] =
+        b"vid0001,obj0000,3,true,0.75,0.25,0.5,0.5,0.75\r\nvid0001,obj0000,5,false,-1.5,,,,\r\n";
+
+    #[test]
+    fn rows_of_asked_frames() {
+        let text = std::str::from_utf8(WRITTEN).unwrap();
+        let header = "present,video,object,frame_num,score,xmin,xmax,ymin,ymax\r\n\
+            True,vid0001,obj0000,3,0.75,0.25,0.5,0.5,0.75\r\nF,vid0001,obj0000,5,-1.5,0,0,0,0";
+        for text in [text, header] {
+            let boxes = read(text).unwrap();
+            assert_eq!(boxes.first, 2);
+            assert_eq!(boxes.regions[1], Ok(Region::Rect(Rect::new(80.0, 120.0, 80.0, 60.0))), "{text}");
+            let reason = |k: usize| boxes.regions[k].clone().unwrap_err().source;
+            assert_eq!(
+                [reason(0), reason(2), reason(3)],
+                [NoBox::NotAsked, NoBox::NotAsked, NoBox::SaidAbsent]
+            );
+            assert_eq!(boxes.confidence, [None, Some(0.75), None, Some(-1.5)]);
+        }
+        // Frames of the official range that are not used are no error.
+        let other = read("v,o,1,true,1,0,1,0,1\nv,o,6,true,1,0,1,0,1\n").unwrap();
+        assert!(other.regions.iter().all(Result::is_err));
+        let empty = read("v,o,2,true,1,0.5,0.5,0,1\n").unwrap().regions[0].clone().unwrap_err();
+        assert!(empty.source.may_be_absence() && empty.to_string().contains("line 1"), "{empty}");
+    }
+
+    #[test]
+    fn faults_name_the_line() {
+        for (bad, words) in [
+            ("v,o,4,true,1,0,1,0", "8 columns"),
+            ("v,o,4,maybe,1,0,1,0,1", "present is"),
+            ("v,o,4.5,true,1,0,1,0,1", "frame_num"),
+            ("v,o,4,true,,0,1,0,1", "score"),
+            ("v,o,4,true,1,0,inf,0,1", "xmax"),
+            ("v,o,4,true,1,0,1,,1", "ymin"),
+            ("v,o,7,true,1,0,1,0,1", "range 1 to 6"),
+            ("v,o,3,true,1,0,1,0,1", "not before it"),
+            ("v,p,4,true,1,0,1,0,1", "another object"),
+        ] {
+            let error = read(&format!("v,o,3,true,1,0,1,0,1\n{bad}\n")).unwrap_err();
+            assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{bad}: {error}");
+            assert!(error.to_string().contains(words), "{bad}: {error}");
+        }
+        let boxes_only = Sequence { frames: Frames::Absent, ..sequence() };
+        assert!(parse(Path::new("a.csv"), WRITTEN, &boxes_only).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(WRITTEN)) {
+            if let Ok(boxes) = parse(Path::new("a.csv"), &bytes, &sequence()) {
+                prop_assert_eq!((boxes.regions.len(), boxes.confidence.len()), (4, 4));
+            }
+        }
+    }
+}
