@@ -13,6 +13,7 @@ use toml::de::DeTable;
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("quickstart", include_str!("../../../../experiments/quickstart.toml")),
+    ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),
     ("khalid2016/table1", include_str!("../../../../experiments/khalid2016/table1.toml")),
     ("khalid2016/table2", include_str!("../../../../experiments/khalid2016/table2.toml")),
     ("khalid2016/training", include_str!("../../../../experiments/khalid2016/training.toml")),

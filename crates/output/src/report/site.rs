@@ -9,11 +9,15 @@
 
 mod collect;
 mod error;
+mod leaderboard;
+mod standing;
 mod summary;
 mod view;
 
 pub use collect::{Site, collect};
 pub use error::SiteError;
+pub use leaderboard::LEADERBOARD;
+pub use standing::{Estimate, Standing};
 pub use summary::{Best, ClaimCounts, FORMAT, Summary, summary, write_summary};
 pub use view::{render, render_live};
 
@@ -39,24 +43,29 @@ pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
     if let Some(lock) = &lock {
         let _ = lock.lock();
     }
-    let path = reports.join(INDEX);
     let mut warnings = Vec::new();
-    if is_foreign(&path) {
-        warnings.push(format!(
-            "{}: left as it is, because it is no page of this program; use another --reports for a page over all reports",
-            path.display()
-        ));
-        return Ok(warnings);
-    }
     let site = collect(reports);
     for (name, why) in &site.unreadable {
         warnings.push(format!("{}: {why}", reports.join(name).display()));
     }
     // Written in a folder of its own, because other runs sweep temporary files beside reports.
     let aside = Staging::new(reports)?;
-    let made = aside.path().join(INDEX);
-    store::write_derived(&made, render(&site)?.as_bytes())?;
-    std::fs::rename(made, &path).map_err(|e| StoreError::new(&path, e))?;
+    let pages = [(INDEX, Some(render(&site)?)), (LEADERBOARD, leaderboard::render(&site)?)];
+    for (name, page) in pages {
+        let (path, made) = (reports.join(name), aside.path().join(name));
+        match page {
+            _ if is_foreign(&path) => warnings.push(format!(
+                "{}: left as it is, because it is no page of this program; use another --reports for a page over all reports",
+                path.display()
+            )),
+            None if path.is_file() => std::fs::remove_file(&path).map_err(|e| StoreError::new(&path, e))?,
+            None => {}
+            Some(page) => {
+                store::write_derived(&made, page.as_bytes())?;
+                std::fs::rename(made, &path).map_err(|e| StoreError::new(&path, e))?;
+            }
+        }
+    }
     Ok(warnings)
 }
 

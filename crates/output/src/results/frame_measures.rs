@@ -44,7 +44,10 @@ pub const FILE: TableFile = TableFile {
             bootstrap interval over sequences. Runs of earlier versions have no such file.",
     columns: &[
         SUITE,
-        TRACKER,
+        Column {
+            meaning: "Label of the tracker; `*` for all of them, in experiments of the leaderboard",
+            ..TRACKER
+        },
         METHOD,
         PARAMS,
         GOOD_FRAMES,
@@ -115,6 +118,9 @@ fn field<'m>(measures: &'m mut FrameMeasures, column: &str) -> Option<&'m mut Op
     })
 }
 
+/// The label that stands for all trackers together.
+pub const EVERY_TRACKER: &str = "*";
+
 /// How the scores of a method at a grid point are to be read.
 pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let mine = experiment.methods.iter().filter(|m| m.name == method).flat_map(|m| &m.variants);
@@ -133,6 +139,7 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
 
 /// A tracker with a grid point of a method, and its measures.
 struct Row<'a> {
+    tracker: &'a str,
     first: &'a Cell,
     measures: FrameMeasures,
 }
@@ -142,7 +149,7 @@ struct Row<'a> {
 fn of_method<'a>(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
-    cells: &[&'a Cell],
+    (tracker, cells): (&'a str, &[&'a Cell]),
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let mut rows = Vec::new();
     let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures)> = None;
@@ -174,11 +181,11 @@ fn of_method<'a>(
         let scores = match last.as_ref().filter(same) {
             Some((_, measures)) => *measures,
             None => {
-                let seed = seed::seed(experiment.seed, &["frame measures", &first.tracker]);
+                let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
                 of_scores(&tracks, reading(experiment, &first.method, &first.params), Some(seed))
             }
         };
-        rows.push(Row { first, measures: with_alarms(scores, &tracks) });
+        rows.push(Row { tracker, first, measures: with_alarms(scores, &tracks) });
         last = Some((outputs, scores));
     }
     Ok(rows)
@@ -193,15 +200,21 @@ pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Op
         return Ok(None);
     }
     let methods = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method));
-    let rows: Vec<Vec<Row<'_>>> = methods
+    let mut groups: Vec<(&str, Vec<&Cell>)> =
+        methods.into_iter().filter_map(|cells| Some((cells.first()?.tracker.as_str(), cells))).collect();
+    if experiment.leaderboard {
+        let methods = grouped(outcome.cells.iter(), |cell| &cell.method);
+        groups.extend(methods.into_iter().map(|cells| (EVERY_TRACKER, cells)));
+    }
+    let rows = groups
         .par_iter()
-        .map(|cells| of_method(experiment, outcome, cells))
-        .collect::<Result<_, StoreError>>()?;
+        .map(|(tracker, cells)| of_method(experiment, outcome, (tracker, cells)))
+        .collect::<Result<Vec<_>, StoreError>>()?;
     let mut rows: Vec<Row<'_>> = rows.into_iter().flatten().collect();
     let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![outcome.suite.as_str(); rows.len()]),
-        TRACKER.of(text(|c| &c.tracker)),
+        TRACKER.of(rows.iter().map(|row| row.tracker).collect::<Vec<_>>()),
         METHOD.of(text(|c| &c.method)),
         PARAMS.of(rows.iter().map(|row| some_text(&row.first.params)).collect::<Vec<_>>()),
     ];

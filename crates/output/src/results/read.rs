@@ -35,6 +35,8 @@ pub struct Results {
     pub manifest: Manifest,
     /// Pooled numbers.
     pub measures: Vec<Measure>,
+    /// Measures frame by frame; of the runs of earlier versions there are none.
+    pub frame_measures: frame_measures::ByMethod,
     /// Findings of the analyses.
     pub analyses: Vec<Analysed>,
 }
@@ -63,9 +65,9 @@ impl Results {
         for measure in &mut measures {
             measure.pooled.chance = experiment.chance_of(&measure.method);
         }
+        let mut by_method = frame_measures::ByMethod::default();
         if manifest.files.contains_key(frame_measures::FILE.name) {
-            let name = frame_measures::FILE.name;
-            let by_method = read_table(folder, &manifest, name, frame_measures::read)?;
+            by_method = read_table(folder, &manifest, frame_measures::FILE.name, frame_measures::read)?;
             frame_measures::attach(&by_method, &mut measures);
         }
         let analyses = if manifest.files.contains_key(analyses::FILE) {
@@ -73,7 +75,14 @@ impl Results {
         } else {
             Vec::new()
         };
-        Ok(Self { folder: folder.to_path_buf(), experiment, manifest, measures, analyses })
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            experiment,
+            manifest,
+            measures,
+            frame_measures: by_method,
+            analyses,
+        })
     }
 
     /// Reads the counts of every cell that has any.

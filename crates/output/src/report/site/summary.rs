@@ -1,6 +1,7 @@
 //! A report in short: the file `summary.json` beside its page.
 
 use super::error::SiteError;
+use super::standing::{Standing, standings};
 use crate::dataset::{DatasetError, synthetic, text};
 use crate::direction::Direction;
 use crate::engine::store;
@@ -51,6 +52,9 @@ pub struct Summary {
     pub failed: u64,
     /// The best method on each tracker, in the experiment's order.
     pub best: Vec<Best>,
+    /// Its methods on the leaderboard, for an experiment that asks for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standings: Vec<Standing>,
 }
 
 /// Numbers of claims by outcome.
@@ -105,6 +109,7 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
         synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
         failed: manifest.cells_failed.len() as u64,
         best: best(results),
+        standings: standings(results),
     }
 }
 

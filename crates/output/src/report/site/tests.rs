@@ -289,3 +289,52 @@ fn concurrent_writers_lose_no_report() {
     let page = page(dir.path());
     assert!(names.iter().all(|name| page.contains(&format!("href=\"{name}/index.html\""))));
 }
+
+fn standing(method: &str, needs: &str, auroc: &str) -> Standing {
+    let auroc = Estimate { value: auroc.into(), low: "0.1".into(), high: "0.9".into() };
+    Standing { method: method.into(), needs: needs.into(), auroc, trackers: 3, ..Standing::default() }
+}
+
+// The first experiment is synthetic, so that means are those of the second.
+#[test]
+fn the_leaderboard_answers_by_need_and_orders_methods_by_their_mean_on_real_video() {
+    let dir = tempfile::tempdir().unwrap();
+    let anchor = Standing { anchor: true, ..standing("oracle", "frames", "1.000") };
+    let rendered = Summary {
+        synthetic: true,
+        standings: vec![
+            standing("jump", "boxes alone", "0.900"),
+            standing("look", "frames", "0.500"),
+            anchor,
+        ],
+        ..a("a")
+    };
+    let video = Summary {
+        standings: vec![standing("jump", "boxes alone", "0.600"), standing("look", "frames", "0.700")],
+        ..a("b")
+    };
+    put(dir.path(), "a", &json(&rendered));
+    put(dir.path(), "b", &json(&video));
+    put(dir.path(), "c", &json(&a("c")));
+    assert!(index(dir.path()).contains("href=\"leaderboard.html\""));
+    let page = std::fs::read_to_string(dir.path().join(LEADERBOARD)).unwrap().replace("&#x2f;", "/");
+    let (answers, methods) = page.split_once("All methods").unwrap();
+    assert!(answers.contains("<strong><bdi>jump</bdi></strong> 0.900"), "{answers}");
+    assert!(
+        answers.contains("<strong><bdi>look</bdi></strong> 0.700") && !answers.contains("oracle"),
+        "{answers}"
+    );
+    let places: Vec<_> = ["look", "jump", "oracle"].map(|m| methods.find(&format!("<bdi>{m}</bdi>"))).into();
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
+    assert!(
+        methods.contains("0.600<small>of 1</small>")
+            && methods.contains("0.1 to 0.9")
+            && methods.contains("not run")
+    );
+    assert!(!page.contains("href=\"c/index.html\""));
+    for name in ["a", "b"] {
+        std::fs::remove_dir_all(dir.path().join(name)).unwrap();
+    }
+    assert!(!index(dir.path()).contains("leaderboard"));
+    assert!(!dir.path().join(LEADERBOARD).exists());
+}

@@ -1,5 +1,6 @@
 //! Renders the page over all reports as HTML.
 
+use super::LEADERBOARD;
 use super::collect::Site;
 use super::summary::{Best, ClaimCounts, Summary};
 use crate::engine::observe::progress::ObservedRun;
@@ -16,6 +17,7 @@ struct View<'s> {
     live: bool,
     running: Vec<Run<'s>>,
     markdown: &'s str,
+    leaderboard: Option<&'s str>,
 }
 
 #[derive(Serialize)]
@@ -100,6 +102,7 @@ fn view<'s>(site: &'s Site, running: &'s [ObservedRun], now: Option<u64>) -> Vie
         live: now.is_some(),
         running: running.iter().map(run).collect(),
         markdown: MARKDOWN,
+        leaderboard: site.reports.iter().any(|(_, s)| !s.standings.is_empty()).then_some(LEADERBOARD),
     }
 }
 
