@@ -42,7 +42,7 @@ const CLIP: f32 = 0.2;
 const TEXTURE: f32 = 0.2357;
 
 /// Buffers for [`Hog::compute`]; they grow to the largest patch seen and are then reused.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Hog {
     /// Magnitudes and orientations of a row's gradients.
     magnitudes: Vec<f32>,

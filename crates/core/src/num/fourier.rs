@@ -26,7 +26,8 @@ use std::sync::Arc;
 /// A coefficient of each of four columns, or of four lines.
 pub type Complexes = realfft::num_complex::Complex<Lanes>;
 
-/// Plans and buffers for planes of one size.
+/// Plans and buffers for planes of one size; clones share the plans.
+#[derive(Clone)]
 pub struct Fourier {
     width: usize,
     height: usize,

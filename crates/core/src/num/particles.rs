@@ -88,8 +88,12 @@ impl<const D: usize> Cloud<D> {
 
     /// Effective number of particles `1 / sum w^2`, from 1 to N.
     pub fn effective(&self) -> f64 {
-        let squares: f64 = self.weights.iter().map(|w| w * w).sum();
-        squares.recip().clamp(1.0, self.weights.len() as f64)
+        effective_number(&self.weights)
+    }
+
+    /// Entropy of the weights, from 0 to 1; see [`entropy`].
+    pub fn entropy(&self) -> f64 {
+        entropy(&self.weights)
     }
 
     /// Weighted mean and covariance, without correction for the number of particles.
@@ -134,6 +138,22 @@ impl<const D: usize> Cloud<D> {
         std::mem::swap(&mut self.states, &mut self.next);
         self.level();
     }
+}
+
+/// Effective number `1 / sum w^2` of N weights that sum to 1, from 1 to N.
+pub fn effective_number(weights: &[f64]) -> f64 {
+    let squares: f64 = weights.iter().map(|w| w * w).sum();
+    squares.recip().clamp(1.0, weights.len().max(1) as f64)
+}
+
+/// Entropy `-sum w ln w / ln N` of N weights that sum to 1: 0 when one has everything, 1 when all are equal, also a
+/// single one.
+pub fn entropy(weights: &[f64]) -> f64 {
+    if weights.len() < 2 {
+        return 1.0;
+    }
+    let sum: f64 = weights.iter().filter(|w| **w > 0.0).map(|w| w * w.ln()).sum();
+    (-sum / (weights.len() as f64).ln()).clamp(0.0, 1.0)
 }
 
 /// Parents at `(k + offset) / N` of the cumulated weights, for k from 0; `offset` in `[0, 1)`.
@@ -235,6 +255,17 @@ mod tests {
         assert_eq!(cloud.states[0][0], 5.0);
     }
 
+    // python3: import numpy as np; from scipy.stats import entropy; w = np.array([.5, .25, 0, .125, .125])
+    // entropy(w) / np.log(5), 1 / (w @ w)                                                          SciPy 1.17.1
+    #[test]
+    fn entropy_agrees_with_scipy() {
+        let weights = [0.5, 0.25, 0.0, 0.125, 0.125];
+        assert!((entropy(&weights) - ENTROPY).abs() < 1e-15);
+        assert!((effective_number(&weights) - 2.909_090_909_090_909).abs() < 1e-15);
+        assert_eq!([entropy(&[1.0]), entropy(&[0.0, 1.0, 0.0]), entropy(&[0.25; 4])], [1.0, 0.0, 1.0]);
+    }
+    const ENTROPY: f64 = 0.753_683_976_628_437_9;
+
     fn clouds() -> impl Strategy<Value = Cloud<5>> {
         let particle = (prop::array::uniform5(-50.0..50.0), prop_oneof![Just(0.0), 1e-12..1.0, Just(1.0)]);
         prop::collection::vec(particle, 1..40).prop_map(|particles| {
@@ -265,6 +296,9 @@ mod tests {
             prop_assert!(form >= -1e-9, "{}", form);
             let n = cloud.effective();
             prop_assert!(n >= 1.0 && n <= cloud.states.len() as f64);
+            // Jensen: the logarithm of the effective number is at most the entropy.
+            let entropy = cloud.entropy();
+            prop_assert!(entropy <= 1.0 && n.ln() <= entropy * (cloud.states.len() as f64).ln() + 1e-9);
         }
 
         #[test]
