@@ -25,7 +25,7 @@ use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::{Observation, SIGNALS};
-use trackfail::tracker::{Moments, RunContext, TrackerState};
+use trackfail::tracker::{Moments, Response, RunContext, TrackerState};
 
 /// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels, moved to the left by `shift`.
 fn frame(shift: usize) -> Frame {
@@ -57,8 +57,17 @@ fn signals(criterion: &mut Criterion) {
                 let covariance =
                     (0..25).map(|k| if k % 6 == 0 { spread + f64::from(k) } else { 0.1 }).collect();
                 let mean = vec![100.0, 100.0, 20.0, 40.0, 0.0];
-                state.posterior =
-                    Some(Moments { mean, covariance, effective_samples: 300.0, ..Moments::default() });
+                let (effective_samples, samples, entropy) = (300.0, 400.0, 0.9);
+                let weights = Moments { effective_samples, samples, entropy, ..Moments::default() };
+                state.posterior = Some(Moments { mean, covariance, ..weights });
+                let map = Response {
+                    peak: 0.7,
+                    second_peak: 0.2,
+                    mean: 0.1,
+                    deviation: 0.15,
+                    ..Response::default()
+                };
+                state.response = Some(Response { sidelobe_deviation: 0.05, ..map });
                 state
             };
             let states = [posterior(at(100.0), 4.0), posterior(at(103.0), 5.0)];

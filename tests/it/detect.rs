@@ -157,7 +157,7 @@ fn what_cannot_be_judged_is_told() {
         assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
         assert!(message.contains(words), "{more:?}: {message}");
     };
-    refused(&["--method", "ARTE*", "--tracker", "kcf"], 2, "needs a tracker with a posterior");
+    refused(&["--method", "ARTE*", "--tracker", "ncc"], 2, "needs a tracker with a posterior");
     refused(&["--method", "EmpTh"], 2, "trained on annotated sequences");
     refused(&["--method", "AVU", "--params", "{ particles = 50 }"], 2, "give --model");
     refused(&["--tracker", "kfc"], 2, "did you mean `kcf`?");

@@ -9,13 +9,19 @@ pub mod confidence;
 #[cfg(test)]
 mod conformance;
 pub mod distribution_field;
+pub mod effective_particles;
 pub mod forward_backward;
 mod histogram;
 #[cfg(test)]
 mod oracles;
+pub mod particle_entropy;
 pub mod region_covariance;
+pub mod response_apce;
+pub mod response_peak;
+pub mod response_psr;
 pub mod rgb_histogram;
 pub mod rgb_lbp_histogram;
+mod state_value;
 pub mod template_correlation;
 #[cfg(test)]
 mod testing;
@@ -136,8 +142,13 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     companion_overlap::ENTRY,
     confidence::ENTRY,
     distribution_field::ENTRY,
+    effective_particles::ENTRY,
     forward_backward::ENTRY,
+    particle_entropy::ENTRY,
     region_covariance::ENTRY,
+    response_apce::ENTRY,
+    response_peak::ENTRY,
+    response_psr::ENTRY,
     rgb_histogram::ENTRY,
     rgb_lbp_histogram::ENTRY,
     template_correlation::ENTRY,

@@ -54,7 +54,8 @@ pub enum Status {
     Absent,
 }
 
-/// First and second moments of a multi-hypothesis tracker's posterior.
+/// First and second moments of a tracker's posterior, and the evenness of its weights: of particles, or of a response
+/// map read as a density.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Mean state, `d` values.
@@ -63,6 +64,10 @@ pub struct Moments {
     pub covariance: Vec<f64>,
     /// Effective number of samples.
     pub effective_samples: f64,
+    /// Number of samples: particles, or cells of a response map.
+    pub samples: f64,
+    /// Entropy of the weights, from 0 (one sample has everything) to 1 (all are equal).
+    pub entropy: f64,
     /// Likelihood of the estimate.
     pub likelihood: f64,
     /// The particles, each a row of `d` state values and the weight; empty unless the parameters ask for them.
@@ -74,7 +79,7 @@ pub struct Moments {
 pub struct Response {
     /// Largest value.
     pub peak: f64,
-    /// Largest value outside the target's box around the peak.
+    /// Largest value outside a box around the peak.
     pub second_peak: f64,
     /// Smallest value.
     pub lowest: f64,
@@ -86,9 +91,9 @@ pub struct Response {
     pub sidelobe_mean: f64,
     /// Standard deviation without the 11 x 11 cells around the peak.
     pub sidelobe_deviation: f64,
-    /// Mean without a window of 5 % of the map's sides around the peak.
+    /// Mean without the cells within 5 % of the map's sides from the peak.
     pub narrow_sidelobe_mean: f64,
-    /// Standard deviation without a window of 5 % of the map's sides around the peak.
+    /// Standard deviation without the cells within 5 % of the map's sides from the peak.
     pub narrow_sidelobe_deviation: f64,
 }
 
@@ -109,7 +114,8 @@ pub struct TrackerState {
 
 /// Version of the form in which states are stored; part of the address of every track.
 /// - 2: with response and confidence.
-pub const STATE_FORM: u32 = 2;
+/// - 3: with the number of samples and the entropy of a posterior.
+pub const STATE_FORM: u32 = 3;
 
 impl TrackerState {
     /// A region and an event, without anything else.

@@ -18,6 +18,8 @@ fn states() -> Vec<TrackerState> {
         mean: vec![1.0, -0.0],
         covariance: vec![1.0; 4],
         effective_samples: 3.5,
+        samples: 9.0,
+        entropy: 0.75,
         likelihood: 1e-300,
         particles: vec![0.5, -2.0, 1.0],
     };

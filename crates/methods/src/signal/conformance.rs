@@ -4,7 +4,7 @@ use super::{SIGNALS, Signal, testing};
 use crate::image::Frame;
 use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
-use crate::tracker::{Moments, TrackerState};
+use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -31,12 +31,38 @@ fn moments(t: usize) -> Moments {
     let covariance =
         (0..25).map(|n| deviations[n / 5] * deviations[n % 5] * correlation(n / 5, n % 5)).collect();
     let mean = vec![20.0 + s, 15.0 - s, 7.0, 5.5, 0.1];
-    Moments { mean, covariance, effective_samples: 200.0, likelihood: 0.5, particles: Vec::new() }
+    let (effective_samples, entropy) = (200.0 - 9.0 * s, 0.9 - 0.04 * s);
+    Moments {
+        mean,
+        covariance,
+        effective_samples,
+        samples: 400.0,
+        entropy,
+        likelihood: 0.5,
+        particles: Vec::new(),
+    }
+}
+
+/// A response map in numbers whose peak sinks and rises while the rest gets noisier.
+fn response(t: usize) -> Response {
+    let s = t as f64;
+    Response {
+        peak: 0.9 - 0.1 * (s % 4.0),
+        second_peak: 0.2 + 0.03 * s,
+        lowest: -0.1,
+        mean: 0.08,
+        deviation: 0.11 + 0.01 * s,
+        sidelobe_mean: 0.05,
+        sidelobe_deviation: 0.04 + 0.005 * s,
+        narrow_sidelobe_mean: 0.06,
+        narrow_sidelobe_deviation: 0.07 + 0.005 * s,
+    }
 }
 
 fn state(region: Region, t: usize) -> TrackerState {
+    let (posterior, response) = (Some(moments(t)), Some(response(t)));
     let confidence = Some(9.0 - 0.5 * t as f64);
-    TrackerState { posterior: Some(moments(t)), confidence, ..TrackerState::tracked(region) }
+    TrackerState { posterior, response, confidence, ..TrackerState::tracked(region) }
 }
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
@@ -64,7 +90,9 @@ fn kinds_are_unique_and_examples_build() {
         assert!(SIGNALS[..n].iter().all(|e| e.kind != entry.kind), "{}", entry.kind);
         assert!(entry.version > 0 && !entry.summary.is_empty());
         assert!(entry.build_from_text(entry.example).is_ok(), "{}", entry.kind);
-        assert!((entry.schema)().get("properties").is_some(), "{}", entry.kind);
+        let parameters = entry.build_from_text("{}").unwrap().params().as_object().unwrap().len();
+        let documented = (entry.schema)().get("properties").map_or(0, |p| p.as_object().unwrap().len());
+        assert!(documented >= parameters, "{}", entry.kind);
     }
 }
 
@@ -130,8 +158,13 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("companion-overlap", 1, "2db9d488d93c9dfe"),
     ("confidence", 1, "fcba3b27d9a6487a"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
+    ("effective-particles", 1, "26d8a852f074b9db"),
     ("forward-backward", 1, "f9597c7f04cf787d"),
+    ("particle-entropy", 1, "15811bd8b88b7520"),
     ("region-covariance", 1, "3720df68d985d2d6"),
+    ("response-apce", 1, "1d58458ce5e42ff4"),
+    ("response-peak", 1, "7be5026f774dd840"),
+    ("response-psr", 1, "382e39452b133bce"),
     ("rgb-histogram", 1, "d4620ddc3b1aa31d"),
     ("rgb-lbp-histogram", 1, "0af543d292a8811d"),
     ("template-correlation", 1, "b42cce85869d9bc8"),

@@ -14,6 +14,7 @@
 use super::Moments;
 use crate::image::Frame;
 use crate::image::warp::{Geometry, Template};
+use crate::num::particles::{effective_number, entropy};
 use crate::plugin::ParamError;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
@@ -95,11 +96,12 @@ impl Candidates {
                 covariance[d * row + column] = covariance[d * column + row];
             }
         }
-        let squares: f64 = weights.iter().map(|w| w * w).sum();
         Moments {
             mean: self.moving.iter().map(|&k| mean[k]).collect(),
             covariance,
-            effective_samples: squares.recip().clamp(1.0, weights.len().max(1) as f64),
+            effective_samples: effective_number(weights),
+            samples: weights.len() as f64,
+            entropy: entropy(weights),
             likelihood,
             particles: Vec::new(),
         }
@@ -112,6 +114,8 @@ impl Candidates {
             mean: self.moving.iter().map(|&k| at[k]).collect(),
             covariance: vec![0.0; d * d],
             effective_samples: self.states.len() as f64,
+            samples: self.states.len() as f64,
+            entropy: 1.0,
             likelihood,
             particles: Vec::new(),
         }
@@ -153,7 +157,7 @@ mod tests {
     use crate::num::seed;
 
     // python3: import numpy as np; g=np.array([[3,5,.9,.1],[4,2,1.1,-.2],[7,3,1.,.4]]); w=np.array([.5,.3,.2])
-    // m=w@g; print(m); C=(w*(g-m).T)@(g-m); print(C[np.ix_([0,1,3],[0,1,3])]); print(1/(w@w))
+    // m=w@g; print(m); C=(w*(g-m).T)@(g-m); print(C[np.ix_([0,1,3],[0,1,3])]); print(1/(w@w)); print(-(w@np.log(w))/np.log(3))
     #[test]
     fn moments_agree_with_numpy() {
         let mut candidates = Candidates::new(3, [4.0, 4.0, 0.0, 0.02, 0.0, 0.0]);
@@ -170,6 +174,7 @@ mod tests {
         near(&m.mean, &[4.1, 3.7, 0.07]);
         near(&m.covariance, &COVARIANCE);
         near(&[m.effective_samples, m.likelihood], &[2.6315789473684212, 0.25]);
+        near(&[m.samples, m.entropy], &[3.0, 0.9372305632161295]);
     }
     const COVARIANCE: [f64; 9] = [
         2.29,

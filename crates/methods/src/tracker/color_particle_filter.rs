@@ -366,6 +366,8 @@ fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness
         mean: posterior.mean.to_vec(),
         covariance: posterior.covariance.as_flattened().to_vec(),
         effective_samples: cloud.effective(),
+        samples: cloud.weights.len() as f64,
+        entropy: cloud.entropy(),
         likelihood: likelihood(likeness, params.sigma_color),
         particles,
     }

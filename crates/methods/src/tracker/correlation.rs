@@ -19,9 +19,12 @@
 //!
 //! A look without any contrast neither moves nor trains the filter: its response would be rounding errors.
 
+pub mod response;
+
 use crate::image::Frame;
 use crate::image::patch::halved;
 use crate::num::fourier::{Complexes, Fourier, Lanes, ZEROS, hann_plane};
+use response::ResponseMap;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -108,6 +111,7 @@ pub struct Settings {
 }
 
 /// A filter, its model and buffers, for looks of one size.
+#[derive(Clone)]
 pub struct KernelFilter {
     settings: Settings,
     channels: usize,
@@ -178,6 +182,19 @@ impl KernelFilter {
         }
         self.fourier.backward(&self.product, &mut self.plane);
         Some(peak(&self.plane, self.fourier.width(), self.fourier.height()))
+    }
+
+    /// Hands the newest response, whose peak this is, over to `map`; `cell` is the side of a cell in pixels of the frame.
+    pub fn hand_over(&mut self, peak: Peak, cell: f64, map: &mut ResponseMap) {
+        map.take(&mut self.plane, peak, cell);
+    }
+
+    /// Makes `map` the response to a look.
+    pub fn fill(&mut self, map: &mut ResponseMap, features: &[f32], cell: f64) {
+        match self.respond(features) {
+            Some(peak) => self.hand_over(peak, cell, map),
+            None => map.clear(cell),
+        }
     }
 
     /// The peak of the newest response between the cells, by parabolas, in cells.

@@ -28,12 +28,17 @@
 //! in touch with the frame; the lower limit does not enlarge a target that starts below it; a scale sample has at least
 //! one cell.
 //!
+//! The place's response map is answered in numbers and, as a density, as the posterior of the center `[x, y]` in pixels:
+//! see `tracker/correlation/response.rs`. Its cells are the pixels of the window, times the scale. That of the
+//! first frame is the response to the sample that the filter has just learned.
+//!
 //! Checked against a separate NumPy version of this description: on gymnastics of VOT2014 one pixel of the start decides.
 //! From the annotated start and from one pixel right, left, below and above, this one fails 5, 2, 4, 5 and 5 times, that
 //! one 1 (5 when it shrinks by means of areas, as OpenCV does), 2, 4, 5 and 5 times; on Couple of OTB both have a
 //! precision of 0.107.
 
-use super::correlation::{label, peak};
+use super::correlation::response::{MapOptions, ResponseMap};
+use super::correlation::{Peak, label, peak};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
@@ -70,6 +75,8 @@ pub struct Params {
     pub scale_label_width: f64,
     /// Largest area of a scale's sample, in square pixels, from 16 to 10000.
     pub scale_area: f64,
+    /// How the place's response map is read.
+    pub response: MapOptions,
 }
 
 impl Default for Params {
@@ -83,6 +90,7 @@ impl Default for Params {
             scale_step: 1.02,
             scale_label_width: 0.25,
             scale_area: 512.0,
+            response: MapOptions::default(),
         }
     }
 }
@@ -106,6 +114,7 @@ impl Dsst {
             ("scale_label_width", p.scale_label_width, 0.01, 2.0),
             ("scale_area", p.scale_area, 16.0, 10_000.0),
         ])?;
+        p.response.check()?;
         if !(1..=99).contains(&p.scales) || p.scales.is_multiple_of(2) {
             return Err(ParamError::out_of_range("scales", "odd and from 1 to 99", p.scales));
         }
@@ -116,7 +125,7 @@ impl Dsst {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "dsst",
-    version: 2,
+    version: 3,
     summary: "correlation filters for the place and for the scale",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Dsst::new(read_params(raw)?)?)),
@@ -132,6 +141,14 @@ impl TrackerConfig for Dsst {
         false
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
+    fn gives_response(&self) -> bool {
+        true
+    }
+
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let first = upright(region);
         if ![first.x, first.y, first.w, first.h].iter().all(|v| v.is_finite()) {
@@ -140,17 +157,20 @@ impl TrackerConfig for Dsst {
         let p = &self.0;
         let mut target = Target::new(p, frame, region);
         target.learn(p, frame);
-        let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
+        target.respond(p);
+        let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
+        Ok((Box::new(Tracking { params: p.clone(), target }), state))
     }
 }
 
+#[derive(Clone)]
 struct Tracking {
     params: Params,
     target: Target,
 }
 
 /// The target and its model.
+#[derive(Clone)]
 struct Target {
     /// The first region as a rectangle, and its scale.
     first: Rect,
@@ -165,6 +185,8 @@ struct Target {
     size: (usize, usize),
     sample: (usize, usize),
     place: Filter,
+    /// The place's response in the newest frame.
+    map: ResponseMap,
     scales: Filter,
     hog: Hog,
     look: Look,
@@ -175,7 +197,7 @@ struct Target {
 
 /// A sample of the place times the window: gray values, and the one gradient that each pixel has. Rows are four side
 /// by side.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Look {
     window: Vec<Lanes>,
     gray: Vec<Lanes>,
@@ -233,6 +255,7 @@ impl Target {
             size,
             sample,
             place: Filter::new(fourier, &place, 1 + GRADIENTS),
+            map: ResponseMap::new(size.0, size.1),
             scales: Filter::new(Fourier::new(p.scales, 1), &scales, lines),
             hog: Hog::default(),
             look: Look { window, ..Look::default() },
@@ -289,13 +312,19 @@ impl Target {
         }
     }
 
+    /// Makes `map` the response to `look` and returns its peak.
+    fn respond(&mut self, p: &Params) -> Peak {
+        let (look, width) = (&self.look, self.size.0);
+        let value = |channel, group, x| look.value(channel, group * width + x);
+        let shift = peak(self.place.respond(value, p.lambda), self.size.0, self.size.1);
+        self.map.take(&mut self.place.plane, shift, self.scale);
+        shift
+    }
+
     /// Finds the place, then the scale.
     fn follow(&mut self, p: &Params, frame: &Frame) {
         self.look(frame);
-        let (look, width) = (&self.look, self.size.0);
-        let value = |channel, group, x| look.value(channel, group * width + x);
-        let response = self.place.respond(value, p.lambda);
-        let shift = peak(response, self.size.0, self.size.1);
+        let shift = self.respond(p);
         let step = |d: i64| (d as f64 * self.scale).round() as i64;
         self.pixel = (self.pixel.0 + step(shift.x), self.pixel.1 + step(shift.y));
         self.keep_inside(frame);
@@ -350,6 +379,7 @@ impl Target {
 ///
 /// Samples come as `value(pass, group, x)`, times the window: four values at a time, in column `x`. A pass is a channel
 /// of a plane with its rows `4 group ... 4 group + 3`, or four channels of lines.
+#[derive(Clone)]
 struct Filter {
     fourier: Fourier,
     label: Vec<Complexes>,
@@ -442,7 +472,12 @@ impl Tracker for Tracking {
         let target = &mut self.target;
         target.follow(&self.params, frame);
         target.learn(&self.params, frame);
-        Ok(TrackerState::tracked(Region::Rect(target.rect())))
+        let state = TrackerState::tracked(Region::Rect(target.rect()));
+        Ok(target.map.describe(&self.params.response, state))
+    }
+
+    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        Some(Box::new(self.clone()))
     }
 }
 

@@ -307,6 +307,8 @@ fn moments(p: &Params, cloud: &Cloud<3>, likelihood: f64) -> Moments {
         mean: posterior.mean[..kept].to_vec(),
         covariance: posterior.covariance[..kept].iter().flat_map(|row| row[..kept].to_vec()).collect(),
         effective_samples: cloud.effective(),
+        samples: cloud.weights.len() as f64,
+        entropy: cloud.entropy(),
         likelihood,
         particles,
     }

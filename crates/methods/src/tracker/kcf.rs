@@ -24,7 +24,12 @@
 //! bicubic filter), and frames are halved again while the target has 400 pixels or more; the window has at least 3
 //! cells each way; targets larger than the frame are tracked as one of its size; a target stays in touch
 //! with the frame and, if scaled, between 4 pixels and the frame's size; a window without contrast leaves it where it was.
+//!
+//! The response map of the scale that won, without `scale_weight`, is answered in numbers and, as a density, as the
+//! posterior of the center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is
+//! the response to the window that the filter has just learned; that of a window without contrast is 0.
 
+use super::correlation::response::{MapOptions, ResponseMap};
 use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
@@ -90,6 +95,8 @@ pub struct Params {
     pub scale_weight: Option<f64>,
     /// Finds the peak between the cells; `vot` does.
     pub sub_cell: Option<bool>,
+    /// How the response map is read.
+    pub response: MapOptions,
 }
 
 /// Checked parameters with all defaults filled in.
@@ -109,6 +116,7 @@ struct Checked {
     scale_step: f64,
     scale_weight: f64,
     sub_cell: bool,
+    response: MapOptions,
 }
 
 /// A checked configuration.
@@ -143,7 +151,9 @@ impl Kcf {
             scale_step: p.scale_step.unwrap_or(by_preset(1.0, 1.0, 1.05)),
             scale_weight: p.scale_weight.unwrap_or(0.95),
             sub_cell: p.sub_cell.unwrap_or(vot),
+            response: p.response,
         };
+        c.response.check()?;
         check_ranges(&[
             ("window", c.window, 1.0, 6.0),
             ("label_width", c.label_width, 0.01, 1.0),
@@ -166,7 +176,7 @@ impl Kcf {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "kcf",
-    version: 2,
+    version: 3,
     summary: "kernelized correlation filter on oriented gradients or gray values",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),
@@ -182,6 +192,14 @@ impl TrackerConfig for Kcf {
         false
     }
 
+    fn gives_posterior(&self) -> bool {
+        true
+    }
+
+    fn gives_response(&self) -> bool {
+        true
+    }
+
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
             return Err(TrackerError::no_region("kcf"));
@@ -190,17 +208,21 @@ impl TrackerConfig for Kcf {
         let mut target = Target::new(p, frame, region);
         target.look(p, &reduced(frame, target.halvings), 1.0);
         target.filter.learn(&target.features);
-        let tracker = Tracking { params: p.clone(), target };
-        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
+        let cell = target.cell_side(p, 1.0);
+        target.filter.fill(&mut target.map, &target.features, cell);
+        let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
+        Ok((Box::new(Tracking { params: p.clone(), target }), state))
     }
 }
 
+#[derive(Clone)]
 struct Tracking {
     params: Checked,
     target: Target,
 }
 
 /// The target and its model.
+#[derive(Clone)]
 struct Target {
     region: Region,
     /// The region's upright rectangle and how far it has moved since, in pixels of the frame.
@@ -213,6 +235,8 @@ struct Target {
     size: (usize, usize),
     ratio: f64,
     filter: KernelFilter,
+    /// The highest response of the newest frame.
+    map: ResponseMap,
     hog: Hog,
     features: Vec<f32>,
     cells: Vec<f32>,
@@ -260,6 +284,7 @@ impl Target {
             size,
             ratio,
             filter: KernelFilter::new(cells.0, cells.1, channels, settings),
+            map: ResponseMap::new(cells.0, cells.1),
             hog: Hog::default(),
             features: Vec::new(),
             cells: Vec::new(),
@@ -301,6 +326,12 @@ impl Target {
         }
     }
 
+    /// Side of a cell of a window at a scale, in pixels of the frame.
+    fn cell_side(&self, p: &Checked, scale: f64) -> f64 {
+        let cell = if p.features == Features::Hog { p.cell as f64 } else { 1.0 };
+        cell * self.ratio * scale * f64::from(1_u32 << self.halvings)
+    }
+
     /// Moves and scales by the highest response.
     fn follow(&mut self, p: &Checked, frame: &Frame) {
         let mut best: Option<(f32, f64, (f64, f64))> = None;
@@ -313,12 +344,16 @@ impl Target {
                 let shift =
                     if p.sub_cell { self.filter.refine(&peak) } else { (peak.x as f64, peak.y as f64) };
                 best = Some((weight * peak.value, step, shift));
+                let cell = self.cell_side(p, self.scale * step);
+                self.filter.hand_over(peak, cell, &mut self.map);
             }
         }
-        let Some((_, step, (dx, dy))) = best else { return };
+        let Some((_, step, (dx, dy))) = best else {
+            self.map.clear(self.cell_side(p, self.scale));
+            return;
+        };
         self.scale *= step;
-        let cell = if p.features == Features::Hog { p.cell as f64 } else { 1.0 };
-        let pixels = cell * self.ratio * self.scale * f64::from(1_u32 << self.halvings);
+        let pixels = self.cell_side(p, self.scale);
         self.moved = (self.moved.0 + dx * pixels, self.moved.1 + dy * pixels);
     }
 
@@ -362,7 +397,11 @@ impl Tracker for Tracking {
         target.keep_inside(frame.width() as f64, frame.height() as f64);
         target.look(p, &small, target.scale);
         target.filter.learn(&target.features);
-        Ok(TrackerState::tracked(target.region(p)))
+        Ok(target.map.describe(&p.response, TrackerState::tracked(target.region(p))))
+    }
+
+    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        Some(Box::new(self.clone()))
     }
 }
 

@@ -1,10 +1,11 @@
 //! Helpers of the trackers' tests.
 
-use super::{RunContext, TrackerConfig, TrackerState};
+use super::correlation::response::{MapOptions, ResponseMap};
+use super::{RunContext, TrackerConfig, TrackerState, correlation};
 use crate::dataset::{Sequence, synthetic};
 use crate::image::Frame;
 use crate::plugin::Entry;
-use crate::region::Region;
+use crate::region::{Rect, Region};
 
 /// A context of run 0 that starts in the first frame and has no data root.
 pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {
@@ -47,4 +48,29 @@ pub fn texture(dx: f64, dy: f64, zoom: f64, gray: bool) -> Frame {
             ((1.0 - b) * above + b * below) as u8
         })
     })
+}
+
+/// The state of a tracker at (30, 50) with this response map, whose cells have 2 pixels, read in this way.
+pub fn state_of_map_by(options: &MapOptions, values: &[f32], width: usize) -> TrackerState {
+    let height = values.len() / width;
+    let mut map = ResponseMap::new(width, height);
+    map.take(&mut values.to_vec(), correlation::peak(values, width, height), 2.0);
+    let region = Region::Rect(Rect::new(25.0, 40.0, 10.0, 20.0));
+    map.describe(options, TrackerState::tracked(region))
+}
+
+/// As [`state_of_map_by`], with the default options.
+pub fn state_of_map(values: &[f32], width: usize) -> TrackerState {
+    state_of_map_by(&MapOptions::default(), values, width)
+}
+
+/// A response map of 20 x 16 cells with two peaks over a pattern; every value is exact.
+pub fn two_peaks() -> Vec<f32> {
+    let wrapped = |d: i64, n: i64| (d + n / 2).rem_euclid(n) - n / 2;
+    let bump = |height: i64, dx: i64, dy: i64| {
+        (height - 6 * (wrapped(dx, 20).pow(2) + wrapped(dy, 16).pow(2))).max(0)
+    };
+    let pattern = |x: i64, y: i64| (7 * x + 13 * y + x * y) % 11;
+    let value = |x: i64, y: i64| pattern(x, y) + bump(60, x - 3, y - 14) + bump(40, x - 13, y - 6);
+    (0..320).map(|i| value(i % 20, i / 20) as f32 / 64.0).collect()
 }

@@ -1,0 +1,72 @@
+//! `effective-particles`: effective number of the tracker's particles as a share of all.
+//!
+//! ```text
+//! E = 1 / (N sum_n w(n)^2)
+//! ```
+//!
+//! `w` are the N weights before resampling, which sum to 1. `E` has no unit and lies between 1 / N (one particle has
+//! everything) and 1 (all are equal, also in the first frame). Of a correlation tracker, `w` is its response map
+//! read as a density, and N the number of its cells.
+//!
+//! Which values are good is the option `good`, with the default and for the reasons of [`super::particle_entropy`]: the two
+//! rank clouds almost alike, but this one is ruled by the largest weights.
+//!
+//! Source: Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", JASA 89(425), 1994; a filter
+//! resamples where this is low. Choice: the default of `good`.
+
+use super::particle_entropy::Params;
+use super::state_value::of_state;
+use super::{Direction, Reads, Session, Signal};
+use crate::plugin::{Entry, read_params, show_params};
+use crate::tracker::{RunContext, TrackerError};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "effective-particles",
+    version: 1,
+    summary: "effective number of the tracker's particles as a share of all",
+    example: "{ good = \"low\" }",
+    build: |raw| Ok(Box::new(EffectiveParticles(read_params(raw)?))),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// The share with checked parameters.
+pub struct EffectiveParticles(Params);
+
+impl Signal for EffectiveParticles {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        self.0.good.direction()
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Posterior
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, 1.0)
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(of_state(|s| s.posterior.as_ref().map(|m| m.effective_samples / m.samples)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::testing::values_of_weights;
+
+    // By hand: 1 / (4 * 1), 1 / (4 * 1/2), 1 / (4 * 3/8), 1 / (4 * 1/4).
+    #[test]
+    fn shares_by_hand() {
+        let clouds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0], [0.5, 0.25, 0.25, 0.0], [0.25; 4]];
+        let got = values_of_weights(&ENTRY, &clouds);
+        for (got, want) in got.iter().zip([0.25, 0.5, 2.0 / 3.0, 1.0]) {
+            assert!((got - want).abs() < 1e-15, "{got} {want}");
+        }
+    }
+}

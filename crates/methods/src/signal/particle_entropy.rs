@@ -1,0 +1,116 @@
+//! `particle-entropy`: entropy of the weights of the tracker's particles, how evenly they are spread.
+//!
+//! ```text
+//! H = -sum_n w(n) ln w(n) / ln N,      0 ln 0 = 0
+//! ```
+//!
+//! `w` are the N weights before resampling, which sum to 1. `H` has no unit and lies between 0 (one particle has
+//! everything) and 1 (all are equal, also in the first frame and for a single particle). Of a correlation tracker, `w` is
+//! its response map read as a density, and N the number of its cells.
+//!
+//! Which values are good depends on how a tracker fails, so it is an option (`good`). A particle filter that sees nothing like
+//! its target gives all particles about the same likelihood, as does a flat response map: the default is that low
+//! values are good. A filter whose particles nearly all miss a target that is still in sight has one particle
+//! with everything; for that failure high values are good.
+//!
+//! Source: the standard measure of the evenness of weights; none for failures of trackers. Choices: the base, so that trackers
+//! with different N can be compared; the default of `good`.
+
+use super::state_value::of_state;
+use super::{Direction, Reads, Session, Signal};
+use crate::plugin::{Entry, read_params, show_params};
+use crate::tracker::{RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "particle-entropy",
+    version: 1,
+    summary: "entropy of the weights of the tracker's particles, relative to equal weights",
+    example: "{ good = \"low\" }",
+    build: |raw| Ok(Box::new(ParticleEntropy(read_params(raw)?))),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Values that speak for a tracker at its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Good {
+    /// Low ones: few particles have the weight.
+    Low,
+    /// High ones: weights are even.
+    High,
+}
+
+impl Good {
+    /// As a direction.
+    pub fn direction(self) -> Direction {
+        match self {
+            Self::Low => Direction::LowerIsBetter,
+            Self::High => Direction::HigherIsBetter,
+        }
+    }
+}
+
+/// Parameters of a measure of the weights.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Values that speak for a tracker at its target.
+    pub good: Good,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { good: Good::Low }
+    }
+}
+
+/// The entropy with checked parameters.
+pub struct ParticleEntropy(Params);
+
+impl Signal for ParticleEntropy {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        self.0.good.direction()
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Posterior
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (0.0, 1.0)
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(of_state(|s| s.posterior.as_ref().map(|moments| moments.entropy)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::testing::values_of_weights;
+
+    // By hand: two of four particles share the weight, ln 2 / ln 4; weights 1/2, 1/4, 1/4, 0 have 1.5 ln 2 / ln 4.
+    #[test]
+    fn entropies_by_hand() {
+        let clouds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0], [0.5, 0.25, 0.25, 0.0], [0.25; 4]];
+        let got = values_of_weights(&ENTRY, &clouds);
+        for (got, want) in got.iter().zip([0.0, 0.5, 0.75, 1.0]) {
+            assert!((got - want).abs() < 1e-15, "{got} {want}");
+        }
+    }
+
+    #[test]
+    fn the_option_turns_the_direction() {
+        let direction = |text: &str| ENTRY.build_from_text(text).unwrap().direction();
+        assert_eq!(direction("{}"), Direction::LowerIsBetter);
+        assert_eq!(direction("{ good = \"high\" }"), Direction::HigherIsBetter);
+    }
+}

@@ -1,0 +1,191 @@
+//! `response-peak`: height of the tracker's response map, or how its peak compares with others.
+//!
+//! ```text
+//! peak          max F
+//! second-peak   max(0, F2) / max F                 F2: largest value outside a box around the peak
+//! quality       q[t] / q[1],  q = max F (max F - mean(S)) / (std(S) + 1e-4)
+//! ```
+//!
+//! `F` is the response map, `S` its cells farther than 5 % of its sides from the peak, and `t` a frame counted from the
+//! one that the track starts in, 0. Values have no unit. High values are good, but of `second-peak` low ones are.
+//!
+//! | `measure` | source |
+//! |---|---|
+//! | `peak` | Ma et al., "Long-term correlation tracking" (LCT), CVPR 2015: searches again below 0.15 |
+//! | `second-peak` | ATOM and DiMP, `localize_advanced`: from 0.8 on uncertain or a distractor, from 0.5 on a hard negative |
+//! | `quality` | FuCoLoT (Lukezic et al., ACCV 2018), `calculate_resp_quality`: lost when the mean of the last 100 exceeds 2.7 times the value |
+//!
+//! The box of the second peak is described at the trackers' option `response.neighborhood`. It wraps around with the map,
+//! while that of ATOM ends at the map's border. As there, masked values count as 0.
+//!
+//! Choices: a map whose highest value is 0 or less has a `second-peak` of 1. The deviation of `quality` is that of
+//! all cells of `S`, without the correction for their number that FuCoLoT's has. Frame 0 has quality 1: its map is
+//! the filter's response to the patch that it was trained on. Where `q[1]` is not above 0, it counts as 1.
+
+use super::state_value::of_state;
+use super::{Direction, Observation, Reads, Session, Signal};
+use crate::plugin::{Entry, read_params, show_params};
+use crate::tracker::{Response, RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "response-peak",
+    version: 1,
+    summary: "highest value of the tracker's response map, its second peak, or its quality relative to the first frame's",
+    example: "{ measure = \"peak\" }",
+    build: |raw| Ok(Box::new(ResponsePeak(read_params(raw)?))),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Measures of the peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// The highest value.
+    Peak,
+    /// Ratio of the second peak to the highest value.
+    SecondPeak,
+    /// Highest value times peak-to-sidelobe ratio, relative to that of the first tracked frame.
+    Quality,
+}
+
+/// Parameters of the peak.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Measure of the peak.
+    pub measure: Measure,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { measure: Measure::Peak }
+    }
+}
+
+/// The peak with checked parameters.
+pub struct ResponsePeak(Params);
+
+impl Signal for ResponsePeak {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        match self.0.measure {
+            Measure::Peak | Measure::Quality => Direction::HigherIsBetter,
+            Measure::SecondPeak => Direction::LowerIsBetter,
+        }
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Response
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        match self.0.measure {
+            Measure::Peak | Measure::Quality => (f64::NEG_INFINITY, f64::INFINITY),
+            Measure::SecondPeak => (0.0, 1.0),
+        }
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(match self.0.measure {
+            Measure::Peak => of_state(|s| s.response.as_ref().map(|r| r.peak)),
+            Measure::SecondPeak => of_state(|s| s.response.as_ref().map(second_peak)),
+            Measure::Quality => Box::new(RelativeQuality::default()),
+        })
+    }
+}
+
+/// Ratio of the second peak to the first.
+fn second_peak(response: &Response) -> f64 {
+    if response.peak > 0.0 { (response.second_peak / response.peak).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// FuCoLoT's quality of a map.
+fn quality(response: &Response) -> f64 {
+    let height = response.peak - response.narrow_sidelobe_mean;
+    response.peak * height / (response.narrow_sidelobe_deviation + 1e-4)
+}
+
+/// The quality of one track.
+#[derive(Default)]
+struct RelativeQuality {
+    started: bool,
+    first: Option<f64>,
+}
+
+impl Session for RelativeQuality {
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let Some(response) = &observation.state.response else { return f64::NAN };
+        if !std::mem::replace(&mut self.started, true) {
+            return 1.0;
+        }
+        let quality = quality(response);
+        quality / *self.first.get_or_insert(if quality > 0.0 { quality } else { 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Frame;
+    use crate::signal::testing::{value_of_map, values};
+    use crate::tracker::testing::{state_of_map, two_peaks};
+
+    fn measure(measure: &str, values: &[f32], width: usize) -> f64 {
+        value_of_map(&ENTRY, &format!("{{ measure = \"{measure}\" }}"), values, width)
+    }
+
+    fn qualities(maps: &[Vec<f32>]) -> Vec<f64> {
+        let signal = ENTRY.build_from_text("{ measure = \"quality\" }").unwrap();
+        let frames = vec![Frame::new(1, 1, vec![0; 3]); maps.len()];
+        values(signal.as_ref(), &frames, maps.iter().map(|m| state_of_map(m, 20)))
+    }
+
+    // python3: with F and side of `tracker/correlation/response/tests.rs`, NumPy 2.4.6: F.max(), side(4, 4).max() / F.max()
+    #[test]
+    fn peaks_agree_with_numpy() {
+        assert_eq!(measure("peak", &two_peaks(), 20), 0.984375);
+        assert!((measure("second-peak", &two_peaks(), 20) - 0.7142857142857143).abs() < 1e-15);
+    }
+
+    // def q(F): S = F[(abs(dx) > 1) | (abs(dy) > 1)]; return (F.max() - S.mean()) / (S.std() + 1e-4) * F.max()
+    // q(F / 2 + .25) / q(F)
+    #[test]
+    fn quality_is_relative_to_the_first_tracked_frame() {
+        let map = two_peaks();
+        let other: Vec<f32> = map.iter().map(|v| 0.5 * v + 0.25).collect();
+        let got = qualities(&[other.clone(), map.clone(), other, map]);
+        assert_eq!((got[0], got[1], got[3]), (1.0, 1.0, 1.0));
+        assert!((got[2] / 0.7534719908317802 - 1.0).abs() < 1e-12, "{got:?}");
+        // Nothing to be relative to: the quality itself.
+        let flat = vec![0.0; 320];
+        let got = qualities(&[flat.clone(), flat, two_peaks()]);
+        assert!(got[..2] == [1.0, 0.0] && (got[2] / 5.540435418387902 - 1.0).abs() < 1e-12, "{got:?}");
+    }
+
+    #[test]
+    fn maps_that_are_nowhere_above_zero_have_no_first_peak() {
+        assert_eq!(measure("second-peak", &[-0.5, -1.0, -2.0, -0.75].repeat(4), 4), 1.0);
+        assert_eq!(measure("second-peak", &[0.0; 16], 4), 1.0);
+        // Below 0 outside the box.
+        let mut spike = vec![-1.0; 400];
+        spike[210] = 1.0;
+        assert_eq!(measure("second-peak", &spike, 20), 0.0);
+    }
+
+    // The box has round(0.22 * 20) = 4 cells each way.
+    #[test]
+    fn the_box_around_the_peak_wraps() {
+        let mut values = vec![0.0; 400];
+        values[0] = 1.0;
+        values[16 * 20 + 17] = 0.5;
+        assert_eq!(measure("second-peak", &values, 20), 0.0);
+        values[15 * 20 + 17] = 0.25;
+        assert_eq!(measure("second-peak", &values, 20), 0.25);
+    }
+}
