@@ -12,7 +12,7 @@ use crate::engine::{self, ExperimentPlan};
 use crate::plugin::Entry;
 use crate::report::finished;
 use crate::score::PROTOCOLS;
-use crate::score::success::RULES;
+use crate::score::{longterm, success};
 use crate::signal::SIGNALS;
 use crate::spec::builtin;
 use crate::tracker::TRACKERS;
@@ -76,9 +76,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Protocols => {
             let row = |of: &str, name: &str, summary: &str| [of, name, summary].map(String::from).to_vec();
             let detectors = PROTOCOLS.iter().map(|p| row("labels of detectors", p.name, p.summary));
-            let trackers = RULES.iter().map(|r| row("boxes of trackers", r.name, r.summary));
+            let trackers = success::RULES.iter().map(|r| row("boxes of trackers", r.name, r.summary));
+            let longterm = longterm::RULES.iter().map(|r| row("confidence of trackers", r.name, r.summary));
             let runs = RunProtocol::ALL.iter().map(|p| row("running trackers", p.name(), p.summary()));
-            print(&["of", "protocol", "summary"], detectors.chain(trackers).chain(runs).collect())
+            print(
+                &["of", "protocol", "summary"],
+                detectors.chain(trackers).chain(longterm).chain(runs).collect(),
+            )
         }
     }
 }

@@ -171,3 +171,32 @@ fn results_without_the_file_are_read() {
     assert_eq!(ours("auroc"), "");
     assert_ne!(ours("f_score"), "");
 }
+
+/// Analyses that read a signal and the regions of the same tracks.
+#[test]
+fn trackers_are_scored_over_a_confidence() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let part = |name: &str, rules: &str| {
+        format!(
+            "[[analysis]]\nname = \"{name}\"\nsuites = [\"test\"]\nsignal = {{ kind = \"rgb-histogram\" }}\n\
+             compute = {{ kind = \"longterm\", rules = \"longterm/{rules}/1\" }}\n\
+             [[table]]\nname = \"{name}\"\nshows = \"{name}.overall\"\n"
+        )
+    };
+    let claim = "[[claim]]\ntext = \"F lies between\"\nholds = \"finding[vot.lt_f] > 0 && finding[pysot.lt_f] < 1\"\nrequired = true\n";
+    let head = "schema = 1\nname = \"small\"\ntitle = \"t\"\n[suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n";
+    let spec =
+        [head, &part("vot", "vot-toolkit"), &part("pysot", "pysot"), &part("all", "pooled"), claim].concat();
+    std::fs::write(root.join("a.toml"), &spec).unwrap();
+    trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
+    let f = |name: &str| {
+        let table = rows(&read(root, &format!("tables/{name}.csv")));
+        number(table.iter().find(|r| r["column"] == "F").unwrap(), "ours")
+    };
+    assert!([f("vot"), f("pysot"), f("all")].iter().all(|f| (0.0..=1.0).contains(f)));
+    assert_ne!(f("vot"), f("all"));
+    let without = spec.replace("signal = { kind = \"rgb-histogram\" }\n", "");
+    std::fs::write(root.join("a.toml"), without).unwrap();
+    trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().code(2);
+}

@@ -2,9 +2,10 @@
 
     python3 tests/oracles/frames.py > tests/oracles/frames.json
 
-Made with NumPy 1.26.4, scikit-learn 1.9.1 and prts 1.0.0.3. The area under the risk-coverage curve is that of
-torch-uncertainty (`torch_uncertainty/metrics/classification/risk_coverage.py` at 7df97be) and the score of NAB that of
-`nab/sweeper.py` at d62afec (numenta/NAB), both written down here from their equations, since neither is a small package.
+Made with NumPy 1.26.4 (prts takes no later one), scikit-learn 1.9.1 and prts 1.0.0.3. The area under the risk-coverage
+curve is that of torch-uncertainty (`torch_uncertainty/metrics/classification/risk_coverage.py` at 7df97be) and the score
+of NAB that of `nab/sweeper.py` at d62afec (numenta/NAB), both written down here from their equations, since neither is a
+small package.
 """
 
 import json

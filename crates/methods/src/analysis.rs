@@ -3,9 +3,12 @@
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
+mod confident;
 #[cfg(test)]
 mod conformance;
 pub mod cut_values;
+pub mod longterm;
+pub mod oxuva;
 pub mod processing_time;
 pub mod resets;
 pub mod success;
@@ -37,6 +40,8 @@ pub enum Reads {
     Signal,
     /// The regions of all tracks.
     Regions,
+    /// One signal on all tracks, and their regions.
+    SignalAndRegions,
     /// The clock; the findings differ from run to run and are not stored.
     Clock,
 }
@@ -139,6 +144,9 @@ pub enum AnalysisError {
     /// The suite has no track.
     #[error("there is no track to score")]
     NoTrack,
+    /// No frame is without target, or none has one.
+    #[error("no frame is without target, or none has one")]
+    NoAbsence,
     /// The suite has no timed track.
     #[error("no track was timed")]
     NotTimed,
@@ -154,5 +162,24 @@ pub enum AnalysisError {
 }
 
 /// Every analysis, by kind.
-pub static ANALYSES: &[Entry<dyn Analysis>] =
-    &[uncertainty_model::ENTRY, cut_values::ENTRY, success::ENTRY, resets::ENTRY, processing_time::ENTRY];
+pub static ANALYSES: &[Entry<dyn Analysis>] = &[
+    uncertainty_model::ENTRY,
+    cut_values::ENTRY,
+    success::ENTRY,
+    resets::ENTRY,
+    longterm::ENTRY,
+    oxuva::ENTRY,
+    processing_time::ENTRY,
+];
+
+impl Reads {
+    /// Whether regions are among it.
+    pub fn has_regions(self) -> bool {
+        matches!(self, Self::Regions | Self::SignalAndRegions)
+    }
+
+    /// Whether a signal is.
+    pub fn has_signal(self) -> bool {
+        matches!(self, Self::Signal | Self::SignalAndRegions)
+    }
+}

@@ -4,17 +4,20 @@
 //! with the exact rules of one paper under a versioned name. [`frames`] has the measures and
 //! protocols that judge a detector frame by frame. [`counts`] holds what protocols count, [`chance`] the
 //! counts expected of random detections, [`pooled`] both over a suite, and [`metric`] the list of all numbers that
-//! tables show. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`] (VOT);
+//! tables show. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`] (VOT),
+//! and with their confidence by [`longterm`] and [`oxuva`];
 //! their numbers are in [`tracker_metric`].
 
 pub mod chance;
 pub mod counts;
 pub mod frames;
 pub mod khalid2016;
+pub mod longterm;
 pub mod matching;
 pub mod metric;
 mod metrics_page;
 pub mod overlap;
+pub mod oxuva;
 pub mod pooled;
 mod protocol;
 pub mod resets;

@@ -127,7 +127,7 @@ fn make(
 ) -> Result<Analysed, StepError> {
     let plan = context.plan;
     let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
-    let reads_regions = analysis.plugin.reads() == Reads::Regions;
+    let reads_regions = analysis.plugin.reads().has_regions();
     let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);

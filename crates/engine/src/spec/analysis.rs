@@ -3,7 +3,7 @@
 use super::error::{Source, SpecError};
 use super::method::{RawPlugin, SignalChoice};
 use super::wire;
-use crate::analysis::{ANALYSES, Names, Reads};
+use crate::analysis::{ANALYSES, Names};
 use crate::signal::SIGNALS;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,12 +54,12 @@ pub(super) fn read(
     let plugin = RawPlugin::read(source, part("compute")?, "analysis", ANALYSES)?;
     let (kind, version) = (plugin.entry.kind, plugin.entry.version);
     let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
-    let signal = match (plugin.reads(), wire.signal.is_some()) {
-        (Reads::Regions | Reads::Clock, true) => {
+    let signal = match (plugin.reads().has_signal(), wire.signal.is_some()) {
+        (false, true) => {
             return Err(source.error(wire.name.span(), format!("{kind} takes no `signal`")));
         }
-        (Reads::Regions | Reads::Clock, false) => None,
-        (Reads::Signal, _) => {
+        (false, false) => None,
+        (true, _) => {
             let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
             Some(SignalChoice {
                 kind: signal.entry.kind,

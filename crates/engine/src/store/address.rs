@@ -240,6 +240,8 @@ mod tests {
         ("analysis cut-values", "0c486de33a3f6668"),
         ("analysis success", "f25e98d2fde8a01c"),
         ("analysis resets", "9b0e02570b2863fe"),
+        ("analysis longterm", "05f633b7c34c8491"),
+        ("analysis oxuva", "8c49bd1653c025f1"),
         ("analysis processing-time", "293d26ffa82b8225"),
     ];
 

@@ -48,7 +48,7 @@ pub fn metrics_page() -> String {
         let (kind, better) = (kind(m.kind()), better(m.direction()));
         page += &format!("| `{name}` | {heading} | {kind} | {unit} | {better} | {formula} |\n");
     }
-    page += "\n## Trackers\n\nMade by the analyses `success` and `resets`.\n\n";
+    page += "\n## Trackers\n\nMade by the analyses `success`, `resets`, `longterm` and `oxuva`.\n\n";
     page += "| name | heading | unit | better | what |\n|---|---|---|---|---|\n";
     for m in TRACKER_METRICS {
         let better = better(m.direction);

@@ -1,9 +1,9 @@
-//! The metrics of trackers themselves: what the analyses `success` and `resets` put into tables.
+//! The metrics of trackers themselves: what the analyses `success`, `resets`, `longterm` and `oxuva` put into tables.
 //!
-//! The functions are in [`super::success`] and [`super::resets`]; both analyses take the names and headings of their
+//! The functions are in [`super::success`], [`super::resets`], [`super::longterm`] and [`super::oxuva`]; the analyses take the names and headings of their
 //! numbers and columns from here, reports the directions.
 
-use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter};
+use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
 
 /// A number that says how well a tracker follows its targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +70,71 @@ impl TrackerMetric {
         formula: "mean over run lengths of the expected average overlap of a run of that length",
     };
 
+    /// Mean overlap of the frames with enough confidence, at the threshold with the largest F.
+    pub const LT_PRECISION: Self = Self {
+        name: "lt_precision",
+        heading: "Pr",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean overlap of the frames with enough confidence, at the threshold with the largest F",
+    };
+    /// Sum of these overlaps over the number of frames with target.
+    pub const LT_RECALL: Self = Self {
+        name: "lt_recall",
+        heading: "Re",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "sum of these overlaps over the number of frames with target",
+    };
+    /// Largest 2 Pr Re / (Pr + Re) over thresholds of the confidence.
+    pub const LT_F: Self = Self {
+        name: "lt_f",
+        heading: "F",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "largest 2 Pr Re / (Pr + Re) over thresholds of the confidence",
+    };
+    /// Lowest confidence that is enough there.
+    pub const LT_THRESHOLD: Self = Self {
+        name: "lt_threshold",
+        heading: "threshold",
+        direction: Neither,
+        unit: "",
+        formula: "lowest confidence that is enough there",
+    };
+    /// Share of the frames with target in which it is said to be present and found with an overlap of at least 1/2.
+    pub const OXUVA_TPR: Self = Self {
+        name: "oxuva_tpr",
+        heading: "TPR",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "share of the frames with target in which it is said to be present and found with an overlap of at least 1/2",
+    };
+    /// Share of the frames without target in which it is said to be absent.
+    pub const OXUVA_TNR: Self = Self {
+        name: "oxuva_tnr",
+        heading: "TNR",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "share of the frames without target in which it is said to be absent",
+    };
+    /// Geometric mean of TPR and TNR.
+    pub const OXUVA_GM: Self = Self {
+        name: "oxuva_gm",
+        heading: "GM",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "geometric mean of TPR and TNR",
+    };
+    /// Largest GM with absences said at random in addition.
+    pub const OXUVA_MAX_GM: Self = Self {
+        name: "oxuva_max_gm",
+        heading: "MaxGM",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "largest GM with absences said at random in addition",
+    };
+
     /// The metric of a column's heading.
     pub fn of_heading(heading: &str) -> Option<Self> {
         TRACKER_METRICS.iter().find(|m| m.heading == heading).copied()
@@ -84,4 +149,12 @@ pub const TRACKER_METRICS: &[TrackerMetric] = &[
     TrackerMetric::ACCURACY_OF_SEQUENCES,
     TrackerMetric::FAILURES,
     TrackerMetric::EAO,
+    TrackerMetric::LT_PRECISION,
+    TrackerMetric::LT_RECALL,
+    TrackerMetric::LT_F,
+    TrackerMetric::LT_THRESHOLD,
+    TrackerMetric::OXUVA_TPR,
+    TrackerMetric::OXUVA_TNR,
+    TrackerMetric::OXUVA_GM,
+    TrackerMetric::OXUVA_MAX_GM,
 ];

@@ -1,0 +1,60 @@
+//! Shared by the analyses that read a tracker's confidence beside its regions.
+
+use super::{AnalysisError, Population};
+use crate::region::Areas;
+use crate::score::trajectory::Trajectory;
+use crate::tracker::Status;
+
+/// A frame of a track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConfidentFrame {
+    /// The event of the frame.
+    pub status: Status,
+    /// Overlap with the target: 0 where the tracker says that it is absent, `None` where it is not annotated.
+    pub overlap: Option<f64>,
+    /// The confidence.
+    pub confidence: f64,
+}
+
+/// The frames of a run, from its start on.
+fn frames(
+    trajectory: &Trajectory<'_>,
+    confidence: &[f64],
+    areas: Areas,
+    bounded: bool,
+) -> Vec<ConfidentFrame> {
+    let frame = trajectory.frame.filter(|_| bounded);
+    let answers = trajectory.regions.iter().zip(trajectory.status).zip(trajectory.truth).zip(confidence);
+    let started = answers.filter(|(((_, status), _), _)| **status != Status::Waiting);
+    started
+        .map(|(((region, status), truth), confidence)| {
+            let has_region = !matches!(status, Status::Absent | Status::Skipped);
+            let overlap = |truth| if has_region { areas.overlap(region, truth, frame) } else { 0.0 };
+            ConfidentFrame { status: *status, overlap: truth.as_ref().map(overlap), confidence: *confidence }
+        })
+        .collect()
+}
+
+/// A sequence with the frames of its runs.
+pub type Sequence<'a> = (&'a str, Vec<Vec<ConfidentFrame>>);
+
+/// The sequences of the first suite.
+///
+/// # Errors
+/// When there is no track.
+pub fn sequences<'a>(
+    populations: &[Population<'a>],
+    areas: Areas,
+    bounded: bool,
+) -> Result<Vec<Sequence<'a>>, AnalysisError> {
+    let mut sequences: Vec<Sequence<'a>> = Vec::new();
+    let Some(population) = populations.first() else { return Err(AnalysisError::NoTrack) };
+    for (trajectory, track) in population.trajectories.iter().zip(&population.tracks) {
+        let run = frames(trajectory, track.signal, areas, bounded);
+        match sequences.last_mut().filter(|(name, _)| *name == trajectory.sequence) {
+            Some((_, runs)) => runs.push(run),
+            None => sequences.push((trajectory.sequence, vec![run])),
+        }
+    }
+    if sequences.is_empty() { Err(AnalysisError::NoTrack) } else { Ok(sequences) }
+}

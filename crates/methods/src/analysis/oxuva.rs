@@ -1,0 +1,165 @@
+//! `oxuva`: whether a tracker finds its target, and whether it knows when there is none, by the rules of OxUvA.
+//!
+//! The measures are in [`crate::score::oxuva`]. The signal is the confidence, high values are sure. A tracker says that the
+//! target is absent by its status, or by a confidence below `threshold`, where one is given. A frame without annotation is
+//! one without target. Frames in which the tracker is told the target, which are not labeled in OxUvA, and those before
+//! its start are left out; those of all runs and sequences count alike.
+//!
+//! Numbers: `oxuva_tpr`, `oxuva_tnr`, `oxuva_gm`, `oxuva_max_gm`. Table: `overall`. Chart: `rates`, TPR over TNR for every
+//! threshold on the confidence.
+
+use super::confident::{ConfidentFrame, sequences};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::Areas;
+use crate::score::TrackerMetric;
+use crate::score::oxuva::Presence;
+use crate::tracker::Status;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "oxuva",
+    version: 1,
+    summary: "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
+    example: "{ rules = \"oxuva/1\", threshold = 0.1 }",
+    build: |raw| Ok(Box::new(Oxuva::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// The only rules.
+const RULES: &str = "oxuva/1";
+
+/// Largest number of points of the chart.
+const POINTS: usize = 101;
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// `oxuva/1`.
+    pub rules: String,
+    /// Confidence below which the target is taken as absent; without it the status alone decides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<f64>,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { rules: RULES.to_string(), threshold: None }
+    }
+}
+
+struct Oxuva(Params);
+
+impl Oxuva {
+    fn new(params: Params) -> Result<Self, ParamError> {
+        if params.rules != RULES {
+            let message = crate::plugin::unknown("set of rules", &params.rules, [RULES]);
+            return Err(ParamError { message, key: Some("rules"), span: None });
+        }
+        match params.threshold.filter(|t| !t.is_finite()) {
+            Some(bad) => Err(ParamError::out_of_range("threshold", "finite", bad)),
+            None => Ok(Self(params)),
+        }
+    }
+}
+
+/// The numbers of the analysis, and the columns of its table.
+const NUMBERS: [TrackerMetric; 4] = [
+    TrackerMetric::OXUVA_TPR,
+    TrackerMetric::OXUVA_TNR,
+    TrackerMetric::OXUVA_GM,
+    TrackerMetric::OXUVA_MAX_GM,
+];
+
+/// Counts of frames with a threshold on the confidence.
+fn count(frames: &[ConfidentFrame], threshold: f64) -> Presence {
+    let mut presence = Presence::default();
+    for frame in frames.iter().filter(|f| f.status != Status::Initialized) {
+        presence.count(frame.overlap, frame.status != Status::Absent && frame.confidence >= threshold);
+    }
+    presence
+}
+
+impl Analysis for Oxuva {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::SignalAndRegions
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        Names {
+            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
+            tables: vec!["overall".to_string()],
+            charts: vec!["rates".to_string()],
+        }
+    }
+
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let sequences = sequences(populations, Areas::Exact, false)?;
+        let frames: Vec<ConfidentFrame> =
+            sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
+        let rates = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY)).rates();
+        let rates = rates.ok_or(AnalysisError::NoAbsence)?;
+        let numbers = [rates.tpr, rates.tnr, rates.gm, rates.max_gm];
+        let mut scores: Vec<f64> = frames.iter().map(|f| f.confidence).collect();
+        scores.sort_by(f64::total_cmp);
+        let at = |k: usize| scores[k * (scores.len() - 1) / (POINTS - 1)];
+        let thresholds = (0..POINTS).map(at).chain([f64::INFINITY]);
+        let mut points: Vec<(f64, f64)> =
+            thresholds.filter_map(|h| count(&frames, h).rates()).map(|r| (r.tnr, r.tpr)).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        points.dedup();
+        Ok(Findings {
+            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers).collect(),
+            tables: vec![Grid {
+                name: "overall".into(),
+                corner: "tracker".into(),
+                columns: NUMBERS.map(|m| m.heading.to_string()).into(),
+                rows: vec![(String::new(), numbers.map(Some).to_vec())],
+            }],
+            charts: vec![Chart {
+                name: "rates".into(),
+                x: "true negative rate".into(),
+                y: "true positive rate".into(),
+                y_log: false,
+                curves: vec![(format!("[{:.3}]", rates.max_gm), points)],
+            }],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(status: Status, overlap: Option<f64>, confidence: f64) -> ConfidentFrame {
+        ConfidentFrame { status, overlap, confidence }
+    }
+
+    // By hand: the first frame does not count; the tracker says absent once, and is unsure once.
+    #[test]
+    fn absence_is_said_by_status_or_confidence() {
+        let frames = [
+            frame(Status::Initialized, Some(1.0), 1.0),
+            frame(Status::Tracked, Some(0.6), 0.9),
+            frame(Status::Tracked, Some(0.4), 0.9),
+            frame(Status::Absent, Some(0.0), 0.9),
+            frame(Status::Absent, None, 0.9),
+            frame(Status::Tracked, None, 0.1),
+            frame(Status::Tracked, Some(0.9), 0.1),
+        ];
+        let all = count(&frames, f64::NEG_INFINITY);
+        assert_eq!(all, Presence { tp: 2, fn_: 2, tn: 1, fp: 1 });
+        assert_eq!(count(&frames, 0.5), Presence { tp: 1, fn_: 3, tn: 2, fp: 0 });
+    }
+}

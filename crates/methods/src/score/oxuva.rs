@@ -1,0 +1,116 @@
+//! True positive and true negative rate of long-term tracking (OxUvA: Valmadre et al., "Long-term tracking in the wild: a
+//! benchmark", ECCV 2018; oxuva/long-term-tracking-benchmark, `python/oxuva/assess.py` at 0137356).
+//!
+//! ```text
+//! TPR = frames with target, said to be present, overlap >= 1/2 / frames with target
+//! TNR = frames without target, said to be absent / frames without target
+//! GM = sqrt(TPR TNR)           MaxGM = max over p in [0, 1] of sqrt((1 - p) TPR ((1 - p) TNR + p))
+//! ```
+//!
+//! Overlap is intersection over union; all numbers lie in `[0, 1]`, high is good. MaxGM is what is reached by saying
+//! absent at random with probability p, for trackers that never say it. Counts are summed over all frames of all tracks.
+
+/// Overlap from which on a target counts as found.
+pub const OVERLAP: f64 = 0.5;
+
+/// Counts of frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Presence {
+    /// With target, found.
+    pub tp: u64,
+    /// With target, not found.
+    pub fn_: u64,
+    /// Without target, said to be absent.
+    pub tn: u64,
+    /// Without target, said to be present.
+    pub fp: u64,
+}
+
+/// The measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates {
+    /// True positive rate.
+    pub tpr: f64,
+    /// True negative rate.
+    pub tnr: f64,
+    /// Geometric mean of the two.
+    pub gm: f64,
+    /// Largest geometric mean with random absences.
+    pub max_gm: f64,
+}
+
+impl Presence {
+    /// Counts a frame: the overlap with the target where it is there, and whether it is said to be.
+    pub fn count(&mut self, overlap: Option<f64>, says_present: bool) {
+        let place = match overlap {
+            Some(o) if says_present && o >= OVERLAP => &mut self.tp,
+            Some(_) => &mut self.fn_,
+            None if says_present => &mut self.fp,
+            None => &mut self.tn,
+        };
+        *place += 1;
+    }
+
+    /// The measures; `None` where there is no frame with target or none without.
+    pub fn rates(&self) -> Option<Rates> {
+        let (present, absent) = (self.tp + self.fn_, self.tn + self.fp);
+        if present == 0 || absent == 0 {
+            return None;
+        }
+        let (tpr, tnr) = (self.tp as f64 / present as f64, self.tn as f64 / absent as f64);
+        let gm = |p: f64| ((1.0 - p) * tpr * ((1.0 - p) * tnr + p)).sqrt();
+        // The derivative of (1 - p) ((1 - p) TNR + p) is 0 there; the ends are candidates, too.
+        let peak = (1.0 - 2.0 * tnr) / (2.0 * (1.0 - tnr));
+        let max_gm = if (0.0..=1.0).contains(&peak) { gm(peak).max(gm(0.0)) } else { gm(0.0) };
+        Some(Rates { tpr, tnr, gm: gm(0.0), max_gm })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    // assess.py at 0137356, quality_metrics({"TP": tp, "FN": fn, "TN": tn, "FP": fp}): its equations in Python 3.11.
+    #[test]
+    fn agrees_with_the_benchmark() {
+        let rates = |tp, fn_, tn, fp| Presence { tp, fn_, tn, fp }.rates().unwrap();
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        let r = rates(30, 10, 1, 9);
+        assert!(close(r.tpr, 0.75) && close(r.tnr, 0.1) && close(r.gm, 0.075_f64.sqrt()), "{r:?}");
+        // p = 4/9: sqrt(5/9 3/4 (1/18 + 4/9)) = sqrt(5/24).
+        assert!(close(r.max_gm, (5.0_f64 / 24.0).sqrt()), "{r:?}");
+        // A tracker that never says absent has half of the root of its TPR.
+        assert!(close(rates(16, 9, 0, 5).max_gm, 0.4) && rates(16, 9, 0, 5).gm == 0.0);
+        let sure = rates(9, 1, 9, 1);
+        assert!(close(sure.gm, 0.9) && close(sure.max_gm, 0.9));
+        assert_eq!(Presence { tp: 3, ..Presence::default() }.rates(), None);
+    }
+
+    #[test]
+    fn frames_by_hand() {
+        let mut p = Presence::default();
+        for (overlap, says) in
+            [(Some(0.5), true), (Some(0.49), true), (Some(0.9), false), (None, true), (None, false)]
+        {
+            p.count(overlap, says);
+        }
+        assert_eq!(p, Presence { tp: 1, fn_: 2, tn: 1, fp: 1 });
+    }
+
+    proptest! {
+        // The second way: the largest of many probabilities.
+        #[test]
+        fn max_gm_is_the_largest(tp in 0..40_u64, fn_ in 1..40_u64, tn in 0..40_u64, fp in 0..40_u64) {
+            let p = Presence { tp, fn_, tn, fp: fp + u64::from(tn == 0) };
+            let r = p.rates().unwrap();
+            let gm = |k: i32| {
+                let p = f64::from(k) / 1000.0;
+                ((1.0 - p) * r.tpr * ((1.0 - p) * r.tnr + p)).sqrt()
+            };
+            let most = (0..=1000).map(gm).fold(0.0, f64::max);
+            prop_assert!(r.max_gm >= most - 1e-12 && r.max_gm <= most + 1e-4);
+            prop_assert!(r.max_gm >= r.gm);
+        }
+    }
+}
