@@ -108,6 +108,10 @@ impl Signal for Confidence {
         show_params(&self.0)
     }
 
+    fn is_probability(&self) -> bool {
+        self.0.scale == Scale::Probability
+    }
+
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }
@@ -214,6 +218,13 @@ mod tests {
         };
         let values = values.iter().map(push).collect();
         (values, session.fault().map(|e| e.to_string()))
+    }
+
+    #[test]
+    fn only_probabilities_are_calibrated() {
+        let is_probability = |text: &str| ENTRY.build_from_text(text).unwrap().is_probability();
+        let scales = ["{}", "{ scale = \"ratio\" }", "{ scale = \"probability\" }"];
+        assert_eq!(scales.map(is_probability), [false, false, true]);
     }
 
     #[test]
