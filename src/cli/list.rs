@@ -1,4 +1,4 @@
-//! `trackfail list {experiments,suites,trackers,signals,detectors,analyses,protocols}`
+//! `trackfail list {experiments,suites,methods,trackers,signals,detectors,analyses,protocols}`
 
 use super::output::{self, Format};
 use super::{Failure, run};
@@ -42,6 +42,7 @@ pub struct Args {
 enum What {
     Experiments,
     Suites,
+    Methods,
     Trackers,
     Signals,
     Detectors,
@@ -68,6 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 |s: Suite| vec![s.name().into(), s.sequence_names().len().to_string(), s.title().into()];
             print(&["suite", "targets", "title"], catalog.suites().map(row).collect())
         }
+        What::Methods => print(&["method", "needs", "signal", "detector"], methods()?),
         What::Trackers => print(&plugin, trackers(args)?),
         What::Signals => print(&plugin, plugins(SIGNALS)),
         What::Detectors => print(&plugin, plugins(DETECTORS)),
@@ -114,6 +116,23 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
             (cells - cached - stale).to_string(),
             state.to_string(),
         ]);
+    }
+    Ok(rows)
+}
+
+/// The methods that have a name, with what they need beside the tracker's boxes.
+fn methods() -> Result<Vec<Vec<String>>, Failure> {
+    let mut rows = Vec::new();
+    for name in builtin::method_names() {
+        let Some(method) = builtin::published_method(name).transpose().map_err(Failure::io)? else {
+            continue;
+        };
+        let Some(variant) = method.variants.first() else { continue };
+        let mut needs: Vec<&str> = variant.signals().map(|s| s.signal.reads().need()).collect();
+        needs.dedup();
+        let signals: Vec<&str> = variant.signals().map(|s| s.kind).collect();
+        let detector = variant.detector.example().kind.to_string();
+        rows.push(vec![method.name.clone(), needs.join(", "), signals.join(", "), detector]);
     }
     Ok(rows)
 }

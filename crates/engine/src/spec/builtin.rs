@@ -13,6 +13,11 @@ use toml::de::DeTable;
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("quickstart", include_str!("../../../../experiments/quickstart.toml")),
+    ("benchmark/synthetic", include_str!("../../../../experiments/benchmark/synthetic.toml")),
+    ("benchmark/otb", include_str!("../../../../experiments/benchmark/otb.toml")),
+    ("benchmark/vot2014", include_str!("../../../../experiments/benchmark/vot2014.toml")),
+    ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),
+    ("benchmark/cost", include_str!("../../../../experiments/benchmark/cost.toml")),
     ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),
     ("khalid2016/table1", include_str!("../../../../experiments/khalid2016/table1.toml")),
     ("khalid2016/table2", include_str!("../../../../experiments/khalid2016/table2.toml")),
@@ -126,6 +131,11 @@ mod tests {
                 "Page-Hinkley",
                 "Sequential test",
                 "Conformal DTEF",
+                "PSR",
+                "APCE",
+                "LMCF",
+                "FuCoLoT",
+                "Confidence",
             ]
         );
         for name in method_names() {

@@ -31,7 +31,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// `longterm/vot-toolkit/1`, `longterm/pysot/1` or `longterm/pooled/1`.
+    /// `longterm/vot-toolkit/1`, `longterm/pysot/1` or `longterm/pytracking/1`.
     pub rules: String,
     /// How areas are counted.
     pub overlap: Areas,

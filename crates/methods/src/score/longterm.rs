@@ -10,7 +10,7 @@
 //! The overlap of a frame is intersection over union in `[0, 1]`, 0 where the target is absent or the tracker says so.
 //! High confidence is sure; it has the unit of the tracker. High is good.
 //!
-//! | | `longterm/vot-toolkit/1` | `longterm/pysot/1` | `longterm/pooled/1` |
+//! | | `longterm/vot-toolkit/1` | `longterm/pysot/1` | `longterm/pytracking/1` |
 //! |---|---|---|---|
 //! | curves | Pr and Re of each sequence, then their means | the same | one of all frames together |
 //! | thresholds | inf, 98 of the n scores by descending rank, -inf | the same by ascending rank, half a rank off | inf, every score, -inf |
@@ -21,7 +21,8 @@
 //! all of them are thresholds (pysot's program breaks there).
 //!
 //! Sources: vot-toolkit 0.9.0, `vot/analysis/longterm.py`; pysot, `toolkit/utils/statistics.py` (`determine_thresholds`,
-//! `calculate_f1`) and `toolkit/evaluation/f1_benchmark.py`. `pooled` is of no program: sequences weigh as their frames.
+//! `calculate_f1`) and `toolkit/evaluation/f1_benchmark.py`. `pytracking` pools frames as its evaluation is described;
+//! its code for it was not found, so that nothing was compared with it. Sequences weigh as their frames there.
 
 /// Scores between the infinite thresholds.
 const INNER: usize = 98;
@@ -40,7 +41,7 @@ pub struct Rules {
 enum Program {
     VotToolkit,
     Pysot,
-    Pooled,
+    Pytracking,
 }
 
 /// Every set of rules.
@@ -56,9 +57,9 @@ pub static RULES: &[Rules] = &[
         program: Program::Pysot,
     },
     Rules {
-        name: "longterm/pooled/1",
-        summary: "Pr, Re and F over confidence of all frames together",
-        program: Program::Pooled,
+        name: "longterm/pytracking/1",
+        summary: "Pr, Re and F over confidence of all frames together, as pytracking is described",
+        program: Program::Pytracking,
     },
 ];
 
@@ -108,7 +109,7 @@ impl Rules {
         let step = (n / INNER) as f64;
         let at = |rank: f64| scores[(rank as usize).min(n - 1)];
         let inner = match self.program {
-            Program::Pooled => {
+            Program::Pytracking => {
                 scores.dedup();
                 scores
             }
@@ -145,7 +146,7 @@ impl Rules {
             confidence: all.iter().flat_map(|t| t.confidence.clone()).collect(),
             visible: all.iter().map(|t| t.visible).sum(),
         }]];
-        let sequences = if self.program == Program::Pooled { &pooled } else { sequences };
+        let sequences = if self.program == Program::Pytracking { &pooled } else { sequences };
         thresholds.into_iter().map(|threshold| self.mean_point(sequences, threshold)).collect()
     }
 
@@ -247,9 +248,9 @@ mod tests {
         let all = f64::NEG_INFINITY;
         assert_eq!(at("longterm/vot-toolkit/1", all), ((0.5 + 1.0 / 3.0) / 2.0, 0.75));
         assert_eq!(at("longterm/pysot/1", all), (0.75, 0.75));
-        assert_eq!(at("longterm/pooled/1", all), (0.4, 2.0 / 3.0));
+        assert_eq!(at("longterm/pytracking/1", all), (0.4, 2.0 / 3.0));
         assert_eq!(at("longterm/vot-toolkit/1", 2.0), (1.0, 0.5));
-        assert_eq!(at("longterm/pooled/1", 2.0), (1.0, 1.0 / 3.0));
+        assert_eq!(at("longterm/pytracking/1", 2.0), (1.0, 1.0 / 3.0));
         let best = best(&rules("longterm/vot-toolkit/1").curve(&sequences)).unwrap();
         assert_eq!((best.threshold, best.f_score()), (1.0, 0.75));
     }
@@ -261,7 +262,7 @@ mod tests {
         ) {
             let (overlap, confidence) = frames.iter().map(|(o, c)| (*o, f64::from(*c))).unzip();
             let sequences = [vec![ConfidentTrack { overlap, confidence, visible: frames.len() }]];
-            let (vot, pooled) = (rules("longterm/vot-toolkit/1"), rules("longterm/pooled/1"));
+            let (vot, pooled) = (rules("longterm/vot-toolkit/1"), rules("longterm/pytracking/1"));
             let curve = vot.curve(&sequences);
             prop_assert!(curve.is_sorted_by(|a, b| a.recall <= b.recall + 1e-12));
             // With few frames all scores are thresholds of both.

@@ -45,7 +45,8 @@ fn built_in_experiments_are_the_same_text_as_before_they_were_shortened() {
     let mut shortened = Vec::new();
     for (name, text) in builtin::EXPERIMENTS {
         let experiment = parse(name, text).unwrap();
-        if experiment.source != *text {
+        // Those of benchmark/ were written short from the start.
+        if experiment.source != *text && !name.starts_with("benchmark/") {
             shortened.push((*name, digest(&experiment.source)));
         }
     }

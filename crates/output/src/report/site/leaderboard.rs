@@ -2,7 +2,7 @@
 //! of an experiment pooled. It answers which detector to use with what is at hand.
 //!
 //! The first table has, for each thing that a method may need, the method with the largest AUROC of each experiment. The
-//! second has all methods, in the order of their mean AUROC over the experiments on real video (over all, without any). A
+//! second has all methods, anchors last, in the order of their mean AUROC over the experiments on real video (over all, without any). A
 //! mean is over the experiments in which a method was run, and says over how many.
 
 use super::collect::Site;
@@ -93,7 +93,7 @@ fn view(site: &Site) -> View<'_> {
     }
     let mut rows: Vec<Row<'_>> = methods.into_values().map(|first| row(first, &with, any_real)).collect();
     // Texts of three digits compare as their numbers do; a method without a mean comes last.
-    rows.sort_by(|a, b| b.mean.cmp(&a.mean).then(a.method.cmp(b.method)));
+    rows.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(b.mean.cmp(&a.mean)).then(a.method.cmp(b.method)));
     let experiments = with.iter().map(|(folder, s)| Experiment {
         folder,
         title: &s.title,
