@@ -15,7 +15,7 @@ use crate::score::{PROTOCOLS, longterm, success};
 use crate::signal::SIGNALS;
 use crate::spec::builtin;
 use crate::tracker::TRACKERS;
-use crate::tracker::process::{self, Programs};
+use crate::tracker::process::{self, Programs, Role};
 use crate::tracker::protocol::RunProtocol;
 use std::path::PathBuf;
 
@@ -32,7 +32,7 @@ pub struct Args {
     results: PathBuf,
     #[command(flatten)]
     data_roots: super::DataRoots,
-    /// File of programs (trackers); TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    /// File of programs (trackers, signals, detectors); TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
 }
@@ -70,9 +70,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print(&["suite", "targets", "title"], catalog.suites().map(row).collect())
         }
         What::Methods => print(&["method", "needs", "signal", "detector"], methods()?),
-        What::Trackers => print(&plugin, trackers(args)?),
-        What::Signals => print(&plugin, plugins(SIGNALS)),
-        What::Detectors => print(&plugin, plugins(DETECTORS)),
+        What::Trackers => print(&plugin, with_programs(args, TRACKERS, Role::Tracker)?),
+        What::Signals => print(&plugin, with_programs(args, SIGNALS, Role::Signal)?),
+        What::Detectors => print(&plugin, with_programs(args, DETECTORS, Role::Detector)?),
         What::Analyses => print(&plugin, plugins(ANALYSES)),
         What::Protocols => {
             let row = |of: &str, name: &str, summary: &str| [of, name, summary].map(String::from).to_vec();
@@ -137,11 +137,15 @@ fn methods() -> Result<Vec<Vec<String>>, Failure> {
     Ok(rows)
 }
 
-/// The built-in trackers, and the programs behind them.
-fn trackers(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
+/// The built-in plugins of a kind, and the programs behind them.
+fn with_programs<T: ?Sized>(
+    args: &Args,
+    list: &'static [Entry<T>],
+    role: Role,
+) -> Result<Vec<Vec<String>>, Failure> {
     let programs = super::programs(args.plugins.as_deref())?;
-    let mut rows = plugins(TRACKERS);
-    rows.extend(programs.list.iter().map(|p| {
+    let mut rows = plugins(list);
+    rows.extend(programs.of(role).map(|p| {
         let summary = format!("speaks {}, from {}", p.protocol.word(), programs.file);
         let parameters = format!("program = \"{}\"", p.name);
         vec![process::ENTRY.kind.to_string(), p.version.clone(), summary, parameters]

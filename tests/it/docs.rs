@@ -146,6 +146,9 @@ fn quoted_programs_are_the_files() {
     let quotes = [
         ("docs/your-own-tracker.md", "python", "examples/line_tracker.py"),
         ("docs/adding-a-method.md", "rust", "docs/examples/deviation.rs"),
+        ("docs/adding-a-method.md", "python", "docs/examples/size_signal.py"),
+        ("docs/adding-a-method.md", "python", "docs/examples/patient_detector.py"),
+        ("docs/adding-a-method.md", "toml", "docs/examples/plugins.toml"),
     ];
     for (document, language, file) in quotes {
         let found = blocks(document).into_iter().any(|b| b.language == language && b.text == read(file));

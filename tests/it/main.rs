@@ -12,6 +12,8 @@ mod fetch;
 mod frame_measures;
 mod hostile;
 mod learning;
+#[cfg(unix)]
+mod method_programs;
 mod needs;
 mod packed;
 #[cfg(unix)]

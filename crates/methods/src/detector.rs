@@ -23,6 +23,7 @@ pub mod never;
 pub mod oracle;
 pub mod page_hinkley;
 pub mod periodic;
+pub mod process;
 pub mod random;
 pub mod relative_drop;
 pub mod sequential_test;
@@ -41,7 +42,8 @@ pub use learning::{Example, LearnError, Learner};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::direction::Direction;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, ParamError};
+use crate::tracker::process::Programs;
 use serde::{Deserialize, Serialize};
 
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.
@@ -84,6 +86,9 @@ pub struct DetectorOutput {
     pub changes: Option<Vec<i32>>,
     /// Condition of the tracker and recovery checks, from detectors that follow them.
     pub quality: Option<Quality>,
+    /// Why there are no labels, from detectors that run a program; then the lists are empty, and the cell fails.
+    #[serde(skip)]
+    pub failure: Option<String>,
 }
 
 impl DetectorOutput {
@@ -97,6 +102,15 @@ impl DetectorOutput {
 pub trait Detector: Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
+
+    /// Binds a configuration that names a program to that program, one of those that the user of this computer
+    /// allows.
+    ///
+    /// # Errors
+    /// When the program, or a file of its digest, is not there.
+    fn bind(&mut self, _programs: &Programs) -> Result<(), ParamError> {
+        Ok(())
+    }
 
     /// Whether it reads the signal; anchors do not.
     fn needs_signal(&self) -> bool {
@@ -168,6 +182,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     never::ENTRY,
     always::ENTRY,
     periodic::ENTRY,
+    process::ENTRY,
     random::ENTRY,
     oracle::ENTRY,
 ];

@@ -15,6 +15,7 @@ mod histogram;
 #[cfg(test)]
 mod oracles;
 pub mod particle_entropy;
+pub mod process;
 pub mod region_covariance;
 pub mod response_apce;
 pub mod response_peak;
@@ -30,8 +31,9 @@ pub mod uncertainty_change;
 
 pub use crate::direction::Direction;
 use crate::image::Frame;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, ParamError};
 use crate::region::Region;
+use crate::tracker::process::Programs;
 use crate::tracker::{RunContext, TrackerError, TrackerState};
 
 /// Input of a signal.
@@ -110,6 +112,15 @@ pub trait Signal: Send + Sync {
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);
 
+    /// Binds a configuration that names a program to that program, one of those that the user of this computer
+    /// allows.
+    ///
+    /// # Errors
+    /// When the program is not among them.
+    fn bind(&mut self, _programs: &Programs) -> Result<(), ParamError> {
+        Ok(())
+    }
+
     /// The files that it reads besides the frames; their digests are part of a signal's address.
     ///
     /// # Errors
@@ -145,6 +156,7 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     effective_particles::ENTRY,
     forward_backward::ENTRY,
     particle_entropy::ENTRY,
+    process::ENTRY,
     region_covariance::ENTRY,
     response_apce::ENTRY,
     response_peak::ENTRY,

@@ -14,7 +14,7 @@ pub struct Need {
 }
 
 /// Everything that a test may need.
-pub const NEEDS: [Need; 8] = [
+pub const NEEDS: [Need; 9] = [
     Need {
         name: "real_data",
         what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
@@ -31,6 +31,7 @@ pub const NEEDS: [Need; 8] = [
         what: "munged, slurmctld, slurmd and sbatch (Debian: slurm-wlm and munge)",
         is_met: || ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().all(is_on_path),
     },
+    Need { name: "python", what: "python3", is_met: || runs("python3", &["-c", "import json"]) },
     Need {
         name: "pillow",
         what: "python3 with numpy and pillow (pip install -r tests/requirements.txt)",

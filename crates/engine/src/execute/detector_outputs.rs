@@ -65,6 +65,6 @@ impl StoredDetectorOutput {
             && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
             && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len());
         let Self { alarm, forecast, changes, quality, .. } = self;
-        whole.then_some(DetectorOutput { score, alarm, forecast, changes, quality })
+        whole.then_some(DetectorOutput { score, alarm, forecast, changes, quality, failure: None })
     }
 }

@@ -12,6 +12,7 @@ use crate::detector::{Detector, DetectorOutput, Input, Reverse};
 use crate::num;
 use crate::region::Region;
 use crate::score::overlap;
+use crate::tracker::TrackerError;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -171,7 +172,7 @@ impl Reverse for ReverseHandle<'_> {
 /// Output of a detector, which gets a handle to the reverse runs if it needs them.
 ///
 /// # Errors
-/// When a reverse run failed.
+/// When a reverse run or the detector's program failed.
 pub fn detect(
     detector: &dyn Detector,
     input: Input<'_>,
@@ -179,7 +180,10 @@ pub fn detect(
 ) -> Result<DetectorOutput, TrackingError> {
     let handle = reversal.filter(|_| detector.needs_reverse()).map(Reversal::handle);
     let reverse = handle.as_ref().map(|handle| handle as &dyn Reverse);
-    let output = detector.detect(&Input { reverse, ..input });
+    let mut output = detector.detect(&Input { reverse, ..input });
+    if let Some(failure) = output.failure.take() {
+        return Err(TrackerError::Broken(failure).into());
+    }
     handle.and_then(ReverseHandle::failure).map_or(Ok(output), Err)
 }
 

@@ -20,6 +20,7 @@ use crate::region::Region;
 use crate::score::overlap;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
+use crate::tracker::TrackerError;
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
@@ -188,9 +189,12 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingErr
         let timed = TimedReversal::new(run, &regions, &forks);
         let detector = &method.ready_detector.fixed.detector;
         let detecting = Cell::default();
-        clocked(&detecting, || {
+        let output = clocked(&detecting, || {
             detector.detect(&Input { signal, more, error: &error, seed: 0, reverse: Some(&timed) })
         });
+        if let Some(failure) = output.failure {
+            return Err(TrackerError::Broken(failure).into());
+        }
         if let Some(e) = timed.failure.into_inner() {
             return Err(e);
         }

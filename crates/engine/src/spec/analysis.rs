@@ -5,6 +5,7 @@ use super::method::{RawPlugin, SignalChoice};
 use super::wire;
 use crate::analysis::{ANALYSES, Names};
 use crate::signal::SIGNALS;
+use crate::tracker::process::Programs;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use toml::Spanned;
@@ -43,6 +44,7 @@ impl Analysis {
 /// Checks an `[[analysis]]`; `table` is the same item as `wire`, with the parameters of plugins not yet read.
 pub(super) fn read(
     source: Source<'_>,
+    programs: Option<&Programs>,
     wire: &wire::Analysis,
     table: &Spanned<DeTable<'_>>,
     suites: &BTreeMap<String, String>,
@@ -51,7 +53,7 @@ pub(super) fn read(
         Some((span, DeValue::Table(t))) => Ok(Spanned::new(span, t.clone())),
         _ => Err(source.error(wire.name.span(), format!("an [[analysis]] needs a table `{key}`"))),
     };
-    let plugin = RawPlugin::read(source, part("compute")?, "analysis", ANALYSES)?;
+    let plugin = RawPlugin::read(source, programs, part("compute")?, "analysis", ANALYSES)?;
     let (kind, version) = (plugin.entry.kind, plugin.entry.version);
     let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
     let signal = match (plugin.reads().has_signal(), wire.signal.is_some()) {
@@ -60,7 +62,7 @@ pub(super) fn read(
         }
         (false, false) => None,
         (true, _) => {
-            let signal = RawPlugin::read(source, part("signal")?, "signal", SIGNALS)?;
+            let signal = RawPlugin::read(source, programs, part("signal")?, "signal", SIGNALS)?;
             Some(SignalChoice {
                 kind: signal.entry.kind,
                 version: signal.entry.version,

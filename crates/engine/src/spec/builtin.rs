@@ -93,7 +93,7 @@ pub fn method_names() -> Vec<&'static str> {
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     let source = Source::new("methods.toml", METHODS);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
-    Some(method::read(source, name, table, &PROTOCOLS[0], MAX_DETECTORS))
+    Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
 }
 
 #[cfg(test)]

@@ -4,12 +4,15 @@
 use super::error::{Source, SpecError};
 use super::limits::MAX_DETECTORS;
 use super::wire;
+use crate::analysis::Analysis;
 use crate::detector::{DETECTORS, Detector};
 use crate::direction::Direction;
 use crate::plugin::{self, Entry, ParamError, RawParams};
 use crate::score::Metric;
 use crate::score::Protocol;
 use crate::signal::{SIGNALS, Signal};
+use crate::tracker::TrackerConfig;
+use crate::tracker::process::Programs;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;
@@ -186,8 +189,11 @@ const MAX_VARIANTS: usize = 10_000;
 const MAX_CANDIDATES: usize = 1_000;
 
 /// Checks a `[[method]]` of at most `room` detectors, which is run on all trackers and scored by `protocol`.
+///
+/// It may run `programs`; without a list of them, a signal or detector that names one cannot run.
 pub fn read(
     source: Source<'_>,
+    programs: Option<&Programs>,
     name: &str,
     table: &Spanned<DeTable<'_>>,
     protocol: &'static Protocol,
@@ -209,9 +215,9 @@ pub fn read(
         return Err(source
             .error(span, format!("method `{name}` has no detector, and no published method has that name")));
     };
-    let signals = signals.into_iter().map(|t| RawPlugin::read(source, t, "signal", SIGNALS));
+    let signals = signals.into_iter().map(|t| RawPlugin::read(source, programs, t, "signal", SIGNALS));
     let signals: Vec<RawPlugin<'_, dyn Signal>> = signals.collect::<Result<_, _>>()?;
-    let detector = RawPlugin::read(source, detector, "detector", DETECTORS)?;
+    let detector = RawPlugin::read(source, programs, detector, "detector", DETECTORS)?;
     let axes = match &grid {
         None => Vec::new(),
         Some(grid) => read_axes(source, grid, &detector, signals.first())?,
@@ -429,11 +435,13 @@ fn train_choice(
             table.get_mut().remove(key.as_str());
             let table = toml::Table::deserialize(RawParams::from(as_value(&table)))
                 .map_err(|e| source.toml(&e, wire.grid.span()))?;
+            let programs = raw.programs.cloned();
             let build = move |value: f64| {
                 let mut table = table.clone();
                 table.insert(key.clone(), toml::Value::Float(value));
-                let detector = Arc::from(entry.build_from_text(&toml::Value::Table(table).to_string())?);
-                Ok(FixedDetector { kind: entry.kind, version: entry.version, detector })
+                let mut detector = entry.build_from_text(&toml::Value::Table(table).to_string())?;
+                programs.as_ref().map_or(Ok(()), |programs| detector.bind(programs))?;
+                Ok(FixedDetector { kind: entry.kind, version: entry.version, detector: Arc::from(detector) })
             };
             (Candidates::Quantiles { count: *count, build: Arc::new(build) }, example)
         }
@@ -455,11 +463,44 @@ fn train_choice(
 pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
     pub(super) entry: &'static Entry<T>,
     table: Spanned<DeTable<'i>>,
+    /// The programs that it may run.
+    programs: Option<&'i Programs>,
 }
 
-impl<'i, T: ?Sized> RawPlugin<'i, T> {
+/// A plugin that may name a program.
+pub(super) trait Bind {
+    /// Binds it to its program, if it names one.
+    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError>;
+}
+
+impl Bind for dyn Signal {
+    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        self.bind(programs)
+    }
+}
+
+impl Bind for dyn Detector {
+    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        self.bind(programs)
+    }
+}
+
+impl Bind for dyn TrackerConfig {
+    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        self.bind(programs)
+    }
+}
+
+impl Bind for dyn Analysis {
+    fn bind_to(&mut self, _: &Programs) -> Result<(), ParamError> {
+        Ok(())
+    }
+}
+
+impl<'i, T: ?Sized + Bind> RawPlugin<'i, T> {
     pub(super) fn read(
         source: Source<'_>,
+        programs: Option<&'i Programs>,
         mut table: Spanned<DeTable<'i>>,
         what: &str,
         list: &'static [Entry<T>],
@@ -474,7 +515,7 @@ impl<'i, T: ?Sized> RawPlugin<'i, T> {
         let Some(entry) = plugin::find(list, word) else {
             return Err(source.unknown(kind.span(), what, word, kinds));
         };
-        Ok(Self { entry, table })
+        Ok(Self { entry, table, programs })
     }
 
     /// Names of the parameters, from the plugin's schema.
@@ -490,7 +531,7 @@ impl<'i, T: ?Sized> RawPlugin<'i, T> {
         set: Vec<(&str, Spanned<DeValue<'_>>)>,
     ) -> Result<Box<T>, SpecError> {
         let table = self.with(set);
-        build_entry(self.entry, &table).map_err(|e| source.params(&e, &table))
+        build_entry(self.entry, &table, self.programs).map_err(|e| source.params(&e, &table))
     }
 
     /// The table with some values set.
@@ -530,12 +571,15 @@ impl RawPlugin<'_, dyn Detector> {
     }
 }
 
-/// Builds a plugin from a table of the file.
-pub(super) fn build_entry<T: ?Sized>(
+/// Builds a plugin from a table of the file; it may run `programs`.
+pub(super) fn build_entry<T: ?Sized + Bind>(
     entry: &Entry<T>,
     table: &Spanned<DeTable<'_>>,
+    programs: Option<&Programs>,
 ) -> Result<Box<T>, ParamError> {
-    (entry.build)(RawParams::from(as_value(table)))
+    let mut built = (entry.build)(RawParams::from(as_value(table)))?;
+    programs.map_or(Ok(()), |programs| built.bind_to(programs))?;
+    Ok(built)
 }
 
 fn as_value<'t>(table: &Spanned<DeTable<'t>>) -> Spanned<DeValue<'t>> {

@@ -1,11 +1,11 @@
-//! `plugins.toml`: programs that may be run as trackers, see [`process`](crate::tracker::process). It is as strict as
-//! experiment files: an unknown key is an error with its line and the nearest valid word.
+//! `plugins.toml`: programs that may be run as [trackers](crate::tracker::process), [signals](crate::signal::process) and
+//! [detectors](crate::detector::process). It is as strict as experiment files: an unknown key is an error with its line and the nearest valid word.
 
 use super::error::{Source, SpecError};
 use super::name::is_word;
 use crate::dataset::{DatasetError, text};
 use crate::plugin::RawParams;
-use crate::tracker::process::{Program, Programs, Protocol, Regions};
+use crate::tracker::process::{Program, Programs, Protocol, Regions, Role};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,6 +26,82 @@ const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 struct Wire {
     #[serde(default)]
     tracker: BTreeMap<String, Spanned<Wired>>,
+    #[serde(default)]
+    signal: BTreeMap<String, Spanned<WiredSignal>>,
+    #[serde(default)]
+    detector: BTreeMap<String, Spanned<WiredDetector>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WiredSignal {
+    command: Spanned<Vec<String>>,
+    version: Spanned<String>,
+    start_timeout: Option<Spanned<f64>>,
+    answer_timeout: Option<Spanned<f64>>,
+    #[serde(default)]
+    environment: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
+    digest: Vec<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WiredDetector {
+    command: Spanned<Vec<String>>,
+    version: Spanned<String>,
+    start_timeout: Option<Spanned<f64>>,
+    answer_timeout: Option<Spanned<f64>>,
+    #[serde(default)]
+    deterministic: bool,
+    #[serde(default)]
+    environment: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
+    digest: Vec<Spanned<String>>,
+}
+
+/// A signal has no seed, so that its answers cannot depend on one.
+impl From<WiredSignal> for Wired {
+    fn from(signal: WiredSignal) -> Self {
+        let WiredSignal { command, version, start_timeout, answer_timeout, environment, digest } = signal;
+        let detector = WiredDetector {
+            command,
+            version,
+            start_timeout,
+            answer_timeout,
+            deterministic: true,
+            environment,
+            digest,
+        };
+        detector.into()
+    }
+}
+
+impl From<WiredDetector> for Wired {
+    fn from(detector: WiredDetector) -> Self {
+        let WiredDetector {
+            command,
+            version,
+            start_timeout,
+            answer_timeout,
+            deterministic,
+            environment,
+            digest,
+        } = detector;
+        let (protocol, regions, confidence) = (Protocol::Json, None, None);
+        Self {
+            command,
+            version,
+            protocol,
+            regions,
+            confidence,
+            start_timeout,
+            answer_timeout,
+            deterministic,
+            environment,
+            digest,
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -73,13 +149,21 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecErro
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
     let whole = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
     let wire = Wire::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
-    let programs =
-        wire.tracker.into_iter().map(|(name, wired)| check(source, name, wired, folder).map(Arc::new));
-    Ok(Programs { file: file.to_string(), list: programs.collect::<Result<_, _>>()? })
+    let trackers = wire.tracker.into_iter().map(|(name, wired)| (Role::Tracker, name, wired));
+    let signals = wire.signal.into_iter().map(|(name, wired)| (Role::Signal, name, as_tracker(wired)));
+    let detectors = wire.detector.into_iter().map(|(name, wired)| (Role::Detector, name, as_tracker(wired)));
+    let all = trackers.chain(signals).chain(detectors);
+    let all = all.map(|(role, name, wired)| check(source, role, name, wired, folder).map(Arc::new));
+    Ok(Programs { file: file.to_string(), list: all.collect::<Result<_, _>>()? })
+}
+
+fn as_tracker<T: Into<Wired>>(wired: Spanned<T>) -> Spanned<Wired> {
+    Spanned::new(wired.span(), wired.into_inner().into())
 }
 
 fn check(
     source: Source<'_>,
+    role: Role,
     name: String,
     wired: Spanned<Wired>,
     folder: &Path,
@@ -121,6 +205,7 @@ fn check(
         return Err(source.error(empty.span(), "`digest` must be names of files"));
     }
     Ok(Program {
+        role,
         name,
         folder: folder.to_path_buf(),
         protocol: wired.protocol,
@@ -169,12 +254,22 @@ digest = ["bin/track", "/models/a.bin"]
 [tracker.other]
 command = ["other"]
 version = "2026-01"
+
+[signal.other]
+command = ["python3", "signal.py"]
+version = "3"
+answer_timeout = 1.5
+
+[detector.other]
+command = ["python3", "detector.py"]
+version = "4"
+deterministic = true
 "#;
 
     #[test]
     fn programs_are_read_with_their_defaults() {
         let programs = read(FULL).unwrap();
-        let mine = programs.find("my-tracker").unwrap();
+        let mine = programs.find(Role::Tracker, "my-tracker").unwrap();
         assert_eq!(mine.command, ["./bin/track", "--fast"]);
         assert_eq!(
             (mine.protocol, mine.regions, mine.deterministic),
@@ -183,14 +278,33 @@ version = "2026-01"
         assert_eq!(mine.confidence.as_deref(), Some("score"));
         assert_eq!(mine.digest, [Path::new("/home/ann/bin/track"), Path::new("/models/a.bin")]);
         assert_eq!((mine.start_timeout.as_millis(), mine.answer_timeout.as_millis()), (2500, 500));
-        let other = programs.find("other").unwrap();
+        let other = programs.find(Role::Tracker, "other").unwrap();
         assert_eq!((other.protocol, other.deterministic), (Protocol::Trax, false));
         assert_eq!((other.start_timeout.as_secs(), other.answer_timeout.as_secs()), (30, 30));
-        let unknown = programs.find("my-traker").unwrap_err().to_string();
+        let of = |role| programs.find(role, "other").unwrap();
+        assert_eq!([of(Role::Signal).version.as_str(), &of(Role::Detector).version], ["3", "4"]);
+        assert_eq!(
+            (of(Role::Signal).protocol, of(Role::Detector).protocol),
+            (Protocol::Json, Protocol::Json)
+        );
+        assert_eq!(of(Role::Signal).answer_timeout.as_millis(), 1500);
+        assert!(programs.find(Role::Detector, "my-tracker").is_err());
+        let unknown = programs.find(Role::Tracker, "my-traker").unwrap_err().to_string();
         assert_eq!(unknown, "plugins.toml: unknown program `my-traker`; did you mean `my-tracker`?");
-        assert!(read("").unwrap().find("x").unwrap_err().to_string().contains("plugins.toml names none"));
         assert!(
-            Programs::default().find("x").unwrap_err().to_string().contains("there is no plugins.toml here")
+            read("")
+                .unwrap()
+                .find(Role::Signal, "x")
+                .unwrap_err()
+                .to_string()
+                .contains("plugins.toml names no signal")
+        );
+        assert!(
+            Programs::default()
+                .find(Role::Tracker, "x")
+                .unwrap_err()
+                .to_string()
+                .contains("there is no plugins.toml here")
         );
     }
 
@@ -219,6 +333,9 @@ version = "2026-01"
             ("\"bin/track\"", "\"\"", 11, "names of files"),
             ("[tracker.my-tracker]", "[tracker.\"My tracker\"]", 1, "a-z"),
             ("[tracker.other]", "[trackers.other]", 13, "did you mean `tracker`?"),
+            ("answer_timeout = 1.5", "deterministic = true", 20, "unknown field `deterministic`"),
+            ("version = \"4\"", "version = \"4\"\nregions = \"polygon\"", 25, "unknown field `regions`"),
+            ("[signal.other]", "[signal.Other]", 17, "a-z"),
             ("[tracker.other]", "[tracker.my-tracker]", 13, "duplicate key"),
         ] {
             let error = read(&FULL.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to}")).to_string();

@@ -112,8 +112,8 @@ impl Reader<'_> {
         let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
         let suites = read_suites(source, &wire, self.catalog)?;
         let trackers = read_trackers(source, &wire, tracker_params, self.programs)?;
-        let methods = read_methods(source, &wire, &methods_raw, protocol, &trackers)?;
-        let analyses = read_analyses(source, &wire, &document, &suites, &trackers, &methods)?;
+        let methods = read_methods(source, self.programs, &wire, &methods_raw, protocol, &trackers)?;
+        let analyses = read_analyses(source, self.programs, &wire, &document, &suites, &trackers, &methods)?;
         if methods.is_empty() && analyses.is_empty() {
             return Err(source.error(wire.method.span(), "there is no [[method]]"));
         }
@@ -152,6 +152,7 @@ impl Reader<'_> {
 
 fn read_methods(
     source: Source<'_>,
+    programs: Option<&Programs>,
     wire: &wire::Experiment,
     tables: &[Spanned<DeTable<'_>>],
     protocol: Option<&'static Protocol>,
@@ -168,7 +169,7 @@ fn read_methods(
             let message = format!("`{name}` has no `protocol`, and neither has the experiment");
             return Err(source.error(m.name.span(), message));
         };
-        let mut method = method::read(source, name, table, scored_by, room)?;
+        let mut method = method::read(source, programs, name, table, scored_by, room)?;
         method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
         room -= method.detectors();
         methods.push(method);
@@ -178,6 +179,7 @@ fn read_methods(
 
 fn read_analyses(
     source: Source<'_>,
+    programs: Option<&Programs>,
     wire: &wire::Experiment,
     document: &Spanned<DeTable<'_>>,
     suites: &BTreeMap<String, String>,
@@ -188,7 +190,7 @@ fn read_analyses(
     for (a, table) in wire.analysis.iter().zip(array_of_tables(source, document, "analysis")?) {
         check_file_name(source, &a.name)?;
         check_unique(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
-        let mut analysis = analysis::read(source, a, &table, suites)?;
+        let mut analysis = analysis::read(source, programs, a, &table, suites)?;
         analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
         let known = || methods.iter().filter(|m| !m.has_grid()).map(|m| m.name.as_str());
         if let Some(wrong) = analysis.plugin.timed().0.iter().find(|name| !known().any(|k| k == *name)) {
@@ -387,10 +389,7 @@ fn read_trackers(
         let kinds = TRACKERS.iter().map(|e| e.kind);
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
-        let mut config = method::build_entry(entry, &params).map_err(|e| source.params(&e, &params))?;
-        if let Some(programs) = programs {
-            config.bind(programs).map_err(|e| source.params(&e, &params))?;
-        }
+        let config = method::build_entry(entry, &params, programs).map_err(|e| source.params(&e, &params))?;
         let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
         let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
             None => Ok(default),

@@ -111,7 +111,7 @@ impl Detector for ConformalForecast {
         let judged = score.iter().zip(&forecast);
         let alarm: Vec<bool> = judged.map(|(z, f)| !f.is_nan() && threshold.is_alarm(*z)).collect();
         let changes = Some(changes(&alarm));
-        DetectorOutput { score, alarm, forecast: Some(forecast), changes, quality: None }
+        DetectorOutput { score, alarm, forecast: Some(forecast), changes, ..DetectorOutput::default() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Laws that every signal in the list obeys.
+//! Laws that every signal in the list obeys. `process`, which needs a program, has tests of its own.
 
 use super::{SIGNALS, Signal, testing};
 use crate::image::Frame;
@@ -7,6 +7,11 @@ use crate::region::{Rect, Region};
 use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
+
+/// Signals that need no program.
+fn runnable() -> impl Iterator<Item = &'static Entry<dyn Signal>> {
+    SIGNALS.iter().filter(|entry| entry.kind != "process")
+}
 
 /// Textured frame, different for each `t` and seed.
 fn frame(width: usize, height: usize, seed: u64, t: usize) -> Frame {
@@ -98,7 +103,7 @@ fn kinds_are_unique_and_examples_build() {
 
 #[test]
 fn parameters_round_trip_and_unknown_ones_are_refused() {
-    for entry in SIGNALS {
+    for entry in runnable() {
         let params = entry.build_from_text("{}").unwrap().params();
         let text = toml::Value::try_from(&params).unwrap().to_string();
         assert_eq!(entry.build_from_text(&text).unwrap().params(), params, "{}", entry.kind);
@@ -115,7 +120,7 @@ fn parameters_round_trip_and_unknown_ones_are_refused() {
 #[test]
 fn values_are_deterministic_finite_and_bounded() {
     let (frames, boxes) = track();
-    for entry in SIGNALS {
+    for entry in runnable() {
         let signal = entry.build_from_text("{}").unwrap();
         let values = run(signal.as_ref(), &frames, &boxes);
         assert_eq!(values, run(signal.as_ref(), &frames, &boxes), "{}", entry.kind);
@@ -138,7 +143,7 @@ fn odd_boxes_and_frames_are_survived() {
         Rect::new(f64::NAN, f64::INFINITY, f64::NAN, 3.0),
         Rect::new(20.0, 20.0, 9.0, 9.0),
     ];
-    for entry in SIGNALS {
+    for entry in runnable() {
         let signal = entry.build_from_text("{}").unwrap();
         let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(56, 40, 2, t)).collect();
         within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
@@ -176,7 +181,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
 fn outputs_are_those_of_the_version() {
     let (frames, boxes) = track();
     let mut found = Vec::new();
-    for entry in SIGNALS {
+    for entry in runnable() {
         let values = run(entry.build_from_text("{}").unwrap().as_ref(), &frames, &boxes);
         let text: String = values.iter().map(|v| format!("{v:.8e}\n")).collect();
         let digest: String = Sha256::digest(&text).iter().take(8).map(|b| format!("{b:02x}")).collect();
@@ -220,7 +225,7 @@ proptest! {
     ) {
         let boxes: Vec<Rect> = boxes.iter().map(|&(x, y, w, h)| Rect::new(x, y, w, h)).collect();
         let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(41, 33, seed, t)).collect();
-        for entry in SIGNALS {
+        for entry in runnable() {
             let signal = entry.build_from_text("{}").unwrap();
             within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
         }
@@ -275,7 +280,7 @@ proptest! {
             .collect();
         let boxes: Vec<Rect> = boxes.iter().map(|r| r.shifted(5.0, 4.0)).collect();
         let shifted: Vec<Rect> = boxes.iter().map(|r| r.shifted(dx as f64, dy as f64)).collect();
-        for entry in SIGNALS {
+        for entry in runnable() {
             // So that no window reaches the border of the frame.
             let params = if entry.kind == "forward-backward" { "{ reach = 0.25 }" } else { "{}" };
             same(entry.kind, params, (&frames, &boxes), (&moved, &shifted), 1e-10);
@@ -290,7 +295,7 @@ proptest! {
         let left: Vec<Rect> = boxes.iter().map(|r| Rect::new(64.0 - r.x - r.w, r.y, r.w, r.h)).collect();
         let up: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.x, 48.0 - r.y - r.h, r.w, r.h)).collect();
         // Pyramids keep every second pixel, counted from the left top.
-        for entry in SIGNALS.iter().filter(|entry| entry.kind != "forward-backward") {
+        for entry in runnable().filter(|entry| entry.kind != "forward-backward") {
             // y_t is computed in single precision, and sums rows from the top.
             let tolerance = if entry.kind == "distribution-field" { 1e-8 } else { 1e-10 };
             same(entry.kind, "{}", (&frames, &boxes), (&across, &left), tolerance);

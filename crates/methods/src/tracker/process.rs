@@ -1,4 +1,5 @@
-//! An external program, in any language, as a tracker.
+//! An external program, in any language, as a tracker. Programs may also be [signals](crate::signal::process) and
+//! [detectors](crate::detector::process).
 //!
 //! The program is named in a local file, `plugins.toml`, never in an experiment, which only has
 //! `name = "process"` and `program = "my-tracker"`: running somebody else's experiment runs no program that is not
@@ -63,20 +64,23 @@
 mod child;
 mod fault;
 mod images;
+mod json_lines;
 mod peer;
 mod programs;
 #[cfg(test)]
 mod tests;
 
 pub use fault::ProgramFault;
-pub use programs::{Program, Programs, Protocol, Regions, UnknownProgram};
+pub use programs::{Program, Programs, Protocol, Regions, Role, UnknownProgram};
+
+pub(crate) use images::Images;
+pub(crate) use json_lines::{Handed, JsonPeer, Track};
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::dataset::Frames;
+use crate::dataset::{Frames, Sequence};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
-use images::Images;
 use peer::Peer;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -131,9 +135,7 @@ impl TrackerConfig for Process {
     }
 
     fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        let unknown =
-            |e: UnknownProgram| ParamError { message: e.to_string(), key: Some("program"), span: None };
-        self.program = Some(programs.find(&self.params.program).map_err(unknown)?);
+        self.program = Some(programs.bind(Role::Tracker, &self.params.program)?);
         Ok(())
     }
 
@@ -142,21 +144,9 @@ impl TrackerConfig for Process {
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let Some(program) = &self.program else {
-            let name = &self.params.program;
-            return Err(TrackerError::Missing(format!("the program {name} is not known here")));
-        };
-        let sequence = context.sequence;
-        let files = match &sequence.frames {
-            Frames::Files(files) => files.to_vec(),
-            Frames::Video(video) => video.files().map_err(|e| TrackerError::Missing(e.to_string()))?.to_vec(),
-            Frames::Rendered(..) | Frames::Absent => Vec::new(),
-        };
-        let place = Place {
-            program: program.name.clone(),
-            sequence: sequence.name.clone(),
-            first: sequence.numbering.first,
-        };
+        let program = self.program.as_ref().ok_or_else(|| not_bound(&self.params.program))?;
+        let files = frame_files(context.sequence)?;
+        let place = Place::new(program, context.sequence);
         let index = context.start_frame;
         let start = || {
             let mut images = Images::new()?;
@@ -173,16 +163,39 @@ impl TrackerConfig for Process {
     }
 }
 
+/// The error of a program that has not been bound to a command.
+pub(crate) fn not_bound(name: &str) -> TrackerError {
+    TrackerError::Missing(format!("the program {name} is not known here"))
+}
+
+/// The image files of a sequence; none if its frames have no files.
+pub(crate) fn frame_files(sequence: &Sequence) -> Result<Vec<PathBuf>, TrackerError> {
+    match &sequence.frames {
+        Frames::Files(files) => Ok(files.to_vec()),
+        Frames::Video(video) => {
+            let files = video.files().map_err(|e| TrackerError::Missing(e.to_string()))?;
+            Ok(files.to_vec())
+        }
+        Frames::Rendered(..) | Frames::Absent => Ok(Vec::new()),
+    }
+}
+
 /// Program, sequence and number of its first frame, for messages.
-struct Place {
+pub(crate) struct Place {
     program: String,
     sequence: String,
     first: u32,
 }
 
 impl Place {
+    /// A program on a sequence.
+    pub(crate) fn new(program: &Program, sequence: &Sequence) -> Self {
+        let (name, first) = (sequence.name.clone(), sequence.numbering.first);
+        Self { program: program.name.clone(), sequence: name, first }
+    }
+
     /// The error for a fault in the frame of this index.
-    fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
+    pub(crate) fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
         let (program, sequence) = (self.program.clone(), self.sequence.clone());
         let frame = u64::from(self.first) + index as u64;
         TrackerError::Program { program, frame, sequence, source }

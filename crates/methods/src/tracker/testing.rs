@@ -1,11 +1,55 @@
 //! Helpers of the trackers' tests.
 
 use super::correlation::response::{MapOptions, ResponseMap};
+use super::process::{Program, Programs, Protocol, Regions, Role};
 use super::{RunContext, TrackerConfig, TrackerState, correlation};
 use crate::dataset::{Sequence, synthetic};
 use crate::image::Frame;
 use crate::plugin::Entry;
 use crate::region::{Rect, Region};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A program of signals or detectors: a shell script in a folder.
+pub fn script(role: Role, folder: &Path, text: &str) -> Program {
+    std::fs::write(folder.join("script.sh"), text).unwrap();
+    Program {
+        role,
+        name: "mine".into(),
+        command: ["sh", "script.sh"].map(String::from).into(),
+        folder: folder.to_path_buf(),
+        protocol: Protocol::Json,
+        version: "7".into(),
+        start_timeout: Duration::from_secs(20),
+        answer_timeout: Duration::from_secs(20),
+        regions: Regions::Rectangle,
+        confidence: None,
+        deterministic: false,
+        environment: [("EXTRA".to_string(), "more".to_string())].into(),
+        digest: vec![],
+    }
+}
+
+/// A file of one program.
+pub fn programs(program: &Program) -> Programs {
+    Programs { file: "plugins.toml".into(), list: vec![Arc::new(program.clone())] }
+}
+
+/// Whether a process of this number ends within a while.
+pub fn is_gone(pid: &str) -> bool {
+    let end = Instant::now() + Duration::from_secs(20);
+    while Instant::now() < end {
+        let shown =
+            std::process::Command::new("ps").args(["-o", "stat=", "-p", pid.trim()]).output().unwrap();
+        let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+        if state.is_empty() || state.starts_with('Z') {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    false
+}
 
 /// A context of run 0 that starts in the first frame and has no data root.
 pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {

@@ -26,6 +26,7 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Time limit of waiting for the end of stderr, which a process that has left the group may hold open.
 const STDERR_GRACE: Duration = Duration::from_millis(300);
 const TICK: Duration = Duration::from_millis(5);
+const UNASKED: &str = "it answered without being asked; one answer a frame was expected";
 
 /// A child process whose answers are of type `T`.
 pub struct Child<T> {
@@ -38,11 +39,11 @@ pub struct Child<T> {
 }
 
 impl<T: Send + 'static> Child<T> {
-    /// Starts the process. `read` takes one answer from its stdout, `None` at the end; `folder` is deleted if this
-    /// program dies.
+    /// Starts the process. `read` takes one answer from its stdout, `None` at the end; `folder`, if there is one, is
+    /// deleted if this program dies.
     pub fn start(
         mut command: Command,
-        folder: &Path,
+        folder: Option<&Path>,
         mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, ProgramFault>> + Send + 'static,
     ) -> Result<Self, ProgramFault> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -92,8 +93,7 @@ impl<T: Send + 'static> Child<T> {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
             Ok(Err(e)) => return Err(self.fault(e.to_string())),
             Ok(Ok(_)) => {
-                let unasked = "it answered without being asked; one answer a frame was expected";
-                return Err(self.fault(unasked.into()));
+                return Err(self.fault(UNASKED.into()));
             }
         }
         match self.lines.as_ref().map(|lines| lines.try_send(line)) {
@@ -143,6 +143,19 @@ impl<T: Send + 'static> Child<T> {
             self.ended(GRACE);
         }
         self.kill();
+    }
+
+    /// Ends it after its last answer: closes its stdin and gives it [`GRACE`]. A further answer is a fault.
+    pub fn finish(&mut self) -> Result<(), ProgramFault> {
+        self.lines = None;
+        match self.answers.recv_timeout(GRACE) {
+            Ok(Ok(_)) => Err(self.fault(UNASKED.into())),
+            Ok(Err(e)) => Err(self.fault(e.to_string())),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
+                self.kill();
+                Ok(())
+            }
+        }
     }
 
     /// The exit status, if it ends within a time.
@@ -201,18 +214,18 @@ struct Guard {
 impl Guard {
     /// `None` if the shell cannot be started.
     #[cfg(unix)]
-    fn new(group: u32, folder: &Path) -> Option<Self> {
+    fn new(group: u32, folder: Option<&Path>) -> Option<Self> {
         use std::os::unix::process::CommandExt as _;
-        const SCRIPT: &str = r#"while read -r _; do :; done; kill -s KILL -- "-$1"; rm -rf -- "$2""#;
+        const SCRIPT: &str = r#"while read -r _; do :; done; kill -s KILL -- "-$1"; shift; rm -rf -- "$@""#;
         let mut shell = Command::new("/bin/sh");
-        shell.args(["-c", SCRIPT, "sh", &group.to_string()]).arg(folder).current_dir("/");
+        shell.args(["-c", SCRIPT, "sh", &group.to_string()]).args(folder).current_dir("/");
         // In a group of its own as well, since Ctrl-C on the terminal must not end it.
         shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
         Some(Self { shell: shell.spawn().ok()? })
     }
 
     #[cfg(not(unix))]
-    fn new(_: u32, _: &Path) -> Option<Self> {
+    fn new(_: u32, _: Option<&Path>) -> Option<Self> {
         None
     }
 }

@@ -29,8 +29,8 @@ pub trait Peer: Send {
     fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault>;
 }
 
-/// Starts a program; `folder` is deleted if this program dies.
-pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, ProgramFault> {
+/// The command that starts a program, in its folder and with its environment.
+pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
     let Some((name, arguments)) = program.command.split_first() else { return Err(ProgramFault::NoCommand) };
     // A bare name is looked up on the PATH, all others are relative to the folder.
     let is_bare = Path::new(name).components().count() == 1 && !name.contains('/');
@@ -39,13 +39,20 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
         false => Command::new(program.folder.join(name)),
     };
     command.args(arguments).current_dir(&program.folder).envs(&program.environment);
+    Ok(command)
+}
+
+/// Starts a program; `folder` is deleted if this program dies.
+pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, ProgramFault> {
+    let mut command = command(program)?;
     command.env("TRACKFAIL_SEED", seed.to_string()).env("TRACKFAIL_RUN", run.to_string());
     match program.protocol {
         Protocol::Lines => {
-            let child = Child::start(command, folder, read_line)?;
+            let child = Child::start(command, Some(folder), read_line)?;
             let (first, later) = (program.start_timeout + program.answer_timeout, program.answer_timeout);
             Ok(Box::new(Lines { child, within: first, later, regions: program.regions }))
         }
+        Protocol::Json => Err(ProgramFault::Conduct("it is no tracker, but a signal or a detector".into())),
         Protocol::Trax => {
             command.env("TRAX", "1");
             Trax::start(command, folder, program).map(|trax| Box::new(trax) as Box<dyn Peer>)
@@ -65,7 +72,7 @@ fn as_sent(region: &Region, regions: Regions) -> Region {
 const MAX_LINE_BYTES: u64 = 16 << 10;
 
 /// The next line without its end.
-fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
+pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
     let mut bytes = Vec::new();
     match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
         Err(e) => return Some(Err(ProgramFault::Conduct(format!("its stdout broke: {e}")))),
@@ -82,7 +89,7 @@ fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> 
     Some(String::from_utf8(bytes).map(|line| line.trim_end().to_string()).map_err(not_text))
 }
 
-fn received(text: &str) -> String {
+pub(super) fn received(text: &str) -> String {
     format!("received `{}`", visible(&shorten_to(text.trim_end(), 80)))
 }
 
@@ -161,7 +168,7 @@ struct Trax {
 impl Trax {
     fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, ProgramFault> {
         let read = |stream: &mut _| trax::Reader::new(stream).read().map_err(ProgramFault::from).transpose();
-        let mut child = Child::start(command, folder, read)?;
+        let mut child = Child::start(command, Some(folder), read)?;
         let expected = "`hello` of a TraX tracker, version 1 to 4";
         let hello = match child.receive(expected, program.start_timeout)? {
             Message::Hello(hello) => hello,

@@ -1,7 +1,7 @@
-//! Programs that may be run as trackers; [`spec::programs`](crate::spec::programs) reads them.
+//! Programs that may be run as trackers, signals and detectors; [`spec::programs`](crate::spec::programs) reads them.
 
 use crate::dataset::text::shorten_to;
-use crate::plugin;
+use crate::plugin::{self, ParamError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,6 +17,31 @@ pub enum Protocol {
     Trax,
     /// Lines of text.
     Lines,
+    /// Lines of JSON, of signals and detectors.
+    #[serde(skip)]
+    Json,
+}
+
+/// What a program is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A tracker.
+    Tracker,
+    /// A signal.
+    Signal,
+    /// A detector.
+    Detector,
+}
+
+impl Role {
+    /// The word for it in `plugins.toml`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Tracker => "tracker",
+            Self::Signal => "signal",
+            Self::Detector => "detector",
+        }
+    }
 }
 
 impl Protocol {
@@ -25,6 +50,7 @@ impl Protocol {
         match self {
             Self::Trax => "trax",
             Self::Lines => "lines",
+            Self::Json => "json",
         }
     }
 }
@@ -43,6 +69,8 @@ pub enum Regions {
 /// A checked program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
+    /// What it is.
+    pub role: Role,
     /// Its name in experiments.
     pub name: String,
     /// Program and arguments, at least one word.
@@ -74,27 +102,45 @@ pub struct Program {
 pub struct Programs {
     /// The file as the user named it; empty if there is none.
     pub file: String,
-    /// Its programs, sorted by name.
+    /// Its programs, by role and name.
     pub list: Vec<Arc<Program>>,
 }
 
 impl Programs {
-    /// A program by name.
+    /// The programs of a role.
+    pub fn of(&self, role: Role) -> impl Iterator<Item = &Arc<Program>> {
+        self.list.iter().filter(move |p| p.role == role)
+    }
+
+    /// A program by role and name.
     ///
     /// # Errors
-    /// When there is no program of this name.
-    pub fn find(&self, name: &str) -> Result<Arc<Program>, UnknownProgram> {
-        if let Some(program) = self.list.iter().find(|p| p.name == name) {
+    /// When there is no program of this role and name.
+    pub fn find(&self, role: Role, name: &str) -> Result<Arc<Program>, UnknownProgram> {
+        if let Some(program) = self.of(role).find(|p| p.name == name) {
             return Ok(program.clone());
         }
-        let (name, file) = (shorten_to(name, 64), self.file.clone());
-        Err(match (file.is_empty(), self.list.is_empty()) {
+        let (name, file, role) = (shorten_to(name, 64), self.file.clone(), role.word());
+        let known: Vec<&str> =
+            self.list.iter().filter(|p| p.role.word() == role).map(|p| p.name.as_str()).collect();
+        Err(match (file.is_empty(), known.is_empty()) {
             (true, _) => UnknownProgram::NoFile { name },
-            (false, true) => UnknownProgram::NoneNamed { name, file },
+            (false, true) => UnknownProgram::NoneNamed { name, role, file },
             (false, false) => {
-                let known = self.list.iter().map(|p| p.name.as_str());
                 UnknownProgram::OthersNamed { file, message: plugin::unknown("program", &name, known) }
             }
+        })
+    }
+
+    /// As [`find`](Self::find), for the parameter `program` of a plugin.
+    ///
+    /// # Errors
+    /// As [`find`](Self::find).
+    pub fn bind(&self, role: Role, name: &str) -> Result<Arc<Program>, ParamError> {
+        self.find(role, name).map_err(|e| ParamError {
+            message: e.to_string(),
+            key: Some("program"),
+            span: None,
         })
     }
 }
@@ -113,11 +159,13 @@ pub enum UnknownProgram {
     },
     /// The file names no program.
     #[error(
-        "unknown program `{name}`: {file} names none; programs are named in a file of one's own, see --plugins"
+        "unknown program `{name}`: {file} names no {role}; programs are named in a file of one's own, see --plugins"
     )]
     NoneNamed {
         /// The name.
         name: String,
+        /// The role.
+        role: &'static str,
         /// The file of programs.
         file: String,
     },

@@ -46,21 +46,8 @@ struct Script {
 impl Script {
     fn new(protocol: Protocol, text: &str) -> Self {
         let dir = tempfile::tempdir().unwrap();
-        std::fs::write(dir.path().join("tracker.sh"), text).unwrap();
-        let program = Program {
-            name: "mine".into(),
-            command: ["sh", "tracker.sh"].map(String::from).into(),
-            folder: dir.path().to_path_buf(),
-            protocol,
-            version: "7".into(),
-            start_timeout: Duration::from_secs(20),
-            answer_timeout: Duration::from_secs(20),
-            regions: Regions::Rectangle,
-            confidence: None,
-            deterministic: false,
-            environment: [("EXTRA".to_string(), "more".to_string())].into(),
-            digest: vec![],
-        };
+        let mut program = testing::script(Role::Tracker, dir.path(), text);
+        program.protocol = protocol;
         Self { dir, program }
     }
 
@@ -72,8 +59,7 @@ impl Script {
 
     fn config(&self) -> Box<dyn TrackerConfig> {
         let mut config = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
-        let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(self.program.clone())] };
-        config.bind(&programs).unwrap();
+        config.bind(&testing::programs(&self.program)).unwrap();
         config
     }
 
@@ -241,7 +227,7 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
     assert_eq!(script.config().inputs(&context).unwrap(), [Path::new("/a/b")]);
     let mut other = ENTRY.build_from_text("{ program = \"mime\" }").unwrap();
     assert!(matches!(other.start(&context, &Ramp.render(0), &rect()), Err(TrackerError::Missing(_))));
-    let programs = Programs { file: "plugins.toml".into(), list: vec![Arc::new(script.program.clone())] };
+    let programs = testing::programs(&script.program);
     let refused = other.bind(&programs).unwrap_err();
     assert_eq!(refused.message, "plugins.toml: unknown program `mime`; did you mean `mine`?");
     assert_eq!(refused.key, Some("program"));
@@ -294,7 +280,7 @@ fn bad_answers_fail_with_a_reason() {
 #[test]
 fn a_command_that_cannot_be_started_is_an_error() {
     let mut script = Script::new(Protocol::Lines, "");
-    for command in ["no-such-program-at-all", "./not/here", "./tracker.sh"] {
+    for command in ["no-such-program-at-all", "./not/here", "./script.sh"] {
         script.program.command = vec![command.into()];
         let fault = script.track(1).unwrap_err();
         assert!(
@@ -324,32 +310,18 @@ fn hanging_programs_are_killed_with_all_they_started() {
         assert!(fault.contains(words), "{text}: {fault}");
         assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
         for name in ["child", "grandchild"] {
-            assert!(is_gone(&script.read(name)), "{text}: {name} is left");
+            assert!(testing::is_gone(&script.read(name)), "{text}: {name} is left");
         }
     }
 }
 
 /// Whether a process has ended; those that nobody waits for any more have, too.
-fn is_gone(pid: &str) -> bool {
-    let end = Instant::now() + Duration::from_secs(20);
-    while Instant::now() < end {
-        let shown =
-            std::process::Command::new("ps").args(["-o", "stat=", "-p", pid.trim()]).output().unwrap();
-        let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
-        if state.is_empty() || state.starts_with('Z') {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    false
-}
-
 #[test]
 fn a_good_program_is_ended_with_all_it_started_too() {
     let script = Script::new(Protocol::Lines, &format!("sleep 1000 & echo $! > grandchild\n{GOOD}"));
     script.track(3).unwrap();
     assert!(script.read("log").ends_with("quit\n"));
-    assert!(is_gone(&script.read("grandchild")));
+    assert!(testing::is_gone(&script.read("grandchild")));
 }
 
 #[test]

@@ -1,0 +1,178 @@
+//! `process`: a detector in an external program, in any language.
+//!
+//! The program is named in `plugins.toml`, under `[detector.my-detector]`, with the keys of a
+//! [signal](crate::signal::process) and `deterministic = true` for one whose answers do not depend on the seed (default
+//! false). The protocol is that of a signal, too, with other messages. Ground truth is never sent.
+//!
+//! ```text
+//! {"meta": {"protocol": 1, "program": "my-detector", "role": "detector", "frames": 87, "params": {}}}
+//! {"index": 0, "value": 0.25}
+//! <- {"score": 0.3, "label": 0}
+//! ```
+//!
+//! `index` is a 0-based frame, `value` the signal there, and `more` a list of the further signals of a method with
+//! `signals = 2` and above. `score` is any finite number, and high ones speak for a failure; `label` is 1 in frames that the
+//! detector calls inconsistent (the tracker has failed), else 0. A message is sent when the one before it is answered, so
+//! that a label cannot use later frames. The environment has `TRACKFAIL_SEED`.
+//!
+//! A program that crashes, hangs or sends something else has no labels: its cell fails, with the index of the frame and
+//! the last lines of its stderr.
+
+use super::{Detector, DetectorOutput, Input};
+use crate::dataset::file_digest;
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::tracker::process::{Handed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "process",
+    version: 1,
+    summary: "a program that plugins.toml names, over lines of JSON",
+    example: r#"{ program = "my-detector", signals = 1, params = {} }"#,
+    build: |raw: RawParams<'_>| Ok(Box::new(Process::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Name of the program in `plugins.toml`.
+    pub program: String,
+    /// Number of signals that it reads, 1 to 64.
+    #[serde(default = "one")]
+    pub signals: usize,
+    /// Parameters that are handed over to it.
+    #[serde(default)]
+    pub params: Handed,
+}
+
+fn one() -> usize {
+    1
+}
+
+struct Process {
+    params: Params,
+    /// `None` until it is bound; reports do not need it.
+    program: Option<Arc<Program>>,
+    /// Names and digests of its files.
+    files: Vec<String>,
+}
+
+impl Process {
+    fn new(params: Params) -> Result<Self, ParamError> {
+        if !(1..=64).contains(&params.signals) {
+            return Err(ParamError::out_of_range("signals", "from 1 to 64", params.signals));
+        }
+        Ok(Self { params, program: None, files: Vec::new() })
+    }
+
+    /// The labels, or the frame and the fault.
+    fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, ProgramFault)> {
+        let frames = input.signal.len();
+        let track = Track { frames, size: None, params: &self.params.params };
+        let seed = [("TRACKFAIL_SEED", input.seed.to_string())];
+        let mut peer = JsonPeer::start(program, &seed, None, &track).map_err(|fault| (0, fault))?;
+        let mut output = DetectorOutput::default();
+        for (index, value) in input.signal.iter().enumerate() {
+            let more = input.more.iter().filter_map(|signal| signal.get(index).copied()).collect();
+            let answer: Answer = peer
+                .ask(&FrameLine { index, value: *value, more }, ANSWER)
+                .map_err(|fault| (index, fault))?;
+            output.score.push(answer.score);
+            output.alarm.push(answer.label == Label::Failed);
+        }
+        peer.finish().map_err(|fault| (frames.saturating_sub(1), fault))?;
+        Ok(output)
+    }
+}
+
+impl Detector for Process {
+    fn params(&self) -> serde_json::Value {
+        let mut params = show_params(&self.params);
+        if let Some(program) = &self.program {
+            params["version"] = program.version.as_str().into();
+        }
+        if !self.files.is_empty() {
+            params["files"] = self.files.clone().into();
+        }
+        params
+    }
+
+    fn signals(&self) -> usize {
+        self.params.signals
+    }
+
+    fn uses_seed(&self) -> bool {
+        self.program.as_ref().is_none_or(|p| !p.deterministic)
+    }
+
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        let program = programs.bind(Role::Detector, &self.params.program)?;
+        let file = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let digest = file_digest(path).map_err(|e| ParamError {
+                message: e.to_string(),
+                key: Some("program"),
+                span: None,
+            });
+            Ok(format!("{name} {}", digest?))
+        };
+        self.files = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
+        self.program = Some(program);
+        Ok(())
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let failed = |message: String| DetectorOutput { failure: Some(message), ..DetectorOutput::default() };
+        let Some(program) = &self.program else { return failed(not_bound(&self.params.program).to_string()) };
+        self.run(program, input).unwrap_or_else(|(index, fault)| {
+            failed(format!("{}: frame of index {index}: {fault}", program.name))
+        })
+    }
+}
+
+/// Message of a frame.
+#[derive(Serialize)]
+struct FrameLine {
+    index: usize,
+    value: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    more: Vec<f64>,
+}
+
+/// Form of an answer, for messages.
+const ANSWER: &str = "`{\"score\": 0.5, \"label\": 0}`, the label being 0 or 1";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Answer {
+    score: f64,
+    label: Label,
+}
+
+/// Label of a frame.
+#[derive(PartialEq, Deserialize)]
+#[serde(try_from = "u8")]
+enum Label {
+    Consistent,
+    Failed,
+}
+
+impl TryFrom<u8> for Label {
+    type Error = &'static str;
+
+    fn try_from(number: u8) -> Result<Self, &'static str> {
+        match number {
+            0 => Ok(Self::Consistent),
+            1 => Ok(Self::Failed),
+            _ => Err("a label is 0 or 1"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

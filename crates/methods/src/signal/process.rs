@@ -1,0 +1,279 @@
+//! `process`: a signal that an external program computes, in any language.
+//!
+//! The program is named in `plugins.toml`, never in an experiment, see [trackers](crate::tracker::process) for what that
+//! file has and for what happens to programs that crash, hang or send something else.
+//!
+//! ```toml
+//! [signal.my-signal]
+//! command = ["python3", "my_signal.py"]    # no shell; started in the folder of this file, once for each track
+//! version = "1"                            # raise it when the answers change: it is part of every address
+//! start_timeout = 30.0                     # seconds until it is ready (default 30)
+//! answer_timeout = 30.0                    # seconds a frame (default 30)
+//! environment = { OMP_NUM_THREADS = "1" }  # added to ours
+//! digest = ["my_signal.py"]                # files whose bytes are part of the address
+//! ```
+//!
+//! A message is a line of JSON. The first one is not answered; each further one is a frame, in order, and is answered by
+//! one line on stdout, which the program flushes. At the end of its stdin it ends. Text for people belongs on stderr.
+//!
+//! ```text
+//! {"meta": {"protocol": 1, "program": "my-signal", "role": "signal", "frames": 87, "size": [320, 240], "params": {}}}
+//! {"index": 0, "frame": "/data/0001.jpg", "box": [x, y, w, h], "absent": false, "confidence": null}
+//! <- {"score": 0.3}
+//! ```
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `frames`, `index` | number of frames of the track; index of this one, from 0 |
+//! | `size` | width and height of the frames in pixels; only if it `reads = "pixels"` |
+//! | `params` | the table `params` of the experiment, as it stands there |
+//! | `frame` | absolute path of a JPEG or PNG file; `null` unless it `reads = "pixels"` |
+//! | `box` | the tracker's box: left, top, width, height in pixels from 0; of a polygon, the upright box that stands for it |
+//! | `polygon` | its corners, `[x1, y1, x2, y2, ...]`; only where the tracker gives a polygon |
+//! | `absent` | whether the tracker says that the target is absent |
+//! | `confidence` | the tracker's own, or `null` |
+//! | `posterior`, `response` | the tracker's posterior or response map in numbers, if it reads that |
+//!
+//! Ground truth is never sent, nor is what is made of it: names, failures, restarts. A score is any finite number. The same
+//! frames and boxes have to give the same scores: there is no seed. What the experiment says of it: `good` is whether high
+//! or low scores are good, `reads` is what it needs, so that frames are decoded, and trackers asked, only for that.
+//!
+//! Images of frames without a file are written as PNG into a temporary folder, in which the last two are kept.
+//!
+//! The address has all parameters, the version and the digests; command, environment and time limits are not part of it.
+
+use crate::image::Frame;
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::region::Region;
+use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::tracker::process::{
+    Handed, Images, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, frame_files, not_bound,
+};
+use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "process",
+    version: 1,
+    summary: "a program that plugins.toml names, over lines of JSON",
+    example: r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#,
+    build: |raw: RawParams<'_>| Ok(Box::new(Process { params: read_params(raw)?, program: None })),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Scores that are good.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Good {
+    /// High ones.
+    #[default]
+    High,
+    /// Low ones.
+    Low,
+}
+
+/// Needs of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Need {
+    /// The tracker's box alone.
+    #[default]
+    Boxes,
+    /// The frames, too.
+    Pixels,
+    /// The tracker's confidence.
+    Confidence,
+    /// The tracker's response map in numbers.
+    Response,
+    /// The moments of the tracker's posterior.
+    Posterior,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Name of the program in `plugins.toml`.
+    pub program: String,
+    /// Scores that are good.
+    #[serde(default)]
+    pub good: Good,
+    /// What it needs of a frame.
+    #[serde(default)]
+    pub reads: Need,
+    /// Parameters that are handed over to it.
+    #[serde(default)]
+    pub params: Handed,
+}
+
+struct Process {
+    params: Params,
+    /// `None` until it is bound; reports do not need it.
+    program: Option<Arc<Program>>,
+}
+
+impl Signal for Process {
+    fn params(&self) -> serde_json::Value {
+        let mut params = show_params(&self.params);
+        if let Some(program) = &self.program {
+            params["version"] = program.version.as_str().into();
+        }
+        params
+    }
+
+    fn direction(&self) -> Direction {
+        match self.params.good {
+            Good::High => Direction::HigherIsBetter,
+            Good::Low => Direction::LowerIsBetter,
+        }
+    }
+
+    fn reads(&self) -> Reads {
+        match self.params.reads {
+            Need::Boxes => Reads::Boxes,
+            Need::Pixels => Reads::Pixels,
+            Need::Confidence => Reads::Confidence,
+            Need::Response => Reads::Response,
+            Need::Posterior => Reads::Posterior,
+        }
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    }
+
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        self.program = Some(programs.bind(Role::Signal, &self.params.program)?);
+        Ok(())
+    }
+
+    fn inputs(&self, _: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
+        Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
+    }
+
+    fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        let program = self.program.as_ref().ok_or_else(|| not_bound(&self.params.program))?;
+        let (sequence, reads) = (context.sequence, self.params.reads);
+        let place = Place::new(program, sequence);
+        let (files, size) = match reads {
+            Need::Pixels => (frame_files(sequence)?, Some(sequence.size()?)),
+            _ => (Vec::new(), None),
+        };
+        let frames = sequence.len();
+        let track = Track { frames, size, params: &self.params.params };
+        let start = || {
+            let images = Images::new()?;
+            let peer = JsonPeer::start(program, &[], Some(images.folder()), &track)?;
+            Ok((peer, images))
+        };
+        let (peer, images) = start().map_err(|fault| place.error(0, fault))?;
+        Ok(Box::new(Asking { place, reads, files, frames, next: 0, peer: Some(peer), images, fault: None }))
+    }
+}
+
+/// Message of a frame.
+#[derive(Serialize)]
+struct FrameLine<'a> {
+    index: usize,
+    frame: Option<String>,
+    r#box: [f64; 4],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polygon: Option<Vec<f64>>,
+    absent: bool,
+    confidence: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    posterior: Option<&'a Moments>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response: Option<&'a Response>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Answer {
+    score: f64,
+}
+
+/// Form of an answer, for messages.
+const ANSWER: &str = "`{\"score\": 0.5}` with a finite number";
+
+/// A program at work on one track.
+struct Asking {
+    place: Place,
+    reads: Need,
+    files: Vec<PathBuf>,
+    frames: usize,
+    /// Index of the frame that comes next.
+    next: usize,
+    /// `None` after the last frame and after a fault. Declared before its images, since it must end before they are
+    /// deleted.
+    peer: Option<JsonPeer>,
+    images: Images,
+    fault: Option<TrackerError>,
+}
+
+impl Asking {
+    fn line<'a>(
+        &mut self,
+        t: usize,
+        frame: &Frame,
+        state: &'a TrackerState,
+    ) -> Result<FrameLine<'a>, ProgramFault> {
+        let image = match self.reads {
+            Need::Pixels => Some(self.images.path(self.files.get(t).map(PathBuf::as_path), frame)?),
+            _ => None,
+        };
+        let rect = state.region.rect();
+        Ok(FrameLine {
+            index: t,
+            frame: image.map(|path| path.to_string_lossy().into_owned()),
+            r#box: [rect.x, rect.y, rect.w, rect.h],
+            polygon: match &state.region {
+                Region::Rect(_) => None,
+                Region::Polygon(corners) => Some(corners.iter().flat_map(|c| [c.0, c.1]).collect()),
+            },
+            absent: state.status == Status::Absent,
+            confidence: state.confidence,
+            posterior: state.posterior.as_ref().filter(|_| self.reads == Need::Posterior),
+            response: state.response.as_ref().filter(|_| self.reads == Need::Response),
+        })
+    }
+
+    fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, ProgramFault> {
+        let line = self.line(t, frame, state)?;
+        let Some(mut peer) = self.peer.take() else {
+            return Err(ProgramFault::Conduct("it has ended".into()));
+        };
+        let answer: Answer = peer.ask(&line, ANSWER)?;
+        if t + 1 == self.frames {
+            peer.finish()?;
+        } else {
+            self.peer = Some(peer);
+        }
+        Ok(answer.score)
+    }
+}
+
+impl Session for Asking {
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let t = self.next;
+        self.next += 1;
+        match self.ask(t, observation.frame, observation.state) {
+            Ok(score) => score,
+            Err(fault) => {
+                self.fault = Some(self.place.error(t, fault));
+                f64::NAN
+            }
+        }
+    }
+
+    fn fault(&mut self) -> Option<TrackerError> {
+        self.fault.take()
+    }
+}
+
+#[cfg(test)]
+mod tests;
