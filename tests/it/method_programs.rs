@@ -88,7 +88,7 @@ fn a_program_that_fails_fails_its_cells_with_the_reason() {
         let output = place.run(&plugins);
         assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
         let scores = std::fs::read_to_string(place.path("results/mine/try/scores.csv")).unwrap();
-        let cells: Vec<&str> = scores.lines().filter(|line| line.contains(",scripted,0,")).collect();
+        let cells: Vec<&str> = scores.lines().skip(1).filter(|line| !line.contains(",*,")).collect();
         assert!(!cells.is_empty());
         for cell in cells {
             // No count in its place.

@@ -94,8 +94,7 @@ fn kinds_are_unique_and_examples_build() {
     for (n, entry) in SIGNALS.iter().enumerate() {
         assert!(SIGNALS[..n].iter().all(|e| e.kind != entry.kind), "{}", entry.kind);
         assert!(entry.version > 0 && !entry.summary.is_empty());
-        assert!(entry.build_from_text(entry.example).is_ok(), "{}", entry.kind);
-        let parameters = entry.build_from_text("{}").unwrap().params().as_object().unwrap().len();
+        let parameters = entry.build_from_text(entry.example).unwrap().params().as_object().unwrap().len();
         let documented = (entry.schema)().get("properties").map_or(0, |p| p.as_object().unwrap().len());
         assert!(documented >= parameters, "{}", entry.kind);
     }
