@@ -23,6 +23,7 @@ pub mod limits;
 pub mod method;
 pub mod name;
 pub mod programs;
+mod raw_plugin;
 pub mod read;
 pub mod schema;
 pub mod table;

@@ -1,7 +1,8 @@
 //! Analyses of an experiment: what is computed from a signal, or from the regions of trackers, on whole suites.
 
 use super::error::{Source, SpecError};
-use super::method::{RawPlugin, SignalChoice};
+use super::method::SignalChoice;
+use super::raw_plugin::RawPlugin;
 use super::wire;
 use crate::analysis::{ANALYSES, Names};
 use crate::signal::SIGNALS;

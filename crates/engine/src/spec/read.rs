@@ -8,7 +8,7 @@ use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
 use super::table::{self, Published, Table, Words};
-use super::{Experiment, OTHERS, TEST, Tracker, claim, wire};
+use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
@@ -389,7 +389,8 @@ fn read_trackers(
         let kinds = TRACKERS.iter().map(|e| e.kind);
         let entry = plugin::find(TRACKERS, t.name.get_ref())
             .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
-        let config = method::build_entry(entry, &params, programs).map_err(|e| source.params(&e, &params))?;
+        let config =
+            raw_plugin::build_entry(entry, &params, programs).map_err(|e| source.params(&e, &params))?;
         let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
         let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
             None => Ok(default),
