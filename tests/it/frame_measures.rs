@@ -187,7 +187,8 @@ fn trackers_are_scored_over_a_confidence() {
     let claim = "[[claim]]\ntext = \"F lies between\"\nholds = \"finding[vot.lt_f] > 0 && finding[pysot.lt_f] < 1\"\nrequired = true\n";
     let head = "schema = 1\nname = \"small\"\ntitle = \"t\"\n[suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n";
     let spec =
-        [head, &part("vot", "vot-toolkit"), &part("pysot", "pysot"), &part("all", "pytracking"), claim].concat();
+        [head, &part("vot", "vot-toolkit"), &part("pysot", "pysot"), &part("all", "pytracking"), claim]
+            .concat();
     std::fs::write(root.join("a.toml"), &spec).unwrap();
     trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
     let f = |name: &str| {
