@@ -278,18 +278,14 @@ impl Models<'_> {
     }
 }
 
-/// What a method needs that a tracker with this first state does not give.
+/// A need of a method that a tracker with this first state does not meet.
 fn lacks(variant: &Variant, state: &TrackerState) -> Option<&'static str> {
     let lacks = |reads: Reads| match reads {
-        Reads::Posterior if state.posterior.is_none() => {
-            Some("needs a tracker with a posterior, such as color-particle-filter or ivt")
-        }
-        Reads::Response if state.response.is_none() => {
-            Some("needs a tracker with a response map, such as kcf, dsst or samf")
-        }
-        Reads::Confidence if state.confidence.is_none() => Some("needs a tracker that gives its confidence"),
         Reads::Companions => Some("needs other trackers' boxes"),
-        _ => None,
+        _ if reads.is_in(state) => None,
+        Reads::Posterior => Some("needs a tracker with a posterior, such as color-particle-filter or ivt"),
+        Reads::Response => Some("needs a tracker with a response map, such as kcf, dsst or samf"),
+        _ => reads.need_of_tracker(),
     };
     variant.signals().find_map(|s| lacks(s.signal.reads()))
 }

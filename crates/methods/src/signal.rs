@@ -54,7 +54,7 @@ pub enum Reads {
 }
 
 impl Reads {
-    /// What has to be there for it, in words.
+    /// Needs of a signal with this input beside the tracker's boxes, in words.
     pub fn need(self) -> &'static str {
         match self {
             Self::Pixels => "frames",
@@ -63,6 +63,28 @@ impl Reads {
             Self::Confidence => "the tracker's confidence",
             Self::Boxes => "boxes alone",
             Self::Companions => "other trackers' boxes",
+        }
+    }
+
+    /// The need that a tracker, or the other trackers, do not meet, as a cell that is not run states it; `None` for what
+    /// every tracker gives.
+    pub fn need_of_tracker(self) -> Option<&'static str> {
+        match self {
+            Self::Pixels | Self::Boxes => None,
+            Self::Posterior => Some("needs a tracker that gives its posterior"),
+            Self::Response => Some("needs a tracker that gives its response map"),
+            Self::Confidence => Some("needs a tracker that gives its confidence"),
+            Self::Companions => Some("needs other trackers on the sequence"),
+        }
+    }
+
+    /// Whether a tracker's state has it; frames and other trackers are not part of a state.
+    pub fn is_in(self, state: &TrackerState) -> bool {
+        match self {
+            Self::Posterior => state.posterior.is_some(),
+            Self::Response => state.response.is_some(),
+            Self::Confidence => state.confidence.is_some(),
+            Self::Pixels | Self::Boxes | Self::Companions => true,
         }
     }
 }

@@ -73,7 +73,8 @@ impl Lane {
         Self { source: StateSource::Tracker(tracker, Some(Box::new(state))), signals: Vec::new() }
     }
 
-    /// The lane with signals, which start in the `context` of its tracker; those that read companions are given the regions of `companions`.
+    /// The lane with signals, which start in the `context` of its tracker; those that read companions are given the
+    /// regions of `companions`.
     ///
     /// # Errors
     /// When a signal cannot start, e.g. a file that it reads is absent.
@@ -161,13 +162,10 @@ impl LaneSignal {
         number: u32,
     ) -> Result<f64, TrackingError> {
         let Self { kind, reads, session, companions } = self;
-        let lacks = match reads {
-            Reads::Posterior => state.posterior.is_none().then_some("posterior"),
-            Reads::Response => state.response.is_none().then_some("response map"),
-            Reads::Pixels | Reads::Confidence | Reads::Boxes | Reads::Companions => None,
-        };
-        if let Some(lacks) = lacks {
-            return Err(TrackingError::Lacks { kind, lacks });
+        // A confidence may be absent in single frames, for which the signal has a rule.
+        let lacks = *reads != Reads::Confidence && !reads.is_in(state);
+        if let Some(need) = reads.need_of_tracker().filter(|_| lacks) {
+            return Err(TrackingError::Lacks { kind, need });
         }
         let states = companions.iter().filter_map(|states| states.get(t));
         let companions: Vec<&Region> = states.map(|state| &state.region).collect();

@@ -49,12 +49,12 @@ pub enum TrackingError {
     #[error("the stored track has no frame {0}")]
     NoState(usize),
     /// A tracker does not give what a signal reads.
-    #[error("signal {kind} needs a tracker that gives its {lacks}")]
+    #[error("signal {kind} {need}")]
     Lacks {
         /// Kind of the signal.
         kind: &'static str,
-        /// What the tracker does not give.
-        lacks: &'static str,
+        /// The need that is not met.
+        need: &'static str,
     },
     /// A signal is not a finite number.
     #[error("signal {kind} is {value} in frame {number}")]

@@ -22,17 +22,6 @@ use std::sync::Arc;
 /// The need of what looks at pixels.
 const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";
 
-/// The need of a signal with this input, as cells that are not run state it.
-fn need_of(reads: Reads) -> Option<&'static str> {
-    match reads {
-        Reads::Pixels | Reads::Boxes => None,
-        Reads::Posterior => Some("needs a tracker that gives its posterior"),
-        Reads::Response => Some("needs a tracker that gives its response map"),
-        Reads::Confidence => Some("needs a tracker that gives its confidence"),
-        Reads::Companions => Some("needs other trackers on the sequence"),
-    }
-}
-
 /// A sequence whose files are present.
 pub struct PlannedSequence {
     /// The sequence.
@@ -41,6 +30,8 @@ pub struct PlannedSequence {
     pub digest: String,
     /// Recipe of each job's track; an error for tracks that are not needed or cannot be made.
     pub tracks: Vec<Result<Recipe, CellError>>,
+    /// Address of each of these recipes, made once because everything on a track is addressed by it.
+    addresses: Vec<Result<Address, CellError>>,
     /// The files that each of the experiment's signals reads besides those of the track.
     signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
     /// Whether each job's tracker gives its confidence here; empty if no signal reads it.
@@ -141,7 +132,10 @@ impl<'a> ExperimentPlan<'a> {
                     Ok(common) => recipes::track(experiment, &sequence, common, *job, data_roots),
                     Err(e) => Err(e.clone()),
                 };
-                let tracks = jobs.iter().map(track).collect();
+                let tracks: Vec<_> = jobs.iter().map(track).collect();
+                let address = |track: &Result<Recipe, CellError>| {
+                    track.as_ref().map(Recipe::address).map_err(Clone::clone)
+                };
                 let files = |choice: &SignalChoice| recipes::signal_files(&sequence, choice, data_roots);
                 let reads_confidence = signals.iter().any(|s| s.signal.reads() == Reads::Confidence);
                 let gives_confidence = |job: &Job| {
@@ -155,6 +149,7 @@ impl<'a> ExperimentPlan<'a> {
                     digest: digest.unwrap_or_default(),
                     signal_files: signals.iter().map(files).collect(),
                     gives_confidence: confident.map(gives_confidence).collect(),
+                    addresses: tracks.iter().map(address).collect(),
                     tracks,
                     sequence: Arc::new(sequence),
                 })
@@ -226,7 +221,7 @@ impl<'a> ExperimentPlan<'a> {
             Some(Reads::Confidence) => planned.gives_confidence.get(job).is_some_and(|gives| *gives),
             Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
         };
-        let unmet = reads.filter(|_| !given).and_then(need_of).map(CellError::Unmet);
+        let unmet = reads.filter(|_| !given).and_then(Reads::need_of_tracker).map(CellError::Unmet);
         unmet.or_else(|| planned.signal_files.get(signal?)?.as_ref().err().cloned())
     }
 
@@ -289,15 +284,13 @@ impl<'a> ExperimentPlan<'a> {
         job: usize,
         signal: usize,
     ) -> Result<Recipe, CellError> {
-        let track = planned.tracks[job].as_ref().map_err(Clone::clone)?.address();
+        let track = planned.addresses[job].clone()?;
         let files = planned.signal_files[signal].as_ref().map_err(Clone::clone)?;
         let choice = &self.signals[signal];
-        let companions = match choice.signal.reads() {
-            Reads::Companions => self.companions(planned, job).collect(),
-            _ => Vec::new(),
-        };
-        let address = |j: &usize| planned.tracks[*j].as_ref().ok().map(Recipe::address);
-        let companions: Vec<Address> = companions.iter().filter_map(address).collect();
+        let reads_companions = choice.signal.reads() == Reads::Companions;
+        let companions = self.companions(planned, job).filter(|_| reads_companions);
+        let companions = companions.filter_map(|j| planned.addresses[j].as_ref().ok().copied());
+        let companions: Vec<Address> = companions.collect();
         Ok(recipes::signal(track, choice, &companions, files))
     }
 
@@ -316,7 +309,7 @@ impl<'a> ExperimentPlan<'a> {
         }
         Ok(match signal {
             Some(k) => Read::Signal(self.signal_recipe(planned, job, k)?.address()),
-            None => Read::Track(planned.tracks[job].as_ref().map_err(Clone::clone)?.address()),
+            None => Read::Track(planned.addresses[job].clone()?),
         })
     }
 
