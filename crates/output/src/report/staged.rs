@@ -23,7 +23,7 @@ impl StagedReport {
         staging::sweep(reports);
         let aside = Staging::new(reports)?;
         let written = write(results, aside.path())?;
-        site::write_summary(results, &written.findings, aside.path())?;
+        site::write_summary(results, &written, aside.path())?;
         Ok(Self { name: results.experiment.name.clone(), aside, written })
     }
 

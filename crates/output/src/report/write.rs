@@ -16,7 +16,7 @@ use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
 use crate::image;
-use crate::results::{Results, ResultsError, TrackSeries};
+use crate::results::{CellScore, Results, ResultsError, TrackSeries};
 use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::{self, TableLayout};
@@ -29,6 +29,8 @@ pub struct WrittenReport {
     pub findings: Vec<Finding>,
     /// The experiment's own tables.
     pub tables: Vec<TableLayout>,
+    /// Counts of every cell.
+    pub scores: Vec<CellScore>,
 }
 
 /// A report that could not be written.
@@ -103,7 +105,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
-    Ok(WrittenReport { findings, tables: page.tables })
+    Ok(WrittenReport { findings, tables: page.tables, scores })
 }
 
 /// Draws all figures, several at once.

@@ -1,9 +1,10 @@
 //! Standings: the methods of one experiment with all of its trackers pooled, as the leaderboard shows them.
 
-use crate::num::pooled::Draws;
+use crate::num::pooled::Drawn;
 use crate::num::seed;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{CellScore, Results};
+use crate::score::frames::bootstrap::{LEVEL, MIN_SEQUENCES};
 use crate::score::{Counts, Metric, Pooled};
 use crate::spec::method::Method;
 use crate::table::layout;
@@ -11,8 +12,6 @@ use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Level of the intervals.
-const LEVEL: f64 = 0.95;
 /// Bootstrap samples of sequences for the interval of F over chance.
 const DRAWS: usize = 2000;
 
@@ -22,7 +21,7 @@ const DRAWS: usize = 2000;
 pub struct Standing {
     /// The method.
     pub method: String,
-    /// What has to be there for it: `boxes alone`, `frames` ...
+    /// Its first need beside the boxes of the tracker: `boxes alone`, `frames` ...
     pub needs: String,
     /// Whether it is an anchor, which does not compete.
     pub anchor: bool,
@@ -59,15 +58,14 @@ impl Estimate {
     }
 }
 
-/// The standings of an experiment that asks for them, in its order; methods without a result and the points of grids are
+/// The standings of an experiment that asks for them, in its order; `scores` are those of [`Results::scores`]; methods without a result and the points of grids are
 /// left out.
-pub fn standings(results: &Results) -> Vec<Standing> {
+pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
     let experiment = &results.experiment;
     if !experiment.leaderboard {
         return Vec::new();
     }
-    let scores = results.scores().unwrap_or_default();
-    let costs = costs(results);
+    let (costs, mut drawn) = (costs(results), Drawn::default());
     let standing = |method: &Method| {
         let variant = method.variants.first().filter(|_| !method.has_grid())?;
         let name = &method.name;
@@ -86,7 +84,7 @@ pub fn standings(results: &Results) -> Vec<Standing> {
             auroc: Estimate::new(real, [frames.auroc, frames.auroc_low, frames.auroc_high]),
             auprc: Estimate::new(real, [frames.auprc, frames.auprc_low, frames.auprc_high]),
             false_alarms: Estimate::new(rate, alarms),
-            f_over_chance: Estimate::new(real, f_over_chance(results, &scores, name)),
+            f_over_chance: Estimate::new(real, f_over_chance(results, scores, name, &mut drawn)),
             cost: costs.get(name).cloned().unwrap_or_default(),
         })
     };
@@ -94,7 +92,12 @@ pub fn standings(results: &Results) -> Vec<Standing> {
 }
 
 /// F over chance of the counts of all trackers, with its interval.
-fn f_over_chance(results: &Results, scores: &[CellScore], method: &str) -> [Option<f64>; 3] {
+fn f_over_chance(
+    results: &Results,
+    scores: &[CellScore],
+    method: &str,
+    drawn: &mut Drawn,
+) -> [Option<f64>; 3] {
     let mut by_sequence: BTreeMap<&str, Counts> = BTreeMap::new();
     for score in scores.iter().filter(|s| s.method == method && s.params.is_empty()) {
         let sum = by_sequence.entry(&score.sequence).or_default();
@@ -109,9 +112,9 @@ fn f_over_chance(results: &Results, scores: &[CellScore], method: &str) -> [Opti
         value(Counts { tp, fp, fn_, tn })
     };
     let seed = seed::seed(results.experiment.seed, &["leaderboard"]);
+    let enough = list.len() >= MIN_SEQUENCES;
     let bounds =
-        (list.len() > 2).then(|| Draws::new(list.len(), DRAWS, seed).interval(&list, statistic, LEVEL));
-    let bounds = bounds.flatten();
+        enough.then(|| drawn.of(list.len(), DRAWS, seed).interval(&list, statistic, LEVEL)).flatten();
     [value(by_sequence.values().copied().sum()), bounds.map(|b| b.0), bounds.map(|b| b.1)]
 }
 

@@ -8,8 +8,9 @@ use crate::engine::store;
 use crate::report::claims::{ClaimOutcome, Finding};
 use crate::report::files::SUMMARY;
 use crate::report::uncertainty;
+use crate::report::write::WrittenReport;
 use crate::results::Measure;
-use crate::results::{self, Results};
+use crate::results::{self, CellScore, Results};
 use crate::table;
 use crate::table::layout;
 use crate::table::number::Style;
@@ -83,8 +84,8 @@ pub struct Best {
     pub value: String,
 }
 
-/// The summary of a report; `findings` are its tested claims.
-pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
+/// The summary of a report; `scores` are those of [`Results::scores`], `findings` its tested claims.
+pub fn summary(results: &Results, scores: &[CellScore], findings: &[Finding]) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
     let mut claims = ClaimCounts::default();
@@ -109,7 +110,7 @@ pub fn summary(results: &Results, findings: &[Finding]) -> Summary {
         synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
         failed: manifest.cells_failed.len() as u64,
         best: best(results),
-        standings: standings(results),
+        standings: standings(results, scores),
     }
 }
 
@@ -156,9 +157,10 @@ fn best(results: &Results) -> Vec<Best> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_summary(results: &Results, findings: &[Finding], report: &Path) -> Result<(), SiteError> {
+pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), SiteError> {
     let path = report.join(SUMMARY);
-    Ok(store::write_derived(&path, &results::to_json(&path, &summary(results, findings))?)?)
+    let summary = summary(results, &written.scores, &written.findings);
+    Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)
 }
 
 /// A summary that cannot be shown.
