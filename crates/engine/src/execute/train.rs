@@ -180,7 +180,7 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
         for (t, _) in trackers.filter(|(_, tracker)| method.runs_on(&tracker.label)) {
             for part in 0..plan.parts(variant) {
                 let mut mine = plan.training_tracks((v, method, variant), t, part);
-                mine.retain(|(suite, s, j)| tracks[*suite][*s][*j].is_ok());
+                mine.retain(|place| tracks[place.0][place.1][place.2].is_ok() && reads.contains_key(place));
                 let of: Vec<_> = mine.iter().filter_map(|track| reads.get(track).copied()).collect();
                 let recipe = recipes::of_model(method, variant, &of).filter(|_| !of.is_empty());
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
