@@ -46,7 +46,7 @@ impl Analysed {
 /// A track with its sequence.
 struct TrackView {
     track: Arc<Track>,
-    /// What the analysis reads of it.
+    /// Input of the analysis: a signal on the track, or the track itself.
     read: Read,
     sequence: Arc<Sequence>,
     run: u32,

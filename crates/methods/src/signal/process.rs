@@ -102,7 +102,7 @@ pub struct Params {
     /// Scores that are good.
     #[serde(default)]
     pub good: Good,
-    /// What it needs of a frame.
+    /// Input of the program beside the box.
     #[serde(default)]
     pub reads: Need,
     /// Parameters that are handed over to it.

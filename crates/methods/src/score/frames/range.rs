@@ -20,7 +20,7 @@
 use super::truth::{Rule, ScoredTrack, runs};
 use std::ops::Range;
 
-/// What the frames of a range weigh.
+/// Weights of the frames of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bias {
     /// All the same.
@@ -34,9 +34,9 @@ pub enum Bias {
 pub struct Rules {
     /// Weight in recall of a range's being found at all, in `[0, 1]`.
     pub alpha: f64,
-    /// What the frames of an alarm range weigh in precision.
+    /// Weights of the frames of an alarm range, in precision.
     pub precision_bias: Bias,
-    /// What the frames of a lost range weigh in recall.
+    /// Weights of the frames of a lost range, in recall.
     pub recall_bias: Bias,
 }
 

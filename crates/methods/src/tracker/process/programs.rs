@@ -22,7 +22,7 @@ pub enum Protocol {
     Json,
 }
 
-/// What a program is.
+/// Kinds of plugins that a program can stand for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// A tracker.
