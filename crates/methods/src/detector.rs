@@ -27,6 +27,7 @@ pub mod process;
 pub mod random;
 pub mod relative_drop;
 pub mod sequential_test;
+pub mod stream;
 pub mod track_quality;
 pub mod two_model_chi_square;
 
@@ -39,6 +40,7 @@ mod deviation;
 
 pub use labels::{RECOVERY_FRAMES, changes, lost, run_starts};
 pub use learning::{Example, LearnError, Learner};
+pub use stream::{Judgement, Reason, Stream};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::direction::Direction;
@@ -156,6 +158,16 @@ pub trait Detector: Send + Sync {
     /// whose alarm lasts until they themselves have found that the track is good again.
     fn frames_to_recover(&self) -> usize {
         RECOVERY_FRAMES
+    }
+
+    /// The detector before the first frame of a track that goes on, from detectors that judge frame by frame.
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        None
+    }
+
+    /// The detector as it was when [`Stream::save`] was called; `None` if the bytes are not those of this detector.
+    fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Stream>> {
+        None
     }
 
     /// Labels every frame of a track.

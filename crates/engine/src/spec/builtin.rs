@@ -96,12 +96,41 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
 }
 
+/// Inputs that there are of a track beside its boxes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// The frames.
+    pub frames: bool,
+    /// Boxes of other trackers on the same frames.
+    pub companions: bool,
+    /// The tracker's own confidence.
+    pub confidence: bool,
+}
+
+/// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
+pub fn recommended(inputs: Inputs) -> &'static str {
+    match inputs {
+        Inputs { companions: true, .. } => "Companions",
+        Inputs { confidence: true, .. } => "Confidence",
+        Inputs { frames: true, .. } => "Watchdog",
+        Inputs { .. } => "Displacement",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::score::Metric;
     use crate::spec::table::{Side, Table};
     use std::collections::BTreeSet;
+
+    #[test]
+    fn recommended_methods_are_published() {
+        for bits in 0..8 {
+            let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
+            assert!(method_names().contains(&recommended(Inputs { frames, companions, confidence })));
+        }
+    }
 
     #[test]
     fn every_published_method_builds() {
