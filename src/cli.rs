@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
     about,
     after_help = "Exit codes: 0 success, 1 a bug or an I/O error, 2 wrong arguments or experiment file, \
 3 data missing or not as pinned in datasets.lock, 4 some cells failed, 5 a required claim does not hold, \
-130 interrupted (finished work is kept)."
+6 the target is lost (`detect --fail-on-loss`), 130 interrupted (finished work is kept)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -182,6 +182,9 @@ pub enum Failure {
     /// 5: a required claim does not hold.
     #[error(transparent)]
     Expectation(Cause),
+    /// 6: a method finds that the target is lost, and the user wants to fail then.
+    #[error(transparent)]
+    Loss(Cause),
     /// 130: Ctrl-C, or the end of a batch job; finished work is kept.
     #[error(transparent)]
     Interrupted(Cause),
@@ -221,6 +224,7 @@ impl Failure {
             Self::Data(_) => 3,
             Self::Cells(_) => 4,
             Self::Expectation(_) => 5,
+            Self::Loss(_) => 6,
             Self::Interrupted(_) => 130,
         }
     }

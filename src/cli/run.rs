@@ -140,7 +140,7 @@ fn parse(args: &Args) -> Result<Vec<Experiment>, Failure> {
 }
 
 /// A flag that Ctrl-C and the signals of batch systems set; a second one ends the program at once.
-fn stop_on_signals() -> Stop {
+pub(super) fn stop_on_signals() -> Stop {
     static STOP: std::sync::OnceLock<Stop> = std::sync::OnceLock::new();
     let stop = STOP.get_or_init(|| {
         let stop = Stop::default();

@@ -25,7 +25,7 @@ fn prints_a_row_for_each_frame_and_method() {
     let sequence = rendered(root.path());
     let boxes = sequence.join("groundtruth_rect.txt");
     let frames = std::fs::read_to_string(&boxes).unwrap().lines().count();
-    let output = detect(&sequence.join("img"), &boxes, &[]);
+    let output = detect(&sequence.join("img"), &boxes, &["--all"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(text.lines().next().unwrap(), "frame,method,score,label,change,state");
@@ -46,7 +46,7 @@ fn prints_a_row_for_each_frame_and_method() {
     let text_boxes = std::fs::read_to_string(&boxes).unwrap();
     let with_header = root.path().join("header.csv");
     std::fs::write(&with_header, format!("x,y,w,h\r\n{}", text_boxes.replace('\n', "\r\n"))).unwrap();
-    let again = detect(&sequence.join("img"), &with_header, &[]);
+    let again = detect(&sequence.join("img"), &with_header, &["--all"]);
     assert_eq!(String::from_utf8(again.stdout).unwrap(), text);
 
     let one = detect(&sequence.join("img"), &boxes, &["--method", "CovF"]);
@@ -59,6 +59,8 @@ fn prints_a_row_for_each_frame_and_method() {
     std::fs::write(&short, "1,2,3,4\n").unwrap();
     let output = detect(&sequence.join("img"), &short, &[]);
     assert_eq!(output.status.code(), Some(3));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("1 boxes") && message.contains(&format!("has {frames} frames")), "{message}");
     let nan = root.path().join("nan.txt");
     std::fs::write(&nan, "1,2,3,4\nNaN,2,3,4\n").unwrap();
     let output = detect(&sequence.join("img"), &nan, &[]);
@@ -103,7 +105,7 @@ fn a_target_is_followed_and_doubts_are_told_frame_by_frame() {
     let root = tempfile::tempdir().unwrap();
     let (frames, first) = drawn(root.path(), "car-shade");
     let boxes = root.path().join("boxes.txt");
-    let output = follow(&frames, &first, &["--save-boxes", boxes.to_str().unwrap()]);
+    let output = follow(&frames, &first, &["--all", "--save-boxes", boxes.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     let all = rows(&text);

@@ -3,6 +3,8 @@
 mod archives;
 mod bad_data;
 mod detect;
+mod detect_inputs;
+mod detect_output;
 mod docs;
 mod download;
 mod engine;

@@ -121,10 +121,19 @@ pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, D
             paths.push(path);
         }
     }
-    paths.sort();
     if paths.is_empty() {
         return Err(DatasetError::content(folder, "no .jpg or .png file in this folder"));
     }
+    numbered(paths)
+}
+
+/// Files by frame number, the number being the last digits of the name without extension; where a name has no digits,
+/// all files are numbered from 1 in the order of their names.
+///
+/// # Errors
+/// Two files of one number.
+pub(crate) fn numbered(mut paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
+    paths.sort();
     let numbers: Option<Vec<u32>> = paths.iter().map(|p| number(p)).collect();
     let numbers = numbers.unwrap_or_else(|| (1..=paths.len() as u32).collect());
     let mut images = BTreeMap::new();

@@ -15,6 +15,7 @@ pub mod lock;
 pub mod suite;
 pub mod synthetic;
 pub mod text;
+pub mod user_frames;
 pub mod video;
 
 pub use digest::file_digest;

@@ -49,6 +49,27 @@ pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
     read_at_most(path, MAX_TEXT_BYTES)
 }
 
+/// The bytes of a text that the user names: a file, a pipe, or `-` for what stands on stdin, of at most
+/// [`MAX_TEXT_BYTES`] bytes.
+///
+/// # Errors
+/// I/O errors, folders, and larger texts.
+pub fn read_named(path: &Path) -> Result<Vec<u8>, DatasetError> {
+    let fail = |e| DatasetError::io(path, e);
+    let mut bytes = Vec::new();
+    if path == Path::new("-") {
+        std::io::stdin().lock().take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    } else {
+        let file = File::open(path).map_err(fail)?;
+        file.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    }
+    if bytes.len() as u64 > MAX_TEXT_BYTES {
+        let message = format!("larger than {} MiB, so no file of its kind", MAX_TEXT_BYTES >> 20);
+        return Err(DatasetError::content(path, message));
+    }
+    Ok(bytes)
+}
+
 /// Reads a text file and takes off a byte-order mark.
 ///
 /// # Errors
@@ -235,6 +256,8 @@ mod tests {
     #[test]
     fn endless_files_are_refused() {
         assert!(matches!(read(Path::new("/dev/zero")), Err(DatasetError::Content { .. })));
+        assert!(matches!(read_named(Path::new("/dev/zero")), Err(DatasetError::Content { .. })));
+        assert!(read_named(Path::new("/dev/null")).unwrap().is_empty());
     }
 
     #[test]

@@ -17,7 +17,7 @@
 
 use super::digest::file_digest;
 use super::{DatasetError, ImageFiles};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -92,6 +92,33 @@ impl Video {
     }
 }
 
+/// Decodes all frames of a video into a folder that is not there yet, and returns their files in order.
+///
+/// # Errors
+/// No ffmpeg, a file it cannot decode, or a limit.
+pub fn decode_all(video: &Path, folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
+    decode(video, folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS)?;
+    let files = (1..=DEFAULT_LIMITS.frames).map(|n| folder.join(frame_name(n)));
+    Ok(files.take_while(|file| file.is_file()).collect())
+}
+
+/// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell.
+pub fn rate(video: &Path) -> Option<f64> {
+    let mut url = OsString::from("file:");
+    url.push(video.canonicalize().ok()?);
+    let mut command = Command::new("ffprobe");
+    command
+        .args(["-v", "error", "-protocol_whitelist", "file", "-format_whitelist", FORMATS])
+        .args(["-select_streams", "v:0", "-show_entries", "stream=avg_frame_rate", "-of", "csv=p=0"])
+        .arg(url)
+        .stdin(Stdio::null());
+    let output = command.output().ok().filter(|output| output.status.success())?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let (frames, seconds) = text.lines().next()?.trim().trim_end_matches(',').split_once('/')?;
+    let rate = frames.parse::<f64>().ok()? / seconds.parse::<f64>().ok()?;
+    (rate.is_finite() && rate > 0.0).then_some(rate)
+}
+
 fn frame_name(n: u32) -> String {
     format!("{n:06}.png")
 }
@@ -142,7 +169,7 @@ fn decode(video: &Path, folder: &Path, program: &OsStr, limits: VideoLimits) -> 
 }
 
 fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limits: VideoLimits) -> Command {
-    let mut url = std::ffi::OsString::from("file:");
+    let mut url = OsString::from("file:");
     url.push(input);
     let mut command = Command::new(program);
     command

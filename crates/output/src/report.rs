@@ -17,6 +17,7 @@
 //! | [`uncertainty`] | says how far headline numbers can be trusted |
 //! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
 //! | [`explain`](mod@explain) | takes numbers of tables apart |
+//! | [`verdict`] | says in sentences when a user's tracker has lost its target |
 //! | [`page`] | the data of the page |
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`site`] | the page over all reports |
@@ -40,6 +41,7 @@ mod staged;
 pub mod stills;
 pub mod trace;
 pub mod uncertainty;
+pub mod verdict;
 pub mod write;
 
 pub use claims::{ClaimOutcome, ClaimView, verdict_words};

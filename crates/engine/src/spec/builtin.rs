@@ -5,10 +5,12 @@ use super::error::Source;
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
 use super::read::array_of_tables;
+use crate::detector::DETECTORS;
+use crate::plugin;
 use crate::score::PROTOCOLS;
 use std::sync::LazyLock;
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
@@ -96,6 +98,39 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
 }
 
+/// Whether the detector of a published method has a parameter.
+pub fn detector_takes(name: &str, parameter: &str) -> bool {
+    let table = METHOD_TABLES.iter().find(|(known, _)| known == name);
+    let detector = table.and_then(|(_, table)| table.get_ref().get("detector")?.get_ref().as_table());
+    let kind = detector.and_then(|detector| detector.get("kind")?.get_ref().as_str());
+    let schema = kind.and_then(|kind| plugin::find(DETECTORS, kind)).map(|entry| (entry.schema)());
+    schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(parameter)).is_some())
+}
+
+/// A published method by name, with a number in place of a parameter of its detector.
+///
+/// # Errors
+/// When the detector has no such parameter, or refuses the number.
+pub fn published_method_with(name: &str, parameter: &str, value: f64) -> Option<Result<Method, SpecError>> {
+    let text = format!("{parameter} = {value:?}");
+    let source = Source::new("methods.toml", METHODS);
+    let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
+    let mut table: Spanned<DeTable<'_>> = table.clone();
+    let span = table.span();
+    let set = match DeTable::parse(&text) {
+        Ok(set) => set.into_inner(),
+        Err(e) => return Some(Err(source.toml(&e, span))),
+    };
+    if let Some(DeValue::Table(detector)) = table.get_mut().get_mut("detector").map(Spanned::get_mut) {
+        for (key, value) in set {
+            let (place, value) = (value.span(), value.into_inner());
+            detector.remove(&**key.get_ref());
+            detector.insert(key, Spanned::new(span.start..span.start + place.len(), value));
+        }
+    }
+    Some(method::read(source, None, name, &table, &PROTOCOLS[0], MAX_DETECTORS))
+}
+
 /// Inputs that there are of a track beside its boxes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Inputs {
@@ -130,6 +165,20 @@ mod tests {
             let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
             assert!(method_names().contains(&recommended(Inputs { frames, companions, confidence })));
         }
+    }
+
+    #[test]
+    fn a_parameter_of_a_published_method_may_be_another() {
+        assert!(detector_takes("CovF", "above") && !detector_takes("CovF", "budget"));
+        assert!(!detector_takes("none", "above"));
+        let threshold = |value| {
+            let method = published_method_with("CovF", "above", value).unwrap();
+            method.map(|m| m.variants[0].detector.example().detector.threshold())
+        };
+        assert_eq!(threshold(7.0).unwrap(), Some(7.0));
+        assert!(threshold(f64::NAN).is_err());
+        assert!(published_method_with("CovF", "budget", 1.0).unwrap().is_err());
+        assert!(published_method_with("none", "above", 1.0).is_none());
     }
 
     #[test]

@@ -37,6 +37,28 @@ pub fn write_with<E: From<StoreError>>(
     Ok(persist(file, path)?)
 }
 
+/// Writes a file that the user has named: a regular or new file is replaced atomically; a device, a pipe or a link is
+/// opened and written to, and stays what it is. No folder is made.
+///
+/// # Errors
+/// When there is no such folder, or the file cannot be written to.
+pub fn write_output(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let fail = |e| StoreError::new(path, e);
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        let message = format!("there is no folder {}; make it first", folder.display());
+        return Err(StoreError::new(path, message));
+    }
+    match std::fs::symlink_metadata(path) {
+        Ok(about) if !about.is_file() => {
+            let file = std::fs::OpenOptions::new().write(true).create(true).truncate(true).open(path);
+            let mut file = file.map_err(fail)?;
+            file.write_all(bytes).and_then(|()| file.flush()).map_err(fail)
+        }
+        _ => write(path, bytes),
+    }
+}
+
 /// The folder of a file.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
@@ -111,7 +133,46 @@ mod tests {
         write(&path, b"short").unwrap();
         assert_eq!(read_text(&path).unwrap(), "short");
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        write_output(&path, b"by its name").unwrap();
+        assert_eq!(read_text(&path).unwrap(), "by its name");
         std::fs::remove_file(&path).unwrap();
         assert!(read(&path).unwrap_err().to_string().contains("b.txt"));
+    }
+    #[test]
+    fn no_folder_is_made_for_an_output() {
+        let dir = tempfile::tempdir().unwrap();
+        let message = write_output(&dir.path().join("none/a.txt"), b"x").unwrap_err().to_string();
+        assert!(message.contains("there is no folder") && message.contains("make it first"), "{message}");
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
+        assert!(write_output(dir.path(), b"x").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_pipes_and_devices_stay_what_they_are() {
+        use std::os::unix::fs::FileTypeExt;
+        let dir = tempfile::tempdir().unwrap();
+        let (file, link) = (dir.path().join("file"), dir.path().join("link"));
+        std::fs::write(&file, "a longer text").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_output(&link, b"new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(read_text(&file).unwrap(), "new");
+        // A link that leads nowhere yet leads to the new file.
+        std::fs::remove_file(&file).unwrap();
+        write_output(&link, b"again").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(read_text(&file).unwrap(), "again");
+        let pipe = dir.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        write_output(&pipe, b"through").unwrap();
+        assert_eq!(reader.join().unwrap(), b"through");
+        assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo());
+        write_output(Path::new("/dev/null"), b"gone").unwrap();
+        assert!(std::fs::symlink_metadata("/dev/null").unwrap().file_type().is_char_device());
     }
 }

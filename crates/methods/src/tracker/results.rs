@@ -10,6 +10,7 @@ pub mod mot;
 pub mod otb_json;
 pub mod otb_text;
 pub mod oxuva;
+pub mod user_boxes;
 pub mod vot;
 pub mod write;
 

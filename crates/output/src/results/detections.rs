@@ -1,58 +1,201 @@
-//! The output of `trackfail detect`: the labels of every method on one track.
+//! The output of `trackfail detect`: what every method says of every frame of a user's track.
 
 use super::column::{Column, FRAME, METHOD, TableFile};
 use super::frame::{TableError, to_csv};
 use super::frames::{CHANGE, LABEL, SCORE};
-use crate::dataset::Sequence;
-use crate::detector::{DetectorOutput, lost};
+use crate::detector::{Detector, DetectorOutput, lost};
+use crate::direction::Direction;
+use std::ops::Range;
 
 /// The CSV on stdout.
 pub const FILE: TableFile = TableFile {
     name: "stdout of `trackfail detect`",
     about: "One row for each frame and method, method by method.",
-    columns: &[
-        Column { meaning: "Number of the frame, as its file has it", ..FRAME },
-        METHOD,
-        SCORE,
-        LABEL,
-        CHANGE,
-        STATE,
-    ],
+    columns: &[NUMBER, METHOD, SCORE_OF_TRACK, LABEL, CHANGE, STATE],
 };
+
+/// The CSV on stdout for a file of several targets.
+pub const FILE_OF_TARGETS: TableFile = TableFile {
+    name: "stdout of `trackfail detect` for boxes with numbers of targets",
+    about: "One row for each frame, method and target, target by target.",
+    columns: &[NUMBER, METHOD, SCORE_OF_TRACK, LABEL, CHANGE, STATE, TARGET],
+};
+
+const NUMBER: Column = Column { meaning: "Number of the frame, as its file has it", ..FRAME };
+
+const SCORE_OF_TRACK: Column = SCORE.empty("the track has not begun yet, or is over");
 
 const STATE: Column = Column::text(
     "state",
-    "`lost` from an alarm on, until the recovery is confirmed: in the frame without an alarm itself for methods whose alarm \
-     lasts as long as the loss, in the tenth frame in a row without one for the others; else `tracking`",
+    "`absent` where the tracker gives no box; else `lost` from an alarm on, until the recovery is confirmed: in the frame \
+     without an alarm itself for methods whose alarm lasts as long as the loss, in the tenth frame in a row without one for \
+     the others; else `tracking`",
 );
 
-/// A method on a track.
-pub struct MethodOutput<'m> {
-    /// Its name.
-    pub method: &'m str,
-    /// Its labels.
-    pub output: DetectorOutput,
-    /// See [`Detector::frames_to_recover`](crate::detector::Detector::frames_to_recover).
-    pub frames_to_recover: usize,
+const TARGET: Column = Column::integer("target", "", "Number of the target, as the file of boxes has it");
+
+/// State of the target in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// The tracker is on the target.
+    Tracking,
+    /// From an alarm until the recovery is confirmed.
+    Lost,
+    /// The tracker gives no box.
+    Absent,
 }
 
-/// The CSV of what methods say of the frames of a sequence.
+impl State {
+    /// Its word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Tracking => "tracking",
+            Self::Lost => "lost",
+            Self::Absent => "absent",
+        }
+    }
+}
+
+/// What methods say of one target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedTrack {
+    /// Its number, in a file of several targets.
+    pub target: Option<i64>,
+    /// Number of the first frame.
+    pub first: u32,
+    /// The methods, the one that the user is told of first.
+    pub methods: Vec<JudgedMethod>,
+}
+
+/// What a method says of one target; every list has a value for each frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedMethod {
+    /// Its name.
+    pub name: String,
+    /// Level that the score is compared with, of methods that have one.
+    pub threshold: Option<f64>,
+    /// Scores that speak for a good track.
+    pub direction: Direction,
+    /// Whether its score is the probability of a loss.
+    pub is_probability: bool,
+    /// Score; `None` before the first box and after the last one.
+    pub score: Vec<Option<f64>>,
+    /// Whether there is an alarm.
+    pub label: Vec<bool>,
+    /// Change of the label: +1, -1, 0.
+    pub changes: Vec<i32>,
+    /// State.
+    pub states: Vec<State>,
+}
+
+impl JudgedMethod {
+    /// The output of a detector on a track that begins at `start`; `present` says for each frame of the video whether the
+    /// tracker gives a box.
+    pub fn new(
+        name: &str,
+        detector: &dyn Detector,
+        output: &DetectorOutput,
+        start: usize,
+        present: &[bool],
+    ) -> Self {
+        let lost = lost(&output.alarm, detector.frames_to_recover());
+        let changes = output.changes();
+        // Index in the output of each frame of the video.
+        let of = |t: usize| t.checked_sub(start);
+        let frames = || (0..present.len()).map(of);
+        let state = |(at, present): (Option<usize>, &bool)| match at.and_then(|at| lost.get(at)) {
+            Some(true) if *present => State::Lost,
+            _ if *present => State::Tracking,
+            _ => State::Absent,
+        };
+        Self {
+            name: name.to_string(),
+            threshold: detector.threshold(),
+            direction: detector.score_direction(),
+            is_probability: detector.stream().is_some(),
+            score: frames().map(|at| output.score.get(at?).copied()).collect(),
+            label: frames().map(|at| at.and_then(|at| output.alarm.get(at)) == Some(&true)).collect(),
+            changes: frames().map(|at| at.and_then(|at| changes.get(at)).copied().unwrap_or(0)).collect(),
+            states: frames().zip(present).map(state).collect(),
+        }
+    }
+
+    /// The runs of frames of one state, in order.
+    pub fn stretches(&self) -> impl Iterator<Item = (State, Range<usize>)> + '_ {
+        let mut at = 0;
+        self.states.chunk_by(|a, b| a == b).filter_map(move |run| {
+            let from = at;
+            at += run.len();
+            run.first().map(|state| (*state, from..at))
+        })
+    }
+
+    /// The runs of frames in which the target is lost.
+    pub fn losses(&self) -> Vec<Range<usize>> {
+        self.stretches().filter(|(state, _)| *state == State::Lost).map(|(_, run)| run).collect()
+    }
+}
+
+/// The CSV of all frames of all tracks.
 ///
 /// # Errors
 /// When polars refuses.
-pub fn csv(sequence: &Sequence, methods: &[MethodOutput<'_>]) -> Result<Vec<u8>, TableError> {
+pub fn csv(tracks: &[JudgedTrack]) -> Result<Vec<u8>, TableError> {
     let (mut number, mut name, mut score) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut label, mut change, mut state) = (Vec::new(), Vec::new(), Vec::new());
-    for MethodOutput { method, output: detection, frames_to_recover } in methods {
-        number.extend((0..sequence.len()).map(|t| i64::from(sequence.number(t))));
-        name.extend(std::iter::repeat_n(*method, sequence.len()));
-        score.extend_from_slice(&detection.score);
-        label.extend(detection.alarm.iter().map(|a| i32::from(*a)));
-        change.extend_from_slice(&detection.changes());
-        let lost = lost(&detection.alarm, *frames_to_recover).into_iter();
-        state.extend(lost.map(|lost| if lost { "lost" } else { "tracking" }));
+    let (mut label, mut change, mut state, mut target) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (track, method) in tracks.iter().flat_map(|track| track.methods.iter().map(move |m| (track, m))) {
+        let frames = method.states.len();
+        number.extend((0..frames).map(|t| i64::from(track.first) + t as i64));
+        name.extend(std::iter::repeat_n(method.name.as_str(), frames));
+        score.extend_from_slice(&method.score);
+        label.extend(method.label.iter().map(|alarm| i32::from(*alarm)));
+        change.extend_from_slice(&method.changes);
+        state.extend(method.states.iter().map(|state| state.word()));
+        target.extend(track.target.map(|id| vec![id; frames]).unwrap_or_default());
     }
-    let labels = [LABEL.of(label), CHANGE.of(change), STATE.of(state)];
-    let keys = [FRAME.of(number), METHOD.of(name), SCORE.of(score)];
-    to_csv(FILE.frame(keys.into_iter().chain(labels).collect())?)
+    let keys = [NUMBER.of(number), METHOD.of(name), SCORE_OF_TRACK.of(score)];
+    let mut columns: Vec<_> = keys.into();
+    columns.extend([LABEL.of(label), CHANGE.of(change), STATE.of(state)]);
+    if tracks.iter().any(|track| track.target.is_some()) {
+        columns.push(TARGET.of(target));
+        return to_csv(FILE_OF_TARGETS.frame(columns)?);
+    }
+    to_csv(FILE.frame(columns)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::level::ENTRY;
+
+    /// Frames 1 to 6 of a track that begins in the second, with alarms in the third and sixth.
+    fn track(target: Option<i64>) -> JudgedTrack {
+        let detector = ENTRY.build_from_text("{ below = 0.5 }").unwrap();
+        let output = DetectorOutput {
+            score: vec![0.9, 0.1, 0.75, 0.25],
+            alarm: vec![false, true, false, true],
+            ..DetectorOutput::default()
+        };
+        let present = [false, true, true, false, true, false];
+        let method = JudgedMethod::new("level", &*detector, &output, 1, &present);
+        JudgedTrack { target, first: 1, methods: vec![method] }
+    }
+
+    #[test]
+    fn rows_by_hand() {
+        let text = |target| String::from_utf8(csv(&[track(target)]).unwrap()).unwrap();
+        assert_eq!(
+            text(None),
+            "frame,method,score,label,change,state\n1,level,,0,0,absent\n2,level,0.9,0,0,tracking\n\
+             3,level,0.1,1,1,lost\n4,level,0.75,0,-1,absent\n5,level,0.25,1,1,lost\n6,level,,0,0,absent\n"
+        );
+        assert!(
+            text(Some(7))
+                .starts_with("frame,method,score,label,change,state,target\n1,level,,0,0,absent,7\n")
+        );
+        let method = &track(None).methods[0];
+        assert_eq!(method.losses(), [2..3, 4..5]);
+        assert_eq!(method.stretches().count(), 6);
+        assert!(!method.is_probability);
+    }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 10] = [
+const FILES: [&TableFile; 11] = [
     &scores::FILE,
     &measures::FILE,
     &frame_measures::FILE,
@@ -17,6 +17,7 @@ const FILES: [&TableFile; 10] = [
     &checks::FILE,
     &tables::FILE,
     &detections::FILE,
+    &detections::FILE_OF_TARGETS,
 ];
 
 const HEAD: &str = "\

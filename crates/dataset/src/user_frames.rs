@@ -1,0 +1,213 @@
+//! Frames as a user names them: a folder of images, a pattern of their names, image files one by one, or a video.
+//!
+//! | given | frames | their numbers |
+//! |---|---|---|
+//! | a folder | its `.jpg` and `.png` files, or those of its folder `img`, as [`otb`] reads them | those in the names |
+//! | several files, or a pattern with `*`, `?` or `[...]` | these files | those in the names if they follow each other, else from 1 on |
+//! | another file | those of the video, decoded by ffmpeg into a temporary folder | from 1 on |
+
+use crate::files::{folder_name, is_image, numbered};
+use crate::format::otb;
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence, video};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Frames without annotation, and what belongs to them.
+#[derive(Debug)]
+pub struct UserFrames {
+    /// The frames.
+    pub sequence: Sequence,
+    /// Frames in a second, of a video that says so.
+    pub rate: Option<f64>,
+    /// The decoded frames of a video; deleted when this is dropped.
+    _decoded: Option<tempfile::TempDir>,
+}
+
+/// Finds the frames that the user names; reads no image, but decodes a video.
+///
+/// # Errors
+/// Nothing of the name, no image among the files, two files of one number, a video that ffmpeg cannot decode, and no
+/// ffmpeg for it.
+pub fn load(given: &[PathBuf]) -> Result<UserFrames, DatasetError> {
+    let (sequence, rate, decoded) = match given {
+        [folder] if folder.is_dir() => {
+            let options = otb::Options { truth: otb::Truth::Ignored, ..otb::Options::default() };
+            (otb::load(folder, &options)?, None, None)
+        }
+        [file] if file.exists() && !is_image(file) => {
+            let folder = tempfile::Builder::new().prefix("trackfail-frames-").tempdir();
+            let folder = folder.map_err(|e| DatasetError::io(&std::env::temp_dir(), e))?;
+            let frames = video::decode_all(file, &folder.path().join("frames"))?;
+            (sequence(file, 1, frames), video::rate(file), Some(folder))
+        }
+        [pattern] if !pattern.exists() && is_pattern(pattern) => {
+            (of_files(pattern, matching(pattern)?)?, None, None)
+        }
+        files => {
+            let first =
+                files.first().ok_or_else(|| DatasetError::content(Path::new("--frames"), "no file"))?;
+            (of_files(first, files.to_vec())?, None, None)
+        }
+    };
+    Ok(UserFrames { sequence, rate, _decoded: decoded })
+}
+
+/// Frames `range` of a user's frames; of a sequence without frames, as many without.
+pub fn part(whole: &Sequence, range: Range<usize>) -> Sequence {
+    let numbers = (whole.number(range.start), whole.number(range.end).saturating_sub(1));
+    let frames = match &whole.frames {
+        Frames::Files(files) => Frames::Files(files.get(range.clone()).unwrap_or_default().to_vec().into()),
+        other => other.clone(),
+    };
+    Sequence {
+        numbering: Numbering { first: numbers.0, official: numbers },
+        truth: vec![None; range.len()],
+        frames,
+        ..without_frames(&whole.name, 0)
+    }
+}
+
+/// A sequence of so many frames, numbered from 1, none of which is there.
+pub fn without_frames(name: &str, frames: usize) -> Sequence {
+    Sequence {
+        name: name.to_string(),
+        numbering: Numbering { first: 1, official: (1, frames as u32) },
+        truth: vec![None; frames],
+        attributes: Vec::new(),
+        frame_attributes: Vec::new(),
+        digest: Digest::default(),
+        frames: Frames::Absent,
+    }
+}
+
+/// Whether a name has characters that stand for others.
+fn is_pattern(name: &Path) -> bool {
+    name.as_os_str().as_encoded_bytes().iter().any(|b| b"*?[".contains(b))
+}
+
+/// The files whose names fit a pattern.
+fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
+    let fault = |message: String| DatasetError::content(pattern, message);
+    let text = pattern.to_str().ok_or_else(|| fault("a pattern has to be UTF-8 text".into()))?;
+    let found = glob::glob(text).map_err(|e| fault(format!("no pattern of file names: {e}")))?;
+    let mut files = Vec::new();
+    for path in found {
+        let path = path.map_err(|e| {
+            let folder = e.path().to_path_buf();
+            DatasetError::io(&folder, e.into())
+        })?;
+        if is_image(&path) {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        return Err(fault("no .jpg or .png file fits this pattern".into()));
+    }
+    Ok(files)
+}
+
+/// The sequence of some image files.
+fn of_files(name: &Path, files: Vec<PathBuf>) -> Result<Sequence, DatasetError> {
+    if let Some(other) = files.iter().find(|file| !is_image(file)) {
+        // A file that is absent is told as such.
+        std::fs::metadata(other).map_err(|e| DatasetError::io(other, e))?;
+        return Err(DatasetError::content(
+            other,
+            "one of several files of frames has to be a .jpg or .png file",
+        ));
+    }
+    let images: BTreeMap<u32, PathBuf> = numbered(files)?;
+    let first = images.keys().next().copied().unwrap_or(1);
+    let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
+    Ok(sequence(name, if follow { first } else { 1 }, images.into_values().collect()))
+}
+
+fn sequence(name: &Path, first: u32, frames: Vec<PathBuf>) -> Sequence {
+    let name = name.file_stem().map_or_else(|| folder_name(name), |stem| stem.to_string_lossy().into_owned());
+    let last = first.saturating_add(frames.len() as u32).saturating_sub(1);
+    Sequence {
+        numbering: Numbering { first, official: (first, last) },
+        truth: vec![None; frames.len()],
+        frames: Frames::Files(frames.into()),
+        ..without_frames(&name, 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackfail_testing::needs;
+
+    fn touch(folder: &Path, names: &[&str]) {
+        names.iter().for_each(|name| std::fs::write(folder.join(name), b"").unwrap());
+    }
+
+    fn shown(frames: &UserFrames) -> (u32, Vec<String>) {
+        let Frames::Files(files) = &frames.sequence.frames else { panic!("{frames:?}") };
+        let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
+        (frames.sequence.numbering.first, files.iter().map(name).collect())
+    }
+
+    #[test]
+    fn folders_patterns_and_files() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path();
+        touch(folder, &["8.jpg", "9.jpg", "10.jpg", "notes.txt"]);
+        let all = vec!["8.jpg".to_string(), "9.jpg".into(), "10.jpg".into()];
+        for given in [vec![folder.to_path_buf()], vec![folder.join("*.jpg")], vec![folder.join("*")]] {
+            assert_eq!(shown(&load(&given).unwrap()), (8, all.clone()), "{given:?}");
+        }
+        // A shell gives names in their order as texts.
+        let names = ["10.jpg", "8.jpg", "9.jpg"].map(|name| folder.join(name));
+        assert_eq!(shown(&load(&names).unwrap()), (8, all));
+        // Numbers that leave some out are no numbers of frames that follow each other.
+        let some = load(&[folder.join("[81]*.jpg")]).unwrap();
+        assert_eq!(shown(&some), (1, vec!["8.jpg".into(), "10.jpg".into()]));
+        assert_eq!(shown(&load(&[folder.join("9.jpg")]).unwrap()), (9, vec!["9.jpg".into()]));
+    }
+
+    #[test]
+    fn what_is_not_there_is_told() {
+        let root = tempfile::tempdir().unwrap();
+        touch(root.path(), &["a.jpg", "b.jpg", "notes.txt"]);
+        let message = |names: &[&str]| {
+            let names: Vec<PathBuf> = names.iter().map(|name| root.path().join(name)).collect();
+            load(&names).unwrap_err().to_string()
+        };
+        assert!(message(&["none.mp4"]).contains("none.mp4"));
+        assert!(message(&["none"]).contains("check that the file is there"));
+        assert!(message(&["*.gif"]).contains("no .jpg or .png file fits"));
+        assert!(message(&["***/x"]).contains("no pattern"));
+        assert!(message(&["a.jpg", "notes.txt"]).contains("notes.txt: one of several files"));
+        assert!(message(&["a.jpg", "none.jpg", "notes.txt"]).contains("notes.txt"));
+        assert!(load(&[]).is_err());
+    }
+
+    #[needs(ffmpeg)]
+    #[test]
+    fn a_video_is_decoded_for_as_long_as_it_is_needed() {
+        let root = tempfile::tempdir().unwrap();
+        let clip = root.path().join("clip.mp4");
+        let made = std::process::Command::new("ffmpeg")
+            .args(["-nostdin", "-v", "error", "-f", "lavfi", "-i", "testsrc=size=64x48:rate=30000/1001"])
+            .args(["-frames:v", "9"])
+            .arg(&clip)
+            .status();
+        assert!(made.unwrap().success());
+        let frames = load(std::slice::from_ref(&clip)).unwrap();
+        let sequence = &frames.sequence;
+        assert_eq!((sequence.len(), sequence.number(0), &*sequence.name), (9, 1, "clip"));
+        assert_eq!(sequence.size().unwrap(), (64, 48));
+        assert!((frames.rate.unwrap() - 29.97).abs() < 0.01);
+        let (_, names) = shown(&frames);
+        assert_eq!(names[8], "000009.png");
+        let Frames::Files(files) = &frames.sequence.frames else { panic!() };
+        let first = files[0].clone();
+        assert!(first.exists());
+        drop(frames);
+        assert!(!first.exists());
+        std::fs::write(&clip, b"no video").unwrap();
+        assert!(load(&[clip]).unwrap_err().to_string().contains("ffmpeg ends with"));
+    }
+}

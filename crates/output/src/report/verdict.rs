@@ -1,0 +1,242 @@
+//! What a method says of a user's track, in sentences.
+
+use crate::detector::RECOVERY_FRAMES;
+use crate::direction::Direction;
+use crate::results::detections::{JudgedMethod, JudgedTrack, State};
+use crate::table::number::Style;
+use std::ops::Range;
+
+/// Losses and absences that a sentence lists; of more, it gives the number.
+const MAX_LISTED: usize = 8;
+
+/// Share of its threshold from which a probability is near it.
+const NEAR: f64 = 0.75;
+
+/// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches`.
+pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
+    let number = |t: usize| u64::from(track.first) + t as u64;
+    let frames = method.states.len();
+    let mut parts = Vec::new();
+    let mut more = 0;
+    let mut is_first = true;
+    for (state, run) in method.stretches().filter(|(state, _)| *state != State::Tracking) {
+        if parts.len() >= MAX_LISTED {
+            more += usize::from(state == State::Lost);
+            continue;
+        }
+        let to_the_end = if run.end == frames { " to the end" } else { "" };
+        if state == State::Absent {
+            let from = number(run.start);
+            parts.push(match run.len() {
+                1 => format!("absent at {from}"),
+                _ if run.end == frames => format!("absent from {from}{to_the_end}"),
+                _ => format!("absent from {from} to {}", number(run.end - 1)),
+            });
+            continue;
+        }
+        let (word, why) = match is_first {
+            true => ("frame ", format!(" ({})", evidence(method, run.start))),
+            false => ("", String::new()),
+        };
+        is_first = false;
+        let recovered = match method.states.get(run.end) {
+            Some(State::Tracking) => format!("; recovered at {}", number(run.end)),
+            _ => String::new(),
+        };
+        parts.push(format!("lost from {word}{}{to_the_end}{why}{recovered}", number(run.start)));
+    }
+    if more > 0 {
+        parts.push(format!("and lost {more} more times"));
+    }
+    if is_first {
+        let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t));
+        parts.insert(0, format!("tracking, no loss found in {frames} frames ({worst})"));
+    }
+    match false_alarm_prone(method).len() {
+        0 => {}
+        1 => parts.push("1 false-alarm-prone stretch".to_string()),
+        n => parts.push(format!("{n} false-alarm-prone stretches")),
+    }
+    parts.join("; ")
+}
+
+/// The score of a frame beside the threshold: `fused: .97 > .80`.
+fn evidence(method: &JudgedMethod, t: usize) -> String {
+    let name = &method.name;
+    let Some(score) = method.score.get(t).copied().flatten().filter(|score| score.is_finite()) else {
+        return name.clone();
+    };
+    let Some(threshold) = method.threshold else { return name.clone() };
+    // As many digits as tell the two apart.
+    let texts = |decimals| {
+        let style = Style { decimals, bare: true };
+        (style.format(score), style.format(threshold))
+    };
+    let tell_apart =
+        |(score, threshold): &(String, String)| score != threshold && threshold.parse() != Ok(0.0);
+    let (shown, level) = (2..6).map(texts).find(tell_apart).unwrap_or_else(|| texts(6));
+    let sign = match score.total_cmp(&threshold) {
+        std::cmp::Ordering::Less => "<",
+        std::cmp::Ordering::Equal => "=",
+        std::cmp::Ordering::Greater => ">",
+    };
+    format!("{name}: {shown} {sign} {level}")
+}
+
+/// The frame of the score that speaks most for a loss.
+fn worst(method: &JudgedMethod) -> Option<usize> {
+    let scores = method.score.iter().enumerate().filter_map(|(t, score)| Some((t, (*score)?)));
+    let bad = |score: f64| if method.direction == Direction::HigherIsBetter { -score } else { score };
+    // The earliest of equal ones.
+    scores.rev().max_by(|a, b| bad(a.1).total_cmp(&bad(b.1))).map(|(t, _)| t)
+}
+
+/// Stretches in which a method that gives a probability came near a false alarm, or may have raised one.
+///
+/// A frame belongs to one if its probability is at least three quarters of the threshold without an alarm, or if it is in
+/// a loss that was over within ten frames. Frames with fewer than ten others between them are one stretch. The rise
+/// before a longer loss and the fall after it are none, nor are frames in which the target is absent.
+pub fn false_alarm_prone(method: &JudgedMethod) -> Vec<Range<usize>> {
+    let Some(threshold) = method.threshold.filter(|_| method.is_probability) else { return Vec::new() };
+    let is_near = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p >= NEAR * threshold);
+    let frames = method.states.len();
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for (state, run) in method.stretches() {
+        match state {
+            State::Tracking => {
+                let mut near: Vec<usize> = run.clone().filter(|t| is_near(*t)).collect();
+                // A rise that ends in a loss, or a fall that follows one, belongs to that loss.
+                let is_loss = |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&State::Lost);
+                if is_loss(run.start.checked_sub(1)) {
+                    let fall =
+                        near.iter().zip(run.start..).take_while(|(t, expected)| *t == expected).count();
+                    near.drain(..fall);
+                }
+                if is_loss(Some(run.end)) {
+                    let mut expected = run.end;
+                    while near.last().is_some_and(|t| t + 1 == expected) {
+                        expected -= 1;
+                        near.pop();
+                    }
+                }
+                near.into_iter().for_each(|t| extend(&mut found, t..t + 1));
+            }
+            State::Lost if run.len() < RECOVERY_FRAMES && run.end < frames => extend(&mut found, run),
+            State::Lost | State::Absent => {}
+        }
+    }
+    found
+}
+
+/// Adds a run of frames to the last stretch, or a new one if it is further away.
+fn extend(found: &mut Vec<Range<usize>>, run: Range<usize>) {
+    match found.last_mut() {
+        Some(last) if run.start < last.end + RECOVERY_FRAMES => last.end = run.end,
+        _ => found.push(run),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
+    fn judged(states: &str, score: &[f64], threshold: Option<f64>) -> JudgedTrack {
+        let state = |c| match c {
+            'L' => State::Lost,
+            'A' => State::Absent,
+            _ => State::Tracking,
+        };
+        let states: Vec<State> = states.chars().map(state).collect();
+        let method = JudgedMethod {
+            name: "M".into(),
+            threshold,
+            direction: Direction::LowerIsBetter,
+            is_probability: true,
+            score: score.iter().map(|s| Some(*s)).collect(),
+            label: states.iter().map(|s| *s == State::Lost).collect(),
+            changes: vec![0; states.len()],
+            states,
+        };
+        JudgedTrack { target: None, first: 1, methods: vec![method] }
+    }
+
+    fn said(states: &str, score: &[f64], threshold: Option<f64>) -> String {
+        let track = judged(states, score, threshold);
+        verdict(&track, &track.methods[0])
+    }
+
+    #[test]
+    fn sentences_by_hand() {
+        let mut states = ".".repeat(120);
+        states.replace_range(51..60, &"L".repeat(9));
+        states.replace_range(103..120, &"L".repeat(17));
+        let score = |states: &str| -> Vec<f64> {
+            states.chars().map(|c| if c == 'L' { 0.97 } else { 0.1 }).collect()
+        };
+        assert_eq!(
+            said(&states, &score(&states), Some(0.8)),
+            "lost from frame 52 (M: .97 > .80); recovered at 61; lost from 104 to the end; 1 false-alarm-prone stretch"
+        );
+        let whole = "L".repeat(20);
+        assert_eq!(said(&whole, &score(&whole), Some(0.8)), "lost from frame 1 to the end (M: .97 > .80)");
+        assert_eq!(said(&whole, &score(&whole), None), "lost from frame 1 to the end (M)");
+        assert_eq!(
+            said("A..AAL.A", &score("A..AAL.A"), None),
+            "absent at 1; absent from 4 to 5; lost from frame 6 (M); recovered at 7; absent at 8"
+        );
+        assert_eq!(
+            said("...", &[0.1, 0.3, 0.2], Some(0.8)),
+            "tracking, no loss found in 3 frames (M: .30 < .80)"
+        );
+        let often = "L.".repeat(20);
+        let listed = said(&often, &score(&often), None);
+        assert!(listed.ends_with("lost from 15; recovered at 16; and lost 12 more times"), "{listed}");
+    }
+
+    #[test]
+    fn scores_have_as_many_digits_as_tell_them_apart() {
+        let of = |score, threshold| {
+            let track = judged(".", &[score], Some(threshold));
+            evidence(&track.methods[0], 0)
+        };
+        assert_eq!(of(0.97, 0.8), "M: .97 > .80");
+        assert_eq!(of(0.8042, 0.8), "M: .804 > .800");
+        assert_eq!(of(0.0051, 0.004), "M: .005 > .004");
+        assert_eq!(of(2.5, 2.3), "M: 2.50 > 2.30");
+        assert_eq!(of(-0.25, 0.5), "M: -.25 < .50");
+        assert_eq!(of(0.8, 0.8), "M: .800000 = .800000");
+    }
+
+    #[test]
+    fn stretches_near_a_false_alarm_by_hand() {
+        let found = |states: &str, score: &[f64]| -> Vec<(usize, usize)> {
+            let track = judged(states, score, Some(0.8));
+            false_alarm_prone(&track.methods[0]).into_iter().map(|run| (run.start, run.end)).collect()
+        };
+        let mut score = vec![0.1; 60];
+        score[5] = 0.61;
+        score[14] = 0.7;
+        score[40] = 0.61;
+        // Eight frames between two are few; .59 is not near .80.
+        score[55] = 0.59;
+        assert_eq!(found(&".".repeat(60), &score), [(5, 15), (40, 41)]);
+        // The rise before a loss and the fall after it belong to it.
+        let mut states = ".".repeat(60);
+        states.replace_range(20..40, &"L".repeat(20));
+        let mut score = vec![0.1; 60];
+        score[18..41].fill(0.7);
+        assert!(found(&states, &score).is_empty());
+        score[10] = 0.7;
+        assert_eq!(found(&states, &score), [(10, 11)]);
+        // A loss over within ten frames is one; at the end of the track nobody knows.
+        let mut states = ".".repeat(60);
+        states.replace_range(20..29, &"L".repeat(9));
+        states.replace_range(55..60, &"L".repeat(5));
+        assert_eq!(found(&states, &[0.1; 60]), [(20, 29)]);
+        // Scores that are no probabilities are not judged.
+        let mut track = judged(&states, &[0.7; 60], Some(0.8));
+        track.methods[0].is_probability = false;
+        assert!(false_alarm_prone(&track.methods[0]).is_empty());
+    }
+}

@@ -1,0 +1,180 @@
+//! `--init`: a built-in tracker follows the target, and its own track is judged.
+
+use super::methods::{ReadyMethod, Wanted, signals_of};
+use super::{Args, follow_frames, inputs, judge};
+use crate::cli::Failure;
+use crate::cli::live::live_tracker;
+use crate::dataset::Sequence;
+use crate::dataset::frame_cache::FrameCache;
+use crate::engine::Stop;
+use crate::engine::execute::frame_loop::Collected;
+use crate::engine::execute::lane::{Companions, Lane};
+use crate::engine::execute::reverse::{FRAMES_IN_MEMORY, Reversal};
+use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
+use crate::engine::store::{self, StoreError};
+use crate::num::seed;
+use crate::region::Region;
+use crate::results::detections::JudgedTrack;
+use crate::signal::Reads;
+use crate::spec::builtin::Inputs;
+use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
+use crate::tracker::results::{self, Base, write};
+use crate::tracker::{Status, TrackerState};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The tracker that the built-in model is about.
+pub const DEFAULT_TRACKER: &str = "color-particle-filter";
+
+/// The model that AVU learned in `sanmiguel2015/built-in-model`.
+const BUILT_IN_MODEL: &str = include_str!("../../../assets/models/color-particle-filter.json");
+
+/// Size of the largest model file, in bytes.
+const MAX_MODEL_FILE: u64 = 1 << 24;
+
+/// Tracks the target from its first box, and judges the track.
+pub fn track(
+    args: &Args,
+    init: &str,
+    sequence: &Sequence,
+    wanted: Wanted,
+    stop: &Stop,
+) -> Result<JudgedTrack, Failure> {
+    let base = inputs::base(args).unwrap_or(Base::One);
+    let first = first_box(init, base)?;
+    let mut sequence = sequence.clone();
+    if let Some(truth) = sequence.truth.first_mut() {
+        *truth = Some(first);
+    }
+    let sequence = Arc::new(sequence);
+    let (entry, config) = live_tracker(&args.tracker, &args.params)?;
+    let seed = seed::seed(args.seed, &["detect", entry.kind]);
+    let failure = |e: TrackingError| match e {
+        TrackingError::Interrupted(e) => Failure::Interrupted(e.into()),
+        TrackingError::Tracker(e) => Failure::data(format!("{}: {e}", entry.kind)),
+        e => Failure::data(e.to_string()),
+    };
+    let model = Models { args, is_default_tracker: config.params() == built_in_params() };
+    let kept = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
+    let run =
+        TrackerRun { sequence: sequence.clone(), frames: kept, config, run: 0, seed, data_roots: Vec::new() };
+    let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
+    let confidence = started.1.confidence.is_some();
+    let (methods, must_run) = wanted.methods(args, Inputs { frames: true, companions: false, confidence })?;
+    let ready = ready_for(methods, &started.1, must_run, &model)?;
+    let goes_back = ready.iter().any(|m| m.detector.detector.needs_reverse());
+    let lane = Lane::of_started(started)
+        .with_signals(&run.context(), &Companions::default(), signals_of(&ready))
+        .map_err(failure)?;
+    // Frames are needed again only by runs back in time.
+    let once = FrameCache::new(0);
+    let frames = if goes_back { &*run.frames } else { &once };
+    let Collected { states, signals } =
+        follow_frames(&sequence, frames, lane, signals_of(&ready).len(), stop).map_err(failure)?;
+    if let Some(path) = &args.save_boxes {
+        save(path, &states, base).map_err(Failure::io)?;
+    }
+    let present: Vec<bool> = states.iter().map(|s| s.status != Status::Absent).collect();
+    let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
+    let reversal = Reversal::new(run, regions);
+    let methods = judge(&ready, &signals, Some(&reversal), 0, &present).map_err(failure)?;
+    Ok(JudgedTrack { target: None, first: sequence.number(0), methods })
+}
+
+/// The box of `--init`.
+fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
+    let boxes = results::parse_boxes(Path::new("--init"), text.as_bytes(), base);
+    let boxes = boxes.map_err(Failure::usage)?;
+    match boxes.as_slice() {
+        [one] => Ok(one.clone()),
+        _ => Err(Failure::usage(format!("--init takes one box, x,y,w,h, not `{text}`"))),
+    }
+}
+
+/// Writes the boxes of a track, and its confidence beside them if the tracker gives one.
+fn save(path: &Path, states: &[TrackerState], base: Base) -> Result<(), StoreError> {
+    let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
+    let status: Vec<Status> = states.iter().map(|s| s.status).collect();
+    store::write_output(path, write::boxes(&regions, &status, base).as_bytes())?;
+    let confidence: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
+    if confidence.iter().any(Option::is_some) {
+        store::write_output(&write::confidence_path(path), write::confidence(&confidence).as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Parameters of the default tracker as the built-in model knows it.
+fn built_in_params() -> serde_json::Value {
+    live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, config)| config.params())
+}
+
+/// Source of the learned model of a consistent filter.
+struct Models<'a> {
+    args: &'a Args,
+    /// Whether the tracker is the one of the built-in model.
+    is_default_tracker: bool,
+}
+
+impl Models<'_> {
+    /// The model, if there is one for the tracker.
+    fn model(&self) -> Result<Option<serde_json::Value>, Failure> {
+        let (name, bytes) = match &self.args.model {
+            Some(path) => {
+                let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE);
+                (path.display().to_string(), bytes.map_err(|e| Failure::data(e.to_string()))?)
+            }
+            None if self.is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
+            None => return Ok(None),
+        };
+        let data = |e: &dyn std::fmt::Display| Failure::data(format!("{name}: {e}"));
+        let file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
+        let model = file.get("model").cloned();
+        model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
+    }
+}
+
+/// A need of a method that a tracker with this first state does not meet.
+fn lacks(variant: &Variant, state: &TrackerState) -> Option<&'static str> {
+    let lacks = |reads: Reads| match reads {
+        Reads::Companions => Some("needs other trackers' boxes"),
+        _ if reads.is_in(state) => None,
+        Reads::Posterior => Some("needs a tracker with a posterior, such as color-particle-filter or ivt"),
+        Reads::Response => Some("needs a tracker with a response map, such as kcf, dsst or samf"),
+        _ => reads.need_of_tracker(),
+    };
+    variant.signals().find_map(|s| lacks(s.signal.reads()))
+}
+
+/// The methods that can judge the track of a tracker, which starts with this state.
+fn ready_for(
+    methods: Vec<Method>,
+    state: &TrackerState,
+    must_run: bool,
+    models: &Models<'_>,
+) -> Result<Vec<ReadyMethod>, Failure> {
+    let mut ready = Vec::new();
+    for method in methods {
+        let Some(variant) = method.variants.first() else { continue };
+        let refuse = |reason: &str| Failure::usage(format!("method `{}` {reason}", method.name));
+        let found = match &variant.detector {
+            _ if lacks(variant, state).is_some() => Err(refuse(lacks(variant, state).unwrap_or_default())),
+            DetectorChoice::Given(fixed) => Ok(fixed.clone()),
+            DetectorChoice::Trained(_) => {
+                Err(refuse("has a threshold that is trained on annotated sequences"))
+            }
+            DetectorChoice::Learned(fixed) => match (models.model()?, fixed.detector.learner()) {
+                (Some(model), Some(learner)) => {
+                    let detector = learner.with_model(&model).map_err(Failure::data)?;
+                    Ok(FixedDetector { detector: Arc::from(detector), ..fixed.clone() })
+                }
+                _ => Err(refuse("needs a model learned for this tracker; give --model")),
+            },
+        };
+        match found {
+            Ok(detector) => ready.push(ReadyMethod { method, detector }),
+            Err(_) if !must_run => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(ready)
+}

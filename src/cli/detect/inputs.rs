@@ -1,0 +1,181 @@
+//! What the user gives: frames, boxes, confidence, companions.
+
+use super::{Args, Target};
+use crate::cli::{Failure, output};
+use crate::dataset::user_frames::{self, UserFrames};
+use crate::dataset::{DatasetError, Sequence, text};
+use crate::engine::execute::lane::Companions;
+use crate::region::{Rect, Region};
+use crate::tracker::results::user_boxes::{self, BoxFormat, Options, UserBoxes, UserTarget};
+use crate::tracker::results::{Base, confidence};
+use crate::tracker::{Status, TrackerState};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+fn data(e: DatasetError) -> Failure {
+    Failure::data(e.to_string())
+}
+
+/// The frames, if any are given.
+pub fn frames(args: &Args) -> Result<Option<UserFrames>, Failure> {
+    if args.frames.is_empty() {
+        return Ok(None);
+    }
+    let frames = user_frames::load(&args.frames).map_err(data)?;
+    if frames.sequence.is_empty() {
+        return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
+    }
+    Ok(Some(frames))
+}
+
+/// The frames in the words of the user.
+fn shown_frames(args: &Args) -> String {
+    match args.frames.as_slice() {
+        [one] => one.display().to_string(),
+        many => format!(
+            "{} and {} more files",
+            many.first().map(|p| p.display().to_string()).unwrap_or_default(),
+            many.len().saturating_sub(1)
+        ),
+    }
+}
+
+/// Number of the top left pixel, where the user gives one.
+pub fn base(args: &Args) -> Option<Base> {
+    args.base.map(|base| if base == 0 { Base::Zero } else { Base::One })
+}
+
+/// The whole sequence, and the targets in it.
+pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Vec<Target>), Failure> {
+    let paths = args.boxes.iter().chain(&args.confidence).chain(&args.companion);
+    if paths.filter(|path| *path == Path::new("-")).count() > 1 {
+        return Err(Failure::usage("only one file can be `-`, stdin"));
+    }
+    let boxes_path = args.boxes.clone().unwrap_or_default();
+    let size = frames.map(|frames| frames.sequence.size()).transpose().map_err(data)?;
+    let options = Options {
+        format: args.boxes_format.map(BoxFormat::from),
+        base: base(args),
+        absent: args.absent,
+        frames: frames.map(|frames| frames.sequence.len()),
+        size,
+    };
+    let boxes = read(args, &boxes_path, &options)?;
+    if let Some(size) = size.filter(|_| args.boxes_format.is_none() && boxes.format == BoxFormat::Xywh) {
+        warn_of_corners(&boxes, size);
+    }
+    let whole = match frames {
+        Some(frames) => frames.sequence.clone(),
+        None => user_frames::without_frames("boxes", boxes.frames),
+    };
+    let several = boxes.targets.len() > 1;
+    if several && (args.confidence.is_some() || !args.companion.is_empty()) {
+        return Err(Failure::usage(format!(
+            "{} has {} targets; --confidence and --companion need the boxes of one",
+            name(&boxes_path),
+            boxes.targets.len()
+        )));
+    }
+    let options =
+        Options { frames: Some(whole.len()), format: options.format.or(Some(boxes.format)), ..options };
+    let companions = args.companion.iter().map(|path| companion(args, path, &options));
+    let companions: Vec<Vec<TrackerState>> = companions.collect::<Result<_, _>>()?;
+    let confidence = match &args.confidence {
+        None => vec![None; whole.len()],
+        Some(path) => {
+            let bytes = text::read_named(path).map_err(data)?;
+            confidence::parse(&named(path), &bytes, whole.len()).map_err(data)?
+        }
+    };
+    let target = |target: UserTarget| target_of(target, &whole, &confidence, &companions);
+    let targets = boxes.targets.into_iter().filter_map(target).collect();
+    Ok((whole, targets))
+}
+
+/// A path as messages name it.
+fn named(path: &Path) -> PathBuf {
+    if path == Path::new("-") { PathBuf::from("stdin") } else { path.to_path_buf() }
+}
+
+fn name(path: &Path) -> String {
+    named(path).display().to_string()
+}
+
+/// Reads a file of boxes, one for each frame where the frames are known.
+fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failure> {
+    let bytes = text::read_named(path).map_err(data)?;
+    let boxes = user_boxes::parse(&named(path), &bytes, options).map_err(data)?;
+    match options.frames {
+        Some(frames) if frames != boxes.frames => {
+            let other = if args.frames.is_empty() {
+                args.boxes.as_deref().map(name).unwrap_or_default()
+            } else {
+                shown_frames(args)
+            };
+            Err(Failure::data(format!(
+                "{} has {} boxes, but {other} has {frames} frames; there must be one box for each frame",
+                name(path),
+                boxes.frames,
+            )))
+        }
+        _ => Ok(boxes),
+    }
+}
+
+/// Tells that four numbers may be corners, where most boxes would reach far beyond the frame.
+fn warn_of_corners(boxes: &UserBoxes, (width, height): (usize, usize)) {
+    let regions: Vec<Rect> =
+        boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds).collect();
+    let beyond = |r: &&Rect| r.x + r.w / 2.0 > width as f64 || r.y + r.h / 2.0 > height as f64;
+    let count = regions.iter().filter(beyond).count();
+    if 2 * count > regions.len() {
+        output::note(&format!(
+            "warning: the centers of {count} of {} boxes x,y,w,h lie outside of the frame; if the numbers are x1,y1,x2,y2, give \
+             --boxes-format xyxy",
+            regions.len()
+        ));
+    }
+}
+
+/// The states of a companion, one a frame; a frame without a box has one that overlaps nothing.
+fn companion(args: &Args, path: &Path, options: &Options) -> Result<Vec<TrackerState>, Failure> {
+    let boxes = read(args, path, options)?;
+    let [target] = boxes.targets.as_slice() else {
+        return Err(Failure::usage(format!(
+            "{} has {} targets; a companion has one",
+            name(path),
+            boxes.targets.len()
+        )));
+    };
+    let nowhere = Region::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN));
+    let state = |region: &Option<Region>| match region {
+        Some(region) => TrackerState::tracked(region.clone()),
+        None => TrackerState::new(nowhere.clone(), Status::Absent),
+    };
+    Ok(target.regions.iter().map(state).collect())
+}
+
+/// A target from its first box to its last one; `None` if it has no box.
+fn target_of(
+    target: UserTarget,
+    whole: &Sequence,
+    confidence: &[Option<f64>],
+    companions: &[Vec<TrackerState>],
+) -> Option<Target> {
+    let present: Vec<bool> = target.regions.iter().map(Option::is_some).collect();
+    let start = present.iter().position(|present| *present)?;
+    let range = start..present.iter().rposition(|present| *present)? + 1;
+    let mut states: Vec<TrackerState> = Vec::new();
+    for t in range.clone() {
+        let state = match (&target.regions[t], states.last()) {
+            (Some(region), _) => TrackerState::tracked(region.clone()),
+            (None, Some(last)) => TrackerState::new(last.region.clone(), Status::Absent),
+            (None, None) => return None,
+        };
+        states.push(TrackerState { confidence: confidence.get(t).copied().flatten(), ..state });
+    }
+    let companions: Companions =
+        Arc::new(companions.iter().map(|states| Arc::new(states[range.clone()].to_vec())).collect());
+    let part = Arc::new(user_frames::part(whole, range));
+    Some(Target { id: target.id, start, present, part, states: Arc::new(states), companions })
+}

@@ -1,0 +1,157 @@
+//! The methods that run: named, recommended for the inputs, or all that the inputs allow.
+
+use super::{Args, Available};
+use crate::cli::Failure;
+use crate::plugin;
+use crate::spec::builtin::{self, Inputs};
+use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
+
+/// Name of the parameter of detectors that take a budget of false alarms.
+const BUDGET: &str = "budget";
+
+/// A method with its detector.
+pub struct ReadyMethod {
+    pub method: Method,
+    pub detector: FixedDetector,
+}
+
+impl ReadyMethod {
+    /// Its signals; `None` for a method without one.
+    pub fn signals(&self) -> Vec<Option<&SignalChoice>> {
+        let more = self.method.variants.iter().take(1).flat_map(|v| &v.more_signals).map(Some);
+        let first = self.method.variants.first().and_then(|v| v.signal.as_ref());
+        std::iter::once(first).chain(more).collect()
+    }
+}
+
+/// The signals of each method, one after the other; `None` for methods without one.
+pub fn signals_of(methods: &[ReadyMethod]) -> Vec<Option<&SignalChoice>> {
+    methods.iter().flat_map(ReadyMethod::signals).collect()
+}
+
+/// What the user asks for.
+pub enum Wanted {
+    /// These.
+    Named(Vec<Method>),
+    /// The one that the benchmark recommends.
+    Recommended,
+    /// All that the inputs allow.
+    All,
+}
+
+impl Wanted {
+    /// The methods, the recommended one first, and whether each of them has to run.
+    pub fn methods(self, args: &Args, inputs: Inputs) -> Result<(Vec<Method>, bool), Failure> {
+        let recommended = builtin::recommended(inputs);
+        match self {
+            Self::Named(methods) => Ok((methods, true)),
+            Self::Recommended => Ok((vec![published(args, recommended)?], true)),
+            Self::All => {
+                let others = builtin::method_names().into_iter().filter(|name| *name != recommended);
+                let names = std::iter::once(recommended).chain(others);
+                Ok((names.map(|name| published(args, name)).collect::<Result<_, _>>()?, false))
+            }
+        }
+    }
+}
+
+/// Checks what the user asks for.
+pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
+    if args.budget.is_some_and(|budget| !(budget.is_finite() && budget > 0.0)) {
+        return Err(Failure::usage("--budget is a number above 0: false alarms per 1000 frames"));
+    }
+    let known = builtin::method_names();
+    for (k, name) in args.method.iter().enumerate() {
+        if !known.contains(&name.as_str()) {
+            return Err(Failure::usage(plugin::unknown("method", name, known.iter().copied())));
+        }
+        if args.method.iter().take(k).any(|earlier| earlier == name) {
+            return Err(Failure::usage(format!("method `{name}` is given twice")));
+        }
+        if args.budget.is_some() && !builtin::detector_takes(name, BUDGET) {
+            return Err(no_budget(name));
+        }
+    }
+    Ok(match (args.all, args.method.is_empty()) {
+        (true, _) => Wanted::All,
+        (_, true) => Wanted::Recommended,
+        _ => Wanted::Named(args.method.iter().map(|name| published(args, name)).collect::<Result<_, _>>()?),
+    })
+}
+
+/// Why a method cannot keep to a budget.
+fn no_budget(name: &str) -> Failure {
+    let takers: Vec<&str> =
+        builtin::method_names().into_iter().filter(|name| builtin::detector_takes(name, BUDGET)).collect();
+    let takers = if takers.is_empty() { "none".to_string() } else { takers.join(", ") };
+    Failure::usage(format!("method `{name}` takes no --budget. Methods that take one: {takers}"))
+}
+
+/// A published method, with the budget if it takes one.
+fn published(args: &Args, name: &str) -> Result<Method, Failure> {
+    let method = match args.budget {
+        Some(budget) if builtin::detector_takes(name, BUDGET) => {
+            let method = builtin::published_method_with(name, BUDGET, budget);
+            return method.map_or_else(|| Err(unpublished(name)), |m| m.map_err(Failure::usage));
+        }
+        Some(_) if !args.all => return Err(no_budget(name)),
+        _ => builtin::published_method(name),
+    };
+    method.map_or_else(|| Err(unpublished(name)), |m| m.map_err(Failure::io))
+}
+
+fn unpublished(name: &str) -> Failure {
+    Failure::io(format!("no published method is named `{name}`"))
+}
+
+/// The methods that can judge boxes with what else is given.
+pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<ReadyMethod>, Failure> {
+    let available = Available {
+        frames: !args.frames.is_empty(),
+        companions: !args.companion.is_empty(),
+        confidence: args.confidence.is_some(),
+    };
+    let Available { frames, companions, confidence } = available;
+    let (methods, must_run) = wanted.methods(args, Inputs { frames, companions, confidence })?;
+    let mut ready = Vec::new();
+    for method in methods {
+        match method.variants.first().map(|v| (fits(v, available), &v.detector)) {
+            Some((true, DetectorChoice::Given(fixed))) => {
+                let detector = fixed.clone();
+                ready.push(ReadyMethod { method, detector });
+            }
+            _ if must_run => return Err(refuse(&method, available)),
+            _ => {}
+        }
+    }
+    Ok(ready)
+}
+
+fn fits(variant: &Variant, available: Available) -> bool {
+    let given = variant.signals().all(|s| available.has(s.signal.reads()));
+    given && matches!(variant.detector, DetectorChoice::Given(_)) && !variant.detector.needs_reverse()
+}
+
+/// Why a method cannot judge boxes with what is given.
+fn refuse(method: &Method, available: Available) -> Failure {
+    let variant = method.variants.first();
+    let lacking =
+        variant.and_then(|v| v.signals().map(|s| s.signal.reads()).find(|reads| !available.has(*reads)));
+    let remedy = match lacking {
+        Some(crate::signal::Reads::Pixels) => "needs frames; give --frames".to_string(),
+        Some(crate::signal::Reads::Companions) => "needs other trackers' boxes; give --companion".to_string(),
+        Some(crate::signal::Reads::Confidence) => {
+            "needs the tracker's confidence; give --confidence".to_string()
+        }
+        _ => "needs more of a tracker than boxes; give --init instead of --boxes".to_string(),
+    };
+    let published =
+        builtin::method_names().into_iter().filter_map(|name| builtin::published_method(name)?.ok());
+    let can = |m: &Method| m.variants.first().is_some_and(|v| fits(v, available));
+    let names: Vec<String> = published.filter(can).map(|m| m.name).collect();
+    Failure::usage(format!(
+        "method `{}` {remedy}. Methods that need only what is given: {}",
+        method.name,
+        names.join(", ")
+    ))
+}

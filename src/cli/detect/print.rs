@@ -1,0 +1,109 @@
+//! The verdict for people, and every frame for programs.
+
+use crate::cli::Failure;
+use crate::cli::output::{self, Format};
+use crate::report::verdict::{false_alarm_prone, verdict};
+use crate::results::detections::{self, JudgedMethod, JudgedTrack, State};
+use serde_json::{Value, json};
+
+/// Prints what the methods say.
+pub fn print(format: Format, tracks: &[JudgedTrack]) -> Result<(), Failure> {
+    match format {
+        Format::Table => output::write(&for_people(tracks)?),
+        Format::Csv => {
+            let bytes = detections::csv(tracks).map_err(Failure::io)?;
+            output::write(&String::from_utf8_lossy(&bytes))
+        }
+        Format::Json => {
+            let text = serde_json::to_string(&json(tracks)).map_err(Failure::io)?;
+            output::write(&(text + "\n"))
+        }
+    }
+}
+
+/// A sentence about a target, with its number if it has one.
+pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
+    track.target.map_or_else(|| sentence.to_string(), |id| format!("target {id}: {sentence}"))
+}
+
+/// The verdict of the first method on each target, and a line for each method if several ran.
+fn for_people(tracks: &[JudgedTrack]) -> Result<String, Failure> {
+    let mut text = String::new();
+    for track in tracks {
+        let Some(first) = track.methods.first() else { continue };
+        text.push_str(&of_target(track, &verdict(track, first)));
+        text.push('\n');
+    }
+    if tracks.iter().any(|track| track.methods.len() > 1) {
+        let several = tracks.len() > 1;
+        let mut headings = vec!["method", "losses", "frames lost", "first", "at the end"];
+        if several {
+            headings.insert(0, "target");
+        }
+        let rows: Vec<Vec<String>> = tracks
+            .iter()
+            .flat_map(|track| track.methods.iter().map(move |m| row(track, m, several)))
+            .collect();
+        text.push('\n');
+        text.push_str(&output::text(Format::Table, &headings, &rows)?);
+    }
+    Ok(text)
+}
+
+/// The line of a method.
+fn row(track: &JudgedTrack, method: &JudgedMethod, several: bool) -> Vec<String> {
+    let losses = method.losses();
+    let lost: usize = losses.iter().map(ExactSizeIterator::len).sum();
+    let first = losses.first().map(|run| number(track, run.start).to_string());
+    let last = method.states.last().map_or("", |state| state.word());
+    let mut cells = vec![
+        method.name.clone(),
+        losses.len().to_string(),
+        format!("{lost} of {}", method.states.len()),
+        first.unwrap_or_default(),
+        last.to_string(),
+    ];
+    if several {
+        cells.insert(0, track.target.map(|id| id.to_string()).unwrap_or_default());
+    }
+    cells
+}
+
+fn number(track: &JudgedTrack, t: usize) -> u64 {
+    u64::from(track.first) + t as u64
+}
+
+/// Everything, with the first and last frame of each stretch.
+fn json(tracks: &[JudgedTrack]) -> Value {
+    let of_track = |track: &JudgedTrack| {
+        let methods: Vec<Value> = track.methods.iter().map(|method| of_method(track, method)).collect();
+        json!({ "target": track.target, "methods": methods })
+    };
+    json!({ "tracks": tracks.iter().map(of_track).collect::<Vec<_>>() })
+}
+
+fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
+    let span =
+        |run: std::ops::Range<usize>| json!([number(track, run.start), number(track, run.end.max(1) - 1)]);
+    let in_state = |wanted: State| -> Vec<Value> {
+        method.stretches().filter(|(state, _)| *state == wanted).map(|(_, run)| span(run)).collect()
+    };
+    let frame = |t: usize| {
+        json!({
+            "frame": number(track, t),
+            "score": method.score.get(t).copied().flatten(),
+            "label": u8::from(method.label.get(t) == Some(&true)),
+            "change": method.changes.get(t),
+            "state": method.states.get(t).map(|state| state.word()),
+        })
+    };
+    json!({
+        "method": method.name,
+        "threshold": method.threshold,
+        "verdict": verdict(track, method),
+        "lost": in_state(State::Lost),
+        "absent": in_state(State::Absent),
+        "false_alarm_prone": false_alarm_prone(method).into_iter().map(span).collect::<Vec<_>>(),
+        "frames": (0..method.states.len()).map(frame).collect::<Vec<_>>(),
+    })
+}
