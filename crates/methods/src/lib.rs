@@ -10,6 +10,7 @@
 
 pub mod analysis;
 pub mod detector;
+mod saved;
 pub mod score;
 pub mod signal;
 pub mod tracker;

@@ -167,6 +167,17 @@ pub trait Session: Send {
     fn fault(&mut self) -> Option<TrackerError> {
         None
     }
+
+    /// Everything that it remembers, for [`Session::restore`]; `None` from signals that cannot be interrupted.
+    fn save(&self) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Gives a session before its first frame the memory of another one of the same signal, so that both go on with the
+    /// same values; `false`, and the session is of no more use, if the bytes are not what [`Session::save`] gave.
+    fn restore(&mut self, _saved: &[u8]) -> bool {
+        false
+    }
 }
 
 /// Every signal, by kind.

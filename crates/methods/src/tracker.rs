@@ -251,6 +251,11 @@ pub trait TrackerConfig: Send + Sync {
     /// # Errors
     /// When it cannot start, e.g. a result file is absent or broken.
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult;
+
+    /// A tracker as it was when [`Tracker::save`] was called; `None` if the bytes are not those of this configuration.
+    fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Tracker>> {
+        None
+    }
 }
 
 /// A tracker that has been started on a target and gets the frames that follow, each once and in order.
@@ -267,6 +272,11 @@ pub trait Tracker: Send {
     ///
     /// `None` from trackers that cannot be copied; all trackers with [`Moments`] can.
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        None
+    }
+
+    /// Everything that it remembers, for [`TrackerConfig::resume`]; `None` from trackers that cannot be interrupted.
+    fn save(&self) -> Option<Vec<u8>> {
         None
     }
 }

@@ -2,9 +2,10 @@
 
 use super::Frame;
 use crate::region::Rect;
+use serde::{Deserialize, Serialize};
 
 /// A block of whole pixels; its left top corner may lie outside the frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Window {
     /// Left column.
     pub x: i64,

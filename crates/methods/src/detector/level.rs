@@ -10,9 +10,10 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
-use super::{Detector, DetectorOutput, Input};
+use super::{Detector, DetectorOutput, Input, Judgement, RECOVERY_FRAMES, Reason, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::saved;
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
@@ -123,15 +124,56 @@ impl Detector for Level {
         true
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        Some(Box::new(Watch { level: *self, quiet: None }))
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        let quiet: Option<usize> = saved::from_bytes(saved)?;
+        Some(Box::new(Watch { level: *self, quiet: quiet.filter(|quiet| *quiet < RECOVERY_FRAMES) }))
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let alarm = input.signal.iter().map(|&y| self.is_alarm(y)).collect();
         DetectorOutput { score: input.signal.to_vec(), alarm, ..DetectorOutput::default() }
     }
 }
 
+/// The level on a track that goes on. It knows no probability; a frame without a value changes nothing.
+struct Watch {
+    level: Level,
+    /// Frames since the last alarm; `None` before the first and after a recovery.
+    quiet: Option<usize>,
+}
+
+impl Stream for Watch {
+    fn push(&mut self, values: &[f64]) -> Judgement {
+        let value = values.first().copied().filter(|v| !v.is_nan());
+        let alarm = value.filter(|v| self.level.is_alarm(*v));
+        if value.is_some() {
+            let quiet = if alarm.is_some() { Some(0) } else { self.quiet.map(|quiet| quiet + 1) };
+            self.quiet = quiet.filter(|quiet| *quiet < RECOVERY_FRAMES);
+        }
+        let reason = |value: f64| {
+            let text = format!("value {value:.3} is {} {}", self.level.key(), self.level.value());
+            Reason { text, weight: 1.0 }
+        };
+        Judgement {
+            probability: f64::NAN,
+            lost: self.quiet.is_some(),
+            reasons: alarm.map(reason).into_iter().collect(),
+        }
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::to_bytes(&self.quiet).unwrap_or_default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn alarms(text: &str, signal: &[f64]) -> Vec<bool> {
         ENTRY
@@ -146,6 +188,30 @@ mod tests {
         let signal = [0.5, 0.75, 1.0];
         assert_eq!(alarms("{ below = 0.75 }", &signal), [true, false, false]);
         assert_eq!(alarms("{ above = 0.75 }", &signal), [false, true, true]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_stream_says_what_a_whole_track_does(
+            signal in proptest::collection::vec(0.0..1.0_f64, 0..60), cut in 0_usize..60, low in 0.0..0.3_f64,
+        ) {
+            for level in [Level::Below(low), Level::Above(1.0 - low)] {
+                let alarm = level.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] });
+                let want = super::super::lost(&alarm.alarm, level.frames_to_recover());
+                let mut stream = level.stream().unwrap();
+                for (t, y) in signal.iter().enumerate() {
+                    if t == cut {
+                        stream = level.resume(&stream.save()).unwrap();
+                    }
+                    if t % 7 == 3 {
+                        let before = t > 0 && want[t - 1];
+                        prop_assert_eq!(stream.push(&[f64::NAN]).lost, before);
+                    }
+                    let said = stream.push(&[*y]);
+                    prop_assert_eq!((said.lost, said.reasons.len()), (want[t], usize::from(alarm.alarm[t])));
+                }
+            }
+        }
     }
 
     #[test]

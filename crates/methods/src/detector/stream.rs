@@ -3,7 +3,7 @@
 /// What a [`Stream`] says of one frame.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Judgement {
-    /// Probability that the target is lost in this frame, in `[0, 1]`.
+    /// Probability that the target is lost in this frame, in `[0, 1]`; NaN from detectors that estimate none.
     pub probability: f64,
     /// Whether an alarm is on: from the frame in which it was raised until the recovery is confirmed.
     pub lost: bool,

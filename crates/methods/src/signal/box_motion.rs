@@ -22,6 +22,7 @@
 use crate::image::Frame;
 use crate::plugin::{Entry, read_params, show_params};
 use crate::region::Rect;
+use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -135,6 +136,14 @@ impl Session for Motion {
             }
         };
         value.min(MAX_VALUE)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.past)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        saved::from_bytes(saved).map(|past| self.past = past).is_some()
     }
 }
 

@@ -28,12 +28,13 @@ mod watchdog;
 use crate::num::summary;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::{Areas, Region};
+use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use watchdog::{Companion, CompanionParams, RunningCompanion};
+use watchdog::{Companion, CompanionParams, RunningCompanion, SavedCompanion};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
@@ -196,6 +197,16 @@ impl Session for Agreement {
 
     fn fault(&mut self) -> Option<TrackerError> {
         self.fault.take()
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        let own: Option<Vec<_>> = self.own.iter().map(RunningCompanion::save).collect();
+        saved::to_bytes(&own?)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let Some(own) = saved::from_bytes::<Vec<SavedCompanion>>(saved) else { return false };
+        own.len() == self.own.len() && self.own.iter_mut().zip(own).all(|(own, saved)| own.restore(saved))
     }
 }
 

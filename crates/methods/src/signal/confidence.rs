@@ -19,6 +19,7 @@
 //! signal fails and says so. Sources: the files of [`confidence`](crate::tracker::results::confidence).
 
 use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -196,6 +197,15 @@ impl Session for Course {
 
     fn fault(&mut self) -> Option<TrackerError> {
         self.fault.take().map(TrackerError::Broken)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&(self.frame, self.last, self.sum, self.count))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let memory = saved::from_bytes(saved);
+        memory.map(|memory| (self.frame, self.last, self.sum, self.count) = memory).is_some()
     }
 }
 

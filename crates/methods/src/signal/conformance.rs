@@ -1,6 +1,6 @@
 //! Laws that every signal in the list obeys. `process`, which needs a program, has tests of its own.
 
-use super::{SIGNALS, Signal, testing};
+use super::{Observation, SIGNALS, Session, Signal, testing};
 use crate::image::Frame;
 use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
@@ -190,6 +190,85 @@ fn outputs_are_those_of_the_version() {
     assert_eq!(found, golden, "a signal's output changed: raise its `version` and record the new digest");
 }
 
+/// Signals that can be interrupted, in all their forms of memory.
+const SAVED: [(&str, &str); 16] = [
+    ("box-motion", "{ measure = \"displacement\" }"),
+    ("box-motion", "{ measure = \"acceleration\" }"),
+    ("box-motion", "{ measure = \"border\" }"),
+    ("companion-overlap", "{}"),
+    ("companion-overlap", "{ companions = [{ tracker = \"kcf\" }] }"),
+    (
+        "companion-overlap",
+        "{ companions = [{ tracker = \"kcf\", restart_after = 1, restart_margin = 0.0 }] }",
+    ),
+    (
+        "companion-overlap",
+        "{ companions = [{ tracker = \"kcf\", params = { preset = \"vot\" }, restart_after = 0 }] }",
+    ),
+    ("confidence", "{ scale = \"ratio\", early = 4 }"),
+    ("distribution-field", "{ history = 3 }"),
+    ("forward-backward", "{ measure = \"residual\" }"),
+    ("region-covariance", "{}"),
+    ("rgb-histogram", "{ reference = \"first\" }"),
+    ("rgb-lbp-histogram", "{ reference = \"previous\" }"),
+    ("template-correlation", "{ reference = \"first\" }"),
+    ("template-correlation", "{ reference = \"previous\" }"),
+    ("template-correlation", "{ reference = \"slow\" }"),
+];
+
+/// The values of the frames from `from` on, of a session that has seen those before.
+fn go_on(session: &mut dyn Session, frames: &[Frame], boxes: &[Rect], from: usize) -> Vec<u64> {
+    let other = Region::Rect(Rect::new(9.0, 7.0, 15.0, 12.0));
+    let push = |(t, (frame, r)): (usize, (&Frame, &Rect))| {
+        let state = state(Region::Rect(*r), t);
+        session.push(&Observation { frame, state: &state, companions: &[&other] }).to_bits()
+    };
+    frames.iter().zip(boxes).enumerate().skip(from).map(push).collect()
+}
+
+#[test]
+fn interrupted_sessions_go_on_as_if_nothing_had_happened() {
+    let (frames, boxes) = track();
+    for (kind, params) in SAVED {
+        let signal = build(kind, params);
+        let whole = go_on(&mut *testing::start(&*signal), &frames, &boxes, 0);
+        for cut in 0..frames.len() {
+            let mut first = testing::start(&*signal);
+            let before = go_on(&mut *first, &frames[..cut], &boxes, 0);
+            let saved = first.save().unwrap_or_else(|| panic!("{kind} {params} cannot be saved"));
+            let mut second = testing::start(&*signal);
+            assert!(second.restore(&saved), "{kind} {params}, after {cut} frames");
+            assert_eq!(second.save(), Some(saved), "{kind} {params}");
+            let after = go_on(&mut *second, &frames, &boxes, cut);
+            assert_eq!([before, after].concat(), whole, "{kind} {params}, cut after {cut} frames");
+        }
+    }
+}
+
+#[test]
+fn memory_that_is_cut_short_or_of_another_signal_is_refused() {
+    let (frames, boxes) = track();
+    for (kind, params) in SAVED {
+        let signal = build(kind, params);
+        let mut session = testing::start(&*signal);
+        go_on(&mut *session, &frames, &boxes, 0);
+        let saved = session.save().unwrap();
+        // Sixty places in a long one are enough.
+        for length in (0..saved.len()).step_by(saved.len().div_ceil(60)) {
+            assert!(!testing::start(&*signal).restore(&saved[..length]), "{kind} {params}: {length} bytes");
+        }
+        assert!(!testing::start(&*signal).restore(&[&saved[..], &[0]].concat()), "{kind} {params}");
+    }
+    let mut session = testing::start(&*build("rgb-histogram", "{ reference = \"first\" }"));
+    go_on(&mut *session, &frames, &boxes, 0);
+    let saved = session.save().unwrap();
+    let others =
+        [("rgb-histogram", "{ bins = 4 }"), ("template-correlation", "{}"), ("region-covariance", "{}")];
+    for (kind, params) in others {
+        assert!(!testing::start(&*build(kind, params)).restore(&saved), "{kind} {params}");
+    }
+}
+
 /// Compares the values on two scenes, of which one is a map of the other.
 fn same(kind: &str, params: &str, a: (&[Frame], &[Rect]), b: (&[Frame], &[Rect]), tolerance: f64) {
     let signal = build(kind, params);
@@ -255,6 +334,24 @@ proptest! {
         let signal = build("distribution-field", "{}");
         let square = [Rect::new(x.round() + 4.0, y.round() + 4.0, 16.0, 16.0)];
         prop_assert_eq!(run(signal.as_ref(), &[tiles], &square), vec![0.0]);
+    }
+
+    #[test]
+    fn no_damage_makes_a_session_panic(
+        which in 0..SAVED.len(), at in any::<prop::sample::Index>(), bytes in prop::collection::vec(any::<u8>(), 1..9),
+    ) {
+        let (frames, boxes) = track();
+        let (kind, params) = SAVED[which];
+        let signal = build(kind, params);
+        let mut session = testing::start(&*signal);
+        go_on(&mut *session, &frames[..4], &boxes, 0);
+        let mut saved = session.save().unwrap();
+        let at = at.index(saved.len());
+        saved.splice(at..saved.len().min(at + bytes.len()), bytes);
+        let mut damaged = testing::start(&*signal);
+        if damaged.restore(&saved) {
+            go_on(&mut *damaged, &frames, &boxes, 4);
+        }
     }
 
     #[test]

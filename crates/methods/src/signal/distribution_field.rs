@@ -41,6 +41,7 @@ use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussi
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::Rect;
+use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -396,6 +397,15 @@ impl Session for Quality {
         }
         self.past.push(current);
         self.quality(frame, &windows)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.past)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let past = saved::from_bytes(saved).filter(|past: &Vec<Rect>| past.len() <= self.params.history + 1);
+        past.map(|past| self.past = past).is_some()
     }
 }
 

@@ -30,6 +30,7 @@ use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
 use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
 use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -196,6 +197,32 @@ impl Session for Following {
         let image = self.pyramid(frame, &search);
         self.past = Some(Past { frame: size, target, search, image });
         value
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        let part = |past: &Past| (past.frame, past.target, past.search, past.image.values().to_vec());
+        saved::to_bytes(&self.past.as_ref().map(part))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        type Part = ((usize, usize), Window, Window, Vec<u8>);
+        let Some(part) = saved::from_bytes::<Option<Part>>(saved) else { return false };
+        let Some((frame, target, search, values)) = part else { return true };
+        let lies_on_frame = |w: &Window| {
+            let within = |start: i64, length: usize, room: usize| {
+                let start = usize::try_from(start).ok();
+                length > 0 && start.and_then(|start| start.checked_add(length)).is_some_and(|end| end <= room)
+            };
+            within(w.x, w.w, frame.0) && within(w.y, w.h, frame.1)
+        };
+        let is_image = search.w.checked_mul(search.h) == Some(values.len());
+        if !is_image || !lies_on_frame(&target) || !lies_on_frame(&search) {
+            return false;
+        }
+        let Params { levels, window, .. } = self.params;
+        let image = Pyramid::new(search.w, search.h, values, levels, window);
+        self.past = Some(Past { frame, target, search, image });
+        true
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::image::Window;
 use crate::plugin::ParamError;
+use crate::saved;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +70,23 @@ impl Memory {
         }
         self.started = true;
         value
+    }
+
+    /// The reference, if there is one yet.
+    pub fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.started.then_some(&self.reference))
+    }
+
+    /// Takes over a saved reference; `false` if it is none of this size.
+    pub fn restore(&mut self, saved: &[u8]) -> bool {
+        let Some(reference) = saved::from_bytes::<Option<Vec<u64>>>(saved) else { return false };
+        let Some(reference) = reference else { return true };
+        let sum = reference.iter().try_fold(0_u64, |sum, v| sum.checked_add(*v));
+        if reference.len() != self.reference.len() || sum.is_none() {
+            return false;
+        }
+        (self.reference, self.started) = (reference, true);
+        true
     }
 }
 

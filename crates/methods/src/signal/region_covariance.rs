@@ -19,6 +19,7 @@
 
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use nalgebra::{Cholesky, Matrix5, Vector5};
@@ -101,6 +102,20 @@ impl Session for Change {
         let now = covariance(frame, &window, &self.params);
         let before = self.last.replace(now).unwrap_or(now);
         distance(&now, &before)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.last.map(|last| last.as_slice().to_vec()))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        match saved::from_bytes::<Option<Vec<f64>>>(saved) {
+            Some(Some(last)) if last.len() == 25 && last.iter().all(|v| v.is_finite()) => {
+                self.last = Some(Matrix5::from_column_slice(&last));
+                true
+            }
+            last => matches!(last, Some(None)),
+        }
     }
 }
 

@@ -103,6 +103,14 @@ impl Session for Similarity {
             }
         })
     }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        self.memory.save()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        self.memory.restore(saved)
+    }
 }
 
 #[cfg(test)]

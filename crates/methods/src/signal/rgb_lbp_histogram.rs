@@ -137,6 +137,14 @@ impl Session for Similarity {
             }
         })
     }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        self.memory.save()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        self.memory.restore(saved)
+    }
 }
 
 /// Gray values of a window on the frame and its rim, `(w + 2) * (h + 2)`; 0 outside the frame.

@@ -23,6 +23,7 @@ use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
 use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -132,6 +133,22 @@ impl Session for Comparison {
             }
         }
         value
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.template)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let Some(template) = saved::from_bytes::<Option<(usize, usize, Vec<f64>)>>(saved) else {
+            return false;
+        };
+        let fits = |side: usize| (1..=self.params.side).contains(&side);
+        if template.as_ref().is_some_and(|(w, h, values)| !fits(*w) || !fits(*h) || values.len() != w * h) {
+            return false;
+        }
+        self.template = template;
+        true
     }
 }
 

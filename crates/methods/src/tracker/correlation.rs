@@ -23,7 +23,7 @@ pub mod response;
 
 use crate::image::Frame;
 use crate::image::patch::halved;
-use crate::num::fourier::{Complexes, Fourier, Lanes, ZEROS, hann_plane};
+use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann_plane};
 use response::ResponseMap;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -131,6 +131,15 @@ pub struct KernelFilter {
     plane: Vec<f32>,
 }
 
+/// What a filter has learned: real and imaginary parts of its spectra in turn, four columns each.
+#[derive(Serialize, Deserialize)]
+pub struct FilterMemory {
+    model: Vec<[f32; LANES]>,
+    numerator: Vec<[f32; LANES]>,
+    denominator: Vec<[f32; LANES]>,
+    taught: bool,
+}
+
 impl KernelFilter {
     /// An untrained filter for looks of `channels` channels with `width` x `height` cells.
     pub fn new(width: usize, height: usize, channels: usize, settings: Settings) -> Self {
@@ -152,6 +161,35 @@ impl KernelFilter {
             plane: vec![0.0; fourier.plane_len()],
             fourier,
         }
+    }
+
+    /// What it has learned; buffers and plans are not part of it.
+    pub fn memory(&self) -> FilterMemory {
+        let flat = |spectra: &[Complexes]| spectra.iter().flat_map(|c| [c.re.0, c.im.0]).collect();
+        FilterMemory {
+            model: flat(&self.model),
+            numerator: flat(&self.numerator),
+            denominator: flat(&self.denominator),
+            taught: self.taught,
+        }
+    }
+
+    /// Takes over what a filter of the same size has learned; `false` for one of another size.
+    pub fn remember(&mut self, memory: &FilterMemory) -> bool {
+        let fill = |spectra: &mut [Complexes], values: &[[f32; LANES]]| {
+            let pairs = values.as_chunks::<2>().0;
+            let fits = values.len() == 2 * spectra.len();
+            for (c, [re, im]) in spectra.iter_mut().zip(pairs) {
+                *c = Complexes::new(Lanes(*re), Lanes(*im));
+            }
+            fits
+        };
+        let fits = fill(&mut self.model, &memory.model)
+            && fill(&mut self.numerator, &memory.numerator)
+            && fill(&mut self.denominator, &memory.denominator);
+        self.taught = memory.taught;
+        self.energy = energy(&self.fourier, &self.model);
+        fits
     }
 
     /// The peak of the response to `features` (channel after channel, without the window); `None` without contrast.

@@ -30,13 +30,14 @@
 //! the response to the window that the filter has just learned; that of a window without contrast is 0.
 
 use super::correlation::response::{MapOptions, ResponseMap};
-use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
+use super::correlation::{FilterMemory, KernelFilter, Settings, Update, halvings, reduced};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch};
-use crate::image::{Frame, Window};
+use crate::image::{Frame, MAX_SIDE, Window};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
+use crate::saved;
 use serde::{Deserialize, Serialize};
 
 /// Source of the defaults.
@@ -205,13 +206,29 @@ impl TrackerConfig for Kcf {
             return Err(TrackerError::no_region("kcf"));
         }
         let p = &self.0;
-        let mut target = Target::new(p, frame, region);
+        let mut target = Target::new(p, (frame.width(), frame.height()), region);
         target.look(p, &reduced(frame, target.halvings), 1.0);
         target.filter.learn(&target.features);
         let cell = target.cell_side(p, 1.0);
         target.filter.fill(&mut target.map, &target.features, cell);
         let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
         Ok((Box::new(Tracking { params: p.clone(), target }), state))
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Tracker>> {
+        let memory: Memory = saved::from_bytes(saved)?;
+        // As far away as regions may be; false for NaN.
+        let is_near = |(x, y): (f64, f64)| x.abs().max(y.abs()) <= 1e15 && !(x + y).is_nan();
+        let is_place = memory.region.corners().into_iter().all(is_near) && is_near(memory.moved);
+        let is_frame = |side: usize| (1..=MAX_SIDE as usize).contains(&side);
+        let is_scale = memory.scale.is_finite() && memory.scale > 0.0;
+        if !is_place || !is_scale || !is_frame(memory.frame.0) || !is_frame(memory.frame.1) {
+            return None;
+        }
+        let mut target = Target::new(&self.0, memory.frame, &memory.region);
+        (target.moved, target.scale) = (memory.moved, memory.scale);
+        let fits = target.filter.remember(&memory.filter);
+        fits.then(|| Box::new(Tracking { params: self.0.clone(), target }) as Box<dyn Tracker>)
     }
 }
 
@@ -221,9 +238,22 @@ struct Tracking {
     target: Target,
 }
 
+/// Memory of a tracker at work.
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    /// Sides of the first frame, and the region in it.
+    frame: (usize, usize),
+    region: Region,
+    moved: (f64, f64),
+    scale: f64,
+    filter: FilterMemory,
+}
+
 /// The target and its model.
 #[derive(Clone)]
 struct Target {
+    /// Sides of the first frame, and the region in it.
+    frame: (usize, usize),
     region: Region,
     /// The region's upright rectangle and how far it has moved since, in pixels of the frame.
     first: Rect,
@@ -243,9 +273,9 @@ struct Target {
 }
 
 impl Target {
-    fn new(p: &Checked, frame: &Frame, region: &Region) -> Self {
+    fn new(p: &Checked, frame: (usize, usize), region: &Region) -> Self {
         let first = region.bounds();
-        let (width, height) = (frame.width() as f64, frame.height() as f64);
+        let (width, height) = (frame.0 as f64, frame.1 as f64);
         let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
         let cell = if p.features == Features::Hog { p.cell } else { 1 };
         let (mut times, mut ratio) = (0, 1.0);
@@ -276,6 +306,7 @@ impl Target {
         };
         let channels = if p.features == Features::Hog { CHANNELS } else { 1 };
         Self {
+            frame,
             region: region.clone(),
             first,
             moved: (0.0, 0.0),
@@ -402,6 +433,12 @@ impl Tracker for Tracking {
 
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
         Some(Box::new(self.clone()))
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        let Target { frame, moved, scale, .. } = self.target;
+        let (region, filter) = (self.target.region.clone(), self.target.filter.memory());
+        saved::to_bytes(&Memory { frame, region, moved, scale, filter })
     }
 }
 

@@ -42,6 +42,11 @@ impl Pyramid {
         Self { levels: all }
     }
 
+    /// Gray values of the image itself, rows from the top.
+    pub fn values(&self) -> &[u8] {
+        &self.levels[0].values
+    }
+
     pub(super) fn levels(&self) -> &[Level] {
         &self.levels
     }

@@ -162,7 +162,39 @@ pub struct RunningCompanion {
     apart: usize,
 }
 
+/// Memory of a companion.
+#[derive(Serialize, Deserialize)]
+pub struct SavedCompanion {
+    tracker: Option<Vec<u8>>,
+    likeness: Option<[Vec<u8>; 2]>,
+    apart: usize,
+}
+
 impl RunningCompanion {
+    /// Everything that it remembers; `None` from those whose tracker cannot be saved.
+    pub fn save(&self) -> Option<SavedCompanion> {
+        let tracker = match &self.tracker {
+            Some(tracker) => Some(tracker.save()?),
+            None => None,
+        };
+        let likeness = match &self.likeness {
+            Some([observed, own]) => Some([observed.save()?, own.save()?]),
+            None => None,
+        };
+        Some(SavedCompanion { tracker, likeness, apart: self.apart })
+    }
+
+    /// Takes over what another one remembered; `false` if it does not fit this companion.
+    pub fn restore(&mut self, saved: SavedCompanion) -> bool {
+        self.apart = saved.apart;
+        let like = match (&mut self.likeness, &saved.likeness) {
+            (Some([a, b]), Some([saved_a, saved_b])) => a.restore(saved_a) && b.restore(saved_b),
+            (own, saved) => own.is_none() && saved.is_none(),
+        };
+        self.tracker = saved.tracker.as_deref().and_then(|saved| self.config.resume(saved));
+        like && self.tracker.is_some() == saved.tracker.is_some()
+    }
+
     /// Starts the companion's tracker on the observed region.
     fn start_on(
         &self,
