@@ -22,27 +22,13 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::dataset::synthetic;
-use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::{Observation, SIGNALS};
 use trackfail::tracker::{Moments, Response, RunContext, TrackerState};
-
-/// Smooth gradients with texture of +-12 values, as photographs have; 384 x 384 pixels, moved to the left by `shift`.
-fn frame(shift: usize) -> Frame {
-    Frame::from_fn(384, 384, |x, y| {
-        let x = x + shift;
-        std::array::from_fn(|c| {
-            let smooth = 128.0
-                + 70.0 * (0.03 * x as f64 + c as f64).sin()
-                + 40.0 * (0.05 * y as f64 + 2.0 * c as f64).cos();
-            let texture = ((x * 7919 + y * 104_729 + c * 1299) * 2_654_435_761 % 4_294_967_296) >> 16;
-            (smooth + (texture % 25) as f64 - 12.0) as u8
-        })
-    })
-}
+use trackfail_benches::frame;
 
 fn signals(criterion: &mut Criterion) {
-    let frames = [frame(0), frame(2)];
+    let frames = [frame(384, 384, 0), frame(384, 384, 2)];
     let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
     let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
     for entry in SIGNALS {

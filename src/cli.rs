@@ -11,6 +11,7 @@ pub mod fetch;
 pub mod list;
 mod live;
 pub mod merge;
+pub mod monitor;
 pub mod output;
 pub mod render;
 pub mod report;
@@ -52,6 +53,8 @@ enum Verb {
     Data(data::Args),
     /// Tell, frame by frame, whether your own tracker has lost its target
     Detect(detect::Args),
+    /// Tell live whether a tracker has lost its target: a JSON line in and a JSON line out for each frame
+    Monitor(monitor::Args),
     /// Write a synthetic suite to disk in OTB or VOT layout
     Render(render::Args),
     /// Write batch scripts that run experiments on a SLURM cluster, or submit them
@@ -82,6 +85,7 @@ impl Cli {
             Verb::List(args) => list::run(args),
             Verb::Data(args) => data::run(args),
             Verb::Detect(args) => detect::run(args),
+            Verb::Monitor(args) => monitor::run(args),
             Verb::Render(args) => render::run(args),
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),

@@ -14,6 +14,7 @@
 //! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
 //! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
+//! | | [`monitor`] | a frame and a region after the other | a judgement of each, while the tracker goes on |
 //! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
 //! | output | [`results`] | judged cells | the files of a results folder, written and read |
 //! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
@@ -29,6 +30,6 @@ pub mod cli;
 
 pub use trackfail_core::{direction, image, num, plugin, region};
 pub use trackfail_dataset as dataset;
-pub use trackfail_engine::{self as engine, spec};
+pub use trackfail_engine::{self as engine, monitor, spec};
 pub use trackfail_methods::{analysis, detector, score, signal, tracker};
 pub use trackfail_output::{figure, report, results, table};

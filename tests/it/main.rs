@@ -16,6 +16,7 @@ mod hostile;
 mod learning;
 #[cfg(unix)]
 mod method_programs;
+mod monitor;
 mod needs;
 mod packed;
 #[cfg(unix)]

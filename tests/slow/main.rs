@@ -5,6 +5,8 @@
 mod browser;
 mod experiments;
 mod interruption;
+#[cfg(target_os = "linux")]
+mod monitor;
 #[cfg(unix)]
 mod page;
 mod real;

@@ -6,5 +6,7 @@ pub mod page;
 #[path = "../tools/program.rs"]
 mod program;
 
+#[cfg(target_os = "linux")]
+pub use program::resident;
 pub use program::trackfail;
 pub use trackfail_testing::{assert_same_files, needs, real_data, rows};

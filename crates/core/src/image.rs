@@ -10,6 +10,7 @@ mod gray;
 pub mod hog;
 pub mod integral;
 pub mod patch;
+mod raw;
 pub mod warp;
 mod window;
 
@@ -23,6 +24,7 @@ pub use decode::{MAX_FILE_BYTES, MAX_PIXELS, MAX_SIDE, decode, size};
 pub use encode::encode_png;
 pub use frame::{Frame, ImageError};
 pub use gray::{Gray, luma, luma_of};
+pub use raw::PixelFormat;
 pub use window::Window;
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub struct Need {
 }
 
 /// Everything that a test may need.
-pub const NEEDS: [Need; 9] = [
+pub const NEEDS: [Need; 10] = [
     Need {
         name: "real_data",
         what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
@@ -36,6 +36,11 @@ pub const NEEDS: [Need; 9] = [
         name: "pillow",
         what: "python3 with numpy and pillow (pip install -r tests/requirements.txt)",
         is_met: || runs("python3", &["-c", "import numpy, PIL"]),
+    },
+    Need {
+        name: "opencv",
+        what: "python3 with OpenCV's KCF and CSRT (pip install -r tests/requirements.txt)",
+        is_met: || runs("python3", &["-c", "import cv2; cv2.TrackerKCF.create, cv2.TrackerCSRT.create"]),
     },
     Need {
         name: "vot_trax",

@@ -17,6 +17,21 @@ pub enum ImageError {
     /// The encoder refused the frame.
     #[error("cannot be written as PNG: {0}")]
     Encode(String),
+    /// The bytes of a raw image are too few or too many.
+    #[error("{width}x{height} pixels of this format are {expected} bytes, not {got}")]
+    RawBytes {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Number of bytes that there should be.
+        expected: usize,
+        /// Number of bytes that there are.
+        got: usize,
+    },
+    /// The text of a raw image is not base64.
+    #[error("the data of the image are not base64: {0}")]
+    Base64(String),
     /// The image ends before its end marker, so that its lower part is missing.
     #[error("the image is cut short (no end marker)")]
     Truncated,

@@ -1,0 +1,276 @@
+//! Live monitoring: whether a tracker has lost its target, frame by frame, while it tracks.
+//!
+//! ```
+//! # mod trackfail { pub use trackfail_core::{image, region}; pub use trackfail_engine::monitor; }
+//! use trackfail::monitor::{Monitor, Options, State, Update};
+//! use trackfail::region::{Rect, Region};
+//! # use trackfail::{image::Frame, monitor::MonitorError};
+//! # let frame = Frame::from_fn(64, 48, |x, y| [(5 * x) as u8, (3 * y) as u8, (x * y) as u8]);
+//! # let camera = vec![(frame.clone(), Rect::new(20.0, 10.0, 16.0, 12.0)); 3];
+//! let options = Options { method: Some("Watchdog".into()), ..Options::default() };
+//! let mut monitor = Monitor::new(&options)?;
+//! for (frame, target) in camera {
+//!     let region = Region::Rect(target);
+//!     let answer = monitor.update(&Update { frame: Some(&frame), region: Some(&region), ..Update::default() })?;
+//!     assert_eq!(answer.state, State::Tracking);
+//! }
+//! // The tracker has no box for this frame.
+//! let answer = monitor.update(&Update::default())?;
+//! assert_eq!((answer.index, answer.state), (3, State::Absent));
+//! # Ok::<(), MonitorError>(())
+//! ```
+//!
+//! A [`Monitor`] is given what is known of each frame once, in order: the frame, the tracker's region, its confidence,
+//! and the regions of companions, other trackers on the same frames. Regions are 0-based pixels with the top left
+//! corner of the first pixel at (0, 0). Everything but the first region may be missing, in all frames or in some: a
+//! value that cannot be computed is missing for the detector too, which is no error and no alarm. A frame without a
+//! region is one in which the tracker says that the target is absent; the signals are then read at its last region.
+//!
+//! Without a name of a method, the first frame with a region decides: its inputs are those that the recommendation is
+//! made for. The memory of a monitor does not grow with the number of frames.
+
+mod chosen;
+mod saved;
+
+use crate::image::Frame;
+use crate::region::{Region, RegionError};
+use crate::spec::SpecError;
+use crate::spec::builtin::{self, Inputs};
+use crate::tracker::{Status, TrackerError, TrackerState};
+use chosen::Chosen;
+use serde::{Serialize, Serializer};
+
+/// Reasons of an answer, at most.
+const MAX_REASONS: usize = 3;
+
+/// How a track is monitored.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// Name of the method; otherwise the one that is recommended for the inputs.
+    pub method: Option<String>,
+    /// Inputs that will come, for the recommendation; otherwise those of the first frame with a region.
+    pub inputs: Option<Inputs>,
+}
+
+/// Everything that is known of a frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Update<'a> {
+    /// The frame; all have the same size.
+    pub frame: Option<&'a Frame>,
+    /// The tracker's region; `None`, or one whose coordinates are no numbers, where the tracker has none.
+    pub region: Option<&'a Region>,
+    /// The tracker's own confidence, in its scale; high values are sure.
+    pub confidence: Option<f64>,
+    /// Regions of other trackers, in the same order in all frames; one whose coordinates are no numbers is nowhere.
+    pub companions: &'a [Region],
+}
+
+/// State of the target in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// The tracker is on the target, as far as can be told.
+    Tracking,
+    /// The tracker has lost the target: from an alarm until the recovery is confirmed.
+    Lost,
+    /// The tracker itself has no region, or has not had one yet.
+    Absent,
+}
+
+/// Judgement of a frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// Number of the frame in the stream, from 0.
+    pub index: u64,
+    /// Probability that the target is lost, in `[0, 1]`; `None` before the first region, and from methods that estimate
+    /// none. Written with four digits.
+    #[serde(serialize_with = "four_digits")]
+    pub probability: Option<f64>,
+    /// State of the target.
+    pub state: State,
+    /// At most three features that speak for a loss, the loudest first.
+    pub reasons: Vec<String>,
+    /// Fault of an input that was therefore left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+fn four_digits<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(|value| (value * 1e4).round() / 1e4).serialize(serializer)
+}
+
+/// Why a frame is not judged, or a monitor cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum MonitorError {
+    /// There is no such method.
+    #[error("{0}")]
+    UnknownMethod(String),
+    /// The method does not judge frame by frame, or needs more than a stream has.
+    #[error("method `{method}` {reason}; methods that can monitor: {}", known.join(", "))]
+    Unfit {
+        /// Name of the method.
+        method: String,
+        /// What it lacks or needs.
+        reason: &'static str,
+        /// Names of the methods that can monitor.
+        known: Vec<&'static str>,
+    },
+    /// The table of methods is wrong.
+    #[error(transparent)]
+    Methods(#[from] SpecError),
+    /// A signal cannot start.
+    #[error(transparent)]
+    Signal(#[from] TrackerError),
+    /// The frame is of another size than those before.
+    #[error("the frame has {}x{} pixels, those before had {}x{}", got.0, got.1, expected.0, expected.1)]
+    FrameSize {
+        /// Width and height of the frames before.
+        expected: (usize, usize),
+        /// Width and height of this one.
+        got: (usize, usize),
+    },
+    /// The numbers of the box are no region.
+    #[error("box: {0}")]
+    Region(#[from] RegionError),
+    /// The method has a signal that cannot be saved.
+    #[error("the state of signal `{0}` cannot be kept")]
+    NotSaved(&'static str),
+    /// The bytes are no state.
+    #[error("not a state of `trackfail monitor`")]
+    NoState,
+    /// The state is of another version of the program.
+    #[error("a state of format {0}, which this program does not read")]
+    OtherFormat(String),
+    /// The state is damaged or cut short.
+    #[error("the state is damaged")]
+    Damaged,
+    /// The state is that of another method.
+    #[error("the state is one of method `{saved}`, not of `{given}`")]
+    OtherMethod {
+        /// Method of the state.
+        saved: String,
+        /// Method that was asked for.
+        given: String,
+    },
+    /// The method of the state has changed since.
+    #[error("the state is one of another version of method `{0}`")]
+    OtherVersion(String),
+}
+
+/// A track being monitored.
+pub struct Monitor {
+    /// Number of the frame that comes next.
+    index: u64,
+    /// Width and height of the frames, once there was one.
+    size: Option<(usize, usize)>,
+    /// The tracker's last region.
+    last: Option<Region>,
+    chosen: Option<Chosen>,
+}
+
+impl Monitor {
+    /// A monitor before its first frame.
+    ///
+    /// # Errors
+    /// For a method that does not exist or cannot judge frame by frame.
+    pub fn new(options: &Options) -> Result<Self, MonitorError> {
+        let chosen = match (&options.method, options.inputs) {
+            (Some(name), _) => Some(Chosen::start(name)?),
+            (None, Some(inputs)) => Some(Chosen::start(builtin::recommended(inputs))?),
+            (None, None) => None,
+        };
+        Ok(Self { index: 0, size: None, last: None, chosen })
+    }
+
+    /// Judges the next frame.
+    ///
+    /// # Errors
+    /// For a frame of another size, or a region without area or beyond any image. The frame then counts, and nothing else is
+    /// changed by it.
+    pub fn update(&mut self, update: &Update<'_>) -> Result<Answer, MonitorError> {
+        let index = self.index;
+        self.index += 1;
+        let region = match update.region.map(checked) {
+            Some(Err(RegionError::NotFinite)) | None => None,
+            Some(region) => Some(region?),
+        };
+        self.check_size(update.frame)?;
+        let Some(here) = region.as_ref().or(self.last.as_ref()) else {
+            let state = State::Absent;
+            return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
+        };
+        if self.chosen.is_none() {
+            self.chosen = Some(Chosen::start(builtin::recommended(inputs_of(update)))?);
+        }
+        let status = if region.is_some() { Status::Tracked } else { Status::Absent };
+        let confidence = update.confidence.filter(|c| c.is_finite());
+        let state = TrackerState { confidence, ..TrackerState::new(here.clone(), status) };
+        let (judgement, note) = match &mut self.chosen {
+            Some(chosen) => chosen.push(update, &state),
+            None => Default::default(),
+        };
+        self.last = Some(state.region);
+        let state = match (status, judgement.lost) {
+            (Status::Absent, _) => State::Absent,
+            (_, true) => State::Lost,
+            (_, false) => State::Tracking,
+        };
+        let probability = Some(judgement.probability).filter(|p| !p.is_nan());
+        let reasons = judgement.reasons.into_iter().take(MAX_REASONS).map(|reason| reason.text).collect();
+        Ok(Answer { index, probability, state, reasons, note })
+    }
+
+    /// Counts a frame of which nothing can be read.
+    pub fn skip(&mut self) {
+        self.index += 1;
+    }
+
+    /// Number of the frame that comes next, from 0.
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+
+    /// Name of the method, once it is chosen.
+    pub fn method(&self) -> Option<&str> {
+        self.chosen.as_ref().map(|chosen| chosen.name.as_str())
+    }
+
+    /// Whether frames are looked at; true as long as no method is chosen.
+    pub fn reads_frames(&self) -> bool {
+        self.chosen.as_ref().is_none_or(Chosen::reads_frames)
+    }
+
+    fn check_size(&mut self, frame: Option<&Frame>) -> Result<(), MonitorError> {
+        let Some(got) = frame.map(|frame| (frame.width(), frame.height())) else { return Ok(()) };
+        let expected = *self.size.get_or_insert(got);
+        if got == expected { Ok(()) } else { Err(MonitorError::FrameSize { expected, got }) }
+    }
+}
+
+/// The inputs of a frame.
+fn inputs_of(update: &Update<'_>) -> Inputs {
+    Inputs {
+        frames: update.frame.is_some(),
+        companions: !update.companions.is_empty(),
+        confidence: update.confidence.is_some(),
+    }
+}
+
+/// The region, if it is one.
+fn checked(region: &Region) -> Result<Region, RegionError> {
+    match region {
+        Region::Rect(r) => Region::from_numbers(&[r.x, r.y, r.w, r.h]),
+        Region::Polygon(corners) => {
+            let numbers: Vec<f64> = corners.iter().flat_map(|(x, y)| [*x, *y]).collect();
+            // Two corners would be read as a box.
+            if corners.len() < 3 {
+                Err(RegionError::Count(numbers.len()))
+            } else {
+                Region::from_numbers(&numbers)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,94 @@
+//! Monitors as bytes: a line with the format's number, the SHA-256 digest of what follows, and the memory of the method.
+//!
+//! Formats:
+//! - 1: first version.
+
+use super::chosen::Chosen;
+use super::{Monitor, MonitorError, Options};
+use crate::region::Region;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+const NAME: &[u8] = b"trackfail-monitor ";
+const FORMAT: &[u8] = b"1";
+/// Bytes of a digest.
+const DIGEST: usize = 32;
+
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    index: u64,
+    size: Option<(usize, usize)>,
+    last: Option<Region>,
+    method: Option<MethodMemory>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct MethodMemory {
+    name: String,
+    digest: String,
+    signals: Vec<Vec<u8>>,
+    stream: Vec<u8>,
+}
+
+impl Monitor {
+    /// Everything that it remembers, for [`Monitor::resume`].
+    ///
+    /// # Errors
+    /// When the method has a signal that cannot be saved.
+    pub fn save(&self) -> Result<Vec<u8>, MonitorError> {
+        let method = match &self.chosen {
+            None => None,
+            Some(chosen) => Some(MethodMemory {
+                name: chosen.name.clone(),
+                digest: chosen.digest.clone(),
+                signals: chosen
+                    .signals
+                    .iter()
+                    .map(|s| s.session.save().ok_or(MonitorError::NotSaved(s.kind)))
+                    .collect::<Result<_, _>>()?,
+                stream: chosen.stream.save(),
+            }),
+        };
+        let memory = Memory { index: self.index, size: self.size, last: self.last.clone(), method };
+        let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
+        let digest = Sha256::digest(&memory);
+        Ok([NAME, FORMAT, b"\n", digest.as_slice(), &memory].concat())
+    }
+
+    /// A monitor as it was when it was [saved](Monitor::save): it goes on with the same answers.
+    ///
+    /// # Errors
+    /// For bytes that are no state, damaged, or of another version; for a state of another method than the options name.
+    pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
+        let rest = saved.strip_prefix(NAME).ok_or(MonitorError::NoState)?;
+        let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
+        let (format, rest) = (&rest[..end], &rest[end + 1..]);
+        if format != FORMAT {
+            return Err(MonitorError::OtherFormat(String::from_utf8_lossy(format).into_owned()));
+        }
+        let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
+        if Sha256::digest(memory).as_slice() != digest {
+            return Err(MonitorError::Damaged);
+        }
+        let memory: Memory = postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)?;
+        let mut monitor = match (&options.method, &memory.method) {
+            (Some(given), Some(saved)) if *given != saved.name => {
+                let (saved, given) = (saved.name.clone(), given.clone());
+                return Err(MonitorError::OtherMethod { saved, given });
+            }
+            _ => Self::new(options)?,
+        };
+        (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
+        if let Some(saved) = memory.method {
+            let mut chosen = Chosen::start(&saved.name)?;
+            if chosen.digest != saved.digest {
+                return Err(MonitorError::OtherVersion(saved.name));
+            }
+            if !chosen.restore(&saved.signals, &saved.stream, monitor.last.is_none()) {
+                return Err(MonitorError::Damaged);
+            }
+            monitor.chosen = Some(chosen);
+        }
+        Ok(monitor)
+    }
+}

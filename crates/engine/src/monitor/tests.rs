@@ -1,0 +1,216 @@
+use super::*;
+use crate::region::Rect;
+use proptest::prelude::*;
+
+/// A patterned square on a pattern, where it is in frame `t`; it jumps in frame 12.
+fn scene(t: usize) -> (Frame, Region) {
+    let x = if t < 12 { 10 + t } else { 40 };
+    let frame = Frame::from_fn(80, 60, |u, v| {
+        let inside = (x..x + 16).contains(&u) && (20..34).contains(&v);
+        let (u, v) = if inside { (9 * (u - x), 17 * v) } else { (3 * u, 2 * v + u) };
+        [u as u8, v as u8, (u * v % 251) as u8]
+    });
+    (frame, Region::Rect(Rect::new(x as f64, 20.0, 16.0, 14.0)))
+}
+
+fn method(name: &str) -> Options {
+    Options { method: Some(name.into()), inputs: None }
+}
+
+/// The answers to a stream whose boxes stay on the first place from frame 12 on, and have one that is missing.
+fn answers(monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
+    let answer = |t: usize| {
+        let (frame, _) = scene(t);
+        let region = (t != 5).then(|| scene(t.min(11)).1);
+        let companion = scene(t).1;
+        let update = Update {
+            frame: Some(&frame),
+            region: region.as_ref(),
+            confidence: (!t.is_multiple_of(4)).then_some(1.0 / (1.0 + t as f64)),
+            companions: &[companion],
+        };
+        monitor.update(&update).unwrap()
+    };
+    frames.map(answer).collect()
+}
+
+fn states(answers: &[Answer]) -> String {
+    answers.iter().map(|a| format!("{:?}", a.state).chars().next().unwrap()).collect()
+}
+
+#[test]
+fn a_companion_that_leaves_raises_the_alarm() {
+    let mut monitor = Monitor::new(&method("Companions")).unwrap();
+    let all = answers(&mut monitor, 0..16);
+    assert_eq!(states(&all), "TTTTTATTTTTTLLLL");
+    assert_eq!(all[12].reasons, ["value 0.000 is below 0.01"]);
+    assert_eq!((all[12].index, all[12].probability), (12, None));
+    let text = serde_json::to_string(&all[12]).unwrap();
+    assert_eq!(
+        text,
+        r#"{"index":12,"probability":null,"state":"lost","reasons":["value 0.000 is below 0.01"]}"#
+    );
+}
+
+#[test]
+fn the_first_frame_with_a_region_chooses_the_method() {
+    let (frame, region) = scene(0);
+    let others = [region.clone()];
+    let start = |update: Update<'_>| {
+        let mut monitor = Monitor::new(&Options::default()).unwrap();
+        let first = monitor.update(&Update { region: None, ..update }).unwrap();
+        assert_eq!((first.state, first.probability, monitor.method()), (State::Absent, None, None));
+        monitor.update(&update).unwrap();
+        monitor.method().unwrap().to_string()
+    };
+    let (frame, region) = (Some(&frame), Some(&region));
+    let boxes = Update { region, ..Update::default() };
+    let of = |frames, companions, confidence| builtin::recommended(Inputs { frames, companions, confidence });
+    assert_eq!(start(boxes), of(false, false, false));
+    assert_eq!(start(Update { frame, ..boxes }), of(true, false, false));
+    assert_eq!(start(Update { frame, companions: &others, ..boxes }), of(true, true, false));
+    assert_eq!(start(Update { confidence: Some(0.5), ..boxes }), of(false, false, true));
+    let inputs = Inputs { frames: true, ..Inputs::default() };
+    let told = Monitor::new(&Options { inputs: Some(inputs), method: None }).unwrap();
+    assert_eq!(told.method(), Some(of(true, false, false)));
+}
+
+#[test]
+fn inputs_that_go_missing_are_no_error_and_no_alarm() {
+    for name in ["Companions", "Watchdog", "Confidence", "First colors", "Displacement", "Forward-backward"] {
+        let mut monitor = Monitor::new(&method(name)).unwrap();
+        let before = answers(&mut monitor, 0..4);
+        assert_eq!(states(&before), "TTTT", "{name}");
+        let (_, region) = scene(4);
+        for _ in 0..3 {
+            let update = Update { region: Some(&region), ..Update::default() };
+            let answer = monitor.update(&update).unwrap();
+            assert_eq!(
+                (answer.state, answer.reasons.len(), answer.note),
+                (State::Tracking, 0, None),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn broken_frames_count_and_change_nothing_else() {
+    let mut whole = Monitor::new(&method("Watchdog")).unwrap();
+    let mut broken = Monitor::new(&method("Watchdog")).unwrap();
+    let want = [answers(&mut whole, 0..8), answers(&mut whole, 8..16)];
+    let first = answers(&mut broken, 0..8);
+    let (frame, region) = scene(8);
+    let small = Frame::new(8, 8, vec![0; 192]);
+    let error = broken.update(&Update { frame: Some(&small), region: Some(&region), ..Update::default() });
+    assert_eq!(error.unwrap_err().to_string(), "the frame has 8x8 pixels, those before had 80x60");
+    let flat = Region::Rect(Rect::new(1.0, 1.0, 0.0, 4.0));
+    let line = Region::Polygon(vec![(0.0, 0.0), (1.0, 1.0)]);
+    for region in [flat, line] {
+        let error =
+            broken.update(&Update { frame: Some(&frame), region: Some(&region), ..Update::default() });
+        assert!(error.unwrap_err().to_string().starts_with("box: "));
+    }
+    broken.skip();
+    let rest = answers(&mut broken, 8..16);
+    assert_eq!(first, want[0]);
+    for (a, b) in rest.iter().zip(&want[1]) {
+        assert_eq!(*a, Answer { index: b.index + 4, ..b.clone() });
+    }
+    // A box without numbers is none.
+    let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
+    assert_eq!(
+        broken.update(&Update { region: Some(&nowhere), ..Update::default() }).unwrap().state,
+        State::Absent
+    );
+}
+
+#[test]
+fn a_fault_of_a_signal_is_told_beside_the_answer() {
+    let mut monitor = Monitor::new(&method("Confidence")).unwrap();
+    let (_, region) = scene(0);
+    let mut update = |confidence| {
+        let update = Update { region: Some(&region), confidence: Some(confidence), ..Update::default() };
+        monitor.update(&update).unwrap()
+    };
+    assert_eq!(update(1.0).note, None);
+    let answer = update(-1.0);
+    assert!(answer.note.is_some_and(|note| note.contains("the mean of the early confidence is -1")));
+    assert_eq!(answer.state, State::Tracking);
+}
+
+#[test]
+fn methods_that_cannot_monitor_are_refused() {
+    let refused = |name| Monitor::new(&method(name)).err().unwrap().to_string();
+    assert_eq!(refused("Watchdgo"), "unknown method `Watchdgo`; did you mean `Watchdog`?");
+    assert!(
+        refused("AVU").starts_with("method `AVU` is trained for each experiment; methods that can monitor: ")
+    );
+    let whole = refused("DTEF");
+    assert!(whole.contains("judges whole tracks") && whole.contains("Displacement"), "{whole}");
+    assert!(refused("PSR").contains("needs more of a tracker"));
+}
+
+#[test]
+fn a_state_says_what_is_wrong_with_it() {
+    let mut monitor = Monitor::new(&method("Watchdog")).unwrap();
+    answers(&mut monitor, 0..3);
+    let saved = monitor.save().unwrap();
+    let refused =
+        |options: &Options, bytes: &[u8]| Monitor::resume(options, bytes).err().unwrap().to_string();
+    let any = Options::default();
+    assert_eq!(refused(&any, b""), "not a state of `trackfail monitor`");
+    assert_eq!(refused(&any, b"{\"index\": 4}"), "not a state of `trackfail monitor`");
+    assert!(refused(&any, b"trackfail-monitor 2\nx").contains("format 2"));
+    assert_eq!(
+        refused(&method("Companions"), &saved),
+        "the state is one of method `Watchdog`, not of `Companions`"
+    );
+    for at in [19, 25, 60, saved.len() / 2, saved.len() - 1] {
+        assert_eq!(refused(&any, &saved[..at]), "the state is damaged", "{at}");
+        let mut other = saved.clone();
+        other[at.max(20)] ^= 4;
+        assert_eq!(refused(&any, &other), "the state is damaged", "{at}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn interrupted_anywhere_it_gives_the_same_answers(first in 0_usize..25, second in 0_usize..25) {
+        for name in super::chosen::able() {
+            let mut whole = Monitor::new(&method(name)).unwrap();
+            let want = answers(&mut whole, 0..25);
+            let mut monitor = Monitor::new(&method(name)).unwrap();
+            let mut got = Vec::new();
+            for part in [0..first.min(second), first.min(second)..first.max(second), first.max(second)..25] {
+                monitor = Monitor::resume(&method(name), &monitor.save().unwrap()).unwrap();
+                got.extend(answers(&mut monitor, part));
+            }
+            prop_assert_eq!(&got, &want, "{}", name);
+            prop_assert_eq!(monitor.save().unwrap(), whole.save().unwrap(), "{}", name);
+        }
+    }
+}
+
+/// Length of the state after a number of frames of tiny pictures, and after many times more.
+#[test]
+fn memory_does_not_grow_with_the_stream() {
+    for name in super::chosen::able() {
+        let mut monitor = Monitor::new(&method(name)).unwrap();
+        let mut length = |frames: usize| {
+            for t in 0..frames {
+                let (frame, region) = scene(t % 12);
+                let update = Update { frame: Some(&frame), region: Some(&region), ..Update::default() };
+                let companions = std::slice::from_ref(&region);
+                monitor.update(&Update { confidence: Some(0.5), companions, ..update }).unwrap();
+            }
+            monitor.save().unwrap().len()
+        };
+        let early = length(60);
+        let late = length(600);
+        // Counters take some bytes more.
+        assert!(late <= early + 16, "{name}: {early} bytes after 60 frames, {late} after 660");
+    }
+}

@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""Follows a target with a tracker of OpenCV and says live whether the tracker has lost it.
+
+    python3 monitor_opencv.py --box 160,110,60,80 clip.mp4
+    python3 monitor_opencv.py --tracker csrt --box 160,110,60,80 0        # webcam 0
+    python3 monitor_opencv.py --box 160,110,60,80 'img/%04d.jpg'          # numbered frames
+"""
+import argparse
+import time
+
+import cv2
+from trackfail_monitor import Monitor
+
+parser = argparse.ArgumentParser()
+parser.add_argument("video", help="a file, a pattern of numbered frames, or the number of a webcam")
+parser.add_argument("--box", required=True, help="x,y,w,h of the target in the first frame")
+parser.add_argument("--tracker", choices=["kcf", "csrt"], default="kcf")
+parser.add_argument("--program", default="trackfail")
+parser.add_argument("--method", help="method of trackfail, by default the recommended one")
+arguments = parser.parse_args()
+
+video = cv2.VideoCapture(int(arguments.video) if arguments.video.isdigit() else arguments.video)
+box = tuple(int(float(number)) for number in arguments.box.split(","))
+tracker = {"kcf": cv2.TrackerKCF, "csrt": cv2.TrackerCSRT}[arguments.tracker].create()
+method = ["--method", arguments.method] if arguments.method else []
+times, before = [], None
+
+with Monitor(*method, program=arguments.program) as monitor:
+    while True:
+        ok, frame = video.read()
+        if not ok:
+            break
+        if before is None:
+            tracker.init(frame, box)
+        else:
+            ok, box = tracker.update(frame)
+        start = time.perf_counter()
+        answer = monitor.update(frame, box if ok else None)
+        times.append(time.perf_counter() - start)
+        if answer["state"] != before:
+            print(answer["index"], answer["state"], answer["probability"], "; ".join(answer["reasons"]), flush=True)
+        before = answer["state"]
+
+if not times:
+    parser.error(f"{arguments.video} has no frame that OpenCV can read")
+times.sort()
+print(f"{len(times)} frames, {1000 * times[len(times) // 2]:.1f} ms each for the monitor")

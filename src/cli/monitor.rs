@@ -1,0 +1,197 @@
+//! `trackfail monitor`: a JSON line in and a JSON line out for each frame.
+//!
+//! Every line that comes in is a frame of the stream, and has its answer before the next one is read.
+
+mod line;
+mod pipes;
+
+use super::{Failure, output};
+use crate::engine::store;
+use crate::monitor::{Answer, Monitor, MonitorError, Options, Update};
+use crate::spec::builtin::Inputs;
+use line::{Line, LineError};
+use pipes::{End, Pipes};
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `monitor`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "In, a line for each frame: {\"frame\": \"path.jpg\", \"box\": [x, y, w, h], \"confidence\": 0.9, \
+\"companions\": [[x, y, w, h]]}. Every key may be left out or null; without a box, the tracker says that the target is absent. A frame \
+may also be {\"raw\": {\"width\": 640, \"height\": 480, \"format\": \"bgr\", \"data\": \"base64\"}}, or have the file of these bytes as \
+\"path\" instead of \"data\". Out, a line for each line, at once: {\"index\": 51, \"probability\": 0.97, \"state\": \"lost\", \
+\"reasons\": [\"...\"]}, or {\"index\": 52, \"error\": \"...\"} for a line that cannot be used; the stream goes on. States: tracking, \
+lost, absent."
+)]
+pub struct Args {
+    /// Method (default: the one that is recommended for the inputs of the first line with a box)
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
+    /// Inputs that will come beside boxes, for the default method; may be given as a list: frames,confidence,companions
+    #[arg(long, value_name = "INPUT", value_delimiter = ',', conflicts_with = "method")]
+    inputs: Vec<Input>,
+    /// Number of the top left pixel in the boxes: 0, or 1 as in OTB
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
+    base: u8,
+    /// File that keeps the state, from which the next start goes on; it is written at the end, when the program is
+    /// interrupted, and after every --state-every lines
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// Lines after which the state is written
+    #[arg(long, value_name = "N", default_value_t = 900, value_parser = clap::value_parser!(u64).range(1..), requires = "state")]
+    state_every: u64,
+}
+
+/// An input of a stream beside the boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Input {
+    /// The frames.
+    Frames,
+    /// The tracker's own confidence.
+    Confidence,
+    /// Boxes of other trackers.
+    Companions,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// See [`Failure`]: `Usage` for a method that cannot monitor, `Data` for a state that does not fit, `Io` when stdin,
+/// stdout or the state fails, `Interrupted` when stopped.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let state = args.state.as_deref().map(place).transpose()?;
+    let mut lines = Lines::new(start(args, state.as_deref())?, args.base);
+    let ended = serve(args, &mut lines, state.as_deref(), &Pipes::open());
+    if let Some(state) = &state {
+        keep(&lines.monitor, state)?;
+    }
+    match ended {
+        End::Done => Ok(()),
+        End::Failed(failure) => Err(failure),
+        End::Stopped => {
+            let kept = state.map(|state| format!("; the state is kept in {}", state.display()));
+            Err(Failure::Interrupted(format!("interrupted{}", kept.unwrap_or_default()).into()))
+        }
+    }
+}
+
+/// Judges line after line.
+fn serve(args: &Args, lines: &mut Lines, state: Option<&Path>, pipes: &Pipes) -> End {
+    loop {
+        let line = match pipes.next_line() {
+            Ok(line) => line,
+            Err(end) => return end,
+        };
+        let is_known = lines.monitor.method().is_some();
+        let answer = lines.answer(&line);
+        if let Some(method) = lines.monitor.method().filter(|_| !is_known) {
+            output::note(&format!("method: {method}"));
+        }
+        if let Err(end) = pipes.write(answer) {
+            return end;
+        }
+        let due = lines.monitor.index().is_multiple_of(args.state_every);
+        if let Some(Err(failure)) = state.filter(|_| due).map(|state| keep(&lines.monitor, state)) {
+            return End::Failed(failure);
+        }
+    }
+}
+
+/// A line that cannot be used, in the words of the answers.
+#[derive(Serialize)]
+struct Refused {
+    index: u64,
+    error: String,
+}
+
+/// A stream of lines and the answers to them.
+pub struct Lines {
+    monitor: Monitor,
+    /// Number of the top left pixel in the boxes.
+    base: f64,
+}
+
+impl Lines {
+    /// A stream that goes on where a monitor is; `base` is the number of the top left pixel in the boxes.
+    pub fn new(monitor: Monitor, base: u8) -> Self {
+        Self { monitor, base: base.into() }
+    }
+
+    /// The answer to the next line, with the end of a line.
+    pub fn answer(&mut self, line: &[u8]) -> String {
+        let index = self.monitor.index();
+        let text = match self.judge(line) {
+            Ok(answer) => serde_json::to_string(&answer),
+            Err(error) => {
+                // Every line counts, so that answers and lines have the same numbers.
+                if self.monitor.index() == index {
+                    self.monitor.skip();
+                }
+                serde_json::to_string(&Refused { index, error: error.to_string() })
+            }
+        };
+        text.unwrap_or_default() + "\n"
+    }
+
+    fn judge(&mut self, line: &[u8]) -> Result<Answer, LineError> {
+        let line = Line::read(line)?;
+        let region = line.region(self.base)?;
+        let companions = line.companions(self.base)?;
+        let confidence = line.confidence();
+        let frame = if self.monitor.reads_frames() { line.frame()? } else { None };
+        let (frame, region) = (frame.as_ref(), region.as_ref());
+        Ok(self.monitor.update(&Update { frame, region, confidence, companions: &companions })?)
+    }
+}
+
+/// The monitor of the arguments, or that of the state if there is one.
+fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
+    let has = |input: Input| args.inputs.contains(&input);
+    let inputs = Inputs {
+        frames: has(Input::Frames),
+        companions: has(Input::Companions),
+        confidence: has(Input::Confidence),
+    };
+    let inputs = (!args.inputs.is_empty()).then_some(inputs);
+    let options = Options { method: args.method.clone(), inputs };
+    let Some(state) = state else { return Monitor::new(&options).map_err(Failure::usage) };
+    let saved = match std::fs::read(state) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            let monitor = Monitor::new(&options).map_err(Failure::usage)?;
+            // Whether the state can be kept shows now, not at the end of a long stream.
+            keep(&monitor, state)?;
+            return Ok(monitor);
+        }
+        saved => saved.map_err(|e| Failure::io(format!("{}: {e}", state.display())))?,
+    };
+    let remedy = "remove the file to begin anew, or name another one";
+    let monitor = Monitor::resume(&options, &saved).map_err(|e| match e {
+        e @ (MonitorError::UnknownMethod(_) | MonitorError::Unfit { .. }) => Failure::usage(e),
+        e => Failure::data(format!("{}: {e}; {remedy}", state.display())),
+    })?;
+    output::note(&format!("{}: goes on with frame {}", state.display(), monitor.index()));
+    Ok(monitor)
+}
+
+/// Writes the state; a reader of the file sees the old one or the new one.
+fn keep(monitor: &Monitor, state: &Path) -> Result<(), Failure> {
+    let bytes = monitor.save().map_err(Failure::usage)?;
+    store::write(state, &bytes).map_err(Failure::io)
+}
+
+/// The file itself that keeps the state: a link stays a link, and a device is not replaced.
+fn place(state: &Path) -> Result<PathBuf, Failure> {
+    let refuse = |why: &str| Failure::usage(format!("--state {}: {why}", state.display()));
+    match std::fs::metadata(state) {
+        Ok(about) if !about.is_file() => return Err(refuse("is no regular file")),
+        Ok(_) => return std::fs::canonicalize(state).map_err(|e| refuse(&e.to_string())),
+        Err(_) => {}
+    }
+    let folder = state.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(refuse("there is no such folder"));
+    }
+    Ok(state.to_path_buf())
+}

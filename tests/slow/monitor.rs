@@ -1,0 +1,59 @@
+//! A day of `trackfail monitor`: its memory does not grow.
+
+use crate::tools::resident;
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::process::{Command, Stdio};
+
+/// KiB by which the program grows between `early` lines and `all` of them.
+fn growth(
+    arguments: &[&str],
+    early: usize,
+    all: usize,
+    line: impl Fn(usize) -> String + Send + 'static,
+) -> u64 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
+    command.arg("monitor").args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    let mut input = BufWriter::new(child.stdin.take().unwrap());
+    let writer = std::thread::spawn(move || (0..all).for_each(|t| writeln!(input, "{}", line(t)).unwrap()));
+    let mut answers = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut last = String::new();
+    let mut read = |count: usize| {
+        (0..count).for_each(|_| last = answers.next().unwrap().unwrap());
+        (resident(child.id()), last.clone())
+    };
+    let (before, _) = read(early);
+    let (after, last) = read(all - early - 1);
+    assert!(last.starts_with(&format!("{{\"index\":{},\"probability\":", all - 2)), "{last}");
+    writer.join().unwrap();
+    assert!(child.wait().unwrap().success());
+    after.saturating_sub(before)
+}
+
+/// 24 hours at 30 frames a second. A number that is kept of each frame would be 20 MiB.
+#[test]
+fn a_day_of_boxes_leaves_nothing_behind() {
+    let line =
+        |t: usize| format!("{{\"box\": [{}, {}, 40, 30], \"confidence\": 0.{}}}", t % 500, t % 77, 1 + t % 9);
+    let grown = growth(&[], 100_000, 24 * 3600 * 30, line);
+    assert!(grown < 1024, "{grown} KiB");
+}
+
+/// Frames of 24 x 20 pixels with another pattern each, and a target that moves.
+#[test]
+fn hours_of_frames_leave_nothing_behind() {
+    let line = |t: usize| {
+        use base64::Engine as _;
+        let pixels: Vec<u8> = (0..480).map(|k| ((k % 24 + t % 9) * (k / 24) * 11 % 251) as u8).collect();
+        let data = base64::engine::general_purpose::STANDARD.encode(pixels);
+        let raw = format!("{{\"width\": 24, \"height\": 20, \"format\": \"gray\", \"data\": \"{data}\"}}");
+        format!(
+            "{{\"frame\": {{\"raw\": {raw}}}, \"box\": [{}, 6, 9, 8], \"companions\": [[4, 5, 9, 8]]}}",
+            2 + t % 9
+        )
+    };
+    for method in [&[][..], &["--method", "Watchdog"]] {
+        let grown = growth(method, 20_000, 200_000, line);
+        assert!(grown < 512, "{method:?}: {grown} KiB");
+    }
+}
