@@ -1,5 +1,6 @@
 //! `trackfail detect --frames FRAMES --boxes FILE` and `trackfail detect --frames FRAMES --init X,Y,W,H`.
 
+mod files;
 mod follow;
 mod inputs;
 mod methods;
@@ -18,7 +19,9 @@ use crate::engine::execute::reverse::{self, Reversal};
 use crate::engine::execute::tracker_run::TrackingError;
 use crate::engine::limits::Interrupted;
 use crate::num::seed;
-use crate::report::verdict::verdict;
+use crate::region::Region;
+use crate::report::user_track::{UserTrack, UserVideo};
+use crate::report::verdict::{of_target, verdict};
 use crate::results::detections::{JudgedMethod, JudgedTrack};
 use crate::signal::Reads;
 use crate::tracker::results::user_boxes::BoxFormat;
@@ -74,6 +77,15 @@ pub struct Args {
     /// Form of the output (default: table on a terminal, else csv)
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<output::Format>,
+    /// Writes a page with the verdict, a strip, a frame viewer and thumbnails, which needs nothing beside it
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Writes a figure of the scores, below frames that say most
+    #[arg(long, value_name = "FILE.svg|png")]
+    plot: Option<PathBuf>,
+    /// Writes the frames with boxes, state and score drawn on them: a video (ffmpeg encodes it), or PNG files in a folder
+    #[arg(long, value_name = "FILE.mp4|DIR")]
+    annotate: Option<PathBuf>,
     /// Ends with exit code 6 if a method finds a loss
     #[arg(long)]
     fail_on_loss: bool,
@@ -147,27 +159,54 @@ struct Target {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let stop = run::stop_on_signals();
+    files::check(args)?;
     let wanted = methods::wanted(args)?;
-    let tracks = match &args.init {
+    let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
             let frames = frames(args, &stop)?;
             let frames = frames.ok_or_else(|| Failure::usage("--init needs the frames; give --frames"))?;
-            vec![follow::track(args, init, &frames.sequence, wanted, &stop)?]
+            let (track, ready) = follow::track(args, init, &frames.sequence, wanted, &stop)?;
+            (Some(frames), None, vec![track], ready)
         }
         None => {
             let ready = methods::on_boxes(args, wanted)?;
             let frames = frames(args, &stop)?;
             let (whole, targets) = inputs::targets(args, frames.as_ref())?;
-            let tracks = targets.iter().map(|target| judge_target(target, &ready, whole.number(0), &stop));
-            tracks.collect::<Result<_, _>>()?
+            let first = whole.number(0);
+            let tracks = targets.into_iter().map(|target| judge_target(target, &ready, first, &stop));
+            (frames, Some(whole), tracks.collect::<Result<_, _>>()?, ready)
         }
     };
-    print::print(args.format.unwrap_or_else(default_format), &tracks)?;
-    let lost = tracks.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
-    match lost.into_iter().find(|(_, method)| !method.losses().is_empty()).filter(|_| args.fail_on_loss) {
-        Some((track, method)) => Err(Failure::Loss(print::of_target(track, &verdict(track, method)).into())),
+    let Some(sequence) = whole.as_ref().or(frames.as_ref().map(|frames| &frames.sequence)) else {
+        return Ok(());
+    };
+    let video = UserVideo { sequence, tracks, facts: facts(args, &methods) };
+    let judged: Vec<&JudgedTrack> = video.tracks.iter().map(|track| &track.judged).collect();
+    print::print(args.format.unwrap_or_else(default_format), &judged)?;
+    files::write(args, &video, frames.as_ref().and_then(|frames| frames.rate), &stop)?;
+    let mut all = judged.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
+    match all.find(|(_, method)| !method.losses().is_empty()).filter(|_| args.fail_on_loss) {
+        Some((track, method)) => Err(Failure::Loss(of_target(track, &verdict(track, method)).into())),
         None => Ok(()),
     }
+}
+
+/// What the results rest on, for the page.
+fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
+    let mut facts = vec![("program".to_string(), format!("trackfail {}", env!("CARGO_PKG_VERSION")))];
+    let mut add = |name: &str, value: String| facts.push((name.to_string(), value));
+    if !args.frames.is_empty() {
+        add("frames", inputs::shown_frames(args));
+    }
+    for (name, path) in [("boxes", &args.boxes), ("confidence", &args.confidence)] {
+        path.iter().for_each(|path| add(name, path.display().to_string()));
+    }
+    args.companion.iter().for_each(|path| add("companion", path.display().to_string()));
+    if let Some(init) = &args.init {
+        add("tracker", format!("{} from {init}", args.tracker));
+    }
+    methods.iter().for_each(|ready| add(&format!("method {}", ready.method.name), ready.words()));
+    facts
 }
 
 /// The frames, unless the user interrupts.
@@ -182,11 +221,11 @@ fn default_format() -> output::Format {
 
 /// What the methods say of a target; `first` is the number of the video's first frame.
 fn judge_target(
-    target: &Target,
+    target: Target,
     methods: &[ReadyMethod],
     first: u32,
     stop: &Stop,
-) -> Result<JudgedTrack, Failure> {
+) -> Result<UserTrack, Failure> {
     let context = RunContext { sequence: &target.part, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
     let lane = Lane::of_states(target.states.clone());
     let lane = lane.with_signals(&context, &target.companions, methods::signals_of(methods));
@@ -200,7 +239,12 @@ fn judge_target(
     };
     let Collected { signals, .. } = collected.map_err(failure)?;
     let judged = judge(methods, &signals, None, target.start, &target.present).map_err(failure)?;
-    Ok(JudgedTrack { target: target.id, first, methods: judged })
+    let before = std::iter::repeat_n(None, target.start);
+    let during = target.states.iter().map(|state| Some(state.region.clone()));
+    let mut regions: Vec<Option<Region>> = before.chain(during).collect();
+    regions.resize(target.present.len(), None);
+    let judged = JudgedTrack { target: target.id, first, methods: judged };
+    Ok(UserTrack { judged, regions })
 }
 
 /// What the methods say of a track that begins at frame `start`, from their signals.

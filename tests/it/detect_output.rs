@@ -1,6 +1,6 @@
 //! Outputs of `trackfail detect`: a verdict for people, formats for programs, exit codes, files.
 
-use crate::tools::{rows, trackfail};
+use crate::tools::{needs, rows, trackfail};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
@@ -113,4 +113,144 @@ fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
         );
         assert_eq!(text(run(&closed).stderr), "0\n", "{format}");
     }
+}
+
+/// The frames and boxes, made at the first call, of a rendered sequence of 30 frames, whose box jumps away in the twentieth.
+fn clip(root: &Path) -> (PathBuf, PathBuf) {
+    let suite = root.join("suite");
+    let (img, boxes) = (suite.join("Girl/img"), root.join("clip.txt"));
+    if boxes.exists() {
+        return (img, boxes);
+    }
+    trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&suite).assert().success();
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&img).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files[30..].iter().for_each(|file| std::fs::remove_file(file).unwrap());
+    let truth = std::fs::read_to_string(suite.join("Girl/groundtruth_rect.txt")).unwrap();
+    let line = |(t, line): (usize, &str)| if t < 19 { line.to_string() } else { "2,2,9,9".to_string() };
+    let lines: Vec<String> = truth.lines().take(30).enumerate().map(line).collect();
+    std::fs::write(&boxes, lines.join("\n")).unwrap();
+    (img, boxes)
+}
+
+fn drawn(root: &Path, more: &[&str]) -> Output {
+    let (img, boxes) = clip(root);
+    let mut command = trackfail();
+    command.current_dir(root).args(["detect", "--method", "Displacement", "--boxes"]).arg(boxes);
+    command.arg("--frames").arg(img).args(more).output().unwrap()
+}
+
+#[test]
+fn a_page_a_figure_and_drawn_frames() {
+    let root = tempfile::tempdir().unwrap();
+    let here = root.path();
+    let more = ["--report", "page.html", "--plot", "plot.svg", "--annotate", "drawn"];
+    let output = drawn(here, &more);
+    assert!(output.status.success(), "{}", text(output.stderr));
+    assert_eq!(rows(&text(output.stdout)).len(), 30);
+    let page = std::fs::read_to_string(here.join("page.html")).unwrap();
+    assert!(page.contains("lost from frame 20 (Displacement: ") && page.contains("data:image/jpeg;base64,"));
+    let svg = std::fs::read_to_string(here.join("plot.svg")).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.contains("lost from frame 20"));
+    let mut names: Vec<String> = std::fs::read_dir(here.join("drawn"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!((names.len(), &*names[0], &*names[29]), (30, "000001.png", "000030.png"));
+    let before = image::open(here.join("drawn/000010.png")).unwrap().to_rgb8();
+    assert_eq!(before.dimensions(), (160, 120));
+    let has = |frame: &image::RgbImage, rgb: [u8; 3]| frame.pixels().any(|pixel| pixel.0 == rgb);
+    let after = image::open(here.join("drawn/000025.png")).unwrap().to_rgb8();
+    let (green, vermilion) = ([0x00, 0x9E, 0x73], [0xD5, 0x5E, 0x00]);
+    assert!(has(&before, green) && !has(&before, vermilion));
+    assert!(has(&after, vermilion) && !has(&after, green));
+
+    // The same bytes again, for one thread as for many.
+    let (page, svg) = (std::fs::read(here.join("page.html")).unwrap(), svg.into_bytes());
+    let again = trackfail()
+        .current_dir(here)
+        .env("RAYON_NUM_THREADS", "1")
+        .args(["detect", "--method", "Displacement", "--boxes", "clip.txt", "--frames", "suite/Girl/img"])
+        .args(["--report", "page2.html", "--plot", "plot2.svg"])
+        .output()
+        .unwrap();
+    assert!(again.status.success());
+    assert_eq!(std::fs::read(here.join("plot2.svg")).unwrap(), svg);
+    let series = |page: &[u8]| {
+        let page = String::from_utf8(page.to_vec()).unwrap();
+        let at = page.find("id=\"series\"").unwrap();
+        page[at..].to_string()
+    };
+    assert_eq!(series(&std::fs::read(here.join("page2.html")).unwrap()), series(&page));
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_told_before_the_work() {
+    let root = tempfile::tempdir().unwrap();
+    let (img, boxes) = clip(root.path());
+    let run = |frames: bool, more: &[&str]| {
+        let mut command = trackfail();
+        command.current_dir(root.path()).args(["detect", "--boxes"]).arg(&boxes).args(more);
+        if frames {
+            command.arg("--frames").arg(&img);
+        }
+        let output = command.output().unwrap();
+        assert!(output.stdout.is_empty(), "{more:?}");
+        (output.status.code().unwrap(), text(output.stderr))
+    };
+    for (more, frames, code, words) in [
+        (["--plot", "a.gif"], true, 2, "a .svg or a .png file"),
+        (["--annotate", "a.gif"], true, 2, ".mp4, .mov, .mkv, .avi"),
+        (["--annotate", "a.mp4"], false, 2, "give --frames"),
+        (["--report", "none/a.html"], true, 1, "there is no folder none; make it first"),
+        (["--plot", "none/a.svg"], true, 1, "there is no folder none"),
+        (["--annotate", "none/a.mp4"], true, 1, "there is no folder none"),
+        (["--annotate", "none/drawn"], true, 1, "there is no folder none"),
+    ] {
+        let (got, message) = run(frames, &more);
+        assert!(got == code && message.contains(words), "{more:?}: {got} {message}");
+    }
+    assert!(!root.path().join("none").exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn links_and_devices_are_written_to() {
+    let root = tempfile::tempdir().unwrap();
+    let here = root.path();
+    std::fs::write(here.join("page.html"), "old").unwrap();
+    std::os::unix::fs::symlink("page.html", here.join("link.html")).unwrap();
+    let output = drawn(here, &["--report", "link.html"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(output.stderr));
+    assert!(here.join("link.html").is_symlink());
+    assert!(std::fs::read_to_string(here.join("page.html")).unwrap().contains("lost from frame 20"));
+    let output = drawn(here, &["--report", "/dev/full"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(output.stderr).contains("/dev/full: "));
+    use std::os::unix::fs::FileTypeExt;
+    assert!(std::fs::symlink_metadata("/dev/full").unwrap().file_type().is_char_device());
+}
+
+#[needs(ffmpeg)]
+#[test]
+fn a_video_is_drawn_on() {
+    let root = tempfile::tempdir().unwrap();
+    let here = root.path();
+    let output = drawn(here, &["--annotate", "drawn.mp4"]);
+    assert!(output.status.success(), "{}", text(output.stderr));
+    // The video is one that can be judged again, with as many frames.
+    let again = trackfail()
+        .current_dir(here)
+        .args(["detect", "--frames", "drawn.mp4", "--boxes", "clip.txt", "--annotate", "again.mkv"])
+        .output()
+        .unwrap();
+    assert!(again.status.success(), "{}", text(again.stderr));
+    let mut command = trackfail();
+    command.current_dir(here).env("PATH", "/nowhere");
+    command.args(["detect", "--boxes", "clip.txt", "--frames", "suite/Girl/img", "--annotate", "none.mp4"]);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    assert!(text(output.stderr).contains("install it"));
+    assert!(!here.join("none.mp4").exists());
 }

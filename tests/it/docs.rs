@@ -71,7 +71,7 @@ fn every_shell_block_is_run_or_says_why_not() {
             assert!(languages.contains(&&*block.language), "{}: `{}`", block.place, block.language);
             let known = block.comment.is_none()
                 || block.marked("not-run").is_some_and(|reason| reason.len() > 10)
-                || block.marked("needs") == Some("real data")
+                || block.marked("needs").is_some_and(|need| ["real data", "ffmpeg"].contains(&need))
                 || block
                     .comment
                     .as_deref()
@@ -137,6 +137,20 @@ fn shell_blocks_that_need_real_data_run() {
     std::os::unix::fs::symlink(data, folder.path().join("DATA")).unwrap();
     let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
     let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("real data")).collect();
+    assert!(!blocks.is_empty());
+    blocks.iter().for_each(|block| run(block, folder.path()));
+}
+
+#[cfg(unix)]
+#[needs(ffmpeg)]
+#[test]
+fn shell_blocks_that_need_ffmpeg_run() {
+    let folder = working_folder();
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-nostdin", "-v", "error", "-i", "video/%04d.png", "clip.mp4"]).current_dir(folder.path());
+    assert!(ffmpeg.status().unwrap().success());
+    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("ffmpeg")).collect();
     assert!(!blocks.is_empty());
     blocks.iter().for_each(|block| run(block, folder.path()));
 }

@@ -15,3 +15,5 @@ mod site;
 #[cfg(unix)]
 mod slurm;
 mod tools;
+#[cfg(unix)]
+mod user_page;

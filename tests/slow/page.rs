@@ -20,7 +20,7 @@ fn series(names: [&str; 2]) -> Sequences {
         let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
         let judged = (protocol("khalid2016/1").unwrap().score)(&error, &alarm, &vec![0; frames]);
         let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
-        JudgedSeries { score, alarm, changes: vec![0; frames], judged }
+        JudgedSeries { score, alarm, changes: vec![0; frames], judged, ..JudgedSeries::default() }
     };
     let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect();
     let truth =
@@ -31,7 +31,7 @@ fn series(names: [&str; 2]) -> Sequences {
         size: Some((160, 120)),
         attributes: vec![names[0].into(), name.into()],
         truth: Vec::clone(&truth),
-        stills: Default::default(),
+        ..Sequence::default()
     };
     let method =
         |name: &str| Method { name: name.into(), thresholds: vec![Some(0.004); 2], counted: name.into() };
@@ -48,7 +48,7 @@ fn series(names: [&str; 2]) -> Sequences {
         methods: names.map(method).into(),
         sequences: names.map(sequence).into(),
         tracks: vec![track(0, 0), track(0, 1), track(1, 0), track(1, 1)],
-        note: String::new(),
+        ..Sequences::default()
     }
 }
 

@@ -8,8 +8,9 @@
 //! common color deficiencies can tell apart; line styles and markers differ as well.
 //!
 //! Files in the order in which they use each other: error, style, font, scene, raster, draw, axes, heading, legend,
-//! panel; then one for each figure: strip, curve, ranks, states.
+//! panel; then one for each figure: strip, curve, ranks, states; and annotated, which draws on video frames.
 
+mod annotated;
 mod axes;
 mod curve;
 mod draw;
@@ -25,6 +26,7 @@ mod states;
 mod strip;
 mod style;
 
+pub use annotated::{AnnotatedBox, annotate};
 pub use axes::Range;
 pub use curve::{Curve, Curves};
 pub use draw::Plot;
@@ -32,7 +34,7 @@ pub use error::FigureError;
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};
 pub use ranks::{Ranking, Ranks};
 pub use states::{Arrow, States};
-pub use strip::{BoxStyle, Still, Strip};
+pub use strip::{BoxStyle, LOST, Still, Strip};
 pub use style::{Color, Dash, Style, WIDTH};
 
 #[cfg(test)]

@@ -21,6 +21,7 @@
 //! | [`page`] | the data of the page |
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`site`] | the page over all reports |
+//! | [`user_track`] | shows a user's own track: page, figure, frames |
 //! | [`server`] | shows the reports in a browser |
 
 pub mod claims;
@@ -41,6 +42,7 @@ mod staged;
 pub mod stills;
 pub mod trace;
 pub mod uncertainty;
+pub mod user_track;
 pub mod verdict;
 pub mod write;
 

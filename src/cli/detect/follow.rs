@@ -14,6 +14,7 @@ use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store::{self, StoreError};
 use crate::num::seed;
 use crate::region::Region;
+use crate::report::user_track::UserTrack;
 use crate::results::detections::JudgedTrack;
 use crate::signal::Reads;
 use crate::spec::builtin::Inputs;
@@ -39,7 +40,7 @@ pub fn track(
     sequence: &Sequence,
     wanted: Wanted,
     stop: &Stop,
-) -> Result<JudgedTrack, Failure> {
+) -> Result<(UserTrack, Vec<ReadyMethod>), Failure> {
     let base = inputs::base(args).unwrap_or(Base::One);
     let first = first_box(init, base)?;
     let mut sequence = sequence.clone();
@@ -76,9 +77,11 @@ pub fn track(
     }
     let present: Vec<bool> = states.iter().map(|s| s.status != Status::Absent).collect();
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
+    let shown = regions.iter().cloned().map(Some).collect();
     let reversal = Reversal::new(run, regions);
     let methods = judge(&ready, &signals, Some(&reversal), 0, &present).map_err(failure)?;
-    Ok(JudgedTrack { target: None, first: sequence.number(0), methods })
+    let judged = JudgedTrack { target: None, first: sequence.number(0), methods };
+    Ok((UserTrack { judged, regions: shown }, ready))
 }
 
 /// The box of `--init`.

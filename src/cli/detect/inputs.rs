@@ -9,6 +9,7 @@ use crate::region::{Rect, Region};
 use crate::tracker::results::user_boxes::{self, BoxFormat, Options, UserBoxes, UserTarget};
 use crate::tracker::results::{Base, confidence};
 use crate::tracker::{Status, TrackerState};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,7 +22,15 @@ pub fn frames(args: &Args) -> Result<Option<UserFrames>, Failure> {
     if args.frames.is_empty() {
         return Ok(None);
     }
-    let frames = user_frames::load(&args.frames).map_err(data)?;
+    let mut frames = user_frames::load(&args.frames).map_err(data)?;
+    // A folder `img` has its name from the layout of a dataset.
+    if let [folder] = args.frames.as_slice()
+        && frames.sequence.name == "img"
+        && let Some(name) =
+            folder.canonicalize().ok().and_then(|path| path.parent()?.file_name().map(OsString::from))
+    {
+        frames.sequence.name = name.to_string_lossy().into_owned();
+    }
     if frames.sequence.is_empty() {
         return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
     }
@@ -29,7 +38,7 @@ pub fn frames(args: &Args) -> Result<Option<UserFrames>, Failure> {
 }
 
 /// The frames in the words of the user.
-fn shown_frames(args: &Args) -> String {
+pub fn shown_frames(args: &Args) -> String {
     match args.frames.as_slice() {
         [one] => one.display().to_string(),
         many => format!(

@@ -22,6 +22,14 @@ impl ReadyMethod {
         let first = self.method.variants.first().and_then(|v| v.signal.as_ref());
         std::iter::once(first).chain(more).collect()
     }
+
+    /// Its signals and its detector, with their parameters.
+    pub fn words(&self) -> String {
+        let signals =
+            self.signals().into_iter().flatten().map(|s| format!("{} {}", s.kind, s.signal.params()));
+        let detector = format!("{} {}", self.detector.kind, self.detector.detector.params());
+        signals.chain([detector]).collect::<Vec<_>>().join("; ")
+    }
 }
 
 /// The signals of each method, one after the other; `None` for methods without one.

@@ -2,12 +2,12 @@
 
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
-use crate::report::verdict::{false_alarm_prone, verdict};
+use crate::report::verdict::{false_alarm_prone, of_target, verdict};
 use crate::results::detections::{self, JudgedMethod, JudgedTrack, State};
 use serde_json::{Value, json};
 
 /// Prints what the methods say.
-pub fn print(format: Format, tracks: &[JudgedTrack]) -> Result<(), Failure> {
+pub fn print(format: Format, tracks: &[&JudgedTrack]) -> Result<(), Failure> {
     match format {
         Format::Table => output::write(&for_people(tracks)?),
         Format::Csv => {
@@ -21,13 +21,8 @@ pub fn print(format: Format, tracks: &[JudgedTrack]) -> Result<(), Failure> {
     }
 }
 
-/// A sentence about a target, with its number if it has one.
-pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
-    track.target.map_or_else(|| sentence.to_string(), |id| format!("target {id}: {sentence}"))
-}
-
 /// The verdict of the first method on each target, and a line for each method if several ran.
-fn for_people(tracks: &[JudgedTrack]) -> Result<String, Failure> {
+fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
     let mut text = String::new();
     for track in tracks {
         let Some(first) = track.methods.first() else { continue };
@@ -74,12 +69,12 @@ fn number(track: &JudgedTrack, t: usize) -> u64 {
 }
 
 /// Everything, with the first and last frame of each stretch.
-fn json(tracks: &[JudgedTrack]) -> Value {
+fn json(tracks: &[&JudgedTrack]) -> Value {
     let of_track = |track: &JudgedTrack| {
         let methods: Vec<Value> = track.methods.iter().map(|method| of_method(track, method)).collect();
         json!({ "target": track.target, "methods": methods })
     };
-    json!({ "tracks": tracks.iter().map(of_track).collect::<Vec<_>>() })
+    json!({ "tracks": tracks.iter().map(|track| of_track(track)).collect::<Vec<_>>() })
 }
 
 fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {

@@ -44,11 +44,7 @@ pub fn write_with<E: From<StoreError>>(
 /// When there is no such folder, or the file cannot be written to.
 pub fn write_output(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let fail = |e| StoreError::new(path, e);
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        let message = format!("there is no folder {}; make it first", folder.display());
-        return Err(StoreError::new(path, message));
-    }
+    check_output(path)?;
     match std::fs::symlink_metadata(path) {
         Ok(about) if !about.is_file() => {
             let file = std::fs::OpenOptions::new().write(true).create(true).truncate(true).open(path);
@@ -57,6 +53,18 @@ pub fn write_output(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         }
         _ => write(path, bytes),
     }
+}
+
+/// Checks that there is a folder for a file that the user has named.
+///
+/// # Errors
+/// When there is none.
+pub fn check_output(path: &Path) -> Result<(), StoreError> {
+    let folder = folder_of(path);
+    if folder.is_dir() {
+        return Ok(());
+    }
+    Err(StoreError::new(path, format!("there is no folder {}; make it first", folder.display())))
 }
 
 /// The folder of a file.

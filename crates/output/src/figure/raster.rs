@@ -6,6 +6,7 @@
 use super::error::FigureError;
 use super::font;
 use super::scene::{Anchor, Area, Item, Picture, Point, Scene, Stroke, dashes};
+use crate::image::Frame;
 use ::image::imageops::{FilterType, resize};
 use ::image::{ExtendedColorType, ImageEncoder, RgbImage, codecs::png};
 
@@ -24,6 +25,16 @@ pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     }
     let size = (canvas.w as u32, canvas.h as u32);
     encode(&canvas.rgb, size, png::CompressionType::Fast, png::FilterType::Up)
+}
+
+/// Draws items over a frame, two of whose pixels are a point.
+pub fn over(frame: &Frame, items: &[Item]) -> Frame {
+    let (w, h) = (frame.width(), frame.height());
+    let mut canvas = Canvas { rgb: frame.bytes().to_vec(), ..Canvas::sized(w, h) };
+    for item in items {
+        canvas.item(item);
+    }
+    Frame::new(w, h, canvas.rgb)
 }
 
 /// Pixels of a width and height, row by row, as a PNG file.
@@ -67,7 +78,12 @@ fn share(at: usize, from: f64, to: f64) -> f64 {
 
 impl Canvas {
     fn new(w: usize, h: usize) -> Self {
-        Self { w, h, rgb: vec![255; 3 * w * h], mask: Vec::new() }
+        Self { rgb: vec![255; 3 * w * h], ..Self::sized(w, h) }
+    }
+
+    /// A canvas without pixels yet.
+    fn sized(w: usize, h: usize) -> Self {
+        Self { w, h, rgb: Vec::new(), mask: Vec::new() }
     }
 
     /// The pixels of the canvas that a box touches.

@@ -72,7 +72,12 @@ pub struct Strip {
     pub headings: Vec<String>,
     /// Panels, row by row; a shorter row leaves its right end empty.
     pub rows: Vec<Vec<Panel>>,
+    /// Meaning of shaded runs of frames.
+    pub shaded: &'static str,
 }
+
+/// Meaning of shaded frames where there is ground truth.
+pub const LOST: &str = "target lost (Oₜ = 1)";
 
 const STILLS_PER_ROW: usize = 5;
 const GAP: f64 = 16.0;
@@ -108,7 +113,7 @@ impl Strip {
         }
         let panels = || self.rows.iter().flatten();
         if panels().any(|p| !p.spans.is_empty()) {
-            add(Symbol::Patch(SHADE), "target lost (Oₜ = 1)");
+            add(Symbol::Patch(SHADE), self.shaded);
         }
         if panels().any(|p| !p.events.is_empty()) {
             add(Symbol::Upright(EVENT), "failure");

@@ -57,6 +57,19 @@ impl Color {
     }
 }
 
+impl Color {
+    /// The color, or a lighter one where it would be hard to read on a dark ground.
+    pub(super) fn bright(self) -> [u8; 3] {
+        match self {
+            Self::Vermilion => [0xFF, 0x9D, 0x66],
+            Self::Green => [0x4F, 0xD3, 0xA8],
+            Self::Blue => Self::Sky.rgb(),
+            Self::Black | Self::Gray => [0xD4, 0xD4, 0xD0],
+            other => other.rgb(),
+        }
+    }
+}
+
 /// Dashes of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {

@@ -70,6 +70,7 @@ fn three() -> Strip {
         panel.caption = letter.into();
     }
     Strip {
+        shaded: LOST,
         title: "basketball, DSST".into(),
         note: "Fig. 3: 1 of 1 sequences".into(),
         stills: [100, 250, 452, 460, 700].into_iter().map(|n| still(n, "")).collect(),
@@ -86,6 +87,7 @@ fn four() -> Strip {
     let rows = (0..3).map(|r| columns.iter().map(|c| c[r].clone()).collect()).collect();
     let headings = names.iter().map(|s| (*s).into()).collect();
     Strip {
+        shaded: LOST,
         title: "Track quality scores".into(),
         note: "3 of 4 targets; missing: CarDark".into(),
         stills: vec![],
@@ -104,6 +106,7 @@ fn five() -> Strip {
     let mut covariance = z.clone();
     covariance.label = "CovF".into();
     Strip {
+        shaded: LOST,
         title: "CarDark".into(),
         note: String::new(),
         stills: [1, 200, 275].into_iter().map(|n| still(n, "target lost")).collect(),

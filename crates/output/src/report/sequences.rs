@@ -16,6 +16,7 @@ use crate::signal::distribution_field::{self, background_region};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
 const MAX_METHODS: usize = 24;
@@ -33,6 +34,8 @@ pub struct Sequences<T = Track> {
     pub tracks: Vec<T>,
     /// Sentences about tracks that are left out; may be empty.
     pub note: String,
+    /// Whether there is no ground truth, so that states are shown instead of errors.
+    pub unannotated: bool,
 }
 
 /// A track as the page has it: what is counted on it, and its series as text, which is less than half as long as they.
@@ -44,7 +47,7 @@ pub struct PackedTrack {
     pub tracker: usize,
     /// Number of frames.
     pub frames: usize,
-    /// Index, counts and number of events of each method.
+    /// Index, counts and number of events of each method; without ground truth, the number of losses that it finds.
     pub counts: Vec<(usize, Counts, usize)>,
     /// The series, see [`json`].
     pub series: String,
@@ -76,6 +79,8 @@ pub struct Sequence {
     pub truth: Vec<Option<Region>>,
     /// Frames, 0-based, that have a picture `stills/<sequence>-<frame>.png` beside the page.
     pub stills: BTreeSet<usize>,
+    /// Pictures in the page itself, by frame: addresses `data:...`.
+    pub pictures: BTreeMap<usize, String>,
 }
 
 /// A tracker's first run over a sequence.
@@ -106,6 +111,10 @@ pub struct JudgedSeries {
     pub changes: Vec<i32>,
     /// Events, detections and which of them match.
     pub judged: TrackScore,
+    /// Runs of frames in which the method's state is lost, shown where there is no ground truth.
+    pub lost: Vec<Range<usize>>,
+    /// Runs of frames in which the tracker gives no box, shown where there is no ground truth.
+    pub absent: Vec<Range<usize>>,
 }
 
 /// How a protocol counts, in a line.
@@ -231,7 +240,7 @@ fn sequences(results: &Results, numbers: &BTreeMap<String, Vec<i64>>) -> Result<
             size: suite.sizes.get(name).copied(),
             attributes: suite.attributes.get(name).cloned().unwrap_or_default(),
             truth: numbers.iter().map(|number| regions.remove(number)).collect(),
-            stills: BTreeSet::new(),
+            ..Sequence::default()
         })
     };
     Ok(names.into_iter().filter_map(sequence).collect())
@@ -271,7 +280,7 @@ fn judged_series(
         }
         let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
         let MethodSeries { score, alarm, changes, .. } = series;
-        Some((k, JudgedSeries { score, alarm, changes, judged }))
+        Some((k, JudgedSeries { score, alarm, changes, judged, ..JudgedSeries::default() }))
     };
     records.iter().enumerate().filter_map(of).collect()
 }
@@ -281,6 +290,8 @@ fn judged_series(
 pub struct Tallies {
     /// Sentences about tracks that are left out; may be empty.
     pub note: String,
+    /// Whether there is no ground truth, so that cells are numbers of losses.
+    pub unannotated: bool,
     /// Column headings.
     pub methods: Vec<String>,
     /// All attributes.
@@ -308,16 +319,16 @@ pub struct TallyRow {
     pub attributes: String,
     /// Indices of these attributes among all, separated by blanks.
     pub marks: String,
-    /// `hits / misses / false alarms`, empty for a method that is not run on the tracker.
+    /// `hits / misses / false alarms`, or the number of losses without ground truth, empty for a method that is not run on the tracker.
     pub cells: Vec<String>,
 }
 
 impl Sequences {
     /// The same with packed tracks.
     pub fn packed(&self) -> Sequences<PackedTrack> {
-        let Self { trackers, methods, sequences, tracks, note } = self.clone();
+        let Self { trackers, methods, sequences, tracks, note, unannotated } = self.clone();
         let tracks = tracks.iter().map(|track| json::pack(&methods, track)).collect();
-        Sequences { trackers, methods, sequences, tracks, note }
+        Sequences { trackers, methods, sequences, tracks, note, unannotated }
     }
 }
 
@@ -333,8 +344,8 @@ impl Sequences<PackedTrack> {
         let mut rows = Vec::new();
         for track in &self.tracks {
             let mut cells = vec![String::new(); self.methods.len()];
-            for (k, counts, _) in &track.counts {
-                cells[*k] = tally(counts);
+            for (k, counts, events) in &track.counts {
+                cells[*k] = if self.unannotated { events.to_string() } else { tally(counts) };
                 let sum = totals[*k].get_or_insert_default();
                 *sum = [*sum, *counts].into_iter().sum();
             }
@@ -352,6 +363,7 @@ impl Sequences<PackedTrack> {
         }
         Tallies {
             note: self.note.clone(),
+            unannotated: self.unannotated,
             methods: self.methods.iter().map(|m| m.name.clone()).collect(),
             attributes: attributes.into_iter().cloned().collect(),
             rows,

@@ -103,6 +103,7 @@ fn page(name: &str) -> Page {
         figures: vec![figure("Sweep"), figure(name)],
         figures_beside: false,
         sequences: Tallies {
+            unannotated: false,
             note: name.into(),
             methods: vec!["DTEF".into(), name.into()],
             attributes: vec![name.into()],
@@ -311,6 +312,7 @@ fn large() -> Sequences {
     };
     let method = |name| Method { name, thresholds: vec![None], counted: String::new() };
     Sequences {
+        unannotated: false,
         trackers: names("tracker", 1),
         methods: names("method", 10).into_iter().map(method).collect(),
         sequences: names("sequence", 100)

@@ -60,13 +60,21 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     parts.join("; ")
 }
 
-/// The score of a frame beside the threshold: `fused: .97 > .80`.
+/// A sentence about a target, with its number if it has one: `target 3: lost from ...`.
+pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
+    track.target.map_or_else(|| sentence.to_string(), |id| format!("target {id}: {sentence}"))
+}
+
+/// The method with the score of a frame beside its threshold: `fused: .97 > .80`.
 fn evidence(method: &JudgedMethod, t: usize) -> String {
     let name = &method.name;
-    let Some(score) = method.score.get(t).copied().flatten().filter(|score| score.is_finite()) else {
-        return name.clone();
-    };
-    let Some(threshold) = method.threshold else { return name.clone() };
+    comparison(method, t).map_or_else(|| name.clone(), |comparison| format!("{name}: {comparison}"))
+}
+
+/// The score of a frame beside the threshold: `.97 > .80`; `None` where there is no score or no threshold.
+pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
+    let score = method.score.get(t).copied().flatten().filter(|score| score.is_finite())?;
+    let threshold = method.threshold?;
     // As many digits as tell the two apart.
     let texts = |decimals| {
         let style = Style { decimals, bare: true };
@@ -80,7 +88,7 @@ fn evidence(method: &JudgedMethod, t: usize) -> String {
         std::cmp::Ordering::Equal => "=",
         std::cmp::Ordering::Greater => ">",
     };
-    format!("{name}: {shown} {sign} {level}")
+    Some(format!("{shown} {sign} {level}"))
 }
 
 /// The frame of the score that speaks most for a loss.

@@ -112,7 +112,7 @@ impl JudgedMethod {
             name: name.to_string(),
             threshold: detector.threshold(),
             direction: detector.score_direction(),
-            is_probability: detector.stream().is_some(),
+            is_probability: gives_probability(detector),
             score: frames().map(|at| output.score.get(at?).copied()).collect(),
             label: frames().map(|at| at.and_then(|at| output.alarm.get(at)) == Some(&true)).collect(),
             changes: frames().map(|at| at.and_then(|at| changes.get(at)).copied().unwrap_or(0)).collect(),
@@ -136,11 +136,17 @@ impl JudgedMethod {
     }
 }
 
+/// Whether a detector estimates the probability of a loss, which is its score then. Streams of the others say NaN.
+fn gives_probability(detector: &dyn Detector) -> bool {
+    let any = vec![0.0; detector.signals()];
+    detector.stream().is_some_and(|mut stream| !stream.push(&any).probability.is_nan())
+}
+
 /// The CSV of all frames of all tracks.
 ///
 /// # Errors
 /// When polars refuses.
-pub fn csv(tracks: &[JudgedTrack]) -> Result<Vec<u8>, TableError> {
+pub fn csv(tracks: &[&JudgedTrack]) -> Result<Vec<u8>, TableError> {
     let (mut number, mut name, mut score) = (Vec::new(), Vec::new(), Vec::new());
     let (mut label, mut change, mut state, mut target) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (track, method) in tracks.iter().flat_map(|track| track.methods.iter().map(move |m| (track, m))) {
@@ -183,7 +189,7 @@ mod tests {
 
     #[test]
     fn rows_by_hand() {
-        let text = |target| String::from_utf8(csv(&[track(target)]).unwrap()).unwrap();
+        let text = |target| String::from_utf8(csv(&[&track(target)]).unwrap()).unwrap();
         assert_eq!(
             text(None),
             "frame,method,score,label,change,state\n1,level,,0,0,absent\n2,level,0.9,0,0,tracking\n\

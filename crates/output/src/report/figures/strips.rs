@@ -2,7 +2,7 @@
 
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::panels::panel;
-use crate::figure::{BoxStyle, Panel, Still, Strip};
+use crate::figure::{BoxStyle, LOST, Panel, Still, Strip};
 use crate::region::Region;
 use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
@@ -46,6 +46,7 @@ fn strip(
         stills: Vec::new(),
         headings: Vec::new(),
         rows: Vec::new(),
+        shaded: LOST,
     };
     if single {
         strip.title = shown[0].sequence.clone();

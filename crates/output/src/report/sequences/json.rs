@@ -11,6 +11,9 @@
 //!         {marks: [[event, detection, word, word]], alarms: [first, last, ...], digits, score}}}}
 //! ```
 //!
+//! Without ground truth (`unannotated`) a method also has the runs of frames `lost` and `absent`, and its marks are the
+//! frames in which a loss begins and ends. Pictures are in the page itself there.
+//!
 //! A mark is a [moment](crate::report::trace::Moment): an event, a detection, or both that match, in order of time, each
 //! with its word as an index into the page's words.
 //!
@@ -19,12 +22,17 @@
 
 use super::{JudgedSeries, Method, PackedTrack, Sequence, Sequences, Track};
 use crate::dataset::text::visible;
+use crate::figure::spans_where;
 use crate::region::{Rect, Region};
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::ops::Range;
+
+/// Words of the ends of a loss, where there is no ground truth.
+const STATE_WORDS: [&str; 2] = ["lost", "recovered"];
 
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;
@@ -131,11 +139,13 @@ fn index(
             "frames": s.truth.len(),
             "size": s.size,
             "stills": s.stills,
+            "pictures": s.pictures,
             "attributes": visible(&s.attributes.join(", ")),
         })
     };
     let track = |(t, place): (&PackedTrack, &Option<usize>)| json!([t.sequence, t.tracker, place]);
     let names = json!({
+        "unannotated": all.unannotated,
         "trackers": shown(all.trackers.iter().map(String::as_str).collect()),
         "methods": all.methods.iter().map(method).collect::<Vec<_>>(),
         "sequences": all.sequences.iter().map(sequence).collect::<Vec<_>>(),
@@ -144,7 +154,7 @@ fn index(
         "files": files,
         "words": {
             "event": EVENT_WORDS,
-            "detection": DETECTION_WORDS,
+            "detection": if all.unannotated { STATE_WORDS } else { DETECTION_WORDS },
             "outcome": EventOutcome::ALL.map(EventOutcome::words),
         },
     });
@@ -217,7 +227,11 @@ pub fn pack(methods: &[Method], track: &Track) -> PackedTrack {
         sequence: track.sequence,
         tracker: track.tracker,
         frames: track.error.len(),
-        counts: track.methods.iter().map(|(k, s)| (*k, s.judged.counts, s.judged.events.len())).collect(),
+        counts: track
+            .methods
+            .iter()
+            .map(|(k, s)| (*k, s.judged.counts, s.judged.events.len() + s.lost.len()))
+            .collect(),
         series: object(parts),
     }
 }
@@ -233,20 +247,24 @@ fn series(track: &Track, series: &JudgedSeries, threshold: Option<f64>) -> Strin
             json!([m.event, m.detection, u8::from(found), u8::from(clear)])
         })
         .collect();
-    let mut alarms: Vec<usize> = Vec::new();
-    for (t, _) in series.alarm.iter().enumerate().filter(|(_, alarm)| **alarm) {
-        match alarms.last_mut() {
-            Some(last) if *last + 1 == t => *last = t,
-            _ => alarms.extend([t, t]),
-        }
-    }
     let text = |value: Value| value.to_string();
-    object([
+    let mut parts = vec![
         ("marks", text(json!(marks))),
-        ("alarms", text(json!(alarms))),
+        ("alarms", text(ends(&spans_where(&series.alarm)))),
         ("digits", digits.to_string()),
         ("score", differences(series.score.iter().map(step))),
-    ])
+    ];
+    for (name, runs) in [("lost", &series.lost), ("absent", &series.absent)] {
+        if !runs.is_empty() {
+            parts.push((name, text(ends(runs))));
+        }
+    }
+    object(parts)
+}
+
+/// First and last frame of each run, one after the other.
+fn ends(runs: &[Range<usize>]) -> Value {
+    json!(runs.iter().flat_map(|run| [run.start, run.end - 1]).collect::<Vec<_>>())
 }
 
 /// Decimals that leave four digits of the threshold, or of the largest score where there is none.

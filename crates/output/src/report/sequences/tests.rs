@@ -18,6 +18,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
             alarm,
             changes: vec![0; frames],
             judged,
+            ..JudgedSeries::default()
         }
     };
     let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64 / 3.0, 10.0, 20.0, 30.0)).collect();
@@ -32,6 +33,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         attributes: vec![name.to_string()],
         truth: truth(slant),
         stills: BTreeSet::from([3]),
+        ..Sequence::default()
     };
     let track = |sequence, tracker| Track {
         sequence,
@@ -51,7 +53,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         methods: vec![method(name), method("RAW")],
         sequences: vec![sequence(name, 0.0), sequence("Bolt", 1.0)],
         tracks: vec![track(0, 0), track(0, 1), track(1, 0)],
-        note: String::new(),
+        ..Sequences::default()
     }
 }
 

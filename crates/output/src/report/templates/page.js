@@ -231,7 +231,7 @@ function decode(s, t) {
 
 /** Label of a mark: its frame and kind, the frame it is matched with, and the notes of event and detection. */
 function markOf([event, detection, found, clear]) {
-  const kind = event === null ? "false" : detection === null ? "miss" : "hit";
+  const kind = series.unannotated ? (clear ? "hit" : "miss") : event === null ? "false" : detection === null ? "miss" : "hit";
   return { frame: event ?? detection, other: detection, event, detection, found, clear, kind };
 }
 

@@ -51,6 +51,7 @@ function open(s, t, m, f = null) {
     state.f = f ?? (marks.length ? marks[0].frame : 0);
     drawStrip();
     listMarks();
+    listThumbnails();
     step(0);
   }).catch(error => { readout.textContent = `Cannot be shown: ${error.message}.`; });
 }
@@ -61,6 +62,7 @@ const kinds = Object.fromEntries(["hit", "miss", "false"].map((kind, k) => [kind
 function describe(mark) {
   const { event, detection } = series.words;
   const what = mark.event === null ? detection[mark.clear] : event[mark.found];
+  if (series.unannotated) return `Frame ${number(mark.frame)}: ${what}`;
   const text = `Frame ${number(mark.frame)}: ${mark.kind === "false" && !mark.clear ? "" : `${what}, `}${kinds[mark.kind]}`;
   if (mark.kind !== "hit") return text;
   const late = mark.detection - mark.event;
@@ -107,19 +109,26 @@ function drawStrip() {
   const threshold = series.methods[state.m].thresholds[state.t];
   const x = f => left + (width - left - right) * f / frames;
   frameOf = at => Math.min(frames - 1, Math.max(0, Math.floor((at - left) / (width - left - right) * frames)));
-  const panels = { error: [14, 62], score: [84, 180], alarms: [190, 200], marks: [204, 226] };
-  const height = 246;
+  const panels = series.unannotated
+    ? { score: [14, 124], alarms: [134, 144], marks: [148, 170] }
+    : { error: [14, 62], score: [84, 180], alarms: [190, 200], marks: [204, 226] };
+  const top = 14, bottom = panels.marks[1], height = bottom + 20;
   strip.replaceChildren();
   strip.setAttribute("viewBox", `0 0 ${width} ${height}`);
   strip.setAttribute("height", height);
   const draw = (tag, attributes, text) => make(tag, attributes, text, strip);
   const label = (at, y, text, anchor = "end") => draw("text", { x: at, y, "text-anchor": anchor }, text);
   // Frames in which the target is lost, behind everything.
+  const shade = (name, from, to) => draw("rect", { class: name, x: x(from), width: Math.max(1, x(to + 1) - x(from)), y: top, height: bottom - top });
+  for (const name of ["lost", "absent"]) {
+    const runs = now[name] || [];
+    for (let k = 0; k < runs.length; k += 2) shade(name, runs[k], runs[k + 1]);
+  }
   for (let f = 0; f < frames; f++) {
     if (view.error[f] === null || view.error[f] < 1) continue;
     let end = f;
     while (end + 1 < frames && view.error[end + 1] >= 1) end++;
-    draw("rect", { class: "lost", x: x(f), width: x(end + 1) - x(f), y: panels.error[0], height: panels.marks[1] - panels.error[0] });
+    shade("lost", f, end);
     f = end;
   }
   const panel = ([top, bottom], low, high, title) => {
@@ -129,8 +138,10 @@ function drawStrip() {
     label(left + 2, top - 4, title, "start");
     return v => bottom - (bottom - top) * (Math.min(high, Math.max(low, v)) - low) / (high - low || 1);
   };
-  const error = panel(panels.error, 0, 1, "tracking error Oₜ");
-  draw("path", { class: "line error", d: line(view.error, x, error) });
+  if (panels.error) {
+    const error = panel(panels.error, 0, 1, "tracking error Oₜ");
+    draw("path", { class: "line error", d: line(view.error, x, error) });
+  }
   const values = now.score.filter(v => v !== null);
   if (threshold !== null) values.push(threshold);
   const low = values.reduce((a, b) => Math.min(a, b), values.length ? values[0] : 0);
@@ -138,23 +149,24 @@ function drawStrip() {
   const score = panel(panels.score, low, high, threshold === null ? "score" : `score, threshold ${short(threshold)}`);
   if (threshold !== null) draw("path", { class: "line threshold", d: `M${left} ${score(threshold)}H${width - right}` });
   draw("path", { class: "line score", d: line(now.score, x, score) });
-  label(left - 4, 199, "alarm");
+  label(left - 4, panels.alarms[1] - 1, "alarm");
   for (let k = 0; k < now.alarms.length; k += 2) {
     const [from, to] = [now.alarms[k], now.alarms[k + 1] + 1];
     draw("rect", { class: "alarm", x: x(from), width: Math.max(1, x(to) - x(from)), y: panels.alarms[0], height: 10 });
   }
-  label(left - 4, 220, "marks");
+  label(left - 4, panels.marks[1] - 6, "marks");
   for (const mark of now.marks) {
     const group = draw("g", { class: "jump", "data-f": mark.frame });
     make("title", {}, describe(mark), group);
-    make("rect", { x: x(mark.frame + 0.5) - 9, y: 203, width: 18, height: 24, class: "hit-area" }, "", group);
-    if (mark.kind === "hit") make("path", { class: "join", d: `M${x(mark.frame + 0.5)} 215H${x(mark.other + 0.5)}v-6v12` }, "", group);
-    shape(group, mark.kind, x(mark.frame + 0.5), 215);
+    const middle = panels.marks[0] + 11;
+    make("rect", { x: x(mark.frame + 0.5) - 9, y: middle - 12, width: 18, height: 24, class: "hit-area" }, "", group);
+    if (mark.event !== null && mark.kind === "hit") make("path", { class: "join", d: `M${x(mark.frame + 0.5)} ${middle}H${x(mark.other + 0.5)}v-6v12` }, "", group);
+    shape(group, mark.kind, x(mark.frame + 0.5), middle);
   }
   label(left, height - 5, String(number(0)), "start");
   label(width - right, height - 5, `frame ${number(frames - 1)}`);
   cursor = draw("path", { class: "cursor" });
-  cursor.place = f => cursor.setAttribute("d", `M${x(f + 0.5)} ${panels.error[0] - 4}V${panels.marks[1]}`);
+  cursor.place = f => cursor.setAttribute("d", `M${x(f + 0.5)} ${top - 4}V${bottom}`);
   cursor.place(state.f);
   strip.parentNode.setAttribute("aria-valuemin", number(0));
   strip.parentNode.setAttribute("aria-valuemax", number(frames - 1));
@@ -188,6 +200,47 @@ function extent() {
   return view.extent;
 }
 
+/** State of the target in a frame, where there is no ground truth. */
+function stateAt(f) {
+  const within = runs => (runs || []).some((from, k) => k % 2 === 0 && from <= f && f <= runs[k + 1]);
+  return ["lost", "absent"].find(name => within(said()[name])) || "tracking";
+}
+
+/** The frame of the picture that is nearest to a frame; null where there is none. */
+function nearestPicture(f) {
+  const frames = Object.keys(series.sequences[state.s].pictures).map(Number);
+  return frames.length ? frames.reduce((best, g) => (Math.abs(g - f) < Math.abs(best - f) ? g : best)) : null;
+}
+
+function drawBoxes(parent, f) {
+  const kinds = series.unannotated
+    ? [[stateAt(f), view.box]]
+    : [["background", view.background], ["tracker", view.box], ["truth", view.truth]];
+  for (const [kind, columns] of kinds) {
+    const corners = columns && boxAt(columns, f);
+    if (!corners) continue;
+    make("polygon", { class: "halo", points: corners.join(" ") }, "", parent);
+    make("polygon", { class: `box ${kind}`, points: corners.join(" ") }, "", parent);
+  }
+}
+
+/** Thumbnails of the frames in which losses begin and end, and of the first and last frame. */
+function listThumbnails() {
+  const sequence = series.sequences[state.s];
+  const wanted = [0, ...said().marks.map(mark => mark.frame), view.error.length - 1];
+  const frames = [...new Set(wanted)].filter(f => sequence.pictures[f]).slice(0, 24);
+  byId("thumbnails").replaceChildren(...frames.map(f => {
+    const item = make("li"), button = make("button", { type: "button", "data-f": f }, "", item);
+    const [w, h] = sequence.size;
+    const picture = make("svg", { viewBox: `0 0 ${w} ${h}`, "aria-hidden": "true" }, "", button, strip.namespaceURI);
+    make("image", { href: sequence.pictures[f], x: 0, y: 0, width: w, height: h, preserveAspectRatio: "none" }, "", picture);
+    drawBoxes(picture, f);
+    make("span", {}, `${number(f)} ${stateAt(f)}`, button);
+    button.addEventListener("click", () => go(f));
+    return item;
+  }));
+}
+
 function drawStage() {
   const [x, y, w, h] = extent(), sequence = series.sequences[state.s], margin = 0.04 * Math.max(w, h);
   stage.replaceChildren();
@@ -197,12 +250,13 @@ function drawStage() {
     const name = `stills/${String(state.s).padStart(3, "0")}-${String(state.f).padStart(6, "0")}.png`;
     make("image", { href: name, x, y, width: w, height: h, preserveAspectRatio: "none" }, "", stage);
   }
-  for (const [kind, columns] of [["background", view.background], ["tracker", view.box], ["truth", view.truth]]) {
-    const corners = columns && boxAt(columns, state.f);
-    if (!corners) continue;
-    make("polygon", { class: "halo", points: corners.join(" ") }, "", stage);
-    make("polygon", { class: `box ${kind}`, points: corners.join(" ") }, "", stage);
+  const near = nearestPicture(state.f);
+  if (near !== null) {
+    const other = near === state.f ? "" : "other";
+    make("image", { class: other, href: sequence.pictures[near], x, y, width: w, height: h, preserveAspectRatio: "none" }, "", stage);
+    if (other) make("text", { x: x + w - margin / 3, y: y + h - margin / 3, "text-anchor": "end", "font-size": margin }, `picture of frame ${number(near)}`, stage);
   }
+  drawBoxes(stage, state.f);
   byId("attributes").textContent = sequence.attributes && `Attributes: ${sequence.attributes}.`;
   byId("background-key").hidden = !view.background;
   byId("size").textContent = sequence.size ? `Frame of ${w} × ${h} pixels.` : "The size of the frame is not known; the stage is what the boxes cover.";
@@ -220,9 +274,9 @@ function step(by) {
   const error = view.error[state.f];
   const parts = [
     `Frame ${number(state.f)} (${state.f + 1} of ${view.error.length})`,
-    `Oₜ ${short(error)}${error !== null && error >= 1 ? ", lost" : ""}`,
+    series.unannotated ? stateAt(state.f) : `Oₜ ${short(error)}${error !== null && error >= 1 ? ", lost" : ""}`,
     `score ${short(now.score[state.f])}${threshold === null ? "" : `, threshold ${short(threshold)}`}`,
-    alarm ? "alarm" : "no alarm", ...here,
+    alarm ? "alarm" : "no alarm", ...(series.unannotated ? [] : here),
   ];
   readout.textContent = parts.join(" · ");
   const slider = strip.parentNode;

@@ -1,0 +1,105 @@
+//! A video frame with boxes and a line of text drawn on its pixels.
+
+use super::font;
+use super::raster;
+use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::style::{CASING, Color, Dash};
+use crate::image::Frame;
+use crate::region::Region;
+
+/// A box on a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnnotatedBox {
+    /// Its place, in the frame's pixels; what lies outside is cut off.
+    pub region: Region,
+    /// Its color.
+    pub color: Color,
+    /// Its line.
+    pub dash: Dash,
+    /// Text above it; may be empty.
+    pub label: String,
+}
+
+/// Height of the line of text, as a share of the frame's.
+const TEXT: f64 = 1.0 / 24.0;
+/// Height of the smallest text, in pixels.
+const SMALLEST_TEXT: f64 = 11.0;
+/// Width of the thinnest line, in pixels.
+const THINNEST_LINE: f64 = 3.0;
+/// Pixels of a frame per point of a scene.
+const PIXELS: f64 = 2.0;
+
+/// The frame with boxes, and with a line of text in its upper left corner that is shortened where it does not fit.
+pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color) -> Frame {
+    let (w, h) = (frame.width() as f64 / PIXELS, frame.height() as f64 / PIXELS);
+    let area = Area { x: 0.0, y: 0.0, w, h };
+    let size = (h * TEXT).max(SMALLEST_TEXT / PIXELS);
+    let width = (size / 6.0).max(THINNEST_LINE / PIXELS);
+    let mut scene = Scene::new("", w);
+    plate(&mut scene, &font::fit(text, size, w - size), (0.0, 0.0), size, color);
+    for AnnotatedBox { region, color, dash, label } in boxes {
+        let mut corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
+        if corners.iter().any(|c| !c.0.is_finite() || !c.1.is_finite()) {
+            continue;
+        }
+        corners.extend(corners.first().copied());
+        scene.clipped(&corners, &area, Stroke { rgb: CASING, width: 2.0 * width, dash: Dash::Solid });
+        scene.clipped(&corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash });
+        let left = corners.iter().map(|c| c.0).fold(f64::INFINITY, f64::min).max(0.0);
+        let top = corners.iter().map(|c| c.1).fold(f64::INFINITY, f64::min).max(1.5 * size);
+        plate(&mut scene, label, (left, top - 1.5 * size), size, *color);
+    }
+    raster::over(frame, &scene.items)
+}
+
+/// Text on a dark ground whose upper left corner is at a point.
+fn plate(scene: &mut Scene, text: &str, (x, y): Point, size: f64, color: Color) {
+    if text.is_empty() {
+        return;
+    }
+    let text = font::clean(text);
+    let area = Area { x, y, w: font::width(&text, size) + size, h: 1.5 * size };
+    scene.items.push(Item::Rect { area, rgb: CASING });
+    scene.text(&text, (x + size / 2.0, y + 0.75 * size), size, Anchor::Start, color.bright());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+
+    fn gray() -> Frame {
+        Frame::from_fn(121, 81, |_, _| [128; 3])
+    }
+
+    fn at(x: f64, y: f64) -> AnnotatedBox {
+        let region = Region::Rect(Rect::new(x, y, 30.0, 20.0));
+        AnnotatedBox { region, color: Color::Vermilion, dash: Dash::Solid, label: String::new() }
+    }
+
+    #[test]
+    fn a_box_is_where_its_region_is() {
+        let drawn = annotate(&gray(), &[at(40.0, 30.0)], "", Color::Green);
+        assert_eq!((drawn.width(), drawn.height()), (121, 81));
+        for (x, y) in [(40, 40), (55, 30), (70, 40), (55, 50)] {
+            let near = [(0, 0), (1, 0), (0, 1)].map(|(i, j)| drawn.pixel(x - i, y - j));
+            assert!(near.contains(&Color::Vermilion.rgb()), "{x} {y} {near:?}");
+        }
+        for (x, y) in [(55, 40), (20, 40), (90, 40), (55, 15), (55, 70)] {
+            assert_eq!(drawn.pixel(x, y), [128; 3], "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn text_stands_in_the_corner_and_boxes_may_leave_the_frame() {
+        let plain = annotate(&gray(), &[], "", Color::Green);
+        assert_eq!(plain, gray());
+        let text = annotate(&gray(), &[], "frame 52, lost, and a long text that does not fit", Color::Sky);
+        assert_eq!(text.pixel(1, 1), CASING);
+        assert_eq!(text.pixel(60, 60), [128; 3]);
+        let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
+        let far = [at(-500.0, 10.0), at(1e9, 1e9), AnnotatedBox { region: nowhere, ..at(0.0, 0.0) }];
+        assert_eq!(annotate(&gray(), &far, "", Color::Green), gray());
+        assert_ne!(annotate(&gray(), &[at(-10.0, -10.0)], "", Color::Green), gray());
+    }
+}

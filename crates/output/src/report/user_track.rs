@@ -1,0 +1,80 @@
+//! A user's own track as a page, a figure, or drawn on its frames: what `trackfail detect` shows beside its verdict.
+//!
+//! | module | makes |
+//! |---|---|
+//! | [`page`] | an HTML file that needs nothing beside it: verdict, strip, viewer, thumbnails |
+//! | [`plot`] | a figure: stills over a panel for each method |
+//! | [`drawn`] | a video frame with the boxes, the state and the score |
+//! | [`video`] | frames as a video file |
+
+pub mod drawn;
+pub mod page;
+pub mod plot;
+pub mod video;
+
+use crate::dataset::Sequence;
+use crate::region::Region;
+use crate::results::detections::{JudgedMethod, JudgedTrack, State};
+
+/// A user's tracks on a video, with what the methods say of them.
+#[derive(Debug)]
+pub struct UserVideo<'a> {
+    /// The frames; without pixels where the user has none.
+    pub sequence: &'a Sequence,
+    /// The targets.
+    pub tracks: Vec<UserTrack>,
+    /// What the results rest on: names and values.
+    pub facts: Vec<(String, String)>,
+}
+
+/// A target.
+#[derive(Debug)]
+pub struct UserTrack {
+    /// What the methods say.
+    pub judged: JudgedTrack,
+    /// The region in each frame, the last one again where the target is absent; `None` before the first and after the last.
+    pub regions: Vec<Option<Region>>,
+}
+
+impl UserTrack {
+    /// The method that the user is told of first.
+    fn first_method(&self) -> Option<&JudgedMethod> {
+        self.judged.methods.first()
+    }
+
+    /// State of the target in a frame, by the first method.
+    fn state(&self, t: usize) -> State {
+        let state = self.first_method().and_then(|method| method.states.get(t));
+        state.copied().unwrap_or(State::Absent)
+    }
+
+    /// `tracker`, or `target 3` in a file of several.
+    fn name(&self) -> String {
+        self.judged.target.map_or_else(|| "tracker".to_string(), |id| format!("target {id}"))
+    }
+}
+
+/// Frames that say most about the tracks, the most important ones first: where losses begin and end, the first and the last
+/// frame, then frames that divide the video evenly, at most `most` in all.
+fn telling_frames(tracks: &[UserTrack], frames: usize, most: usize) -> Vec<usize> {
+    let mut found: Vec<usize> = Vec::new();
+    let mut add = |t: usize| {
+        if t < frames && found.len() < most && !found.contains(&t) {
+            found.push(t);
+        }
+    };
+    let losses = || tracks.iter().filter_map(UserTrack::first_method).flat_map(JudgedMethod::losses);
+    losses().for_each(|run| add(run.start));
+    [0, frames.saturating_sub(1)].into_iter().for_each(&mut add);
+    losses().for_each(|run| {
+        add(run.end);
+        add(run.start + run.len() / 2);
+        add(run.start.saturating_sub(5));
+    });
+    let even = most.min(frames);
+    (0..even).for_each(|k| add(k * frames / even.max(1)));
+    found
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,126 @@
+use super::*;
+use crate::dataset::{Digest, Frames, Numbering, Render, user_frames};
+use crate::direction::Direction;
+use crate::figure::Plot;
+use crate::image::Frame;
+use crate::region::Rect;
+use std::sync::Arc;
+
+/// Frames of 160 x 120 pixels with some texture.
+struct Texture;
+
+impl Render for Texture {
+    fn render(&self, t: usize) -> Frame {
+        Frame::from_fn(160, 120, |x, y| [(x * 7 + t) as u8, (y * 5) as u8, (x * y / 16) as u8])
+    }
+}
+
+fn video(frames: usize) -> Sequence {
+    Sequence {
+        name: "a <video>".into(),
+        numbering: Numbering { first: 1, official: (1, frames as u32) },
+        digest: Digest::default(),
+        frames: Frames::Rendered(Arc::new(Texture), frames),
+        truth: vec![None; frames],
+        ..user_frames::without_frames("", 0)
+    }
+}
+
+/// A track that is lost in frames 20 to 29 and absent in the last five, as `methods` methods see it.
+fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
+    let states: Vec<State> = (0..frames)
+        .map(|t| match t {
+            20..30 => State::Lost,
+            t if t + 5 >= frames => State::Absent,
+            _ => State::Tracking,
+        })
+        .collect();
+    let method = |k: usize| JudgedMethod {
+        name: format!("M{k}"),
+        threshold: Some(0.8),
+        direction: Direction::LowerIsBetter,
+        is_probability: true,
+        score: (0..frames)
+            .map(|t| (t + 5 < frames).then_some(((t * 7919 + k) % 997) as f64 / 2000.0))
+            .collect(),
+        label: states.iter().map(|state| *state == State::Lost).collect(),
+        changes: vec![0; frames],
+        states: states.clone(),
+    };
+    let judged = JudgedTrack { target, first: 1, methods: (0..methods).map(method).collect() };
+    let region = |t: usize| {
+        (t + 3 < frames).then(|| Region::Rect(Rect::new(20.0 + (t % 90) as f64, 30.0, 40.0, 50.0)))
+    };
+    UserTrack { judged, regions: (0..frames).map(region).collect() }
+}
+
+#[test]
+fn frames_that_say_most_come_first() {
+    let tracks = [track(None, 60, 1)];
+    assert_eq!(telling_frames(&tracks, 60, 6), [20, 0, 59, 30, 25, 15]);
+    assert_eq!(telling_frames(&tracks, 60, 2), [20, 0]);
+    assert_eq!(telling_frames(&tracks, 60, 1000).len(), 60);
+    assert!(telling_frames(&[], 0, 5).is_empty());
+    assert_eq!(telling_frames(&[], 3, 5), [0, 2, 1]);
+}
+
+#[test]
+fn a_frame_shows_box_state_and_score() {
+    let sequence = video(60);
+    let one = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 1)], facts: Vec::new() };
+    let frame = sequence.frame(25).unwrap();
+    let has = |drawn: &Frame, rgb: [u8; 3]| drawn.bytes().chunks(3).any(|pixel| pixel == rgb);
+    let (vermilion, green) = ([0xD5, 0x5E, 0x00], [0x00, 0x9E, 0x73]);
+    let lost = one.drawn(25, &frame);
+    assert!(has(&lost, vermilion) && !has(&lost, green));
+    let good = one.drawn(5, &frame);
+    assert!(has(&good, green) && !has(&good, vermilion));
+    // The line above says more than the number of the frame: it covers more of the frame.
+    let covered = |drawn: &Frame| (0..160).filter(|x| drawn.pixel(*x, 1) == [0x20; 3]).count();
+    let two = UserVideo { tracks: vec![track(Some(1), 60, 1), track(Some(2), 60, 1)], ..one };
+    assert!(covered(&lost) > 2 * covered(&two.drawn(25, &frame)));
+    // Without a box there is only the line.
+    let gone = two.drawn(59, &frame);
+    assert_eq!(gone.row(60), frame.row(60));
+}
+
+#[test]
+fn a_page_of_2000_frames_is_below_three_megabytes_and_needs_nothing_beside_it() {
+    let sequence = video(2000);
+    let facts = vec![("boxes".to_string(), "a&b.txt".to_string())];
+    let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 2000, 16)], facts };
+    let page = video.page().unwrap();
+    assert!(page.len() < 3_000_000, "{}", page.len());
+    assert!(page.matches("data:image/jpeg;base64,").count() > 50);
+    assert!(page.contains("lost from frame 21 (M0: "), "the verdict");
+    assert!(page.contains("a &lt;video&gt;") && page.contains("a&amp;b.txt") && !page.contains("<video>"));
+    let markup = page.split("<script").next().unwrap();
+    assert!(!markup.contains(" src=") && !markup.contains("url("));
+    assert!(page.contains("img-src data:; script-src 'sha256-"));
+}
+
+#[test]
+fn a_page_without_frames_has_no_pictures() {
+    let sequence = user_frames::without_frames("boxes", 60);
+    let tracks = vec![track(Some(3), 60, 1), track(Some(-1), 60, 1)];
+    let video = UserVideo { sequence: &sequence, tracks, facts: Vec::new() };
+    let page = video.page().unwrap();
+    assert!(!page.contains("data:image"));
+    assert!(page.contains("target 3: lost from frame 21") && page.contains("target -1: lost"));
+    let svg = video.plot().unwrap().to_svg().unwrap();
+    assert!(svg.contains("target 3, M0") && !svg.contains("data:image"));
+}
+
+#[test]
+fn a_figure_has_stills_panels_and_the_verdict() {
+    let sequence = video(60);
+    let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 2)], facts: Vec::new() };
+    let strip = video.plot().unwrap();
+    assert_eq!((strip.stills.len(), strip.rows.len()), (5, 2));
+    assert!(strip.note.starts_with("lost from frame 21 (M0: "));
+    let numbers: Vec<u32> = strip.stills.iter().map(|still| still.number).collect();
+    assert_eq!(numbers, [1, 21, 26, 31, 60]);
+    let svg = strip.to_svg().unwrap();
+    assert!(svg.contains("threshold 0.8") && svg.contains("target lost") && !svg.contains("Oₜ"));
+    assert!(strip.to_png().unwrap().starts_with(b"\x89PNG"));
+}

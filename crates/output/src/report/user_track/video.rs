@@ -1,0 +1,235 @@
+//! Frames as a video file, which `ffmpeg` encodes.
+
+use crate::engine::store::{self, StoreError};
+use crate::image::Frame;
+use std::ffi::{OsStr, OsString};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Ends of the names of video files, with ffmpeg's names of their formats.
+pub const CONTAINERS: [(&str, &str); 4] =
+    [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska"), ("avi", "avi")];
+
+/// Encoders in the order in which they are tried: the second one is in every ffmpeg.
+const ENCODERS: [(&str, &[&str]); 2] =
+    [("libx264", &["-preset", "veryfast", "-crf", "20"]), ("mpeg4", &["-q:v", "3"])];
+
+/// Bytes of ffmpeg's messages that are kept.
+const MAX_MESSAGE: u64 = 4096;
+
+/// A video that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum VideoError<E: std::error::Error + 'static> {
+    /// There is no ffmpeg.
+    #[error(
+        "{0}: there is no `ffmpeg` on the PATH, which makes videos; install it (Debian, Ubuntu: apt install ffmpeg; macOS: \
+         brew install ffmpeg; Windows: winget install ffmpeg), or name a folder for PNG files"
+    )]
+    NoFfmpeg(String),
+    /// ffmpeg refuses.
+    #[error("{path}: ffmpeg: {message}")]
+    Ffmpeg {
+        /// The video file.
+        path: String,
+        /// What it says.
+        message: String,
+    },
+    /// The file cannot be written to.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A frame cannot be made.
+    #[error(transparent)]
+    Frame(E),
+}
+
+/// The format of a video file, by its name; `None` for a name that is no video's.
+pub fn container(path: &Path) -> Option<&'static str> {
+    let end = path.extension()?.to_ascii_lowercase();
+    CONTAINERS.into_iter().find(|(known, _)| end == *known).map(|(_, format)| format)
+}
+
+/// Writes `count` frames of one size, `frame(t)` from 0 on, as a video of `rate` frames a second. A file of that name is
+/// replaced when the video is complete; a device, pipe or link is written to.
+///
+/// # Errors
+/// See [`VideoError`].
+pub fn write<E: std::error::Error + 'static>(
+    path: &Path,
+    rate: f64,
+    count: usize,
+    frame: impl Fn(usize) -> Result<Frame, E>,
+) -> Result<(), VideoError<E>> {
+    write_by(OsStr::new("ffmpeg"), path, rate, count, &frame)
+}
+
+fn write_by<E: std::error::Error + 'static>(
+    program: &OsStr,
+    path: &Path,
+    rate: f64,
+    count: usize,
+    frame: &dyn Fn(usize) -> Result<Frame, E>,
+) -> Result<(), VideoError<E>> {
+    let folder = tempfile::Builder::new().prefix("trackfail-video-").tempdir();
+    let folder = folder.map_err(|e| StoreError::new(&std::env::temp_dir(), e))?;
+    let encoded = folder.path().join("video");
+    let shown = path.display().to_string();
+    let format = container(path).unwrap_or("mp4");
+    let mut refused = String::new();
+    for (encoder, options) in ENCODERS {
+        let first = frame(0).map_err(VideoError::Frame)?;
+        let mut command = command(program, &encoded, (first.width(), first.height()), rate, format);
+        let coded = ["-c:v", encoder, "-pix_fmt", "yuv420p"];
+        command.args(coded).args(options).args(["-f", format]).arg(url(&encoded));
+        let child = command.spawn().map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.clone()),
+            _ => VideoError::Ffmpeg { path: shown.clone(), message: e.to_string() },
+        })?;
+        match feed(child, first, count, frame)? {
+            Ok(()) => {
+                let bytes = store::read(&encoded)?;
+                return Ok(store::write_output(path, &bytes)?);
+            }
+            Err(message) => refused = message,
+        }
+        // Another encoder helps only where this one is not built in.
+        if !refused.contains(encoder) {
+            break;
+        }
+    }
+    Err(VideoError::Ffmpeg { path: shown, message: refused })
+}
+
+fn url(path: &Path) -> OsString {
+    let mut url = OsString::from("file:");
+    url.push(path);
+    url
+}
+
+/// Everything before the encoder. One thread, because the bytes depend on their number.
+fn command(program: &OsStr, folder: &Path, (w, h): (usize, usize), rate: f64, format: &str) -> Command {
+    let mut command = Command::new(program);
+    command
+        .args(["-hide_banner", "-loglevel", "error", "-y", "-protocol_whitelist", "file,pipe"])
+        .args(["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", &format!("{w}x{h}"), "-r", &rate.to_string()])
+        .args(["-i", "pipe:0", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"])
+        // The color planes have half the sides.
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
+        .current_dir(folder.parent().unwrap_or(folder))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    if ["mp4", "mov"].contains(&format) {
+        command.args(["-movflags", "+faststart"]);
+    }
+    command
+}
+
+/// Gives a process all frames and waits for its end; the inner error is what it says.
+fn feed<E: std::error::Error + 'static>(
+    mut child: Child,
+    first: Frame,
+    count: usize,
+    frame: &dyn Fn(usize) -> Result<Frame, E>,
+) -> Result<Result<(), String>, VideoError<E>> {
+    let stderr = child.stderr.take();
+    let said = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut stderr) = stderr {
+            let _ = stderr.by_ref().take(MAX_MESSAGE).read_to_end(&mut bytes);
+            // What is not read would stop the process.
+            let _ = std::io::copy(&mut stderr, &mut std::io::sink());
+        }
+        String::from_utf8_lossy(&bytes).split_whitespace().collect::<Vec<_>>().join(" ")
+    });
+    let fed = give(&mut child, first, count, frame);
+    if fed.is_err() {
+        // It may have ended by itself meanwhile; then there is nothing to end.
+        let _ = child.kill();
+    }
+    let status = child.wait();
+    let said = said.join().unwrap_or_default();
+    fed?;
+    Ok(match status {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) if said.is_empty() => Err(format!("it ends with {status}")),
+        Ok(_) => Err(said),
+        Err(e) => Err(e.to_string()),
+    })
+}
+
+/// Writes frames to the process until it has all of them, or no longer takes them.
+fn give<E: std::error::Error + 'static>(
+    child: &mut Child,
+    first: Frame,
+    count: usize,
+    frame: &dyn Fn(usize) -> Result<Frame, E>,
+) -> Result<(), VideoError<E>> {
+    let Some(mut pipe) = child.stdin.take() else { return Ok(()) };
+    let mut next = first;
+    for t in 1..=count {
+        // An encoder that refuses closes its pipe, and says why.
+        if pipe.write_all(next.bytes()).is_err() || t == count {
+            break;
+        }
+        next = frame(t).map_err(VideoError::Frame)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{DatasetError, user_frames};
+    use trackfail_testing::needs;
+
+    fn frame(t: usize) -> Result<Frame, DatasetError> {
+        Ok(Frame::from_fn(65, 49, |x, y| [(3 * x) as u8, (5 * y) as u8, (40 * t) as u8]))
+    }
+
+    #[needs(ffmpeg)]
+    #[test]
+    fn a_written_video_has_its_frames() {
+        let root = tempfile::tempdir().unwrap();
+        for (name, end) in [("a.mp4", 1), ("b.mkv", 6), ("c.avi", 6), ("d.mov", 6)] {
+            let path = root.path().join(name);
+            write(&path, 12.5, end, frame).unwrap();
+            let read = user_frames::load(&[path]).unwrap();
+            assert_eq!(read.sequence.len(), end, "{name}");
+            // Odd sides have a row more.
+            assert_eq!(read.sequence.size().unwrap(), (66, 50));
+            assert!((read.rate.unwrap() - 12.5).abs() < 1e-6, "{name} {:?}", read.rate);
+            let (seen, meant) = (read.sequence.frame(end - 1).unwrap(), frame(end - 1).unwrap());
+            let far = |c: usize| seen.pixel(30, 20)[c].abs_diff(meant.pixel(30, 20)[c]);
+            assert!((0..3).all(|c| far(c) < 24), "{name} {:?} {:?}", seen.pixel(30, 20), meant.pixel(30, 20));
+        }
+        let again = root.path().join("again.mp4");
+        write(&again, 12.5, 1, frame).unwrap();
+        assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(root.path().join("a.mp4")).unwrap());
+    }
+
+    #[needs(ffmpeg)]
+    #[test]
+    fn what_stops_a_video_leaves_the_file_as_it_was() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("a.mp4");
+        std::fs::write(&path, "as it was").unwrap();
+        let broken = |t| if t < 3 { frame(t) } else { Err(DatasetError::NoFrames("S".into())) };
+        assert!(matches!(write(&path, 25.0, 6, broken), Err(VideoError::Frame(_))));
+        let message = write(&path, 0.0, 6, frame).unwrap_err().to_string();
+        assert!(message.contains("a.mp4: ffmpeg: "), "{message}");
+        let message = write_by(OsStr::new("no-such-ffmpeg"), &path, 25.0, 6, &frame).unwrap_err().to_string();
+        assert!(message.contains("install it") && message.contains("folder for PNG"), "{message}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
+        let nowhere = root.path().join("none/a.mp4");
+        assert!(write(&nowhere, 25.0, 1, frame).unwrap_err().to_string().contains("there is no folder"));
+    }
+
+    #[test]
+    fn names_tell_the_format() {
+        assert_eq!(container(Path::new("x/A.MP4")), Some("mp4"));
+        assert_eq!(container(Path::new("a.mkv")), Some("matroska"));
+        assert_eq!(container(Path::new("folder")), None);
+        assert_eq!(container(Path::new("a.gif")), None);
+    }
+}

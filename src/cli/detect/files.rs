@@ -1,0 +1,119 @@
+//! `--report`, `--plot` and `--annotate`: the track as a page, a figure, and on its frames.
+
+use super::Args;
+use crate::cli::Failure;
+use crate::dataset::DatasetError;
+use crate::engine::Stop;
+use crate::engine::limits::Interrupted;
+use crate::engine::store;
+use crate::figure::Plot;
+use crate::image::{self, Frame};
+use crate::report::user_track::UserVideo;
+use crate::report::user_track::video::{self, CONTAINERS, VideoError};
+use std::path::Path;
+
+/// Frames in a second of a video made of single images.
+const RATE: f64 = 25.0;
+
+/// Checks the names of outputs before anything is computed.
+pub fn check(args: &Args) -> Result<(), Failure> {
+    if let Some(path) = &args.plot
+        && !is_svg(path)
+        && !has_end(path, "png")
+    {
+        return Err(Failure::usage(format!("--plot {}: a figure is a .svg or a .png file", path.display())));
+    }
+    if let Some(path) = &args.annotate {
+        if args.frames.is_empty() {
+            return Err(Failure::usage("--annotate draws on the frames; give --frames"));
+        }
+        if !is_folder(path) && video::container(path).is_none() {
+            let ends: Vec<String> = CONTAINERS.iter().map(|(end, _)| format!(".{end}")).collect();
+            return Err(Failure::usage(format!(
+                "--annotate {}: a video is a file {}, and a folder has no ending",
+                path.display(),
+                ends.join(", ")
+            )));
+        }
+    }
+    let named = [&args.report, &args.plot, &args.annotate, &args.save_boxes];
+    named.into_iter().flatten().try_for_each(|path| store::check_output(path)).map_err(Failure::io)
+}
+
+fn has_end(path: &Path, end: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end))
+}
+
+fn is_svg(path: &Path) -> bool {
+    has_end(path, "svg")
+}
+
+/// Whether the annotated frames go into a folder.
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_none()
+}
+
+/// Writes what the user asks for; `rate` is that of the video, if the frames are one.
+pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop) -> Result<(), Failure> {
+    if let Some(path) = &args.report {
+        let page = video.page().map_err(Failure::data)?;
+        store::write_output(path, page.as_bytes()).map_err(Failure::io)?;
+    }
+    if let Some(path) = &args.plot {
+        let strip = video.plot().map_err(Failure::data)?;
+        let bytes = if is_svg(path) { strip.to_svg().map(String::into_bytes) } else { strip.to_png() };
+        store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
+    }
+    match &args.annotate {
+        Some(path) if is_folder(path) => annotate_images(path, video, stop),
+        Some(path) => annotate_video(path, video, rate.unwrap_or(RATE), stop),
+        None => Ok(()),
+    }
+}
+
+/// Why a frame is not drawn.
+#[derive(Debug, thiserror::Error)]
+enum DrawError {
+    #[error(transparent)]
+    Frame(#[from] DatasetError),
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
+fn failure(e: DrawError) -> Failure {
+    match e {
+        DrawError::Frame(e) => Failure::data(e),
+        DrawError::Interrupted(e) => Failure::Interrupted(e.into()),
+    }
+}
+
+/// Frame `t` with what is drawn on it.
+fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, DrawError> {
+    if stop.is_set() {
+        return Err(Interrupted.into());
+    }
+    Ok(video.drawn(t, &video.sequence.frame(t)?))
+}
+
+/// Writes the frames as PNG files that have the frames' numbers as names.
+fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<(), Failure> {
+    if !folder.is_dir() {
+        std::fs::create_dir(folder).map_err(|e| Failure::io(format!("{}: {e}", folder.display())))?;
+    }
+    for t in 0..video.sequence.len() {
+        let frame = drawn(video, t, stop).map_err(failure)?;
+        let png = image::encode_png(&frame).map_err(Failure::io)?;
+        let path = folder.join(format!("{:06}.png", video.sequence.number(t)));
+        store::write_derived(&path, &png).map_err(Failure::io)?;
+    }
+    Ok(())
+}
+
+fn annotate_video(path: &Path, video: &UserVideo<'_>, rate: f64, stop: &Stop) -> Result<(), Failure> {
+    let frame = |t| drawn(video, t, stop);
+    video::write(path, rate, video.sequence.len(), frame).map_err(|e| match e {
+        VideoError::Frame(e) => failure(e),
+        e @ VideoError::NoFfmpeg(_) => Failure::data(e.to_string()),
+        e => Failure::io(e.to_string()),
+    })
+}
