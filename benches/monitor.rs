@@ -1,6 +1,6 @@
 //! Time of a line of `trackfail monitor`, from its bytes to the answer: frames of 640 x 480 pixels, a target of 64 x 64.
 //!
-//! `jpeg` reads and decodes a file, `raw` decodes base64, `boxes` has no frames. Each method that the program recommends for
+//! `jpeg` reads and decodes a file, `raw` reads the pixels from a file, `base64` has them in the line, `boxes` has no frames. Each method that the program recommends for
 //! some inputs, and those that are named, has a group. The pipes' share is not in it, see `docs/performance.md`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -30,16 +30,22 @@ fn monitor(criterion: &mut Criterion) {
         picture.save(&path).expect("a file that can be written");
         format!("\"frame\": \"{}\", ", path.display())
     };
+    let raw = |bytes: String| {
+        format!("\"frame\": {{\"raw\": {{\"width\": 640, \"height\": 480, \"format\": \"rgb\", {bytes}}}}}, ")
+    };
+    let put = |frame: &Frame, name: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, frame.bytes()).expect("a file that can be written");
+        raw(format!("\"path\": \"{}\"", path.display()))
+    };
     let encode = |frame: &Frame| {
         use base64::Engine as _;
-        let data = base64::engine::general_purpose::STANDARD.encode(frame.bytes());
-        format!(
-            "\"frame\": {{\"raw\": {{\"width\": 640, \"height\": 480, \"format\": \"rgb\", \"data\": \"{data}\"}}}}, "
-        )
+        raw(format!("\"data\": \"{}\"", base64::engine::general_purpose::STANDARD.encode(frame.bytes())))
     };
     let forms = [
         ("jpeg", lines([save(&frames[0], "0.jpg"), save(&frames[1], "1.jpg")])),
-        ("raw", lines([encode(&frames[0]), encode(&frames[1])])),
+        ("raw", lines([put(&frames[0], "0.rgb"), put(&frames[1], "1.rgb")])),
+        ("base64", lines([encode(&frames[0]), encode(&frames[1])])),
         ("boxes", lines([String::new(), String::new()])),
     ];
     let mut methods = vec!["Watchdog", "First colors", "Forward-backward", "Template"];

@@ -1,18 +1,9 @@
 """Asks `trackfail monitor` whether a tracker has lost its target. Needs Python 3.8 and nothing else."""
-import base64
 import json
 import math
+import os
 import subprocess
-
-
-def _picture(frame):
-    if frame is None or isinstance(frame, str):
-        return frame
-    if not hasattr(frame, "tobytes"):
-        return str(frame)  # a pathlib.Path
-    height, width, *channels = frame.shape
-    data = base64.b64encode(frame.tobytes()).decode()
-    return {"raw": {"width": width, "height": height, "format": "bgr" if channels else "gray", "data": data}}
+import tempfile
 
 
 def _numbers(box):
@@ -25,6 +16,8 @@ class Monitor:
     def __init__(self, *arguments, program="trackfail"):
         command = [str(program), "monitor", *map(str, arguments)]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # Arrays are handed over in a file, in memory where there is such a folder: that is faster than base64.
+        self.folder = tempfile.TemporaryDirectory(dir="/dev/shm" if os.path.isdir("/dev/shm") else None)
 
     def update(self, frame, box, confidence=None, companions=()):
         """Judges the next frame and returns a dict with index, probability, state ("tracking", "lost" or "absent") and reasons.
@@ -32,7 +25,7 @@ class Monitor:
         `frame` is a path, an array of rows of bytes (gray, or blue, green and red as in OpenCV), or None. `box` and
         `companions`, the boxes of other trackers, are (x, y, w, h) in pixels, or None where a tracker has none.
         """
-        line = {"frame": _picture(frame), "box": _numbers(box), "companions": [_numbers(box) for box in companions]}
+        line = {"frame": self._picture(frame), "box": _numbers(box), "companions": [_numbers(box) for box in companions]}
         if confidence is not None and math.isfinite(confidence):
             line["confidence"] = float(confidence)
         try:
@@ -48,8 +41,18 @@ class Monitor:
             raise ValueError(answer["error"])
         return answer
 
+    def _picture(self, frame):
+        if not hasattr(frame, "tobytes"):
+            return None if frame is None else str(frame)
+        height, width, *channels = frame.shape
+        path = os.path.join(self.folder.name, "frame")
+        with open(path, "wb") as file:
+            file.write(frame.tobytes())
+        return {"raw": {"width": width, "height": height, "format": "bgr" if channels else "gray", "path": path}}
+
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
         self.process.communicate()
+        self.folder.cleanup()

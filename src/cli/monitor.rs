@@ -29,6 +29,9 @@ pub struct Args {
     /// Method (default: the one that is recommended for the inputs of the first line with a box)
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// Largest number of false alarms per 1000 frames, for methods that take one
+    #[arg(long, value_name = "N")]
+    budget: Option<f64>,
     /// Inputs that will come beside boxes, for the default method; may be given as a list: frames,confidence,companions
     #[arg(long, value_name = "INPUT", value_delimiter = ',', conflicts_with = "method")]
     inputs: Vec<Input>,
@@ -155,7 +158,7 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
         confidence: has(Input::Confidence),
     };
     let inputs = (!args.inputs.is_empty()).then_some(inputs);
-    let options = Options { method: args.method.clone(), inputs };
+    let options = Options { method: args.method.clone(), budget: args.budget, inputs };
     let Some(state) = state else { return Monitor::new(&options).map_err(Failure::usage) };
     let saved = match std::fs::read(state) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
@@ -168,7 +171,10 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
     };
     let remedy = "remove the file to begin anew, or name another one";
     let monitor = Monitor::resume(&options, &saved).map_err(|e| match e {
-        e @ (MonitorError::UnknownMethod(_) | MonitorError::Unfit { .. }) => Failure::usage(e),
+        e @ (MonitorError::UnknownMethod(_)
+        | MonitorError::Unfit { .. }
+        | MonitorError::NoBudget { .. }
+        | MonitorError::Methods(_)) => Failure::usage(e),
         e => Failure::data(format!("{}: {e}; {remedy}", state.display())),
     })?;
     output::note(&format!("{}: goes on with frame {}", state.display(), monitor.index()));

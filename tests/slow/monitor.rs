@@ -3,6 +3,7 @@
 use crate::tools::resident;
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
 
 /// KiB by which the program grows between `early` lines and `all` of them.
 fn growth(
@@ -15,7 +16,13 @@ fn growth(
     command.arg("monitor").args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
     let mut input = BufWriter::new(child.stdin.take().unwrap());
-    let writer = std::thread::spawn(move || (0..all).for_each(|t| writeln!(input, "{}", line(t)).unwrap()));
+    // The input stays open until the memory is measured.
+    let (done, measured) = channel::<()>();
+    let writer = std::thread::spawn(move || {
+        (0..all).for_each(|t| writeln!(input, "{}", line(t)).unwrap());
+        input.flush().unwrap();
+        measured.recv().unwrap_err();
+    });
     let mut answers = BufReader::new(child.stdout.take().unwrap()).lines();
     let mut last = String::new();
     let mut read = |count: usize| {
@@ -23,8 +30,9 @@ fn growth(
         (resident(child.id()), last.clone())
     };
     let (before, _) = read(early);
-    let (after, last) = read(all - early - 1);
-    assert!(last.starts_with(&format!("{{\"index\":{},\"probability\":", all - 2)), "{last}");
+    let (after, last) = read(all - early);
+    assert!(last.starts_with(&format!("{{\"index\":{},\"probability\":", all - 1)), "{last}");
+    drop(done);
     writer.join().unwrap();
     assert!(child.wait().unwrap().success());
     after.saturating_sub(before)

@@ -48,6 +48,8 @@ const MAX_REASONS: usize = 3;
 pub struct Options {
     /// Name of the method; otherwise the one that is recommended for the inputs.
     pub method: Option<String>,
+    /// Largest number of false alarms per 1000 frames, for methods that take one.
+    pub budget: Option<f64>,
     /// Inputs that will come, for the recommendation; otherwise those of the first frame with a region.
     pub inputs: Option<Inputs>,
 }
@@ -115,7 +117,15 @@ pub enum MonitorError {
         /// Names of the methods that can monitor.
         known: Vec<&'static str>,
     },
-    /// The table of methods is wrong.
+    /// The method takes no budget.
+    #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]
+    NoBudget {
+        /// Name of the method.
+        method: String,
+        /// Names of the methods that take one.
+        known: Vec<&'static str>,
+    },
+    /// The method refuses the budget.
     #[error(transparent)]
     Methods(#[from] SpecError),
     /// A signal cannot start.
@@ -152,13 +162,26 @@ pub enum MonitorError {
         /// Method that was asked for.
         given: String,
     },
+    /// The state is one with another budget.
+    #[error("the state is one with {}, not with {}", budget(*saved), budget(*given))]
+    OtherBudget {
+        /// Budget of the state.
+        saved: Option<f64>,
+        /// Budget that was asked for.
+        given: Option<f64>,
+    },
     /// The method of the state has changed since.
     #[error("the state is one of another version of method `{0}`")]
     OtherVersion(String),
 }
 
+fn budget(budget: Option<f64>) -> String {
+    budget.map_or_else(|| "the usual budget".to_string(), |budget| format!("a budget of {budget}"))
+}
+
 /// A track being monitored.
 pub struct Monitor {
+    budget: Option<f64>,
     /// Number of the frame that comes next.
     index: u64,
     /// Width and height of the frames, once there was one.
@@ -172,14 +195,22 @@ impl Monitor {
     /// A monitor before its first frame.
     ///
     /// # Errors
-    /// For a method that does not exist or cannot judge frame by frame.
+    /// For a method that does not exist, cannot judge frame by frame, or takes no budget if one is given.
     pub fn new(options: &Options) -> Result<Self, MonitorError> {
+        let budget = options.budget;
         let chosen = match (&options.method, options.inputs) {
-            (Some(name), _) => Some(Chosen::start(name)?),
-            (None, Some(inputs)) => Some(Chosen::start(builtin::recommended(inputs))?),
-            (None, None) => None,
+            (Some(name), _) => Some(Chosen::start(name, budget)?),
+            (None, Some(inputs)) => Some(Chosen::start(builtin::recommended(inputs), budget)?),
+            (None, None) => {
+                // Any of them may be chosen later, when it is too late to refuse the budget.
+                for bits in 0..if budget.is_some() { 8 } else { 0 } {
+                    let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
+                    Chosen::start(builtin::recommended(Inputs { frames, companions, confidence }), budget)?;
+                }
+                None
+            }
         };
-        Ok(Self { index: 0, size: None, last: None, chosen })
+        Ok(Self { budget, index: 0, size: None, last: None, chosen })
     }
 
     /// Judges the next frame.
@@ -200,7 +231,7 @@ impl Monitor {
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
         if self.chosen.is_none() {
-            self.chosen = Some(Chosen::start(builtin::recommended(inputs_of(update)))?);
+            self.chosen = Some(Chosen::start(builtin::recommended(inputs_of(update)), self.budget)?);
         }
         let status = if region.is_some() { Status::Tracked } else { Status::Absent };
         let confidence = update.confidence.filter(|c| c.is_finite());

@@ -12,6 +12,9 @@ use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice};
 use crate::tracker::{RunContext, TrackerState};
 use sha2::{Digest, Sha256};
 
+/// Name of the parameter of detectors that take a budget of false alarms.
+const BUDGET: &str = "budget";
+
 /// A method with the memory of its signals and of its detector.
 pub(super) struct Chosen {
     pub name: String,
@@ -33,11 +36,20 @@ pub(super) struct Watched {
 }
 
 impl Chosen {
-    /// The method of this name before its first frame.
-    pub fn start(name: &str) -> Result<Self, MonitorError> {
-        let known = || builtin::method_names();
-        let unknown = || MonitorError::UnknownMethod(plugin::unknown("method", name, known()));
-        let method = builtin::published_method(name).ok_or_else(unknown)??;
+    /// The method of this name before its first frame, with a budget of false alarms if it is given one.
+    pub fn start(name: &str, budget: Option<f64>) -> Result<Self, MonitorError> {
+        let names = builtin::method_names;
+        let unknown = || MonitorError::UnknownMethod(plugin::unknown("method", name, names()));
+        let takes_budget = |name: &str| builtin::detector_takes(name, BUDGET);
+        let method = match budget {
+            Some(budget) if takes_budget(name) => builtin::published_method_with(name, BUDGET, budget),
+            Some(_) if names().contains(&name) => {
+                let known = names().into_iter().filter(|name| takes_budget(name)).collect();
+                return Err(MonitorError::NoBudget { method: name.to_string(), known });
+            }
+            _ => builtin::published_method(name),
+        };
+        let method = method.ok_or_else(unknown)??;
         Self::of_method(&method).map_err(|reason| match reason {
             Refusal::Unfit(reason) => MonitorError::Unfit { method: name.to_string(), reason, known: able() },
             Refusal::Error(error) => error,

@@ -25,6 +25,7 @@ struct Memory {
 #[derive(Serialize, Deserialize)]
 struct MethodMemory {
     name: String,
+    budget: Option<f64>,
     digest: String,
     signals: Vec<Vec<u8>>,
     stream: Vec<u8>,
@@ -40,6 +41,7 @@ impl Monitor {
             None => None,
             Some(chosen) => Some(MethodMemory {
                 name: chosen.name.clone(),
+                budget: self.budget,
                 digest: chosen.digest.clone(),
                 signals: chosen
                     .signals
@@ -58,7 +60,8 @@ impl Monitor {
     /// A monitor as it was when it was [saved](Monitor::save): it goes on with the same answers.
     ///
     /// # Errors
-    /// For bytes that are no state, damaged, or of another version; for a state of another method than the options name.
+    /// For bytes that are no state, damaged, or of another version; for a state of another method or budget than those of the
+    /// options.
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let rest = saved.strip_prefix(NAME).ok_or(MonitorError::NoState)?;
         let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
@@ -71,16 +74,20 @@ impl Monitor {
             return Err(MonitorError::Damaged);
         }
         let memory: Memory = postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)?;
-        let mut monitor = match (&options.method, &memory.method) {
-            (Some(given), Some(saved)) if *given != saved.name => {
-                let (saved, given) = (saved.name.clone(), given.clone());
-                return Err(MonitorError::OtherMethod { saved, given });
-            }
-            _ => Self::new(options)?,
-        };
+        if let (Some(given), Some(saved)) = (&options.method, &memory.method)
+            && *given != saved.name
+        {
+            let (saved, given) = (saved.name.clone(), given.clone());
+            return Err(MonitorError::OtherMethod { saved, given });
+        }
+        let mut monitor = Self::new(options)?;
         (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
         if let Some(saved) = memory.method {
-            let mut chosen = Chosen::start(&saved.name)?;
+            if options.budget.is_some() && options.budget != saved.budget {
+                return Err(MonitorError::OtherBudget { saved: saved.budget, given: options.budget });
+            }
+            monitor.budget = saved.budget;
+            let mut chosen = Chosen::start(&saved.name, saved.budget)?;
             if chosen.digest != saved.digest {
                 return Err(MonitorError::OtherVersion(saved.name));
             }

@@ -14,7 +14,7 @@ fn scene(t: usize) -> (Frame, Region) {
 }
 
 fn method(name: &str) -> Options {
-    Options { method: Some(name.into()), inputs: None }
+    Options { method: Some(name.into()), ..Options::default() }
 }
 
 /// The answers to a stream whose boxes stay on the first place from frame 12 on, and have one that is missing.
@@ -71,7 +71,7 @@ fn the_first_frame_with_a_region_chooses_the_method() {
     assert_eq!(start(Update { frame, companions: &others, ..boxes }), of(true, true, false));
     assert_eq!(start(Update { confidence: Some(0.5), ..boxes }), of(false, false, true));
     let inputs = Inputs { frames: true, ..Inputs::default() };
-    let told = Monitor::new(&Options { inputs: Some(inputs), method: None }).unwrap();
+    let told = Monitor::new(&Options { inputs: Some(inputs), ..Options::default() }).unwrap();
     assert_eq!(told.method(), Some(of(true, false, false)));
 }
 
@@ -148,6 +148,9 @@ fn methods_that_cannot_monitor_are_refused() {
     );
     let whole = refused("DTEF");
     assert!(whole.contains("judges whole tracks") && whole.contains("Displacement"), "{whole}");
+    let budget = Options { budget: Some(2.0), ..method("Displacement") };
+    let refusal = Monitor::new(&budget).err().unwrap().to_string();
+    assert!(refusal.starts_with("method `Displacement` takes no budget of false alarms"), "{refusal}");
     assert!(refused("PSR").contains("needs more of a tracker"));
 }
 
