@@ -2,7 +2,7 @@
 
 #[cfg(target_os = "linux")]
 use crate::tools::resident;
-use crate::tools::{needs, trackfail};
+use crate::tools::{needs, rows, trackfail};
 use base64::Engine as _;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
@@ -428,5 +428,35 @@ fn trackers_of_opencv_are_monitored_live() {
         let mut lines = told.lines();
         assert!(lines.next().unwrap().starts_with("0 tracking"), "{told}");
         assert!(lines.last().unwrap().starts_with(&format!("{} frames, ", images.len())), "{told}");
+    }
+}
+
+#[test]
+fn what_it_says_live_is_what_detect_says_of_the_whole() {
+    let root = tempfile::tempdir().unwrap();
+    let (images, all) = rendered(root.path());
+    let text = |key: &str| -> String {
+        let numbers = |line: &Value| -> Vec<String> {
+            line.pointer(key).unwrap().as_array().unwrap().iter().map(Value::to_string).collect()
+        };
+        all.iter().map(|line| numbers(line).join(",") + "\n").collect()
+    };
+    let [boxes, companions] = ["boxes.txt", "companions.txt"].map(|name| root.path().join(name));
+    std::fs::write(&boxes, text("/box")).unwrap();
+    std::fs::write(&companions, text("/companions/0")).unwrap();
+    let input = lines(all.clone());
+    for method in ["Watchdog", "Companions", "First colors", "Displacement"] {
+        let mut command = trackfail();
+        command.args(["detect", "--base", "0", "--format", "csv", "--method", method]);
+        command.arg("--frames").arg(images[0].parent().unwrap()).arg("--boxes").arg(&boxes);
+        let whole = command.arg("--companion").arg(&companions).output().unwrap();
+        assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
+        let whole = rows(&String::from_utf8(whole.stdout).unwrap());
+        let (_, live, _) = monitor(&["--method", method], &input);
+        assert_eq!(whole.len(), live.lines().count());
+        for (row, line) in whole.iter().zip(live.lines()) {
+            let answer: Value = serde_json::from_str(line).unwrap();
+            assert_eq!(answer["state"], row["state"], "{method}: {line}");
+        }
     }
 }
