@@ -92,7 +92,7 @@ pub struct Answer {
     pub state: State,
     /// At most three features that speak for a loss, the loudest first.
     pub reasons: Vec<String>,
-    /// Fault of an input that was therefore left out.
+    /// Why an input was left out, or that there is none to judge by; the state then is that of the frame before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

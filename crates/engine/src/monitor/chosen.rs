@@ -110,7 +110,16 @@ impl Chosen {
             if lacks { f64::NAN } else { value }
         };
         let values: Vec<f64> = self.signals.iter_mut().map(&mut value).collect();
+        if values.iter().all(|value| value.is_nan()) {
+            note = note.or_else(|| self.needs());
+        }
         (self.stream.push(&values), note)
+    }
+
+    /// What a frame lacks of which no signal has a value.
+    fn needs(&self) -> Option<String> {
+        let first = self.signals.first()?;
+        Some(format!("nothing to judge by: the method needs {}", first.reads.need()))
     }
 
     /// Whether a signal looks at pixels.
