@@ -158,8 +158,9 @@ struct Target {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let stop = run::stop_on_signals();
     files::check(args)?;
+    // Without frames there is nothing to clean up, and stdin may be waited for.
+    let stop = if args.frames.is_empty() { Stop::default() } else { run::stop_on_signals() };
     let wanted = methods::wanted(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
@@ -211,8 +212,9 @@ fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
 
 /// The frames, unless the user interrupts.
 fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
-    let frames = inputs::frames(args)?;
-    if stop.is_set() { Err(Failure::Interrupted(Interrupted.into())) } else { Ok(frames) }
+    let frames = inputs::frames(args, stop);
+    // Ctrl-C reaches ffmpeg too, whose failure is none then.
+    if stop.is_set() { Err(Failure::Interrupted(Interrupted.into())) } else { frames }
 }
 
 fn default_format() -> output::Format {

@@ -24,21 +24,25 @@ pub struct UserFrames {
     _decoded: Option<tempfile::TempDir>,
 }
 
-/// Finds the frames that the user names; reads no image, but decodes a video.
+/// Finds the frames that the user names; reads no image, but decodes a video, until `is_stopped` says so.
 ///
 /// # Errors
 /// Nothing of the name, no image among the files, two files of one number, a video that ffmpeg cannot decode, and no
-/// ffmpeg for it.
-pub fn load(given: &[PathBuf]) -> Result<UserFrames, DatasetError> {
+/// ffmpeg for it, and an interruption.
+pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
     let (sequence, rate, decoded) = match given {
         [folder] if folder.is_dir() => {
-            let options = otb::Options { truth: otb::Truth::Ignored, ..otb::Options::default() };
+            let name = folder_name(folder);
+            // Such a folder has its name from the layout of a dataset.
+            let name = if name == "img" { folder_name(&folder.join("..")) } else { name };
+            let options =
+                otb::Options { truth: otb::Truth::Ignored, name: Some(name), ..otb::Options::default() };
             (otb::load(folder, &options)?, None, None)
         }
         [file] if file.exists() && !is_image(file) => {
             let folder = tempfile::Builder::new().prefix("trackfail-frames-").tempdir();
             let folder = folder.map_err(|e| DatasetError::io(&std::env::temp_dir(), e))?;
-            let frames = video::decode_all(file, &folder.path().join("frames"))?;
+            let frames = video::decode_all(file, &folder.path().join("frames"), is_stopped)?;
             (sequence(file, 1, frames), video::rate(file), Some(folder))
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
@@ -156,15 +160,26 @@ mod tests {
         touch(folder, &["8.jpg", "9.jpg", "10.jpg", "notes.txt"]);
         let all = vec!["8.jpg".to_string(), "9.jpg".into(), "10.jpg".into()];
         for given in [vec![folder.to_path_buf()], vec![folder.join("*.jpg")], vec![folder.join("*")]] {
-            assert_eq!(shown(&load(&given).unwrap()), (8, all.clone()), "{given:?}");
+            assert_eq!(shown(&load(&given, &|| false).unwrap()), (8, all.clone()), "{given:?}");
         }
         // A shell gives names in their order as texts.
         let names = ["10.jpg", "8.jpg", "9.jpg"].map(|name| folder.join(name));
-        assert_eq!(shown(&load(&names).unwrap()), (8, all));
+        assert_eq!(shown(&load(&names, &|| false).unwrap()), (8, all));
         // Numbers that leave some out are no numbers of frames that follow each other.
-        let some = load(&[folder.join("[81]*.jpg")]).unwrap();
+        let some = load(&[folder.join("[81]*.jpg")], &|| false).unwrap();
         assert_eq!(shown(&some), (1, vec!["8.jpg".into(), "10.jpg".into()]));
-        assert_eq!(shown(&load(&[folder.join("9.jpg")]).unwrap()), (9, vec!["9.jpg".into()]));
+        assert_eq!(shown(&load(&[folder.join("9.jpg")], &|| false).unwrap()), (9, vec!["9.jpg".into()]));
+    }
+
+    #[test]
+    fn a_folder_of_a_dataset_has_the_name_of_the_sequence() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("Girl/img");
+        std::fs::create_dir_all(&folder).unwrap();
+        touch(&folder, &["1.jpg"]);
+        for path in [root.path().join("Girl"), folder] {
+            assert_eq!(load(&[path], &|| false).unwrap().sequence.name, "Girl");
+        }
     }
 
     #[test]
@@ -173,7 +188,7 @@ mod tests {
         touch(root.path(), &["a.jpg", "b.jpg", "notes.txt"]);
         let message = |names: &[&str]| {
             let names: Vec<PathBuf> = names.iter().map(|name| root.path().join(name)).collect();
-            load(&names).unwrap_err().to_string()
+            load(&names, &|| false).unwrap_err().to_string()
         };
         assert!(message(&["none.mp4"]).contains("none.mp4"));
         assert!(message(&["none"]).contains("check that the file is there"));
@@ -181,7 +196,7 @@ mod tests {
         assert!(message(&["***/x"]).contains("no pattern"));
         assert!(message(&["a.jpg", "notes.txt"]).contains("notes.txt: one of several files"));
         assert!(message(&["a.jpg", "none.jpg", "notes.txt"]).contains("notes.txt"));
-        assert!(load(&[]).is_err());
+        assert!(load(&[], &|| false).is_err());
     }
 
     #[needs(ffmpeg)]
@@ -195,7 +210,7 @@ mod tests {
             .arg(&clip)
             .status();
         assert!(made.unwrap().success());
-        let frames = load(std::slice::from_ref(&clip)).unwrap();
+        let frames = load(std::slice::from_ref(&clip), &|| false).unwrap();
         let sequence = &frames.sequence;
         assert_eq!((sequence.len(), sequence.number(0), &*sequence.name), (9, 1, "clip"));
         assert_eq!(sequence.size().unwrap(), (64, 48));
@@ -208,6 +223,6 @@ mod tests {
         drop(frames);
         assert!(!first.exists());
         std::fs::write(&clip, b"no video").unwrap();
-        assert!(load(&[clip]).unwrap_err().to_string().contains("ffmpeg ends with"));
+        assert!(load(&[clip], &|| false).unwrap_err().to_string().contains("ffmpeg ends with"));
     }
 }

@@ -76,7 +76,7 @@ impl Video {
             return Ok(files);
         }
         let folder = self.decoded.join(file_digest(&self.path)?);
-        decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS)?;
+        decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false)?;
         let (first, last) = self.range;
         let files: Vec<PathBuf> = (first..=last).map(|n| folder.join(frame_name(n))).collect();
         if let Some(absent) = files.iter().position(|f| !f.is_file()) {
@@ -92,12 +92,17 @@ impl Video {
     }
 }
 
-/// Decodes all frames of a video into a folder that is not there yet, and returns their files in order.
+/// Decodes all frames of a video into a folder that is not there yet, and returns their files in order. It ends soon after
+/// `is_stopped` says so.
 ///
 /// # Errors
-/// No ffmpeg, a file it cannot decode, or a limit.
-pub fn decode_all(video: &Path, folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
-    decode(video, folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS)?;
+/// No ffmpeg, a file it cannot decode, a limit, or an interruption.
+pub fn decode_all(
+    video: &Path,
+    folder: &Path,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<Vec<PathBuf>, DatasetError> {
+    decode(video, folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, is_stopped)?;
     let files = (1..=DEFAULT_LIMITS.frames).map(|n| folder.join(frame_name(n)));
     Ok(files.take_while(|file| file.is_file()).collect())
 }
@@ -124,7 +129,13 @@ fn frame_name(n: u32) -> String {
 }
 
 /// Decodes all frames of `video` into `folder` unless that is there.
-fn decode(video: &Path, folder: &Path, program: &OsStr, limits: VideoLimits) -> Result<(), DatasetError> {
+fn decode(
+    video: &Path,
+    folder: &Path,
+    program: &OsStr,
+    limits: VideoLimits,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(), DatasetError> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     if folder.is_dir() {
@@ -148,7 +159,7 @@ fn decode(video: &Path, folder: &Path, program: &OsStr, limits: VideoLimits) -> 
             ),
             _ => DatasetError::content(video, format!("ffmpeg does not start: {e}")),
         })?;
-        match wait(child, fresh.path(), limits) {
+        match wait(child, fresh.path(), limits, is_stopped) {
             Ok(()) => break,
             Err(message) if option == "-fps_mode" && message.contains("fps_mode") => continue,
             Err(message) => return Err(DatasetError::content(video, message)),
@@ -189,7 +200,12 @@ fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limi
 }
 
 /// Waits for the end, within the limits; what it said on stderr is in the message of a failure.
-fn wait(mut child: Child, output: &Path, limits: VideoLimits) -> Result<(), String> {
+fn wait(
+    mut child: Child,
+    output: &Path,
+    limits: VideoLimits,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(), String> {
     let stderr = child.stderr.take();
     let said = std::thread::spawn(move || stderr.map(last_words).unwrap_or_default());
     let until = Instant::now() + limits.time;
@@ -198,6 +214,7 @@ fn wait(mut child: Child, output: &Path, limits: VideoLimits) -> Result<(), Stri
             Ok(Some(status)) if status.success() => break Ok(()),
             Ok(Some(status)) => break Err(format!("ffmpeg ends with {status}")),
             Err(e) => break Err(format!("ffmpeg: {e}")),
+            Ok(None) if is_stopped() => break Err("interrupted".to_string()),
             Ok(None) if Instant::now() > until => {
                 break Err(format!("ffmpeg takes more than {} s", limits.time.as_secs()));
             }

@@ -4,12 +4,12 @@ use super::{Args, Target};
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{DatasetError, Sequence, text};
+use crate::engine::Stop;
 use crate::engine::execute::lane::Companions;
 use crate::region::{Rect, Region};
 use crate::tracker::results::user_boxes::{self, BoxFormat, Options, UserBoxes, UserTarget};
 use crate::tracker::results::{Base, confidence};
 use crate::tracker::{Status, TrackerState};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,19 +18,11 @@ fn data(e: DatasetError) -> Failure {
 }
 
 /// The frames, if any are given.
-pub fn frames(args: &Args) -> Result<Option<UserFrames>, Failure> {
+pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     if args.frames.is_empty() {
         return Ok(None);
     }
-    let mut frames = user_frames::load(&args.frames).map_err(data)?;
-    // A folder `img` has its name from the layout of a dataset.
-    if let [folder] = args.frames.as_slice()
-        && frames.sequence.name == "img"
-        && let Some(name) =
-            folder.canonicalize().ok().and_then(|path| path.parent()?.file_name().map(OsString::from))
-    {
-        frames.sequence.name = name.to_string_lossy().into_owned();
-    }
+    let frames = user_frames::load(&args.frames, &|| stop.is_set()).map_err(data)?;
     if frames.sequence.is_empty() {
         return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
     }

@@ -60,7 +60,7 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     assert_eq!(count(&folder), 7);
     assert_eq!(count(&cache(root.path())), 1, "nothing else is left");
     // What is decoded is not decoded again: a new handle gets by without a program.
-    decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS).unwrap();
+    decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap();
     std::fs::remove_file(folder.join("000004.png")).unwrap();
     let again = Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err().to_string();
     assert!(again.contains("frame 4 is not in it"), "{again}");
@@ -107,7 +107,7 @@ fn names_are_no_options_protocols_or_patterns() {
         let path = odd.join(name);
         mpeg(&path, 2);
         let folder = odd.join(k.to_string());
-        decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS).unwrap();
+        decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap();
         assert_eq!(count(&folder), 2, "{name}");
     }
 }
@@ -118,7 +118,9 @@ fn no_ffmpeg_says_what_to_install() {
     let path = root.path().join("a.mpg");
     std::fs::write(&path, "x").unwrap();
     let folder = root.path().join("frames/x");
-    let error = decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS).unwrap_err().to_string();
+    let error = decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS, &|| false)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("a.mpg") && error.contains("install"), "{error}");
     assert_eq!(count(folder.parent().unwrap()), 0);
 }
@@ -134,7 +136,8 @@ fn what_is_no_video_is_an_error_with_what_ffmpeg_says() {
         ["", "no video\n", "#EXTM3U\n#EXTINF:1,\n/etc/hostname\n", "ffconcat version 1.0\nfile b.mpg\n"]
     {
         std::fs::write(&path, content).unwrap();
-        let error = decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS).unwrap_err().to_string();
+        let error =
+            decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap_err().to_string();
         assert!(error.contains("a.mpg: ffmpeg ends with") && error.len() > 60, "{error}");
         assert!(!folder.exists());
     }
@@ -148,7 +151,8 @@ fn limits_end_it_and_leave_nothing() {
     let path = root.path().join("a.mpg");
     mpeg(&path, 10);
     let folder = root.path().join("frames/x");
-    let with = |limits| decode(&path, &folder, OsStr::new("ffmpeg"), limits).map_err(|e| e.to_string());
+    let with =
+        |limits| decode(&path, &folder, OsStr::new("ffmpeg"), limits, &|| false).map_err(|e| e.to_string());
     let few = with(VideoLimits { frames: 9, ..DEFAULT_LIMITS }).unwrap_err();
     assert!(few.contains("more than 9 frames"), "{few}");
     assert_eq!(count(folder.parent().unwrap()), 0);
@@ -165,10 +169,12 @@ fn time_and_bytes_are_limited() {
         let mut command = Command::new("sleep");
         command.arg("600").stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     };
-    let time = wait(sleep(), out.path(), VideoLimits { time: Duration::ZERO, ..DEFAULT_LIMITS }).unwrap_err();
+    let time = wait(sleep(), out.path(), VideoLimits { time: Duration::ZERO, ..DEFAULT_LIMITS }, &|| false)
+        .unwrap_err();
     assert!(time.contains("more than 0 s"), "{time}");
     std::fs::write(out.path().join("000001.png"), [0; 100]).unwrap();
-    let bytes = wait(sleep(), out.path(), VideoLimits { bytes: 99, ..DEFAULT_LIMITS }).unwrap_err();
+    let bytes =
+        wait(sleep(), out.path(), VideoLimits { bytes: 99, ..DEFAULT_LIMITS }, &|| false).unwrap_err();
     assert!(bytes.contains("more than 99 bytes"), "{bytes}");
 }
 

@@ -372,10 +372,11 @@ impl Sequences<PackedTrack> {
     }
 
     /// Sequence, tracker and method that are shown first: the track and method with most events, the earliest among
-    /// equals.
+    /// equals. Without ground truth it is the first method, which the verdict is of.
     fn start(&self) -> Option<[usize; 3]> {
         let all =
             self.tracks.iter().flat_map(|t| t.counts.iter().map(move |(k, _, events)| (t, *k, *events)));
+        let all = all.filter(|(_, k, _)| *k == 0 || !self.unannotated);
         let most = all.clone().map(|(_, _, events)| events).max()?;
         let (track, method, _) = all.into_iter().find(|(_, _, events)| *events == most)?;
         Some([track.sequence, track.tracker, method])

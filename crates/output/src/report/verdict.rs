@@ -50,7 +50,9 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     }
     if is_first {
         let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t));
-        parts.insert(0, format!("tracking, no loss found in {frames} frames ({worst})"));
+        let seen = method.states.iter().filter(|state| **state != State::Absent).count();
+        let s = if seen == 1 { "" } else { "s" };
+        parts.insert(0, format!("tracking, no loss found in {seen} frame{s} ({worst})"));
     }
     match false_alarm_prone(method).len() {
         0 => {}
@@ -192,6 +194,10 @@ mod tests {
         assert_eq!(
             said("A..AAL.A", &score("A..AAL.A"), None),
             "absent at 1; absent from 4 to 5; lost from frame 6 (M); recovered at 7; absent at 8"
+        );
+        assert_eq!(
+            said("A.A", &[0.9, 0.3, 0.9], None),
+            "tracking, no loss found in 1 frame (M); absent at 1; absent at 3"
         );
         assert_eq!(
             said("...", &[0.1, 0.3, 0.2], Some(0.8)),

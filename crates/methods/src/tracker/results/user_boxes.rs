@@ -310,12 +310,15 @@ impl Reader<'_> {
             }
         }
         let last = targets.values().flat_map(|rows| rows.keys()).max().map_or(0, |last| last + 1);
+        let frames = self.options.frames.unwrap_or(last);
         // A file of a few rows may name any frame.
-        if last > MAX_FRAMES {
-            let message = format!("frame {last}; at most {MAX_FRAMES} frames are read");
+        if frames.saturating_mul(targets.len()) > MAX_BOXES {
+            let message = format!(
+                "{} targets in {frames} frames; at most {MAX_BOXES} targets times frames are read, so give a part of them",
+                targets.len()
+            );
             return Err(DatasetError::content(self.path, message));
         }
-        let frames = self.options.frames.unwrap_or(last);
         let target = |(id, mut rows): (i64, BTreeMap<usize, Option<Region>>)| UserTarget {
             id: Some(id),
             regions: (0..frames).map(|t| rows.remove(&t).flatten()).collect(),
@@ -324,8 +327,8 @@ impl Reader<'_> {
     }
 }
 
-/// Largest number of frames of a file that names them.
-const MAX_FRAMES: usize = 10_000_000;
+/// Largest number of targets times frames of a file that names both.
+const MAX_BOXES: usize = 5_000_000;
 
 /// Whether no part of a region lies in a frame of this width and height.
 fn is_outside(region: &Region, (width, height): (usize, usize)) -> bool {

@@ -194,7 +194,7 @@ mod tests {
         for (name, end) in [("a.mp4", 1), ("b.mkv", 6), ("c.avi", 6), ("d.mov", 6)] {
             let path = root.path().join(name);
             write(&path, 12.5, end, frame).unwrap();
-            let read = user_frames::load(&[path]).unwrap();
+            let read = user_frames::load(&[path], &|| false).unwrap();
             assert_eq!(read.sequence.len(), end, "{name}");
             // Odd sides have a row more.
             assert_eq!(read.sequence.size().unwrap(), (66, 50));

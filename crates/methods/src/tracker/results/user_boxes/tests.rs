@@ -89,7 +89,7 @@ fn targets_of_motchallenge() {
         ("1.5,1,1,1,5,5,1\n", "line 1: frame (from 1 on)"),
         ("1,1,1,1,5,5,1\n1,2,3\n", "line 2: 3 columns"),
         ("1,1,1,1,5,5,1\n\n2,1,1,1,5,5,1\n", "line 2: 0 columns"),
-        ("999999999,1,1,1,5,5,1\n", "at most 10000000 frames"),
+        ("999999999,1,1,1,5,5,1\n", "1 targets in 999999999 frames; at most 5000000"),
     ] {
         let message = read(text, &Options::default()).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
