@@ -169,6 +169,11 @@ fn what_cannot_be_judged_is_told() {
     refused(&["--method", "AVU", "--model", bad.to_str().unwrap()], 3, "no model of consistency");
     std::fs::write(&bad, "{}").unwrap();
     refused(&["--method", "AVU", "--model", bad.to_str().unwrap()], 3, "holds no learned model");
+    let output = follow(&frames, "5000,1,9,9", &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("--init 5000,1,9,9 lies outside of the frame of ")
+    );
     for wrong in ["1,2,3", "a,b,c,d", "1,2,3,4\n5,6,7,8"] {
         let output = follow(&frames, wrong, &[]);
         assert_eq!(output.status.code(), Some(2), "{wrong}");

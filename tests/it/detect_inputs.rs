@@ -115,6 +115,16 @@ fn one_track_in_every_format_has_one_score() {
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
         assert!(found.iter().zip(&want).all(near), "{name}: {found:?} {want:?}");
     }
+    // Corners look like boxes, which then reach beyond the frame of 160 x 120 pixels.
+    let corners = clip.file("corners.txt", |_, _| "100,70,150,110".into());
+    let told = |more: &[&str]| {
+        let mut command = trackfail();
+        command.args(["detect", "--frames"]).arg(&clip.img).arg("--boxes").arg(&corners).args(more);
+        String::from_utf8(command.output().unwrap().stderr).unwrap()
+    };
+    assert!(told(&method).contains("60 of 60 boxes x,y,w,h reach far beyond the frame"), "{}", told(&method));
+    assert_eq!(told(&["--boxes-format", "xyxy", "--method", "CovF"]), "");
+    assert_eq!(told(&["--boxes-format", "xywh", "--method", "CovF"]), "");
     let (code, message) = refused(&[], &clip.root.path().join("yolo.txt"), &[]);
     assert!(code == Some(3) && message.contains("give --frames"), "{message}");
     let eight = clip.file("eight.txt", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1));

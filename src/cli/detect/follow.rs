@@ -13,7 +13,7 @@ use crate::engine::execute::reverse::{FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
 use crate::engine::store::{self, StoreError};
 use crate::num::seed;
-use crate::region::Region;
+use crate::region::{Rect, Region};
 use crate::report::user_track::UserTrack;
 use crate::results::detections::JudgedTrack;
 use crate::signal::Reads;
@@ -43,6 +43,12 @@ pub fn track(
 ) -> Result<(UserTrack, Vec<ReadyMethod>), Failure> {
     let base = inputs::base(args).unwrap_or(Base::One);
     let first = first_box(init, base)?;
+    let (width, height) = sequence.size().map_err(|e| Failure::data(e.to_string()))?;
+    let frame = Region::Rect(Rect::new(0.0, 0.0, width as f64, height as f64));
+    if first.clipped(&frame).is_none() {
+        let message = format!("--init {init} lies outside of the frame of {width}x{height} pixels");
+        return Err(Failure::usage(message));
+    }
     let mut sequence = sequence.clone();
     if let Some(truth) = sequence.truth.first_mut() {
         *truth = Some(first);

@@ -125,15 +125,13 @@ fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failur
 
 /// Tells that four numbers may be corners, where most boxes would reach far beyond the frame.
 fn warn_of_corners(boxes: &UserBoxes, (width, height): (usize, usize)) {
-    let regions: Vec<Rect> =
-        boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds).collect();
-    let beyond = |r: &&Rect| r.x + r.w / 2.0 > width as f64 || r.y + r.h / 2.0 > height as f64;
-    let count = regions.iter().filter(beyond).count();
-    if 2 * count > regions.len() {
+    let regions = || boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds);
+    let beyond = |r: &Rect| r.x + r.w > 1.1 * width as f64 || r.y + r.h > 1.1 * height as f64;
+    let (count, all) = (regions().filter(beyond).count(), regions().count());
+    if 2 * count > all {
         output::note(&format!(
-            "warning: the centers of {count} of {} boxes x,y,w,h lie outside of the frame; if the numbers are x1,y1,x2,y2, give \
-             --boxes-format xyxy",
-            regions.len()
+            "warning: {count} of {all} boxes x,y,w,h reach far beyond the frame; if the numbers are x1,y1,x2,y2, give \
+             --boxes-format xyxy"
         ));
     }
 }
