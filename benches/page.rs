@@ -32,6 +32,7 @@ fn result() -> Sequences {
         attributes: ["occlusion", "scale-change", "motion-blur"].map(String::from)[..s % 4].to_vec(),
         truth: (0..FRAMES).map(|t| Some(Region::Rect(Rect::new(t as f64, 99.0, 40.0, 30.0)))).collect(),
         stills: Default::default(),
+        pictures: Default::default(),
     };
     let track = |k: usize| {
         let mut number = noise(k);
@@ -43,7 +44,7 @@ fn result() -> Sequences {
             let alarm: Vec<bool> = score.iter().map(|v| *v > 0.95).collect();
             let changes = vec![0; FRAMES];
             let judged = judge(&error, &alarm, &changes);
-            JudgedSeries { score, alarm, changes, judged }
+            JudgedSeries { score, alarm, changes, judged, ..JudgedSeries::default() }
         };
         let methods = (0..METHODS).map(|m| (m, said(m))).collect();
         Track { sequence: k / TRACKERS, tracker: k % TRACKERS, rects, error, methods, ..Track::default() }
@@ -59,6 +60,7 @@ fn result() -> Sequences {
         sequences: (0..SEQUENCES).map(sequence).collect(),
         tracks: (0..SEQUENCES * TRACKERS).map(track).collect(),
         note: String::new(),
+        unannotated: false,
     }
 }
 

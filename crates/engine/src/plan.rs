@@ -4,7 +4,7 @@
 pub mod cached;
 mod demand;
 pub mod experiment;
-mod folds;
+pub mod folds;
 pub mod job;
 pub mod labels;
 pub mod recipes;

@@ -12,6 +12,7 @@ pub mod consistency;
 pub mod control_chart;
 pub mod cusum;
 pub mod forecasting;
+pub mod fused;
 pub mod hysteresis;
 pub mod joint_drop;
 pub mod labels;
@@ -154,6 +155,11 @@ pub trait Detector: Send + Sync {
         false
     }
 
+    /// Whether its score is the probability of a loss.
+    fn gives_probability(&self) -> bool {
+        false
+    }
+
     /// Frames in a row without an alarm after which a lost target counts as found again, see [`lost`]: 1 for detectors
     /// whose alarm lasts until they themselves have found that the track is good again.
     fn frames_to_recover(&self) -> usize {
@@ -182,6 +188,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     hysteresis::ENTRY,
     relative_drop::ENTRY,
     joint_drop::ENTRY,
+    fused::ENTRY,
     cusum::ENTRY,
     page_hinkley::ENTRY,
     sequential_test::ENTRY,

@@ -45,7 +45,13 @@ impl Track {
     /// The track with one of its signals, as training data.
     pub fn example(&self, signal: Option<usize>) -> Example<'_> {
         let signal = signal.and_then(|k| self.signals.get(k));
-        Example { signal: signal.map_or(&[], Vec::as_slice), error: &self.error }
+        Example::new(signal.map_or(&[], Vec::as_slice), &self.error)
+    }
+
+    /// The track with the signals of a method, as training data.
+    pub fn example_of(&self, signals: &SignalSet, video: &str) -> Example<'_> {
+        let more = signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect();
+        Example { more, video: video.to_string(), ..self.example(signals.first) }
     }
 }
 

@@ -7,7 +7,7 @@ use super::judge::{ParameterSource, ReadyDetector};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::{Place, SignalSet, recipes, variants};
+use crate::plan::{Place, SignalSet, folds, recipes, variants};
 use crate::score::Counts;
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
@@ -323,7 +323,11 @@ fn make(
             })
         }
         DetectorChoice::Learned(fixed) => {
-            StoredModel::Learned(choose::learn(fixed, mine()?, need.signals, limits)?)
+            let video = |(suite, s, _): &Place| {
+                folds::video(&context.plan.suites[*suite].sequences[*s].sequence.name)
+            };
+            let tracks = need.tracks.iter().map(video).zip(mine()?).collect();
+            StoredModel::Learned(choose::learn(fixed, tracks, need.signals, limits)?)
         }
     })
 }

@@ -216,9 +216,9 @@ fn memory_does_not_grow_with_the_stream() {
             }
             monitor.save().unwrap().len()
         };
-        let early = length(60);
+        // The longest memory of a detector has 100 values; texts of numbers differ in length.
+        let early = length(120);
         let late = length(600);
-        // Counters take some bytes more.
-        assert!(late <= early + 16, "{name}: {early} bytes after 60 frames, {late} after 660");
+        assert!(late <= early + early / 20, "{name}: {early} bytes after 120 frames, {late} after 720");
     }
 }

@@ -372,11 +372,13 @@ impl<'a> ExperimentPlan<'a> {
         };
         let signal = self.signal(v);
         let of = |tracker: usize| self.learned_from(suite, tracker, signal).into_iter();
-        if !variant.detector.trains_on_others() {
-            return of(tracker).map(|(s, j)| (suite, s, j)).collect();
-        }
         let trackers = self.experiment.trackers.iter().enumerate();
-        let others = trackers.filter(|(t, other)| *t != tracker && method.runs_on(&other.label));
+        let trackers = trackers.filter(|(_, other)| method.runs_on(&other.label));
+        if !variant.detector.trains_on_others() {
+            let mine = trackers.filter(|(t, _)| *t == tracker || variant.detector.pools_trackers());
+            return mine.flat_map(|(t, _)| of(t)).map(|(s, j)| (suite, s, j)).collect();
+        }
+        let others = trackers.filter(|(t, _)| *t != tracker);
         let pairs = others.flat_map(|(t, _)| of(t)).filter(|(s, _)| self.folds[*s] != part);
         pairs.map(|(s, j)| (suite, s, j)).collect()
     }

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub const FOLDS: usize = 10;
 
 /// The video that a sequence is of.
-fn video(sequence: &str) -> String {
+pub fn video(sequence: &str) -> String {
     let target = |tail: &str| (1..=2).contains(&tail.len()) && tail.bytes().all(|b| b.is_ascii_digit());
     let head = match sequence.rsplit_once(['-', '_', '.']) {
         Some((head, tail)) if target(tail) && !head.is_empty() => head,

@@ -18,6 +18,8 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("benchmark/synthetic", include_str!("../../../../experiments/benchmark/synthetic.toml")),
     ("benchmark/otb", include_str!("../../../../experiments/benchmark/otb.toml")),
     ("benchmark/vot2014", include_str!("../../../../experiments/benchmark/vot2014.toml")),
+    ("benchmark/fused", include_str!("../../../../experiments/benchmark/fused.toml")),
+    ("benchmark/fused-models", include_str!("../../../../experiments/benchmark/fused-models.toml")),
     ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),
     ("benchmark/cost", include_str!("../../../../experiments/benchmark/cost.toml")),
     ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),
@@ -145,10 +147,11 @@ pub struct Inputs {
 /// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
 pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
-        Inputs { companions: true, .. } => "Companions",
+        Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
+        Inputs { companions: true, .. } => "Fused companions",
+        Inputs { frames: true, .. } => "Fused frames",
         Inputs { confidence: true, .. } => "Confidence",
-        Inputs { frames: true, .. } => "Watchdog",
-        Inputs { .. } => "Displacement",
+        Inputs { .. } => "Fused boxes",
     }
 }
 
@@ -214,6 +217,11 @@ mod tests {
                 "LMCF",
                 "FuCoLoT",
                 "Confidence",
+                "Fused boxes",
+                "Fused frames",
+                "Fused watchdog",
+                "Fused companions",
+                "Fused frames and companions",
             ]
         );
         for name in method_names() {

@@ -101,6 +101,11 @@ impl DetectorChoice {
         self.role() == Some(super::OTHERS)
     }
 
+    /// Whether it learns one model from the tracks of all trackers.
+    pub fn pools_trackers(&self) -> bool {
+        self.example().detector.learner().is_some_and(|learner| learner.pools_trackers())
+    }
+
     /// The detector; of a trained one, one of its candidates.
     pub fn example(&self) -> &FixedDetector {
         match self {

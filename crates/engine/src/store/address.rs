@@ -223,6 +223,7 @@ mod tests {
         ("detector hysteresis", "2086dbb08a9958ac"),
         ("detector relative-drop", "da8c18243b893cba"),
         ("detector joint-drop", "973e9455617f401d"),
+        ("detector fused", "8c1a0407ee36502e"),
         ("detector cusum", "c9a0cfbe477a4d9f"),
         ("detector page-hinkley", "1fe1b569841bd2f9"),
         ("detector sequential-test", "a7fdc1503f6d8e76"),

@@ -88,7 +88,7 @@ fn trajectories(drawn: &[Drawn]) -> Vec<Trajectory<'_>> {
 }
 
 fn population<'a>(suite: &'a str, tracks: &'a [(Vec<f64>, Vec<f64>)], drawn: &'a [Drawn]) -> Population<'a> {
-    let tracks = tracks.iter().map(|(signal, error)| Example { signal, error }).collect();
+    let tracks = tracks.iter().map(|(signal, error)| Example::new(signal, error)).collect();
     let spent =
         |seconds: f64| Spent { signal: seconds, detection: 0.25, reverse: seconds, runs: 3, frames: 40 };
     let timing = |repeat: usize| Timing {

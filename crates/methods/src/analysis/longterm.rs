@@ -168,7 +168,7 @@ mod tests {
         };
         let population = Population {
             suite: "suite",
-            tracks: vec![Example { signal: &confidence, error: &[0.0; 4] }],
+            tracks: vec![Example::new(&confidence, &[0.0; 4])],
             trajectories: vec![trajectory],
             timings: vec![],
         };

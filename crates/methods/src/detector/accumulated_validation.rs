@@ -308,7 +308,7 @@ mod tests {
         let (signal, error) = drawn();
         let detector = built(&format!("{{ train = \"train\", components = 1, {more} }}"));
         let learner = detector.learner().unwrap();
-        let model = learner.learn(&[Example { signal: &signal, error: &error }]).unwrap();
+        let model = learner.learn(&[Example::new(&signal, &error)]).unwrap();
         let ready = learner.with_model(&model).unwrap();
         (model, ready)
     }
@@ -367,7 +367,7 @@ mod tests {
         let detector = built("{ length = 10, train = \"t\" }");
         let learner = detector.learner().unwrap();
         // Equal samples have no mixture: an error, and no threshold.
-        assert!(learner.learn(&[Example { signal: &signal, error: &error }]).is_err());
+        assert!(learner.learn(&[Example::new(&signal, &error)]).is_err());
         assert!(!alarms(&*detector, &signal).contains(&true));
         assert!(!alarms(&*learned("length = 10").1, &[0.0; 300]).contains(&true));
     }

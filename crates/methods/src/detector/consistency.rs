@@ -211,21 +211,21 @@ mod tests {
     fn lost_unknown_and_undefined_frames_are_left_out() {
         let signal = [0.0, 0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 0.0];
         let error = [0.1, 0.1, 0.1, 0.1, 1.0, 0.95, 0.1, f64::NAN, 0.1, 0.1, 0.1];
-        let example = Example { signal: &signal, error: &error };
+        let example = Example::new(&signal, &error);
         let changes = |tau| consistent_changes(&example, tau).collect::<Vec<_>>();
         assert_eq!(changes(0.9), [1.0, 2.0, 16.0, 64.0, 128.0, 0.0]);
         assert_eq!(changes(1.0), [1.0, 2.0, 8.0, 16.0, 64.0, 128.0, 0.0]);
         assert_eq!(consistent_sums(&example, 0.9, 2), [3.0, 192.0, 128.0]);
         assert_eq!(consistent_sums(&example, 0.9, 1), changes(0.9));
         assert!(consistent_sums(&example, 0.9, 12).is_empty());
-        let never = Example { signal: &[0.0; 5], error: &[0.0; 5] };
+        let never = Example::new(&[0.0; 5], &[0.0; 5]);
         assert_eq!(consistent_changes(&never, 0.9).count() + consistent_sums(&never, 0.9, 1).len(), 0);
     }
 
     #[test]
     fn few_samples_carry_few_components_and_none_are_an_error() {
         let signal = [0.5, 0.25, 0.7, 0.1, 0.9, 1.5, 0.4];
-        let example = Example { signal: &signal, error: &[0.0; 7] };
+        let example = Example::new(&signal, &[0.0; 7]);
         let how = Fitting {
             tau: 0.9,
             components: None,
@@ -236,7 +236,7 @@ mod tests {
         let fitted = fit(&[example], &how).unwrap();
         assert_eq!((fitted.model.samples, fitted.fits.len()), (7, 2));
         assert!((fitted.model.mean - signal.iter().sum::<f64>() / 7.0).abs() < 1e-12);
-        let lost = Example { signal: &signal, error: &[1.0; 7] };
+        let lost = Example::new(&signal, &[1.0; 7]);
         assert!(fit(&[lost], &how).is_err());
     }
 }

@@ -1,5 +1,7 @@
 //! From labels to changes and states: where a run of alarms begins and ends, and between which the target is lost.
 
+use serde::{Deserialize, Serialize};
+
 /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where the label stays.
 ///
 /// A track is consistent before its first frame, so an alarm in the first frame counts as +1. This is the
@@ -30,12 +32,28 @@ pub const RECOVERY_FRAMES: usize = 10;
 /// Whether the target counts as lost, for each frame: from an alarm on, until `recovery` frames in a row (at least 1)
 /// have none. The last of these is the first that is not lost, so that the state of a frame needs no later one.
 pub fn lost(alarm: &[bool], recovery: usize) -> Vec<bool> {
-    let mut quiet = recovery;
-    let state = |&alarm: &bool| {
-        quiet = if alarm { 0 } else { quiet.saturating_add(1) };
-        quiet < recovery.max(1)
-    };
-    alarm.iter().map(state).collect()
+    let mut state = LossState::default();
+    alarm.iter().map(|alarm| state.push(*alarm, recovery)).collect()
+}
+
+/// The state of [`lost`] while a track goes on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LossState {
+    /// Frames since the last alarm; `None` before the first.
+    quiet: Option<usize>,
+}
+
+impl LossState {
+    /// Whether the target is lost in the next frame.
+    pub fn push(&mut self, alarm: bool, recovery: usize) -> bool {
+        self.quiet = if alarm { Some(0) } else { self.quiet.map(|quiet| quiet.saturating_add(1)) };
+        self.is_lost(recovery)
+    }
+
+    /// Whether the target is lost in the last frame.
+    pub fn is_lost(self, recovery: usize) -> bool {
+        self.quiet.is_some_and(|quiet| quiet < recovery.max(1))
+    }
 }
 
 #[cfg(test)]

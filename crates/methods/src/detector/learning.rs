@@ -18,6 +18,9 @@ pub enum LearnError {
     /// The examples have no window whose frames are all consistent.
     #[error("no window of {0} consistent frames")]
     NoWindow(usize),
+    /// The examples have no lost frames, or no others.
+    #[error("the training tracks of a fold have no lost frames, or no others")]
+    OneKind,
     /// The model cannot be written.
     #[error(transparent)]
     Write(serde_json::Error),
@@ -36,18 +39,34 @@ pub enum LearnError {
 }
 
 /// One track to learn from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct Example<'a> {
     /// The signal, one value a frame.
     pub signal: &'a [f64],
+    /// The further signals of detectors that read several, one value a frame each.
+    pub more: Vec<&'a [f64]>,
     /// Tracking error O_t a frame in `[0, 1]`, NaN where there is no ground truth.
     pub error: &'a [f64],
+    /// The video that the sequence is of; examples of one video say the same of what was not learned from.
+    pub video: String,
+}
+
+impl<'a> Example<'a> {
+    /// A track with one signal, of a video of no name.
+    pub fn new(signal: &'a [f64], error: &'a [f64]) -> Self {
+        Self { signal, error, ..Self::default() }
+    }
 }
 
 /// How a detector learns.
 pub trait Learner: Send + Sync {
     /// Role of the suite whose tracks it learns from.
     fn role(&self) -> &str;
+
+    /// Whether one model is learned from the tracks of all trackers, and not one for each tracker from its own.
+    fn pools_trackers(&self) -> bool {
+        false
+    }
 
     /// The parameters that the model depends on.
     fn params(&self) -> Value;

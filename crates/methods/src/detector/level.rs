@@ -10,6 +10,7 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
+use super::labels::LossState;
 use super::{Detector, DetectorOutput, Input, Judgement, RECOVERY_FRAMES, Reason, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
@@ -125,12 +126,11 @@ impl Detector for Level {
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {
-        Some(Box::new(Watch { level: *self, quiet: None }))
+        Some(Box::new(Watch { level: *self, state: LossState::default() }))
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        let quiet: Option<usize> = saved::from_bytes(saved)?;
-        Some(Box::new(Watch { level: *self, quiet: quiet.filter(|quiet| *quiet < RECOVERY_FRAMES) }))
+        Some(Box::new(Watch { level: *self, state: saved::from_bytes(saved)? }))
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
@@ -142,8 +142,7 @@ impl Detector for Level {
 /// The level on a track that goes on. It knows no probability; a frame without a value changes nothing.
 struct Watch {
     level: Level,
-    /// Frames since the last alarm; `None` before the first and after a recovery.
-    quiet: Option<usize>,
+    state: LossState,
 }
 
 impl Stream for Watch {
@@ -151,8 +150,7 @@ impl Stream for Watch {
         let value = values.first().copied().filter(|v| !v.is_nan());
         let alarm = value.filter(|v| self.level.is_alarm(*v));
         if value.is_some() {
-            let quiet = if alarm.is_some() { Some(0) } else { self.quiet.map(|quiet| quiet + 1) };
-            self.quiet = quiet.filter(|quiet| *quiet < RECOVERY_FRAMES);
+            self.state.push(alarm.is_some(), RECOVERY_FRAMES);
         }
         let reason = |value: f64| {
             let text = format!("value {value:.3} is {} {}", self.level.key(), self.level.value());
@@ -160,13 +158,13 @@ impl Stream for Watch {
         };
         Judgement {
             probability: f64::NAN,
-            lost: self.quiet.is_some(),
+            lost: self.state.is_lost(RECOVERY_FRAMES),
             reasons: alarm.map(reason).into_iter().collect(),
         }
     }
 
     fn save(&self) -> Vec<u8> {
-        saved::to_bytes(&self.quiet).unwrap_or_default()
+        saved::to_bytes(&self.state).unwrap_or_default()
     }
 }
 

@@ -112,7 +112,7 @@ impl JudgedMethod {
             name: name.to_string(),
             threshold: detector.threshold(),
             direction: detector.score_direction(),
-            is_probability: gives_probability(detector),
+            is_probability: detector.gives_probability(),
             score: frames().map(|at| output.score.get(at?).copied()).collect(),
             label: frames().map(|at| at.and_then(|at| output.alarm.get(at)) == Some(&true)).collect(),
             changes: frames().map(|at| at.and_then(|at| changes.get(at)).copied().unwrap_or(0)).collect(),
@@ -134,12 +134,6 @@ impl JudgedMethod {
     pub fn losses(&self) -> Vec<Range<usize>> {
         self.stretches().filter(|(state, _)| *state == State::Lost).map(|(_, run)| run).collect()
     }
-}
-
-/// Whether a detector estimates the probability of a loss, which is its score then. Streams of the others say NaN.
-fn gives_probability(detector: &dyn Detector) -> bool {
-    let any = vec![0.0; detector.signals()];
-    detector.stream().is_some_and(|mut stream| !stream.push(&any).probability.is_nan())
 }
 
 /// The CSV of all frames of all tracks.

@@ -133,7 +133,7 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
         |s: &dyn crate::signal::Signal| s.is_probability() && s.direction() == detector.score_direction();
     Method {
         direction: detector.score_direction(),
-        is_probability: signal.is_some_and(|s| agrees(&*s.signal)),
+        is_probability: detector.gives_probability() || signal.is_some_and(|s| agrees(&*s.signal)),
     }
 }
 

@@ -96,7 +96,7 @@ fn every_pinned_sequence_is_listed() {
         let suite = crate::lock::pinned_suite(name).unwrap();
         for e in suite.sequence.iter().filter(|e| e.size.is_some()) {
             let files = read(sections()[e.folder.as_str()]);
-            let mine = files.iter().filter(|(name, _)| belongs(e, suite.format, Path::new(""), name));
+            let mine = files.iter().filter(|(name, _)| belongs(e, suite.format(e), Path::new(""), name));
             let (frames, text): (Vec<_>, Vec<_>) = mine.partition(|(name, _)| is_image(Path::new(name)));
             assert_eq!(Some(frames.len()), e.frames, "{name}/{}", e.name);
             assert!(!text.is_empty(), "{name}/{}", e.name);

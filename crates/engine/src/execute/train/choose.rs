@@ -17,16 +17,17 @@ use rayon::prelude::*;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// The model that a learner makes from tracks, as JSON text.
+/// The model that a learner makes from tracks, each with the name of its video, as JSON text.
 pub fn learn(
     fixed: &FixedDetector,
-    tracks: Vec<Arc<Track>>,
+    tracks: Vec<(String, Arc<Track>)>,
     signals: &SignalSet,
     limits: &RunLimits,
 ) -> Result<String, StepError> {
-    let (kind, detector, first) = (fixed.kind, fixed.detector.clone(), signals.first);
+    let (kind, detector, signals) = (fixed.kind, fixed.detector.clone(), signals.clone());
     let learn = move || -> Result<Value, StepError> {
-        let examples: Vec<Example<'_>> = tracks.iter().map(|t| t.example(first)).collect();
+        let examples = tracks.iter().map(|(video, track)| track.example_of(&signals, video));
+        let examples: Vec<Example<'_>> = examples.collect();
         let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
         learner.learn(&examples).map_err(StepError::failed)
     };

@@ -85,7 +85,7 @@ fn drawn() -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn it_learns_what_avu_learns() {
     let (signal, error) = drawn();
-    let examples = [Example { signal: &signal, error: &error }];
+    let examples = [Example::new(&signal, &error)];
     let avu = |length: usize| {
         let text = format!("{{ train = \"t\", length = {length}, alpha = 0.01, tau = 0.8 }}");
         super::super::accumulated_validation::ENTRY.build_from_text(&text).unwrap()

@@ -8,7 +8,7 @@
 //! | `vot` | corners `x1,y1,x2,y2,...`, or left, top, width, height; a single number is a mark of the VOT protocol, a frame without a box | 0, or 1 on request |
 //! | `yolo` | center and size as shares of the frame's sides, perhaps after a class and before a confidence | |
 //!
-//! In all but `mot` a line is a frame. A header line of words is skipped. [`BoxFormat::of`] finds the format where the
+//! In all but `mot` a line is a frame. A header line of words is skipped. `BoxFormat::of` finds the format where the
 //! numbers leave no doubt.
 
 use super::{Base, NoBox, drop_empty_end};

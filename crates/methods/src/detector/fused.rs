@@ -1,0 +1,251 @@
+//! `fused`: a learned detector over several signals, each compared with its own past on the track.
+//!
+//! ```text
+//! f[j,t]   features of the inputs, see fused/features.rs
+//! s[t]     b + sum_j w[j] d[j,t],  d the standardized features                  see fused/model.rs
+//! p[t]     1 / (1 + exp(-(a s[t] + c)))                                         the score
+//! alarm    from the frame with p[t] >= threshold(budget) until `confirm` frames in a row are below it
+//! ```
+//!
+//! `p` is the probability that the box does not overlap the target in the 0-based frame `t`; high values speak for a
+//! failure. `budget` is the largest number of good frames among 1000 that the user accepts at or above the threshold; the model has a
+//! threshold for it, which held on videos that the model had not seen in training. Features are relative to the track's
+//! own past, so that no signal's scale matters, and a value that is missing (NaN) counts as nothing, not as 0.
+//!
+//! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
+//! come with the program (`model`), which were learned by `benchmark/fused-models` and are described in
+//! `docs/fused.md`.
+//!
+//! Source: none; logistic fusion of weak signals is common practice (stacking). Choices: all choices of features and of
+//! `lambda` were made on folds of videos and trackers that the numbers are not reported on.
+
+mod features;
+mod inputs;
+mod learn;
+mod logistic;
+mod model;
+
+pub use inputs::{FusedInput, INPUTS};
+pub use model::{FusedModel, FusedStream};
+
+use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner, Stream};
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use learn::Learning;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::sync::Arc;
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "fused",
+    version: 1,
+    summary: "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
+    example: "{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }",
+    build: |raw: RawParams<'_>| Ok(Box::new(Fused::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Name and text of the models that come with the program. Results depend on them: with other ones, [`ENTRY`]'s version is
+/// raised.
+static MODELS: &[(&str, &str)] = &[
+    ("boxes", include_str!("../../../../assets/models/fused/boxes.json")),
+    ("frames", include_str!("../../../../assets/models/fused/frames.json")),
+    ("watchdog", include_str!("../../../../assets/models/fused/watchdog.json")),
+    ("companions", include_str!("../../../../assets/models/fused/companions.json")),
+    ("frames-and-companions", include_str!("../../../../assets/models/fused/frames-and-companions.json")),
+];
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Names of the inputs, one for each signal, in their order: `displacement`, `first-colors`, `watchdog` ...
+    pub inputs: Vec<String>,
+    /// A model that comes with the program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Role of the suite to learn from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<String>,
+    /// Most false alarms per 1000 good frames, 0.000001 to 1000.
+    #[serde(default = "budget")]
+    pub budget: f64,
+    /// Frames in a row below the threshold that confirm a recovery, 1 to 1000.
+    #[serde(default = "confirm")]
+    pub confirm: usize,
+    /// Weight of the squared weights in learning, relative to that of the examples, 0.000001 to 100.
+    #[serde(default = "lambda")]
+    pub lambda: f64,
+    /// Frames from one training example to the next, 1 to 100.
+    #[serde(default = "stride")]
+    pub stride: usize,
+}
+
+fn budget() -> f64 {
+    10.0
+}
+
+fn confirm() -> usize {
+    super::RECOVERY_FRAMES
+}
+
+fn lambda() -> f64 {
+    0.1
+}
+
+fn stride() -> usize {
+    20
+}
+
+/// The detector; without alarms until it has a model.
+#[derive(Debug, Clone)]
+pub struct Fused {
+    params: Params,
+    inputs: Vec<&'static FusedInput>,
+    model: Option<Arc<FusedModel>>,
+}
+
+impl Fused {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For inputs or a model that are not known, parameters outside their range, and without either `model` or `train`.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let Params { budget, confirm, lambda, stride, .. } = params;
+        check_ranges(&[("budget", budget, 1e-6, 1000.0), ("lambda", lambda, 1e-6, 100.0)])?;
+        check_ranges(&[
+            ("confirm", confirm, 1, 1000),
+            ("stride", stride, 1, 100),
+            ("inputs", params.inputs.len(), 1, 32),
+        ])?;
+        let find = |name: &String| {
+            let known = || INPUTS.iter().map(|input| input.name);
+            let message = || crate::plugin::unknown("input", name, known());
+            inputs::find(name).ok_or_else(|| ParamError {
+                message: message(),
+                key: Some("inputs"),
+                span: None,
+            })
+        };
+        let inputs = params.inputs.iter().map(find).collect::<Result<_, _>>()?;
+        let unready = Self { params, inputs, model: None };
+        match (unready.params.model.clone(), &unready.params.train) {
+            (None, Some(_)) => Ok(unready),
+            (Some(name), None) => unready.built_in(&name),
+            _ => {
+                let message = "give either `model` (one that comes with the program) or `train` (role of the suite to \
+                               learn from)";
+                Err(ParamError { message: message.to_string(), key: None, span: None })
+            }
+        }
+    }
+
+    /// The detector with a model that comes with the program.
+    fn built_in(self, name: &str) -> Result<Self, ParamError> {
+        let refuse = |message: String| ParamError { message, key: Some("model"), span: None };
+        let found = MODELS.iter().find(|(known, _)| *known == name);
+        let (_, text) = found.ok_or_else(|| {
+            refuse(crate::plugin::unknown("model", name, MODELS.iter().map(|(known, _)| *known)))
+        })?;
+        let file: ModelFile = serde_json::from_str(text).map_err(|e| refuse(format!("model {name}: {e}")))?;
+        self.ready(file.model).map_err(|e| refuse(format!("model {name}: {e}")))
+    }
+
+    /// The detector with a model.
+    fn ready(&self, model: FusedModel) -> Result<Self, LearnError> {
+        let fits = model.inputs == self.params.inputs;
+        model.inputs()?;
+        let model = fits.then(|| Arc::new(model)).ok_or(LearnError::OtherModel)?;
+        Ok(Self { model: Some(model), ..self.clone() })
+    }
+
+    /// A track before its first frame; `None` without a model.
+    fn start(&self) -> Option<FusedStream> {
+        let model = self.model.clone()?;
+        Some(FusedStream::new(model, self.inputs.clone(), self.params.budget, self.params.confirm))
+    }
+}
+
+/// A model that comes with the program, with what it was learned from.
+#[derive(Deserialize)]
+struct ModelFile {
+    model: FusedModel,
+}
+
+impl Learner for Fused {
+    fn role(&self) -> &str {
+        self.params.train.as_deref().unwrap_or_default()
+    }
+
+    fn pools_trackers(&self) -> bool {
+        true
+    }
+
+    fn params(&self) -> Value {
+        let Params { inputs, lambda, stride, .. } = &self.params;
+        serde_json::json!({ "inputs": inputs, "lambda": lambda, "stride": stride })
+    }
+
+    fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
+        let Params { lambda, stride, .. } = self.params;
+        let model = learn::learn(examples, &self.inputs, &Learning { lambda, stride })?;
+        serde_json::to_value(model).map_err(LearnError::Write)
+    }
+
+    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
+        Ok(Box::new(self.ready(FusedModel::deserialize(model).map_err(LearnError::Read)?)?))
+    }
+}
+
+impl Detector for Fused {
+    fn params(&self) -> Value {
+        show_params(&self.params)
+    }
+
+    fn signals(&self) -> usize {
+        self.inputs.len()
+    }
+
+    fn learner(&self) -> Option<&dyn Learner> {
+        self.model.is_none().then_some(self as &dyn Learner)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        self.model.as_ref().map(|model| model.threshold(self.params.budget))
+    }
+
+    fn gives_probability(&self) -> bool {
+        true
+    }
+
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        Some(Box::new(self.start()?))
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        Some(Box::new(self.start()?.resumed(saved)?))
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let mut output = DetectorOutput::default();
+        let Some(mut stream) = self.start() else {
+            let quiet = vec![false; input.signal.len()];
+            return DetectorOutput { score: vec![0.0; quiet.len()], alarm: quiet, ..output };
+        };
+        let signals: Vec<&[f64]> = std::iter::once(input.signal).chain(input.more.iter().copied()).collect();
+        for t in 0..input.signal.len() {
+            let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
+            let (probability, lost) = stream.step(&values);
+            output.score.push(probability);
+            output.alarm.push(lost);
+        }
+        output
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! Features of the fused detector: each input against its own past on the same track.
+//!
+//! ```text
+//! x[t]     value of the input in frame t; of motions ln(1e-3 + value)
+//! now      x[t]
+//! worst5   worst of the last 5 values                    mean5    their mean
+//! worst20  worst of the last 20 values                   mean20   their mean
+//! slope20  slope of a line through the last 20 values, times 20
+//! change   x[t] - mean of the first 20 values            (of motions the logarithm of a ratio)
+//! z        (x[t] - median of the past) / (1.4826 MAD of the past + floor), cut at 10
+//! missing  1 in a frame without a value, else 0
+//! ```
+//!
+//! `t` is a 0-based frame. The past are the last 100 values before frame t. A frame in which an input is missing
+//! changes nothing of its memory: `now` and `z` have no value then, and nor has anything before the first value. A feature
+//! without a value says nothing, for or against.
+
+use super::inputs::FusedInput;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// Values of an input that `worst20`, `mean20` and `slope20` are of, and that `change` compares with.
+const LONG: usize = 20;
+/// Values of an input that `worst5` and `mean5` are of.
+const SHORT: usize = 5;
+/// Values of the past that `z` compares with.
+const PAST: usize = 100;
+/// Added to values of motions before their logarithm.
+const MOTION_FLOOR: f64 = 1e-3;
+/// Bound of `z`.
+const MAX_Z: f64 = 10.0;
+
+/// Names of the features of an input, in their order.
+pub const FEATURES: [&str; 9] =
+    ["now", "worst5", "mean5", "worst20", "mean20", "slope20", "change", "z", "missing"];
+
+/// The memory of an input; it does not grow beyond its windows.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct InputHistory {
+    /// Sum and number of the first values.
+    early: (f64, usize),
+    /// Up to [`PAST`] values, the last one at the end.
+    past: VecDeque<f64>,
+    /// The same values, ascending.
+    sorted: Vec<f64>,
+}
+
+impl InputHistory {
+    /// The features in the next frame, in the order of [`FEATURES`]; NaN where one has no value.
+    pub fn push(&mut self, input: &FusedInput, value: f64) -> [f64; FEATURES.len()] {
+        let x = transformed(input, value);
+        let z = self.robust_z(x, if input.is_motion { 0.1 } else { 0.02 });
+        self.remember(x);
+        let [now, worst5, mean5, worst20, mean20, slope20, change] = self.windows(input, x);
+        let missing = f64::from(u8::from(!x.is_finite()));
+        [now, worst5, mean5, worst20, mean20, slope20, change, z, missing]
+    }
+
+    /// The next frame, whose features are not asked for.
+    pub fn pass(&mut self, input: &FusedInput, value: f64) {
+        self.remember(transformed(input, value));
+    }
+
+    fn remember(&mut self, x: f64) {
+        if !x.is_finite() {
+            return;
+        }
+        if self.early.1 < LONG {
+            self.early = (self.early.0 + x, self.early.1 + 1);
+        }
+        let oldest = if self.past.len() == PAST { self.past.pop_front() } else { None };
+        if let Some(oldest) = oldest {
+            self.sorted.remove(self.sorted.partition_point(|value| *value < oldest));
+        }
+        self.past.push_back(x);
+        self.sorted.insert(self.sorted.partition_point(|value| *value < x), x);
+    }
+}
+
+/// The value of an input as it is compared; NaN for a missing one.
+fn transformed(input: &FusedInput, value: f64) -> f64 {
+    match value.is_finite() {
+        true if input.is_motion => (MOTION_FLOOR + value.max(0.0)).ln(),
+        true => value,
+        false => f64::NAN,
+    }
+}
+
+impl InputHistory {
+    /// The features over windows, from `now` to `change`, with `now` as the first.
+    fn windows(&self, input: &FusedInput, now: f64) -> [f64; 7] {
+        let last = |count: usize| self.past.iter().skip(self.past.len().saturating_sub(count)).copied();
+        let worst = |count| match input.bad_is_high() {
+            true => last(count).fold(f64::NAN, f64::max),
+            false => last(count).fold(f64::NAN, f64::min),
+        };
+        let mean = |count: usize| last(count).sum::<f64>() / self.past.len().min(count) as f64;
+        let early = self.early.0 / self.early.1 as f64;
+        [now, worst(SHORT), mean(SHORT), worst(LONG), mean(LONG), slope(last(LONG)), now - early]
+    }
+
+    /// How far a value is from the past, in robust deviations; 0 before there is a past.
+    fn robust_z(&self, x: f64, floor: f64) -> f64 {
+        let Some(middle) = self.median().filter(|_| x.is_finite()) else {
+            return if x.is_finite() { 0.0 } else { f64::NAN };
+        };
+        ((x - middle) / (1.4826 * median_deviation(&self.sorted, middle) + floor)).clamp(-MAX_Z, MAX_Z)
+    }
+
+    fn median(&self) -> Option<f64> {
+        let half = self.sorted.len() / 2;
+        let upper = self.sorted.get(half)?;
+        let lower = if self.sorted.len().is_multiple_of(2) { self.sorted.get(half - 1)? } else { upper };
+        Some((lower + upper) / 2.0)
+    }
+
+    /// Median of the past, in the unit of the input; `None` before there is a past.
+    pub fn usual(&self, input: &FusedInput) -> Option<f64> {
+        self.median().map(|x| if input.is_motion { x.exp() - MOTION_FLOOR } else { x })
+    }
+}
+
+/// Median of the distances of ascending values from `middle`.
+fn median_deviation(sorted: &[f64], middle: f64) -> f64 {
+    let split = sorted.partition_point(|value| *value < middle);
+    let (mut below, mut above) = (sorted[..split].iter().rev().peekable(), sorted[split..].iter().peekable());
+    // From the middle outwards the distances come in ascending order.
+    let mut next = || {
+        let (low, high) = (below.peek().map(|v| middle - **v), above.peek().map(|v| **v - middle));
+        match (low, high) {
+            (Some(low), Some(high)) if low <= high => below.next().map(|_| low),
+            (Some(low), None) => below.next().map(|_| low),
+            _ => above.next().and(high),
+        }
+    };
+    let half = sorted.len() / 2;
+    let mut last = [0.0; 2];
+    for _ in 0..=half {
+        last = [last[1], next().unwrap_or(last[1])];
+    }
+    if sorted.len().is_multiple_of(2) { (last[0] + last[1]) / 2.0 } else { last[1] }
+}
+
+/// Slope of the line through values of equal distance, times [`LONG`]; 0 with fewer than 3.
+fn slope(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count();
+    if count < 3 {
+        return if count == 0 { f64::NAN } else { 0.0 };
+    }
+    let middle = (count - 1) as f64 / 2.0;
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (at, value) in values.enumerate() {
+        let away = at as f64 - middle;
+        products += away * value;
+        squares += away * away;
+    }
+    LONG as f64 * products / squares
+}

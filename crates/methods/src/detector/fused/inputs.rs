@@ -1,0 +1,59 @@
+//! Inputs of the fused detector: the signals that it knows by name, and how it speaks of them.
+
+use crate::direction::Direction;
+
+/// A signal that the detector can read.
+#[derive(Debug, PartialEq)]
+pub struct FusedInput {
+    /// Its name in the detector's parameters.
+    pub name: &'static str,
+    /// Its name in reasons.
+    pub words: &'static str,
+    /// Which of its values are good.
+    pub good: Direction,
+    /// Whether its values are small positive numbers with large exceptions, which are compared by their logarithms.
+    pub is_motion: bool,
+}
+
+impl FusedInput {
+    /// Whether high values speak for a failure.
+    pub fn bad_is_high(&self) -> bool {
+        self.good == Direction::LowerIsBetter
+    }
+}
+
+const fn high(name: &'static str, words: &'static str) -> FusedInput {
+    FusedInput { name, words, good: Direction::HigherIsBetter, is_motion: false }
+}
+
+const fn motion(name: &'static str, words: &'static str) -> FusedInput {
+    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: true }
+}
+
+/// Every input.
+pub static INPUTS: &[FusedInput] = &[
+    motion("displacement", "displacement of the box"),
+    motion("acceleration", "acceleration of the box"),
+    motion("scale", "change of the box's area"),
+    motion("aspect", "change of the box's aspect"),
+    high("border", "distance to the frame's border"),
+    high("first-colors", "colors, compared with the first frame"),
+    high("previous-colors", "colors, compared with the frame before"),
+    high("first-texture", "colors and texture, compared with the first frame"),
+    high("previous-texture", "colors and texture, compared with the frame before"),
+    high("first-template", "gray values, compared with the first frame"),
+    high("slow-template", "gray values, compared with the last frames"),
+    motion("forward-backward", "error of points followed there and back"),
+    high("flow-inliers", "points that can be followed there and back"),
+    motion("covariance", "covariance of colors, compared with the frame before"),
+    high("field", "difference from the surroundings"),
+    high("watchdog", "overlap with the watchdog"),
+    high("companions", "overlap with the other trackers"),
+    high("share", "share of other trackers that overlap"),
+    high("confidence", "the tracker's confidence"),
+];
+
+/// The input of a name.
+pub fn find(name: &str) -> Option<&'static FusedInput> {
+    INPUTS.iter().find(|input| input.name == name)
+}

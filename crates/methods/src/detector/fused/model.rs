@@ -1,0 +1,182 @@
+//! The learned model of the fused detector, and a track that is judged by it.
+//!
+//! ```text
+//! d[j,t] = (f[j,t] - center[j]) / scale[j], cut at 6; 0 for a feature without a value
+//! s[t] = b + sum_j w[j] d[j,t]
+//! p[t] = 1 / (1 + exp(-(a s[t] + c)))                          the probability of a loss
+//! ```
+
+use super::features::{FEATURES, InputHistory};
+use super::inputs::{self, FusedInput};
+use super::logistic::sigmoid;
+use crate::detector::labels::LossState;
+use crate::detector::{Judgement, LearnError, Reason, Stream};
+use crate::saved;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Standardized features are cut here, in both directions.
+const MAX_DEVIATION: f64 = 6.0;
+/// Most reasons that are given for a frame.
+const MAX_REASONS: usize = 3;
+
+/// A learned model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FusedModel {
+    /// Names of the inputs, in the order of the signals.
+    pub inputs: Vec<String>,
+    /// The features of each input, in the order of the inputs and of the list in `fused/features.rs`.
+    pub features: Vec<Weight>,
+    /// b.
+    pub bias: f64,
+    /// a and c, which make the score a probability.
+    pub calibration: (f64, f64),
+    /// Budgets of false alarms per 1000 good frames, ascending, each with the lowest probability at which frames that
+    /// the model was not made on kept to it.
+    pub thresholds: Vec<(f64, f64)>,
+}
+
+/// What a feature is compared with, and how it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Weight {
+    /// Mean of the feature in training.
+    pub center: f64,
+    /// Its standard deviation.
+    pub scale: f64,
+    /// w.
+    pub weight: f64,
+}
+
+impl Weight {
+    /// The standardized feature, cut; 0 for one without a value.
+    pub fn deviation(&self, value: f64) -> f64 {
+        let deviation = (value - self.center) / self.scale;
+        if deviation.is_finite() { deviation.clamp(-MAX_DEVIATION, MAX_DEVIATION) } else { 0.0 }
+    }
+}
+
+impl FusedModel {
+    /// The inputs.
+    ///
+    /// # Errors
+    /// When one is not known, or the numbers do not fit together.
+    pub fn inputs(&self) -> Result<Vec<&'static FusedInput>, LearnError> {
+        let known: Option<Vec<_>> = self.inputs.iter().map(|name| inputs::find(name)).collect();
+        let complete = self.features.len() == self.inputs.len() * FEATURES.len();
+        known.filter(|_| complete && !self.thresholds.is_empty()).ok_or(LearnError::OtherModel)
+    }
+
+    /// The largest budget of the model that is within `budget`, with its probability; of those that are all larger, the
+    /// smallest.
+    pub fn threshold(&self, budget: f64) -> f64 {
+        let within = self.thresholds.iter().rev().find(|(most, _)| *most <= budget);
+        within.or(self.thresholds.first()).map_or(1.0, |(_, probability)| *probability)
+    }
+
+    /// The parts of the score that the features of each input add.
+    fn parts<'m>(&'m self, features: &'m [[f64; FEATURES.len()]]) -> impl Iterator<Item = f64> + 'm {
+        self.features.chunks(FEATURES.len()).zip(features).map(|(weights, values)| {
+            weights
+                .iter()
+                .zip(values)
+                .map(|(feature, value)| feature.weight * feature.deviation(*value))
+                .sum()
+        })
+    }
+
+    /// The score before calibration.
+    pub fn score(&self, features: &[[f64; FEATURES.len()]]) -> f64 {
+        self.bias + self.parts(features).sum::<f64>()
+    }
+
+    /// The probability that a score stands for.
+    pub fn probability(&self, score: f64) -> f64 {
+        sigmoid(self.calibration.0 * score + self.calibration.1)
+    }
+}
+
+/// The memory of a track.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Memory {
+    histories: Vec<InputHistory>,
+    state: LossState,
+}
+
+/// A track that is judged by a model.
+pub struct FusedStream {
+    model: Arc<FusedModel>,
+    inputs: Vec<&'static FusedInput>,
+    threshold: f64,
+    confirm: usize,
+    memory: Memory,
+}
+
+impl FusedStream {
+    /// A track before its first frame.
+    pub fn new(
+        model: Arc<FusedModel>,
+        inputs: Vec<&'static FusedInput>,
+        budget: f64,
+        confirm: usize,
+    ) -> Self {
+        let memory =
+            Memory { histories: vec![InputHistory::default(); inputs.len()], state: LossState::default() };
+        Self { threshold: model.threshold(budget), model, inputs, confirm, memory }
+    }
+
+    /// The track as it was when it was saved; `None` if these bytes are of another detector.
+    pub fn resumed(self, saved: &[u8]) -> Option<Self> {
+        let memory: Memory = saved::from_bytes(saved)?;
+        (memory.histories.len() == self.inputs.len()).then_some(Self { memory, ..self })
+    }
+}
+
+impl FusedStream {
+    /// Everything that is said of the next frame but for its reasons: what was read, the parts of the score, the probability, and
+    /// whether the target is lost.
+    fn read(&mut self, values: &[f64]) -> (Vec<[f64; FEATURES.len()]>, f64, bool) {
+        let given = values.iter().copied().chain(std::iter::repeat(f64::NAN));
+        let tracked = self.inputs.iter().zip(&mut self.memory.histories).zip(given);
+        let features: Vec<_> = tracked.map(|((input, history), value)| history.push(input, value)).collect();
+        let probability = self.model.probability(self.model.score(&features));
+        let lost = self.memory.state.push(probability >= self.threshold, self.confirm);
+        (features, probability, lost)
+    }
+
+    /// The probability of a loss in the next frame, and whether an alarm is on.
+    pub fn step(&mut self, values: &[f64]) -> (f64, bool) {
+        let (_, probability, lost) = self.read(values);
+        (probability, lost)
+    }
+}
+
+impl Stream for FusedStream {
+    fn push(&mut self, values: &[f64]) -> Judgement {
+        let usual: Vec<Option<f64>> = self
+            .inputs
+            .iter()
+            .zip(&self.memory.histories)
+            .map(|(input, history)| history.usual(input))
+            .collect();
+        let (features, probability, lost) = self.read(values);
+        let parts: Vec<f64> = self.model.parts(&features).collect();
+        let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
+        loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
+        let reason = |k: usize| {
+            let (words, value) = (self.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
+            let text = match usual[k] {
+                _ if !value.is_finite() => format!("{words}: missing"),
+                Some(usual) => format!("{words}: {value:.2}, usually {usual:.2}"),
+                None => format!("{words}: {value:.2}"),
+            };
+            Reason { text, weight: self.model.calibration.0 * parts[k] }
+        };
+        Judgement { probability, lost, reasons: loudest.into_iter().take(MAX_REASONS).map(reason).collect() }
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::to_bytes(&self.memory).unwrap_or_default()
+    }
+}

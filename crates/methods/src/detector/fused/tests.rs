@@ -1,0 +1,266 @@
+use super::features::{FEATURES, InputHistory};
+use super::logistic::{self, Rows};
+use super::*;
+use crate::direction::Direction;
+use proptest::prelude::*;
+
+fn input(name: &str) -> &'static FusedInput {
+    inputs::find(name).unwrap()
+}
+
+fn feature(values: &[f64; FEATURES.len()], name: &str) -> f64 {
+    values[FEATURES.iter().position(|f| *f == name).unwrap()]
+}
+
+/// Features of the last of some values.
+fn last(name: &str, values: &[f64]) -> [f64; FEATURES.len()] {
+    let mut history = InputHistory::default();
+    values.iter().map(|v| history.push(input(name), *v)).last().unwrap()
+}
+
+fn learnt(examples: &[Example<'_>], params: &str) -> Box<dyn Detector> {
+    let fused = ENTRY.build_from_text(params).unwrap();
+    let learner = fused.learner().unwrap();
+    learner.with_model(&learner.learn(examples).unwrap()).unwrap()
+}
+
+// By hand: the past of the last value is 1, 2, 3, 4, its median 2.5 and its median deviation 1.
+#[test]
+fn features_by_hand() {
+    let features = last("first-colors", &[1.0, 2.0, 3.0, 4.0, 0.0]);
+    let expected = [
+        ("now", 0.0),
+        ("worst5", 0.0),
+        ("mean5", 2.0),
+        ("worst20", 0.0),
+        ("mean20", 2.0),
+        // Line through 1, 2, 3, 4, 0: slope 0.
+        ("slope20", 0.0),
+        ("change", -2.0),
+        ("z", -2.5 / (1.4826 + 0.02)),
+        ("missing", 0.0),
+    ];
+    for (name, value) in expected {
+        assert!((feature(&features, name) - value).abs() < 1e-12, "{name}: {features:?}");
+    }
+}
+
+#[test]
+fn a_missing_value_is_said_and_changes_no_memory() {
+    let (with, without) = ([0.4, f64::NAN, f64::NAN, 0.2], [0.4, 0.2]);
+    assert_eq!(last("first-colors", &with), last("first-colors", &without));
+    let missing = last("first-colors", &with[..2]);
+    assert_eq!(feature(&missing, "missing"), 1.0);
+    assert!(feature(&missing, "now").is_nan() && (feature(&missing, "mean20") - 0.4).abs() < 1e-12);
+}
+
+// numpy: slope of np.polyfit(range(20), y, 1) times 20; y = (0, 1, 4, ..., 361) has slope 19.
+#[test]
+fn the_slope_is_that_of_least_squares() {
+    let squares: Vec<f64> = (0..20).map(|k| f64::from(k * k)).collect();
+    assert!((feature(&last("first-colors", &squares), "slope20") - 380.0).abs() < 1e-9);
+}
+
+// from sklearn.linear_model import LogisticRegression; numpy as np
+// X = [[0, 1], [1, 0], [2, 1], [3, 3], [4, 0], [5, 2]]; y = [0, 0, 1, 0, 1, 1]
+// m = LogisticRegression(C=2.0, tol=1e-12, max_iter=10000).fit(X, y, sample_weight=[1, 2, 1, 1, 1, 0.5])
+#[test]
+fn the_logistic_model_is_that_of_scikit_learn() {
+    let rows = Rows {
+        columns: 2,
+        values: [[0, 1], [1, 0], [2, 1], [3, 3], [4, 0], [5, 2]]
+            .as_flattened()
+            .iter()
+            .map(|x| f64::from(*x))
+            .collect(),
+        lost: [0, 0, 1, 0, 1, 1].map(|l| l == 1).to_vec(),
+        weight: vec![1.0, 2.0, 1.0, 1.0, 1.0, 0.5],
+    };
+    let fit = logistic::fit(&rows, 0.5).unwrap();
+    let expected = [1.137092314, -0.564906493, -2.403038975];
+    let got = [fit.weights[0], fit.weights[1], fit.bias];
+    assert!(got.iter().zip(expected).all(|(g, e)| (g - e).abs() < 1e-6), "{got:?}");
+    let one_kind = Rows { lost: vec![true; 6], ..rows };
+    assert!(logistic::fit(&one_kind, 0.5).is_none());
+}
+
+/// Tracks of five videos: the colors fall when the target is lost, by an amount that differs between tracks, and noise.
+fn tracks() -> Vec<(Vec<f64>, Vec<f64>, String)> {
+    use rand::RngExt;
+    let mut rng = crate::num::seed::rng(7);
+    (0..20)
+        .map(|k| {
+            let (level, loss) = (0.6 + 0.02 * f64::from(k), 60 + 7 * k as usize);
+            let error: Vec<f64> =
+                (0..300).map(|t| if t >= loss && t < loss + 60 { 1.0 } else { 0.2 }).collect();
+            let signal = error
+                .iter()
+                .map(|e| level - 0.3 * f64::from(u8::from(*e >= 1.0)) + rng.random_range(-0.1..0.1));
+            (signal.collect(), error.clone(), format!("video{}", k % 5))
+        })
+        .collect()
+}
+
+const PARAMS: &str = "{ inputs = [\"first-colors\"], train = \"train\", budget = 2.0, stride = 3 }";
+
+fn examples(tracks: &[(Vec<f64>, Vec<f64>, String)]) -> Vec<Example<'_>> {
+    tracks.iter().map(|(s, e, video)| Example { video: video.clone(), ..Example::new(s, e) }).collect()
+}
+
+fn judge(detector: &dyn Detector, signal: &[f64]) -> DetectorOutput {
+    detector.detect(&Input { signal, more: &[], error: &[], seed: 0, reverse: None })
+}
+
+#[test]
+fn it_learns_to_find_losses_within_its_budget() {
+    let (all, unseen) = (tracks(), tracks().split_off(17));
+    let detector = learnt(&examples(&all[..17]), PARAMS);
+    for (signal, error, _) in &unseen {
+        let output = judge(&*detector, signal);
+        let loss = error.iter().position(|e| *e >= 1.0).unwrap();
+        assert!(output.alarm[..loss].iter().all(|alarm| !alarm), "a false alarm");
+        assert!(output.alarm[loss..loss + 15].contains(&true), "the loss is not found");
+        assert!(!output.alarm[299], "the recovery is not found");
+        assert!(output.score.iter().all(|p| (0.0..=1.0).contains(p)));
+    }
+}
+
+#[test]
+fn a_smaller_budget_never_alarms_earlier() {
+    let all = tracks();
+    let examples = examples(&all);
+    let mut before = 0;
+    for budget in ["0.2", "1.0", "5.0", "50.0"] {
+        let detector = learnt(&examples, &PARAMS.replace("2.0", budget));
+        let alarms = judge(&*detector, &all[3].0).alarm.iter().filter(|a| **a).count();
+        assert!(alarms >= before, "{budget}");
+        before = alarms;
+    }
+    assert!(before > 0);
+}
+
+#[test]
+fn the_order_of_the_tracks_of_a_video_changes_rounding_only_and_the_same_tracks_give_the_same_bytes() {
+    let all = tracks();
+    let detector = ENTRY.build_from_text(PARAMS).unwrap();
+    let learn = |examples: &[Example<'_>]| detector.learner().unwrap().learn(examples).unwrap();
+    let model = learn(&examples(&all));
+    assert_eq!(model.to_string(), learn(&examples(&all)).to_string());
+    let turned: Vec<_> = all.iter().cloned().rev().collect();
+    let other = FusedModel::deserialize(&learn(&examples(&turned))).unwrap();
+    let model = FusedModel::deserialize(&model).unwrap();
+    assert!((model.bias - other.bias).abs() < 1e-6);
+}
+
+#[test]
+fn parameters_are_checked() {
+    let message = |text| ENTRY.build_from_text(text).map(|_| ()).unwrap_err().message;
+    assert!(
+        message("{ inputs = [\"first-colours\"], train = \"x\" }").contains("did you mean `first-colors`?")
+    );
+    assert!(message("{ inputs = [\"scale\"] }").contains("either `model`"));
+    assert!(message("{ inputs = [], train = \"x\" }").contains("inputs"));
+    assert!(message("{ inputs = [\"scale\"], train = \"x\", budget = 0.0 }").contains("budget"));
+    assert!(message("{ inputs = [\"scale\"], model = \"none\" }").contains("model"));
+}
+
+#[test]
+fn tracks_of_one_kind_teach_nothing() {
+    let detector = ENTRY.build_from_text(PARAMS).unwrap();
+    let (signal, error) = ([0.5; 40], [0.2; 40]);
+    assert!(detector.learner().unwrap().learn(&[Example::new(&signal, &error)]).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn a_stream_that_is_saved_goes_on_as_if_it_had_not_been(
+        values in prop::collection::vec(prop::option::weighted(0.9, 0.0..1.0_f64), 2..150), cut in 0..150_usize,
+    ) {
+        let all = tracks();
+        let detector = learnt(&examples(&all), PARAMS);
+        let values: Vec<f64> = values.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
+        let cut = cut % values.len();
+        let mut straight = detector.stream().unwrap();
+        let mut first = detector.stream().unwrap();
+        let expected: Vec<_> = values.iter().map(|v| straight.push(&[*v])).collect();
+        values[..cut].iter().for_each(|v| drop(first.push(&[*v])));
+        let mut second = detector.resume(&first.save()).unwrap();
+        let got: Vec<_> = values[cut..].iter().map(|v| second.push(&[*v])).collect();
+        prop_assert_eq!(&got[..], &expected[cut..]);
+        let other_detector = detector.resume(&[7; 3]);
+        prop_assert!(other_detector.is_none());
+    }
+
+    #[test]
+    fn the_deviation_is_the_median_of_all_distances(values in prop::collection::vec(-5.0..5.0_f64, 1..130)) {
+        let mut history = InputHistory::default();
+        let features: Vec<_> = values.iter().map(|v| history.push(input("border"), *v)).collect();
+        let Some((x, past)) = values.split_last() else { return Ok(()) };
+        let mut past = past[past.len().saturating_sub(100)..].to_vec();
+        if let Some(middle) = crate::num::summary::median(&mut past) {
+            let mut away: Vec<f64> = past.iter().map(|v| (v - middle).abs()).collect();
+            let spread = crate::num::summary::median(&mut away).unwrap();
+            let z = ((x - middle) / (1.4826 * spread + 0.02)).clamp(-10.0, 10.0);
+            prop_assert!((feature(features.last().unwrap(), "z") - z).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn histories_do_not_grow(values in prop::collection::vec(0.0..1.0_f64, 300)) {
+        let mut history = InputHistory::default();
+        let size = |history: &InputHistory| crate::saved::to_bytes(history).unwrap().len();
+        values.iter().take(100).for_each(|v| history.pass(input("scale"), *v));
+        let full = size(&history);
+        values.iter().skip(100).for_each(|v| history.pass(input("scale"), *v));
+        prop_assert!(size(&history) < full + full / 5);
+    }
+}
+
+#[test]
+fn every_input_has_a_name_of_its_own() {
+    let names: std::collections::BTreeSet<_> = INPUTS.iter().map(|i| i.name).collect();
+    assert_eq!(names.len(), INPUTS.len());
+    assert!(INPUTS.iter().any(|i| i.good == Direction::LowerIsBetter));
+}
+
+#[test]
+fn models_belong_to_the_version() {
+    use sha2::{Digest, Sha256};
+    let digest = |text: &str| -> String {
+        Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    };
+    let found: Vec<(&str, String)> = MODELS.iter().map(|(name, text)| (*name, digest(text))).collect();
+    let expected = [
+        ("boxes", "4587d421b1fe1afe"),
+        ("frames", "a729330f9eaf6c9e"),
+        ("watchdog", "af3915ae03bb588c"),
+        ("companions", "6e162ee485b826df"),
+        ("frames-and-companions", "ceed504eded79058"),
+    ];
+    assert_eq!(ENTRY.version, 1);
+    for ((name, digest), expected) in found.iter().zip(expected) {
+        assert_eq!((*name, digest.as_str()), expected, "with another model, raise the version");
+    }
+    assert_eq!(found.len(), expected.len());
+}
+
+// A missing input is no zero: a similarity of 0 speaks for a loss, one that is missing does not.
+#[test]
+fn a_missing_input_is_not_the_worst_one() {
+    let inputs = ["displacement", "acceleration", "scale", "aspect", "companions", "share"];
+    let names = inputs.map(|name| format!("\"{name}\"")).join(", ");
+    let detector =
+        ENTRY.build_from_text(&format!("{{ inputs = [{names}], model = \"companions\" }}")).unwrap();
+    let after = |last: f64| {
+        let mut stream = detector.stream().unwrap();
+        (0..50).for_each(|_| drop(stream.push(&[0.01, 0.01, 0.01, 0.01, 0.8, 1.0])));
+        let judged: Vec<_> = (0..5).map(|_| stream.push(&[0.01, 0.01, 0.01, 0.01, last, last])).collect();
+        judged[4].clone()
+    };
+    let (worst, missing) = (after(0.0), after(f64::NAN));
+    assert!(worst.lost && worst.probability > 0.8, "{worst:?}");
+    assert!(!missing.lost && missing.probability < 0.5, "{missing:?}");
+    assert!(worst.reasons[0].text.contains("other trackers"), "{worst:?}");
+}
