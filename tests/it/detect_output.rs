@@ -93,6 +93,22 @@ fn a_budget_is_for_methods_that_take_one() {
     }
 }
 
+#[test]
+fn a_larger_budget_lowers_the_threshold() {
+    let root = tempfile::tempdir().unwrap();
+    let boxes = boxes(root.path());
+    let threshold = |budget: &str| {
+        let mut command = trackfail();
+        command.args(["detect", "--method", "Fused boxes", "--format", "json", "--boxes"]).arg(&boxes);
+        let output = command.args(["--budget", budget]).output().unwrap();
+        assert!(output.status.success(), "{}", text(output.stderr));
+        let verdict: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        verdict["tracks"][0]["methods"][0]["threshold"].as_f64().unwrap()
+    };
+    let (small, large) = (threshold("1"), threshold("50"));
+    assert!(0.0 < large && large < small && small < 1.0, "{large} {small}");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {

@@ -20,6 +20,7 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("benchmark/vot2014", include_str!("../../../../experiments/benchmark/vot2014.toml")),
     ("benchmark/fused", include_str!("../../../../experiments/benchmark/fused.toml")),
     ("benchmark/fused-models", include_str!("../../../../experiments/benchmark/fused-models.toml")),
+    ("benchmark/fused-ablation", include_str!("../../../../experiments/benchmark/fused-ablation.toml")),
     ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),
     ("benchmark/cost", include_str!("../../../../experiments/benchmark/cost.toml")),
     ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),

@@ -168,8 +168,8 @@ impl Stream for FusedStream {
             let (words, value) = (self.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
             let text = match usual[k] {
                 _ if !value.is_finite() => format!("{words}: missing"),
-                Some(usual) => format!("{words}: {value:.2}, usually {usual:.2}"),
-                None => format!("{words}: {value:.2}"),
+                Some(usual) => format!("{words}: {value:.3}, usually {usual:.3}"),
+                None => format!("{words}: {value:.3}"),
             };
             Reason { text, weight: self.model.calibration.0 * parts[k] }
         };
