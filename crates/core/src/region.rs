@@ -115,6 +115,11 @@ impl Region {
         }
     }
 
+    /// The region of a target that has none: all its numbers are NaN.
+    pub fn nowhere() -> Self {
+        Self::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN))
+    }
+
     /// The corners in order.
     pub fn corners(&self) -> Vec<(f64, f64)> {
         match self {

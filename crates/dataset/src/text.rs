@@ -188,7 +188,7 @@ pub fn shorten_to(text: &str, most: usize) -> String {
 /// turns the reading direction of what follows.
 pub fn is_plain(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    !c.is_control() && !turns && !matches!(c, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}')
+    !c.is_control() && !turns && !matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
 /// Text on one line; whatever is not plain becomes a blank where it separates words, else U+FFFD.
@@ -273,8 +273,8 @@ mod tests {
     #[test]
     fn nothing_invisible_is_shown() {
         assert_eq!(visible("a\tb\r\nc \u{e9} \u{5d0}"), "a b  c \u{e9} \u{5d0}");
-        let bad = "\0\u{1b}\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{ffff}";
-        assert_eq!(visible(bad), "\u{fffd}".repeat(8));
+        let bad = "\u{feff}\0\u{1b}\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{ffff}";
+        assert_eq!(visible(bad), "\u{fffd}".repeat(9));
     }
 
     #[test]

@@ -12,8 +12,8 @@
 //!
 //! Coordinates count pixels from 1 (the authors, got-10k/toolkit#6) and are counted from 0 in memory. Levels of
 //! cover are 0, nothing; 1 to 7, up to 15, 30, 45, 60, 75, 90 and below 100 %; 8, all of it. A frame has no
-//! truth where the target is absent, where nothing of it is visible, and where the box is four zeros or has a
-//! NaN; the first two are what the authors' evaluation leaves out. Other boxes without area are errors.
+//! truth where the target is absent, where nothing of it is visible, and where the box is four zeros or of NaN
+//! alone; the first two are what the authors' evaluation leaves out. Other boxes without area are errors.
 //!
 //! Frame attributes: `absence` and `cut_by_image` as labelled; `occlusion` at levels 1 to 7, and
 //! `heavy-occlusion` at 1 to 3, where at most 45 % are visible. Sequence attributes are those that some frame

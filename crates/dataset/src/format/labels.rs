@@ -54,7 +54,7 @@ pub(super) fn truth(
         <[f64; 4]>::try_from(values).map_err(|v| format!("{} numbers; a box is x,y,w,h", v.len()))
     })?;
     let region = |(k, row): (usize, [f64; 4])| {
-        let gone = absent.get(k).copied().unwrap_or(false) || row.iter().any(|v| v.is_nan());
+        let gone = absent.get(k).copied().unwrap_or(false) || row.iter().all(|v| v.is_nan());
         let found = if gone || row == [0.0; 4] { Ok(None) } else { box_of(row) };
         // There are no empty lines between rows, so the line is the row's.
         found.map_err(|message| DatasetError::line(path, k + 1, message))

@@ -11,7 +11,7 @@
 //!
 //! Coordinates count pixels from 1 (the authors, HengLan/LaSOT_Evaluation_Toolkit#14) and are counted from 0 in
 //! memory; the later 150 sequences have some boxes at 0, which are taken alike. A frame has no truth where
-//! either label is 1, which the authors' evaluation leaves out too, and where the box has a NaN or no area: the
+//! either label is 1, which the authors' evaluation leaves out too, and where the box is of NaN alone or has no area: the
 //! published annotation has a few of those (frame 553 of lion-5 is `1,1,-1,-1`, frame 118 of tiger-6
 //! `613,731,247,-11`), and a size below zero is no other kind of box.
 //!
@@ -130,6 +130,7 @@ mod tests {
         for (file, text, words) in [
             ("groundtruth.txt", "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", "3 numbers"]),
             ("groundtruth.txt", "1,1,2,2\n1,inf,2,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
+            ("groundtruth.txt", "1,1,2,2\n1,nan,2,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
             ("groundtruth.txt", "1,1,2,2\n1,1,-inf,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
             ("full_occlusion.txt", "0,0,0", ["full_occlusion.txt", "3 labels for 4"]),
             ("full_occlusion.txt", "0,0,0,7", ["full_occlusion.txt, line 1", "`7`"]),

@@ -8,7 +8,7 @@
 //! David/attributes.txt            optional: words, separated by commas or line ends
 //! ```
 //!
-//! `x` and `y` count pixels from 1 in the file and from 0 in memory. A line of four zeros or with a NaN is a
+//! `x` and `y` count pixels from 1 in the file and from 0 in memory. A line of four zeros or of four NaN is a
 //! frame without annotation (`None`); other sizes of zero or below are errors. Boxes may leave the image. The
 //! ground truth may be longer than the range used but not shorter. It starts at the first official frame;
 //! only where it has exactly as many lines as the last official frame's number, and that is more than the
@@ -175,7 +175,7 @@ fn rectangle(row: &str) -> Result<Option<Region>, String> {
     if values.len() != 4 {
         return Err(format!("{} numbers; an OTB box is x,y,w,h", values.len()));
     }
-    if values.iter().any(|v| v.is_nan()) || values.iter().all(|&v| v == 0.0) {
+    if values.iter().all(|v| v.is_nan()) || values.iter().all(|&v| v == 0.0) {
         return Ok(None);
     }
     let region = Region::from_numbers(&values).map_err(|e| e.to_string())?;

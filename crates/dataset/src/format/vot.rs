@@ -9,7 +9,7 @@
 //!
 //! Coordinates are taken as they are written, i.e. 0-based, as the current VOT toolkit does; the toolkit of
 //! 2014 used them as MATLAB pixel coordinates, counted from 1, which moves truth and results alike. Polygons
-//! must be convex, as the rotated boxes of VOT2014 are. A line with a NaN or four zeros is a frame without
+//! must be convex, as the rotated boxes of VOT2014 are. A line of NaN alone or four zeros is a frame without
 //! annotation. The number of frames is the number of lines; other counts are errors, except that frame
 //! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
 //! are 1 in some frame.
@@ -76,7 +76,7 @@ pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, Dat
 
 fn annotation(row: &str) -> Result<Option<Region>, String> {
     let values = text::numbers(row)?;
-    if values.iter().any(|v| v.is_nan()) || values == [0.0; 4] {
+    if values.iter().all(|v| v.is_nan()) || values == [0.0; 4] {
         return Ok(None);
     }
     Region::from_numbers(&values).map(Some).map_err(|e| e.to_string())
@@ -162,9 +162,16 @@ mod tests {
 
     #[test]
     fn faults_name_file_and_line() {
-        for bad in
-            ["1,2,3,0", "1,2,3", "1,2,3,4,5,6,7", "0,0,1,1,0,1,1,0", "1,1,1,1,1,1,1,1", "inf,1,2,2", "1"]
-        {
+        for bad in [
+            "1,2,3,0",
+            "1,2,3",
+            "1,2,3,4,5,6,7",
+            "0,0,1,1,0,1,1,0",
+            "1,1,1,1,1,1,1,1",
+            "inf,1,2,2",
+            "nan,1,2,2",
+            "1",
+        ] {
             let text = format!("1,2,3,4\n{bad}\n");
             let error = load(folder(1..=2, text.as_bytes()).path(), None).unwrap_err();
             assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{bad}: {error}");

@@ -100,7 +100,7 @@ impl PinnedSuite {
         })
     }
 
-    /// What `look` finds in the first root that has all of an entry, with that root. Otherwise the first fault of a root
+    /// Result of `look` in the first root that has all of an entry, with that root. Otherwise the first fault of a root
     /// that has a part of it.
     pub(super) fn in_first_root<'r, T>(
         &self,

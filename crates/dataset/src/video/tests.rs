@@ -59,7 +59,7 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     let folder = cache(root.path()).join(file_digest(&path).unwrap());
     assert_eq!(count(&folder), 7);
     assert_eq!(count(&cache(root.path())), 1, "nothing else is left");
-    // What is decoded is not decoded again: a new handle gets by without a program.
+    // Decoded frames are not decoded again: a new handle gets by without a program.
     decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap();
     std::fs::remove_file(folder.join("000004.png")).unwrap();
     let again = Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err().to_string();
