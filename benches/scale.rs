@@ -19,7 +19,7 @@ use trackfail::engine::{ExperimentPlan, Options, Stop, run};
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
 use trackfail::report;
-use trackfail::results::{self, Results, RunRecord};
+use trackfail::results::{self, Detail, Results, RunRecord};
 use trackfail::spec;
 use trackfail_benches::many_cells;
 
@@ -155,7 +155,8 @@ fn boxes(sequences: usize) -> Vec<(&'static str, f64)> {
     assert!(outcome.cells.iter().all(|c| c.result.is_ok()), "cells failed");
     clock.lap("run");
     let folder = root.join("out/boxes");
-    results::write(&folder, &experiment, &outcome, &RunRecord::here(None, 0.0)).expect("written");
+    results::write(&folder, &experiment, &outcome, &RunRecord::here(None, 0.0), Detail::Frames)
+        .expect("written");
     drop(outcome);
     drop((store, plan));
     clock.lap("write");

@@ -12,7 +12,7 @@ use trackfail::engine::store::address::{Recipe, Stage};
 use trackfail::engine::store::{self, Name, Store};
 use trackfail::engine::{ExperimentPlan, Options, run};
 use trackfail::report;
-use trackfail::results::{self, Results, RunRecord};
+use trackfail::results::{self, Detail, Results, RunRecord};
 use trackfail::spec::{self, Experiment, builtin};
 use trackfail_benches::many_cells;
 
@@ -46,8 +46,14 @@ fn tables(c: &mut Criterion) {
     let dir = tempfile::tempdir().expect("a folder");
     group.bench_function("write-results", |b| {
         b.iter(|| {
-            results::write(dir.path(), &experiment, black_box(&outcome), &RunRecord::here(None, 0.0))
-                .expect("written")
+            results::write(
+                dir.path(),
+                &experiment,
+                black_box(&outcome),
+                &RunRecord::here(None, 0.0),
+                Detail::Frames,
+            )
+            .expect("written")
         });
     });
     group.bench_function("render-from-results", |b| {

@@ -23,7 +23,6 @@ use crate::region::Region;
 use crate::report::user_track::{UserTrack, UserVideo};
 use crate::report::verdict::{of_target, verdict};
 use crate::results::detections::{JudgedMethod, JudgedTrack};
-use crate::signal::Reads;
 use crate::tracker::results::user_boxes::BoxFormat;
 use crate::tracker::{RunContext, TrackerState};
 use methods::ReadyMethod;
@@ -192,7 +191,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// What the results rest on, for the page.
+/// Program, inputs and methods that the results rest on, for the page.
 fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
     let mut facts = vec![("program".to_string(), format!("trackfail {}", env!("CARGO_PKG_VERSION")))];
     let mut add = |name: &str, value: String| facts.push((name.to_string(), value));
@@ -221,7 +220,7 @@ fn default_format() -> output::Format {
     if std::io::stdout().is_terminal() { output::Format::Table } else { output::Format::Csv }
 }
 
-/// What the methods say of a target; `first` is the number of the video's first frame.
+/// Judges a target by all methods; `first` is the number of the video's first frame.
 fn judge_target(
     target: Target,
     methods: &[ReadyMethod],
@@ -249,7 +248,7 @@ fn judge_target(
     Ok(UserTrack { judged, regions })
 }
 
-/// What the methods say of a track that begins at frame `start`, from their signals.
+/// Judges a track that begins at frame `start` by the signals of the methods.
 fn judge(
     methods: &[ReadyMethod],
     signals: &[Vec<f64>],
@@ -308,24 +307,4 @@ fn follow_frames(
     let [lane] = lanes;
     lane?;
     Ok(observer.collector.into_collected().swap_remove(0))
-}
-
-/// Inputs of a signal that there are beside the boxes.
-#[derive(Debug, Clone, Copy)]
-struct Available {
-    frames: bool,
-    companions: bool,
-    confidence: bool,
-}
-
-impl Available {
-    fn has(self, reads: Reads) -> bool {
-        match reads {
-            Reads::Boxes => true,
-            Reads::Pixels => self.frames,
-            Reads::Companions => self.companions,
-            Reads::Confidence => self.confidence,
-            Reads::Posterior | Reads::Response => false,
-        }
-    }
 }

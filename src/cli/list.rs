@@ -128,11 +128,9 @@ fn methods() -> Result<Vec<Vec<String>>, Failure> {
             continue;
         };
         let Some(variant) = method.variants.first() else { continue };
-        let mut needs: Vec<&str> = variant.signals().map(|s| s.signal.reads().need()).collect();
-        needs.dedup();
         let signals: Vec<&str> = variant.signals().map(|s| s.kind).collect();
         let detector = variant.detector.example().kind.to_string();
-        rows.push(vec![method.name.clone(), needs.join(", "), signals.join(", "), detector]);
+        rows.push(vec![method.name.clone(), variant.needs().join(", "), signals.join(", "), detector]);
     }
     Ok(rows)
 }

@@ -10,7 +10,7 @@ use crate::engine::store::{self, Store};
 use crate::engine::{self, ExperimentPlan, Options, Outcome, RunError, RunLimits, Shard, Stop};
 use crate::plugin;
 use crate::report::{WrittenReport, stills};
-use crate::results::{self, Results, RunRecord, manifest};
+use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -63,6 +63,10 @@ pub struct Args {
     /// Largest size of the store in GiB; beyond it, what was used longest ago is removed
     #[arg(long, value_name = "GIB", default_value_t = 20.0, value_parser = positive)]
     store_limit: f64,
+    /// Leave out what is known of single frames, learned models, and rows of missing sequences, so that results are small
+    /// enough to be kept; their report has no frames
+    #[arg(long)]
+    compact: bool,
     /// Print no tables and no progress
     #[arg(long, short)]
     quiet: bool,
@@ -270,7 +274,8 @@ fn write(
     let aside = store.staging().map_err(|e| Failure::io(super::within(name, e)))?;
     // This package's build script knows the revision; the crates below do not.
     let record = RunRecord::here(option_env!("TRACKFAIL_REVISION"), start.elapsed().as_secs_f64());
-    results::write(aside.path(), experiment, outcome, &record)
+    let detail = if args.compact { Detail::Sequences } else { Detail::Frames };
+    results::write(aside.path(), experiment, outcome, &record, detail)
         .map_err(|e| Failure::io(super::within(name, e)))?;
     let mut results = Results::read(aside.path()).map_err(|e| Failure::io(super::within(name, e)))?;
     for request in stills::requests(&results).map_err(|e| Failure::io(super::within(name, e)))? {
@@ -289,6 +294,7 @@ fn write(
     aside
         .publish(&results.folder, manifest::FILE, &results::OWNED)
         .map_err(|e| Failure::io(super::within(name, e)))?;
+    results::remove_others(&results).map_err(|e| Failure::io(super::within(name, e)))?;
     let (index, written) =
         rendered.publish(&args.reports).map_err(|e| Failure::io(super::within(name, e)))?;
     super::report::write_site(&args.reports)?;

@@ -130,7 +130,7 @@ fn a_target_is_followed_and_doubts_are_told_frame_by_frame() {
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
 
-    // What is said of a frame does not change when the video is cut after it.
+    // The judgement of a frame does not change when the video is cut after it.
     let cut = root.path().join("cut");
     std::fs::create_dir(&cut).unwrap();
     let mut files: Vec<_> = std::fs::read_dir(&frames).unwrap().map(|e| e.unwrap().path()).collect();

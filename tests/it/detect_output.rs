@@ -40,7 +40,7 @@ fn a_verdict_a_table_and_json() {
     assert_eq!(words(lines[3]), ["Displacement", "1", "10", "of", "60", "41", "tracking"]);
     assert_eq!(words(lines[4]), ["Scale", "0", "0", "of", "60", "tracking"]);
 
-    // What is piped is CSV unless the user wants something else.
+    // Output into a pipe is CSV unless the user wants something else.
     let csv = text(detect(&boxes, &[]).stdout);
     assert_eq!(csv, text(detect(&boxes, &["--format", "csv"]).stdout));
     let all = rows(&csv);

@@ -201,3 +201,37 @@ fn trackers_are_scored_over_a_confidence() {
     std::fs::write(root.join("a.toml"), without).unwrap();
     trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().code(2);
 }
+
+// The oracle finds every loss: the difference to a method is what that method lacks.
+#[test]
+fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_have_no_frames() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let spec = SPEC.replace("title = \"t\"", "title = \"t\"\nleaderboard = true");
+    std::fs::write(root.join("a.toml"), &spec).unwrap();
+    trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
+    let measures = rows(&read(root, "frame_measures.csv"));
+    let all = |method: &str| measures.iter().find(|r| r["method"] == method && r["tracker"] == "*").unwrap();
+    let pairs = rows(&read(root, "frame_pairs.csv"));
+    assert!(pairs.iter().all(|r| r["method"] != "losses" && r["other"] != "losses"), "{pairs:?}");
+    let pair = pairs.iter().find(|r| r["method"] == "level" && r["other"] == "oracle").unwrap();
+    for measure in ["auroc", "found_at_5"] {
+        let difference = number(pair, &format!("{measure}_difference"));
+        let bounds = ["low", "high"].map(|end| number(pair, &format!("{measure}_difference_{end}")));
+        assert!((difference - (number(all("level"), measure) - 1.0)).abs() < 1e-12, "{pair:?}");
+        assert!(bounds[0] <= difference && difference <= bounds[1] && bounds[1] <= 0.0, "{pair:?}");
+    }
+    let differences = read(root, "tables/differences.md");
+    assert!(differences.contains("| level |") && !differences.contains("| oracle |"), "{differences}");
+    let [board, scores] = ["tables/board.csv", "scores.csv"].map(|name| read(root, name));
+    trackfail().current_dir(root).args(["run", "a.toml", "-q", "--compact"]).assert().success();
+    let there = |name: &str| root.join("results/small").join(name).exists();
+    for name in ["frames.parquet", "signals.parquet", "truth.parquet", "models"] {
+        assert!(!there(name), "{name}");
+    }
+    assert_eq!([board, scores], ["tables/board.csv", "scores.csv"].map(|name| read(root, name)));
+    assert_eq!(read(root, "tables/differences.md"), differences);
+    trackfail().current_dir(root).arg("report").assert().success();
+    let page = std::fs::read_to_string(root.join("reports/small/index.html")).unwrap();
+    assert!(page.contains("level") && !page.contains("id=\"sequences\""));
+}

@@ -198,7 +198,7 @@ name = "trackers"
 shows = "ope.overall"
 "#;
 
-/// What needs frames or a posterior is listed as not run; the rest runs, and the exit code is that of success.
+/// A method that needs frames or a posterior is listed as not run; the rest runs, and the exit code is that of success.
 #[test]
 fn boxes_alone_run_the_methods_that_need_no_more() {
     let dir = tempfile::tempdir().unwrap();

@@ -99,7 +99,7 @@ fn a_page_works_from_disk() {
     browser.open(&page);
     let text = browser.text("document.body.innerText");
     assert!(text.contains("sum of rows shown") && text.contains("1 holds · 1 does not hold"), "{text}");
-    // What a number leads to is there as well, and what it comes from is in its title.
+    // The target of a number's link is there as well, and the command that explains the number is in its title.
     let link = "document.querySelector('a.origin')";
     assert_eq!(browser.value(&format!("document.querySelector({link}.hash).id === 'sequences'")), true);
     assert!(browser.text(&format!("{link}.title")).contains("trackfail explain mine/page/t recall "));

@@ -32,6 +32,8 @@
 mod chosen;
 mod saved;
 
+pub use crate::detector::labels::State;
+
 use crate::image::Frame;
 use crate::region::{Region, RegionError};
 use crate::spec::SpecError;
@@ -43,7 +45,7 @@ use serde::{Serialize, Serializer};
 /// Reasons of an answer, at most.
 const MAX_REASONS: usize = 3;
 
-/// How a track is monitored.
+/// Options of a monitor.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
     /// Name of the method; otherwise the one that is recommended for the inputs.
@@ -65,18 +67,6 @@ pub struct Update<'a> {
     pub confidence: Option<f64>,
     /// Regions of other trackers, in the same order in all frames; one whose coordinates are no numbers is nowhere.
     pub companions: &'a [Region],
-}
-
-/// State of the target in a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum State {
-    /// The tracker is on the target, as far as can be told.
-    Tracking,
-    /// The tracker has lost the target: from an alarm until the recovery is confirmed.
-    Lost,
-    /// The tracker itself has no region, or has not had one yet.
-    Absent,
 }
 
 /// Judgement of a frame.
@@ -112,7 +102,7 @@ pub enum MonitorError {
     Unfit {
         /// Name of the method.
         method: String,
-        /// What it lacks or needs.
+        /// Reason, in words that follow its name.
         reason: &'static str,
         /// Names of the methods that can monitor.
         known: Vec<&'static str>,

@@ -12,6 +12,7 @@ pub mod distribution_field;
 pub mod effective_particles;
 pub mod forward_backward;
 mod histogram;
+pub mod object_color;
 #[cfg(test)]
 mod oracles;
 pub mod particle_entropy;
@@ -45,7 +46,7 @@ pub enum Reads {
     Posterior,
     /// The tracker's response map in numbers; frames are not decoded for it.
     Response,
-    /// The tracker's own confidence; frames are not decoded for it.
+    /// The tracker's own confidence, or the likelihood of its estimate; frames are not decoded for it.
     Confidence,
     /// The regions of the tracker and of other trackers on the same sequence; frames are not decoded for it.
     Companions,
@@ -83,7 +84,7 @@ impl Reads {
         match self {
             Self::Posterior => state.posterior.is_some(),
             Self::Response => state.response.is_some(),
-            Self::Confidence => state.confidence.is_some(),
+            Self::Confidence => state.confidence_or_likelihood().is_some(),
             Self::Pixels | Self::Boxes | Self::Companions => true,
         }
     }
@@ -188,6 +189,7 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     distribution_field::ENTRY,
     effective_particles::ENTRY,
     forward_backward::ENTRY,
+    object_color::ENTRY,
     particle_entropy::ENTRY,
     process::ENTRY,
     region_covariance::ENTRY,

@@ -132,6 +132,12 @@ impl TrackerState {
     pub fn initialized(region: Region) -> Self {
         Self::new(region, Status::Initialized)
     }
+
+    /// The tracker's own confidence or, where it gives none, the likelihood of its estimate: the peak of a response map,
+    /// how well the estimate of a particle filter fits the target.
+    pub fn confidence_or_likelihood(&self) -> Option<f64> {
+        self.confidence.or(self.posterior.as_ref().map(|posterior| posterior.likelihood))
+    }
 }
 
 /// Why a tracker gives no track.
@@ -224,9 +230,10 @@ pub trait TrackerConfig: Send + Sync {
         false
     }
 
-    /// Whether its states have a confidence on the context's sequence; one of result files has it where the files do.
+    /// Whether its states have a confidence on the context's sequence, or a posterior whose likelihood stands for it; one
+    /// of result files has it where the files do.
     fn gives_confidence(&self, _context: &RunContext<'_>) -> bool {
-        false
+        self.gives_posterior()
     }
 
     /// Binds a configuration that names a program to that program, one of those that the user of this computer

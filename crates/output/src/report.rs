@@ -14,6 +14,7 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
+//! | [`differences`] | says how far methods are behind the best one frame by frame |
 //! | [`uncertainty`] | says how far headline numbers can be trusted |
 //! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
 //! | [`explain`](mod@explain) | takes numbers of tables apart |
@@ -25,12 +26,14 @@
 //! | [`server`] | shows the reports in a browser |
 
 pub mod claims;
+pub mod differences;
 pub mod explain;
 mod facts;
 pub mod figures;
 mod files;
 pub mod finished;
 mod html;
+mod layouts;
 mod markdown;
 pub mod page;
 pub mod pairs;

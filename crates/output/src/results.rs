@@ -9,6 +9,7 @@
 //! | [`scores`] | `scores.csv`: counts of every cell |
 //! | [`measures`] | `measures.csv`: pooled numbers |
 //! | [`frame_measures`] | `frame_measures.csv`: pooled numbers made of the score and alarm of every frame |
+//! | [`frame_pairs`] | `frame_pairs.csv`: differences of these numbers between methods, of experiments of the leaderboard |
 //! | [`frames`] | `frames.parquet`: boxes, scores and labels of every frame |
 //! | [`signals`] | `signals.parquet`: signals and forecasts |
 //! | [`truth`] | `truth.parquet`: ground truth |
@@ -19,6 +20,7 @@
 //! | [`run`] | `run.json`: what differs from run to run |
 //! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
 //! | [`detections`] | what `trackfail detect` prints |
+//! | [`unfinished`] | none: the cells of the manifest that have no result, in groups |
 //!
 //! [`write`](fn@write) writes a folder, [`Results`] reads it.
 
@@ -30,6 +32,7 @@ pub mod conditions;
 pub mod detections;
 mod frame;
 pub mod frame_measures;
+pub mod frame_pairs;
 pub mod frames;
 mod json;
 pub mod manifest;
@@ -43,6 +46,7 @@ pub mod signals;
 pub mod tables;
 mod tracks;
 pub mod truth;
+pub mod unfinished;
 mod write;
 
 pub use cells::{method_label, parse_point};
@@ -55,7 +59,7 @@ pub use read::Results;
 pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
-pub use write::write;
+pub use write::{Detail, remove_others, write};
 
 use crate::dataset::DatasetError;
 use crate::engine::store::StoreError;

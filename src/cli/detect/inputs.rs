@@ -1,4 +1,4 @@
-//! What the user gives: frames, boxes, confidence, companions.
+//! Inputs that the user gives: frames, boxes, confidence, companions.
 
 use super::{Args, Target};
 use crate::cli::{Failure, output};
@@ -146,10 +146,9 @@ fn companion(args: &Args, path: &Path, options: &Options) -> Result<Vec<TrackerS
             boxes.targets.len()
         )));
     };
-    let nowhere = Region::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN));
     let state = |region: &Option<Region>| match region {
         Some(region) => TrackerState::tracked(region.clone()),
-        None => TrackerState::new(nowhere.clone(), Status::Absent),
+        None => TrackerState::new(Region::nowhere(), Status::Absent),
     };
     Ok(target.regions.iter().map(state).collect())
 }

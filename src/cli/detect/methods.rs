@@ -1,13 +1,10 @@
 //! The methods that run: named, recommended for the inputs, or all that the inputs allow.
 
-use super::{Args, Available};
+use super::Args;
 use crate::cli::Failure;
 use crate::plugin;
 use crate::spec::builtin::{self, Inputs};
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice, Variant};
-
-/// Name of the parameter of detectors that take a budget of false alarms.
-const BUDGET: &str = "budget";
 
 /// A method with its detector.
 pub struct ReadyMethod {
@@ -37,7 +34,7 @@ pub fn signals_of(methods: &[ReadyMethod]) -> Vec<Option<&SignalChoice>> {
     methods.iter().flat_map(ReadyMethod::signals).collect()
 }
 
-/// What the user asks for.
+/// Methods that the user asks for.
 pub enum Wanted {
     /// These.
     Named(Vec<Method>),
@@ -63,7 +60,7 @@ impl Wanted {
     }
 }
 
-/// Checks what the user asks for.
+/// Methods that the user asks for, checked.
 pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
     if args.budget.is_some_and(|budget| !(budget.is_finite() && budget > 0.0)) {
         return Err(Failure::usage("--budget is a number above 0: false alarms per 1000 frames"));
@@ -76,7 +73,7 @@ pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
         if args.method.iter().take(k).any(|earlier| earlier == name) {
             return Err(Failure::usage(format!("method `{name}` is given twice")));
         }
-        if args.budget.is_some() && !builtin::detector_takes(name, BUDGET) {
+        if args.budget.is_some() && !builtin::takes_budget(name) {
             return Err(no_budget(name));
         }
     }
@@ -89,8 +86,7 @@ pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
 
 /// Why a method cannot keep to a budget.
 fn no_budget(name: &str) -> Failure {
-    let takers: Vec<&str> =
-        builtin::method_names().into_iter().filter(|name| builtin::detector_takes(name, BUDGET)).collect();
+    let takers = builtin::methods_with_budget();
     let takers = if takers.is_empty() { "none".to_string() } else { takers.join(", ") };
     Failure::usage(format!("method `{name}` takes no --budget. Methods that take one: {takers}"))
 }
@@ -98,8 +94,8 @@ fn no_budget(name: &str) -> Failure {
 /// A published method, with the budget if it takes one.
 fn published(args: &Args, name: &str) -> Result<Method, Failure> {
     let method = match args.budget {
-        Some(budget) if builtin::detector_takes(name, BUDGET) => {
-            let method = builtin::published_method_with(name, BUDGET, budget);
+        Some(budget) if builtin::takes_budget(name) => {
+            let method = builtin::published_method_with_budget(name, budget);
             return method.map_or_else(|| Err(unpublished(name)), |m| m.map_err(Failure::usage));
         }
         Some(_) if !args.all => return Err(no_budget(name)),
@@ -114,37 +110,36 @@ fn unpublished(name: &str) -> Failure {
 
 /// The methods that can judge boxes with what else is given.
 pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<ReadyMethod>, Failure> {
-    let available = Available {
+    let inputs = Inputs {
         frames: !args.frames.is_empty(),
         companions: !args.companion.is_empty(),
         confidence: args.confidence.is_some(),
     };
-    let Available { frames, companions, confidence } = available;
-    let (methods, must_run) = wanted.methods(args, Inputs { frames, companions, confidence })?;
+    let (methods, must_run) = wanted.methods(args, inputs)?;
     let mut ready = Vec::new();
     for method in methods {
-        match method.variants.first().map(|v| (fits(v, available), &v.detector)) {
+        match method.variants.first().map(|v| (fits(v, inputs), &v.detector)) {
             Some((true, DetectorChoice::Given(fixed))) => {
                 let detector = fixed.clone();
                 ready.push(ReadyMethod { method, detector });
             }
-            _ if must_run => return Err(refuse(&method, available)),
+            _ if must_run => return Err(refuse(&method, inputs)),
             _ => {}
         }
     }
     Ok(ready)
 }
 
-fn fits(variant: &Variant, available: Available) -> bool {
-    let given = variant.signals().all(|s| available.has(s.signal.reads()));
+fn fits(variant: &Variant, inputs: Inputs) -> bool {
+    let given = variant.signals().all(|s| inputs.has(s.signal.reads()));
     given && matches!(variant.detector, DetectorChoice::Given(_)) && !variant.detector.needs_reverse()
 }
 
 /// Why a method cannot judge boxes with what is given.
-fn refuse(method: &Method, available: Available) -> Failure {
+fn refuse(method: &Method, inputs: Inputs) -> Failure {
     let variant = method.variants.first();
     let lacking =
-        variant.and_then(|v| v.signals().map(|s| s.signal.reads()).find(|reads| !available.has(*reads)));
+        variant.and_then(|v| v.signals().map(|s| s.signal.reads()).find(|reads| !inputs.has(*reads)));
     let remedy = match lacking {
         Some(crate::signal::Reads::Pixels) => "needs frames; give --frames".to_string(),
         Some(crate::signal::Reads::Companions) => "needs other trackers' boxes; give --companion".to_string(),
@@ -155,7 +150,7 @@ fn refuse(method: &Method, available: Available) -> Failure {
     };
     let published =
         builtin::method_names().into_iter().filter_map(|name| builtin::published_method(name)?.ok());
-    let can = |m: &Method| m.variants.first().is_some_and(|v| fits(v, available));
+    let can = |m: &Method| m.variants.first().is_some_and(|v| fits(v, inputs));
     let names: Vec<String> = published.filter(can).map(|m| m.name).collect();
     Failure::usage(format!(
         "method `{}` {remedy}. Methods that need only what is given: {}",

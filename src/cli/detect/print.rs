@@ -49,7 +49,7 @@ fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
 fn row(track: &JudgedTrack, method: &JudgedMethod, several: bool) -> Vec<String> {
     let losses = method.losses();
     let lost: usize = losses.iter().map(ExactSizeIterator::len).sum();
-    let first = losses.first().map(|run| number(track, run.start).to_string());
+    let first = losses.first().map(|run| track.number(run.start).to_string());
     let last = method.states.last().map_or("", |state| state.word());
     let mut cells = vec![
         method.name.clone(),
@@ -64,10 +64,6 @@ fn row(track: &JudgedTrack, method: &JudgedMethod, several: bool) -> Vec<String>
     cells
 }
 
-fn number(track: &JudgedTrack, t: usize) -> u64 {
-    u64::from(track.first) + t as u64
-}
-
 /// Everything, with the first and last frame of each stretch.
 fn json(tracks: &[&JudgedTrack]) -> Value {
     let of_track = |track: &JudgedTrack| {
@@ -79,13 +75,13 @@ fn json(tracks: &[&JudgedTrack]) -> Value {
 
 fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
     let span =
-        |run: std::ops::Range<usize>| json!([number(track, run.start), number(track, run.end.max(1) - 1)]);
+        |run: std::ops::Range<usize>| json!([track.number(run.start), track.number(run.end.max(1) - 1)]);
     let in_state = |wanted: State| -> Vec<Value> {
         method.stretches().filter(|(state, _)| *state == wanted).map(|(_, run)| span(run)).collect()
     };
     let frame = |t: usize| {
         json!({
-            "frame": number(track, t),
+            "frame": track.number(t),
             "score": method.score.get(t).copied().flatten(),
             "label": u8::from(method.label.get(t) == Some(&true)),
             "change": method.changes.get(t),

@@ -4,7 +4,7 @@ use crate::dataset::DatasetError;
 use crate::dataset::text::read_at_most;
 use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
 use crate::monitor::MonitorError;
-use crate::region::{Rect, Region, RegionError};
+use crate::region::{Region, RegionError};
 use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
@@ -143,10 +143,9 @@ impl Line {
 
     /// The boxes of companions; one that has none is nowhere.
     pub fn companions(&self, base: f64) -> Result<Vec<Region>, LineError> {
-        let nowhere = || Region::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN));
         let read = |numbers: &Option<Numbers>| match numbers.as_ref().map(|numbers| region(numbers, base)) {
-            Some(found) => Ok(found?.unwrap_or_else(nowhere)),
-            None => Ok(nowhere()),
+            Some(found) => Ok(found?.unwrap_or_else(Region::nowhere)),
+            None => Ok(Region::nowhere()),
         };
         let found: Result<_, RegionError> = self.companions.iter().flatten().map(read).collect();
         found.map_err(|source| LineError::Region { key: "companions", source })
@@ -220,6 +219,7 @@ fn without_nan(line: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::region::Rect;
     use proptest::prelude::*;
     use std::path::Path;
 

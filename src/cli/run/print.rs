@@ -9,7 +9,7 @@ use crate::engine::{CellError, ExperimentPlan, Shard, ShardOutcome};
 use crate::report::claims::Finding;
 use crate::report::{self, WrittenReport};
 use crate::results::manifest::FailedCell;
-use crate::results::{self, Results};
+use crate::results::{self, Results, unfinished};
 use crate::spec::Experiment;
 use crate::table::render;
 use std::path::Path;
@@ -113,16 +113,17 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
             text.push_str(&format!("{}{who}: {}\n", report::verdict_words(&tested.verdict), finding.text));
         }
     }
-    for not_run in &results.manifest.not_run {
-        text.push_str(&format!("{not_run}\n"));
+    for line in unfinished::not_run(&results.manifest.not_run) {
+        text.push_str(&line);
+        text.push('\n');
     }
-    let failed = &results.manifest.cells_failed;
-    for cell in failed.iter().take(MAX_LISTED) {
-        let (sequence, tracker, method) = (&cell.sequence, &cell.tracker, &cell.method);
-        text.push_str(&format!("failed: {sequence}, {tracker}, {method}: {}\n", cell.reason));
+    let groups = unfinished::groups(&results.manifest.cells_failed);
+    for group in groups.iter().take(MAX_LISTED) {
+        let what = if group.missing { "not there" } else { "failed" };
+        text.push_str(&format!("{what}: {}: {}\n", group.cells, group.reason));
     }
-    if failed.len() > MAX_LISTED {
-        text.push_str(&format!("failed: {} more, see scores.csv\n", failed.len() - MAX_LISTED));
+    if groups.len() > MAX_LISTED {
+        text.push_str(&format!("without a result: {} more, see scores.csv\n", groups.len() - MAX_LISTED));
     }
     text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
     output::write(&text)

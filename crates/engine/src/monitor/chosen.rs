@@ -1,9 +1,10 @@
 //! The method of a monitor at work.
 
 use super::{MonitorError, Update};
-use crate::dataset::{Frames, Numbering, Sequence};
+use crate::dataset::user_frames;
 use crate::detector::{Judgement, Stream};
 use crate::image::Frame;
+use crate::num::hexadecimal;
 use crate::plugin;
 use crate::region::Region;
 use crate::signal::{Observation, Reads, Session};
@@ -11,9 +12,6 @@ use crate::spec::builtin;
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice};
 use crate::tracker::{RunContext, TrackerState};
 use sha2::{Digest, Sha256};
-
-/// Name of the parameter of detectors that take a budget of false alarms.
-const BUDGET: &str = "budget";
 
 /// A method with the memory of its signals and of its detector.
 pub(super) struct Chosen {
@@ -40,11 +38,12 @@ impl Chosen {
     pub fn start(name: &str, budget: Option<f64>) -> Result<Self, MonitorError> {
         let names = builtin::method_names;
         let unknown = || MonitorError::UnknownMethod(plugin::unknown("method", name, names()));
-        let takes_budget = |name: &str| builtin::detector_takes(name, BUDGET);
         let method = match budget {
-            Some(budget) if takes_budget(name) => builtin::published_method_with(name, BUDGET, budget),
+            Some(budget) if builtin::takes_budget(name) => {
+                builtin::published_method_with_budget(name, budget)
+            }
             Some(_) if names().contains(&name) => {
-                let known = names().into_iter().filter(|name| takes_budget(name)).collect();
+                let known = builtin::methods_with_budget();
                 return Err(MonitorError::NoBudget { method: name.to_string(), known });
             }
             _ => builtin::published_method(name),
@@ -67,15 +66,7 @@ impl Chosen {
         }
         let stream = detector.detector.stream().ok_or(Refusal::Unfit("judges whole tracks"))?;
         let signals: Vec<&SignalChoice> = variant.signals().collect();
-        let sequence = Sequence {
-            name: "stream".into(),
-            numbering: Numbering { first: 0, official: (0, 0) },
-            truth: Vec::new(),
-            attributes: Vec::new(),
-            frame_attributes: Vec::new(),
-            digest: "".into(),
-            frames: Frames::Absent,
-        };
+        let sequence = user_frames::without_frames("stream", 0);
         let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
         let watched = |choice: &&SignalChoice| {
             let session = choice.signal.start(&context).map_err(|e| Refusal::Error(e.into()))?;
@@ -116,7 +107,7 @@ impl Chosen {
         (self.stream.push(&values), note)
     }
 
-    /// What a frame lacks of which no signal has a value.
+    /// Note on a frame of which no signal has a value.
     fn needs(&self) -> Option<String> {
         let first = self.signals.first()?;
         Some(format!("nothing to judge by: the method needs {}", first.reads.need()))
@@ -156,5 +147,5 @@ fn digest(signals: &[&SignalChoice], detector: &FixedDetector) -> String {
     let mut all: Vec<_> = signals.iter().map(|s| (s.kind, s.version, s.signal.params())).collect();
     all.push((detector.kind, detector.version, detector.detector.params()));
     let text = serde_json::to_string(&all).unwrap_or_default();
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(text))
 }

@@ -1,4 +1,4 @@
-//! What plans leave out of training on others, and how they address what signals read of other trackers.
+//! Plans: tracks that training on others leaves out, and addresses of signals that read other trackers.
 
 use super::{ExperimentPlan, variants};
 use crate::execute::run;

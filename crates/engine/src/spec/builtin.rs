@@ -8,6 +8,7 @@ use super::read::array_of_tables;
 use crate::detector::DETECTORS;
 use crate::plugin;
 use crate::score::PROTOCOLS;
+use crate::signal::Reads;
 use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -68,6 +69,9 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
 /// The experiment that `trackfail run` runs when none is named.
 pub const QUICKSTART: &str = "quickstart";
 
+/// Name of the parameter of detectors that take a budget of false alarms.
+const BUDGET: &str = "budget";
+
 /// The papers' methods with their published thresholds, as an experiment file would write them.
 const METHODS: &str = include_str!("methods.toml");
 
@@ -101,21 +105,26 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
 }
 
-/// Whether the detector of a published method has a parameter.
-pub fn detector_takes(name: &str, parameter: &str) -> bool {
+/// Whether the detector of a published method takes a budget of false alarms.
+pub fn takes_budget(name: &str) -> bool {
     let table = METHOD_TABLES.iter().find(|(known, _)| known == name);
     let detector = table.and_then(|(_, table)| table.get_ref().get("detector")?.get_ref().as_table());
     let kind = detector.and_then(|detector| detector.get("kind")?.get_ref().as_str());
     let schema = kind.and_then(|kind| plugin::find(DETECTORS, kind)).map(|entry| (entry.schema)());
-    schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(parameter)).is_some())
+    schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(BUDGET)).is_some())
 }
 
-/// A published method by name, with a number in place of a parameter of its detector.
+/// Names of the published methods that take a budget of false alarms.
+pub fn methods_with_budget() -> Vec<&'static str> {
+    method_names().into_iter().filter(|name| takes_budget(name)).collect()
+}
+
+/// A published method by name, with a budget: the largest number of false alarms per 1000 frames.
 ///
 /// # Errors
-/// When the detector has no such parameter, or refuses the number.
-pub fn published_method_with(name: &str, parameter: &str, value: f64) -> Option<Result<Method, SpecError>> {
-    let text = format!("{parameter} = {value:?}");
+/// When the detector takes no budget, or refuses this one.
+pub fn published_method_with_budget(name: &str, budget: f64) -> Option<Result<Method, SpecError>> {
+    let text = format!("{BUDGET} = {budget:?}");
     let source = Source::new("methods.toml", METHODS);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     let mut table: Spanned<DeTable<'_>> = table.clone();
@@ -145,6 +154,19 @@ pub struct Inputs {
     pub confidence: bool,
 }
 
+impl Inputs {
+    /// Whether a signal that reads this can be computed.
+    pub fn has(self, reads: Reads) -> bool {
+        match reads {
+            Reads::Boxes => true,
+            Reads::Pixels => self.frames,
+            Reads::Companions => self.companions,
+            Reads::Confidence => self.confidence,
+            Reads::Posterior | Reads::Response => false,
+        }
+    }
+}
+
 /// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
 pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
@@ -172,17 +194,17 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_of_a_published_method_may_be_another() {
-        assert!(detector_takes("CovF", "above") && !detector_takes("CovF", "budget"));
-        assert!(!detector_takes("none", "above"));
-        let threshold = |value| {
-            let method = published_method_with("CovF", "above", value).unwrap();
-            method.map(|m| m.variants[0].detector.example().detector.threshold())
+    fn a_published_method_takes_another_budget() {
+        assert!(takes_budget("Fused boxes") && !takes_budget("CovF") && !takes_budget("none"));
+        assert!(methods_with_budget().iter().all(|name| takes_budget(name)));
+        let of_budget = |budget| {
+            let method = published_method_with_budget("Fused boxes", budget).unwrap();
+            method.map(|m| m.variants[0].detector.example().detector.params()["budget"].clone())
         };
-        assert_eq!(threshold(7.0).unwrap(), Some(7.0));
-        assert!(threshold(f64::NAN).is_err());
-        assert!(published_method_with("CovF", "budget", 1.0).unwrap().is_err());
-        assert!(published_method_with("none", "above", 1.0).is_none());
+        assert_eq!(of_budget(7.0).unwrap(), 7.0);
+        assert!(of_budget(f64::NAN).is_err());
+        assert!(published_method_with_budget("CovF", 1.0).unwrap().is_err());
+        assert!(published_method_with_budget("none", 1.0).is_none());
     }
 
     #[test]
@@ -208,6 +230,7 @@ mod tests {
                 "Scale",
                 "Forward-backward",
                 "First colors",
+                "Object colors",
                 "Template",
                 "CUSUM",
                 "Page-Hinkley",
@@ -221,6 +244,8 @@ mod tests {
                 "Fused boxes",
                 "Fused frames",
                 "Fused watchdog",
+                "Fused confidence",
+                "Fused frames and confidence",
                 "Fused companions",
                 "Fused frames and companions",
             ]

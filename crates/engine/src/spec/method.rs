@@ -10,7 +10,7 @@ use crate::direction::Direction;
 use crate::plugin::{ParamError, RawParams};
 use crate::score::Metric;
 use crate::score::Protocol;
-use crate::signal::{SIGNALS, Signal};
+use crate::signal::{Reads, SIGNALS, Signal};
 use crate::tracker::process::Programs;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -45,6 +45,20 @@ impl Variant {
     /// All its signals.
     pub fn signals(&self) -> impl Iterator<Item = &SignalChoice> {
         self.signal.iter().chain(&self.more_signals)
+    }
+
+    /// Words for what its signals read, each once; boxes are named only where there is nothing else.
+    pub fn needs(&self) -> Vec<&'static str> {
+        let mut needs: Vec<&str> = Vec::new();
+        for reads in self.signals().map(|choice| choice.signal.reads()) {
+            if reads != Reads::Boxes && !needs.contains(&reads.need()) {
+                needs.push(reads.need());
+            }
+        }
+        if needs.is_empty() && self.signal.is_some() {
+            needs.push(Reads::Boxes.need());
+        }
+        needs
     }
 
     /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.

@@ -44,7 +44,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("hysteresis", 1, "4e3507d236ae963a"),
     ("relative-drop", 1, "44d91d76c0627e43"),
     ("joint-drop", 1, "ad9e2d97bc0e2ed8"),
-    ("fused", 1, "837af32211eebc4b"),
+    ("fused", 2, "837af32211eebc4b"),
     ("cusum", 1, "8c3351d794f7db74"),
     ("page-hinkley", 1, "bb2d35bad60e3e14"),
     ("sequential-test", 1, "fdc5a8cbbbf3e4d5"),

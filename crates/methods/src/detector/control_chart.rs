@@ -163,7 +163,7 @@ struct Start {
 }
 
 impl Start {
-    /// Of at least two values; the deviation is at least `floor`.
+    /// Mean and deviation of at least two values; the deviation is at least `floor`.
     fn of(values: &[f64], floor: f64) -> Self {
         let scale = values.iter().fold(1.0_f64, |largest, y| largest.max(y.abs()));
         let mut mean = RunningMean::default();

@@ -56,6 +56,29 @@ impl LossState {
     }
 }
 
+/// State of the target in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// The tracker is on the target, as far as can be told.
+    Tracking,
+    /// The tracker has lost the target: from an alarm until the recovery is confirmed.
+    Lost,
+    /// The tracker itself has no box, or has not had one yet.
+    Absent,
+}
+
+impl State {
+    /// Its word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Tracking => "tracking",
+            Self::Lost => "lost",
+            Self::Absent => "absent",
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +101,13 @@ mod tests {
         assert_eq!(states(2), [0, 1, 1, 0, 1, 1, 0, 0, 0, 1]);
         assert_eq!(states(usize::MAX), [0, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
         assert!(lost(&[], 3).is_empty());
+    }
+
+    #[test]
+    fn states_have_the_same_word_in_json() {
+        for state in [State::Tracking, State::Lost, State::Absent] {
+            assert_eq!(serde_json::to_value(state).unwrap(), state.word());
+        }
     }
 
     proptest! {

@@ -43,7 +43,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
 pub enum Rule {
     /// Value over mean.
     Ratio,
-    /// What the mean has more than the value, over the value.
+    /// Mean less value, over the value.
     Excess,
 }
 

@@ -1,13 +1,13 @@
 //! Detectors that judge a track while it goes on.
 
-/// What a [`Stream`] says of one frame.
+/// Judgement of one frame by a [`Stream`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Judgement {
     /// Probability that the target is lost in this frame, in `[0, 1]`; NaN from detectors that estimate none.
     pub probability: f64,
     /// Whether an alarm is on: from the frame in which it was raised until the recovery is confirmed.
     pub lost: bool,
-    /// What speaks for a loss, the loudest first; then nothing of what speaks against it.
+    /// Features that speak for a loss, the loudest first; none that speaks against it.
     pub reasons: Vec<Reason>,
 }
 

@@ -6,7 +6,9 @@
 //! probability  y[t] = c[t], which has to be in [0, 1]
 //! ```
 //!
-//! `c` is what the tracker gives, in its unit; a ratio has none. `t` is a 0-based frame. High values are good. The value
+//! `c` is what the tracker gives, in its unit; a ratio has none. Of trackers that have a posterior and give no
+//! confidence it is the likelihood of the estimate (choice): the peak of the response map of kcf, dsst and samf, the
+//! likelihood of the estimate of particle filters. `t` is a 0-based frame. High values are good. The value
 //! of a frame uses frames up to it: the mean of a ratio grows until frame `early`, then it stays.
 //!
 //! Frames without a value (a tracker need not give one in every frame) repeat the last value of the signal, and the mean
@@ -28,7 +30,7 @@ use serde::{Deserialize, Serialize};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
     kind: "confidence",
-    version: 1,
+    version: 2,
     summary: "the tracker's own confidence, raw, relative to its early mean, or as a probability",
     example: "{ scale = \"raw\", early = 19 }",
     build: |raw| Ok(Box::new(Confidence::new(read_params(raw)?)?)),
@@ -182,7 +184,7 @@ impl Session for Course {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
         let t = self.frame;
         self.frame += 1;
-        let given = observation.state.confidence.filter(|c| c.is_finite());
+        let given = observation.state.confidence_or_likelihood().filter(|c| c.is_finite());
         match self.value(t, given) {
             Ok(value) => {
                 self.last = value;

@@ -160,10 +160,11 @@ fn odd_boxes_and_frames_are_survived() {
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("box-motion", 1, "d25c29a53cc09de5"),
     ("companion-overlap", 1, "2db9d488d93c9dfe"),
-    ("confidence", 1, "fcba3b27d9a6487a"),
+    ("confidence", 2, "fcba3b27d9a6487a"),
     ("distribution-field", 2, "eb17628ab5c1748d"),
     ("effective-particles", 1, "26d8a852f074b9db"),
     ("forward-backward", 1, "f9597c7f04cf787d"),
+    ("object-color", 1, "6c600e5240a6fbce"),
     ("particle-entropy", 1, "15811bd8b88b7520"),
     ("region-covariance", 1, "3720df68d985d2d6"),
     ("response-apce", 1, "1d58458ce5e42ff4"),
@@ -191,7 +192,7 @@ fn outputs_are_those_of_the_version() {
 }
 
 /// Signals that can be interrupted, in all their forms of memory.
-const SAVED: [(&str, &str); 16] = [
+const SAVED: [(&str, &str); 18] = [
     ("box-motion", "{ measure = \"displacement\" }"),
     ("box-motion", "{ measure = \"acceleration\" }"),
     ("box-motion", "{ measure = \"border\" }"),
@@ -208,6 +209,8 @@ const SAVED: [(&str, &str); 16] = [
     ("confidence", "{ scale = \"ratio\", early = 4 }"),
     ("distribution-field", "{ history = 3 }"),
     ("forward-backward", "{ measure = \"residual\" }"),
+    ("object-color", "{ object = \"first\", bins = 4 }"),
+    ("object-color", "{ object = \"slow\", bins = 4 }"),
     ("region-covariance", "{}"),
     ("rgb-histogram", "{ reference = \"first\" }"),
     ("rgb-lbp-histogram", "{ reference = \"previous\" }"),

@@ -131,7 +131,7 @@ pub struct KernelFilter {
     plane: Vec<f32>,
 }
 
-/// What a filter has learned: real and imaginary parts of its spectra in turn, four columns each.
+/// Learned part of a filter: real and imaginary parts of its spectra in turn, four columns each.
 #[derive(Serialize, Deserialize)]
 pub struct FilterMemory {
     model: Vec<[f32; LANES]>,
@@ -163,7 +163,7 @@ impl KernelFilter {
         }
     }
 
-    /// What it has learned; buffers and plans are not part of it.
+    /// The learned part; buffers and plans are not in it.
     pub fn memory(&self) -> FilterMemory {
         let flat = |spectra: &[Complexes]| spectra.iter().flat_map(|c| [c.re.0, c.im.0]).collect();
         FilterMemory {

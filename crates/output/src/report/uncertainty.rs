@@ -7,6 +7,7 @@
 //! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
+use super::layouts::{self, cell, group, of_suite, table};
 use super::pairs;
 use crate::analysis::Grid;
 use crate::direction::Direction;
@@ -19,10 +20,9 @@ use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
 use crate::score::metric::Source;
 use crate::score::{Counts, Metric, Pooled, Protocol, TrackerMetric};
+use crate::spec::Experiment;
 use crate::spec::table::Side;
-use crate::spec::{Experiment, TEST};
-use crate::table;
-use crate::table::layout::{self, Cell, Group, Row, TableLayout};
+use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
 use rayon::prelude::*;
@@ -59,6 +59,9 @@ pub fn headline(experiment: &Experiment) -> Metric {
     let whole = [Metric::F_SCORE, Metric::INFORMEDNESS].into_iter().find(|m| metrics.contains(m));
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::F_SCORE)
 }
+
+/// Most competitors of which all pairs are tested: with more, the correction for their number leaves no test any power.
+const MAX_COMPETITORS: usize = 12;
 
 /// A measure of a method or a tracker.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,6 +128,13 @@ struct Competitor {
     competes: bool,
     /// Sequence -> counts of all runs.
     counts: BTreeMap<String, [i64; 4]>,
+}
+
+impl Competitor {
+    /// The summed counts of all sequences.
+    fn total(&self) -> [i64; 4] {
+        self.counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
+    }
 }
 
 /// Methods or trackers that can be compared.
@@ -227,8 +237,7 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     for (measured, field) in of_trackers {
         all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
     }
-    let note = table::data_note(experiment, &results.manifest);
-    let suite = format!("Suite {}: {note}.", experiment.suites[TEST]);
+    let suite = layouts::suite(results);
     let mut uncertainty = Uncertainty::default();
     let mut drawn = Drawn::default();
     for (suffix, measured, fields) in &all {
@@ -237,15 +246,8 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
         let duels = duels(fields, measured, seed);
         tables.extend((!duels.groups.is_empty()).then_some(duels));
-        for table in &mut tables {
-            table.name.push_str(suffix);
-            table.caption = format!("{} {suite}", table.caption);
-            table.data.clone_from(&note);
-            while experiment.tables.iter().any(|t| t.name == table.name) {
-                table.name.push('_');
-            }
-        }
-        uncertainty.tables.extend(tables);
+        tables.iter_mut().for_each(|table| table.name.push_str(suffix));
+        uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));
         let diagram = diagram(fields, &ranked, measured, &suite);
         uncertainty.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
     }
@@ -277,35 +279,9 @@ fn rank(field: &Field, measured: &Measured) -> Option<Ranked> {
     Some(Ranked { mean_ranks, blocks: found.blocks, p: found.test.map(|t| t.1), critical })
 }
 
-fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
-    Cell { value, ours: value.map(shown), ..Cell::default() }
-}
-
 /// A p-value as it is shown.
 fn p_text(p: f64) -> String {
     if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
-}
-
-fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Vec<Group>) -> TableLayout {
-    TableLayout {
-        name: name.into(),
-        caption,
-        data: String::new(),
-        corner: corner.into(),
-        columns: columns.iter().map(|c| (*c).to_string()).collect(),
-        groups,
-    }
-}
-
-fn group(key: &str, label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
-    let row = |(label, cells)| Row { label, direction: Direction::Neither, cells };
-    Group {
-        key: key.to_string(),
-        label,
-        published_tracker: None,
-        has_ours: true,
-        rows: rows.into_iter().map(row).collect(),
-    }
 }
 
 fn direction(measured: &Measured) -> &'static str {
@@ -335,11 +311,10 @@ fn intervals(
         let heading = heading.join(" ").trim_start().to_string();
         let bounds = bounds(field, measured, seed::seed(seed, &[&field.label]), drawn);
         let row = |(c, bounds): (&Competitor, Option<(f64, f64)>)| {
-            let total = c.counts.values().fold([0; 4], |t, u| std::array::from_fn(|k| t[k] + u[k]));
             let shown = |v| measured.style().format(v);
             let rank = ranked.as_ref().and_then(|r| r.mean_ranks.get(&c.label).copied());
             let cells = vec![
-                cell(measured.value(field.chance, &total), shown),
+                cell(measured.value(field.chance, &c.total()), shown),
                 cell(bounds.map(|b| b.0), shown),
                 cell(bounds.map(|b| b.1), shown),
                 cell(Some(c.counts.len() as f64), |v| Style::COUNT.format(v)),
@@ -412,15 +387,32 @@ fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64
     duel
 }
 
+/// The pairs that are tested: all of them or, of many competitors, the best one with each of the others.
+fn duellists<'a>(
+    competing: &[&'a Competitor],
+    measured: &Measured,
+    of: impl Fn(&[i64; 4]) -> Option<f64>,
+) -> Vec<(&'a Competitor, &'a Competitor)> {
+    if competing.len() <= MAX_COMPETITORS {
+        let pair = |i: usize| (i + 1..competing.len()).map(move |j| (i, j));
+        return (0..competing.len()).flat_map(pair).map(|(i, j)| (competing[i], competing[j])).collect();
+    }
+    let value = |c: &Competitor| {
+        let value = of(&c.total())?;
+        Some(if measured.direction() == Direction::LowerIsBetter { -value } else { value })
+    };
+    let values: Vec<f64> = competing.iter().map(|c| value(c).unwrap_or(f64::NEG_INFINITY)).collect();
+    let best = (0..values.len()).rev().max_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let against = |best: usize| (0..competing.len()).filter(move |k| *k != best).map(move |k| (best, k));
+    best.into_iter().flat_map(against).map(|(i, j)| (competing[i], competing[j])).collect()
+}
+
 fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
     let of_field = |field: &Field| {
         let seed = seed::seed(seed, &[&field.label]);
         let competing: Vec<&Competitor> = field.competitors.iter().filter(|c| c.competes).collect();
-        let all: Vec<(&Competitor, &Competitor)> = (0..competing.len())
-            .flat_map(|i| (i + 1..competing.len()).map(move |j| (i, j)))
-            .map(|(i, j)| (competing[i], competing[j]))
-            .collect();
         let of = |c: &[i64; 4]| measured.value(field.chance, c);
+        let all = duellists(&competing, measured, of);
         let duels: Vec<Duel> = all.par_iter().map(|pair| duel(*pair, of, seed)).collect();
         let known: Vec<f64> = duels.iter().filter_map(|d| d.p).collect();
         let mut adjusted = ranks::holm(&known).into_iter();
@@ -443,7 +435,8 @@ fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
     let caption = format!(
         "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({DRAWS} \
          samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
-         ones), by itself and after Holm's correction for all pairs of its group.",
+         ones), by itself and after Holm's correction for all pairs of its group. Of more than {MAX_COMPETITORS} methods, the \
+         best is tested against each of the others.",
         measured.name(),
         direction(measured),
         measured.way(),

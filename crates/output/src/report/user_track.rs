@@ -23,14 +23,14 @@ pub struct UserVideo<'a> {
     pub sequence: &'a Sequence,
     /// The targets.
     pub tracks: Vec<UserTrack>,
-    /// What the results rest on: names and values.
+    /// Program, inputs and methods that the results rest on: names and values.
     pub facts: Vec<(String, String)>,
 }
 
 /// A target.
 #[derive(Debug)]
 pub struct UserTrack {
-    /// What the methods say.
+    /// Judgements of the methods.
     pub judged: JudgedTrack,
     /// The region in each frame, the last one again where the target is absent; `None` before the first and after the last.
     pub regions: Vec<Option<Region>>,

@@ -1,4 +1,4 @@
-//! What a method says of a user's track, in sentences.
+//! Verdict of a method on a user's track, in sentences.
 
 use crate::detector::RECOVERY_FRAMES;
 use crate::direction::Direction;
@@ -14,7 +14,6 @@ const NEAR: f64 = 0.75;
 
 /// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches`.
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
-    let number = |t: usize| u64::from(track.first) + t as u64;
     let frames = method.states.len();
     let mut parts = Vec::new();
     let mut more = 0;
@@ -26,11 +25,11 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         }
         let to_the_end = if run.end == frames { " to the end" } else { "" };
         if state == State::Absent {
-            let from = number(run.start);
+            let from = track.number(run.start);
             parts.push(match run.len() {
                 1 => format!("absent at {from}"),
                 _ if run.end == frames => format!("absent from {from}{to_the_end}"),
-                _ => format!("absent from {from} to {}", number(run.end - 1)),
+                _ => format!("absent from {from} to {}", track.number(run.end - 1)),
             });
             continue;
         }
@@ -40,10 +39,10 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         };
         is_first = false;
         let recovered = match method.states.get(run.end) {
-            Some(State::Tracking) => format!("; recovered at {}", number(run.end)),
+            Some(State::Tracking) => format!("; recovered at {}", track.number(run.end)),
             _ => String::new(),
         };
-        parts.push(format!("lost from {word}{}{to_the_end}{why}{recovered}", number(run.start)));
+        parts.push(format!("lost from {word}{}{to_the_end}{why}{recovered}", track.number(run.start)));
     }
     if more > 0 {
         parts.push(format!("and lost {more} more times"));

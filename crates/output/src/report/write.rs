@@ -1,6 +1,7 @@
 //! Fills the page of a report from a results folder, and writes the report.
 
 use super::claims::{self, Finding};
+use super::differences;
 use super::explain;
 use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
@@ -16,7 +17,7 @@ use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Plot, Ranks};
 use crate::image;
-use crate::results::{CellScore, Results, ResultsError, TrackSeries};
+use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::{self, TableLayout};
@@ -53,6 +54,8 @@ pub enum WriteError {
     Store(#[from] StoreError),
 }
 
+/// Most missing sequences that a page names.
+const MAX_MISSING: usize = 12;
 /// Size of a page above which its series go into files beside it, in bytes.
 const MAX_PAGE: usize = 5 << 20;
 
@@ -63,7 +66,10 @@ const MAX_PAGE: usize = 5 << 20;
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
     let scores = results.scores()?;
-    let mut layouts = table::layouts(results, &scores);
+    // All trackers together come first: that is what a leaderboard is asked for.
+    let mut layouts: Vec<TableLayout> =
+        differences::table(results, &results.frame_pairs()?).into_iter().collect();
+    layouts.extend(table::layouts(results, &scores));
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
@@ -238,7 +244,10 @@ fn page_frame(results: &Results) -> Page {
         suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
     );
     if !suite.missing.is_empty() {
-        data_note.push_str(&format!("; missing: {}", suite.missing.join(", ")));
+        data_note.push_str(&match suite.missing.as_slice() {
+            few if few.len() <= MAX_MISSING => format!("; missing: {}", few.join(", ")),
+            many => format!("; {} more are missing, manifest.json names them", many.len()),
+        });
     }
     let mut warnings = Vec::new();
     if !suite.missing.is_empty() {
@@ -261,13 +270,13 @@ fn page_frame(results: &Results) -> Page {
             }
         }
     }
-    warnings.extend(manifest.not_run.iter().map(|not_run| format!("{not_run}.")));
+    warnings.extend(unfinished::not_run(&manifest.not_run).into_iter().map(|line| line + "."));
     for (rule, count) in &manifest.rules {
         warnings.push(format!("{rule}: {count} times."));
     }
-    let failed = manifest.cells_failed.iter().map(|c| FailedCell {
-        cell: format!("{}, {}, run {}, {}", c.sequence, c.tracker, c.run, c.method),
-        reason: c.reason.clone(),
+    let failed = unfinished::groups(&manifest.cells_failed).into_iter().map(|group| FailedCell {
+        cell: group.cells,
+        reason: format!("{}: {}", if group.missing { "not there" } else { "failed" }, group.reason),
     });
     Page {
         title: experiment.title.clone(),

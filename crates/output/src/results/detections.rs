@@ -1,5 +1,7 @@
 //! The output of `trackfail detect`: what every method says of every frame of a user's track.
 
+pub use crate::detector::labels::State;
+
 use super::column::{Column, FRAME, METHOD, TableFile};
 use super::frame::{TableError, to_csv};
 use super::frames::{CHANGE, LABEL, SCORE};
@@ -34,29 +36,7 @@ const STATE: Column = Column::text(
 
 const TARGET: Column = Column::integer("target", "", "Number of the target, as the file of boxes has it");
 
-/// State of the target in a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// The tracker is on the target.
-    Tracking,
-    /// From an alarm until the recovery is confirmed.
-    Lost,
-    /// The tracker gives no box.
-    Absent,
-}
-
-impl State {
-    /// Its word in files.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Tracking => "tracking",
-            Self::Lost => "lost",
-            Self::Absent => "absent",
-        }
-    }
-}
-
-/// What methods say of one target.
+/// One target, as the methods judge it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedTrack {
     /// Its number, in a file of several targets.
@@ -67,7 +47,14 @@ pub struct JudgedTrack {
     pub methods: Vec<JudgedMethod>,
 }
 
-/// What a method says of one target; every list has a value for each frame.
+impl JudgedTrack {
+    /// Number of frame `t`, which counts from 0.
+    pub fn number(&self, t: usize) -> u64 {
+        u64::from(self.first) + t as u64
+    }
+}
+
+/// Judgement of one target by a method; every list has a value for each frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedMethod {
     /// Its name.
@@ -145,7 +132,7 @@ pub fn csv(tracks: &[&JudgedTrack]) -> Result<Vec<u8>, TableError> {
     let (mut label, mut change, mut state, mut target) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (track, method) in tracks.iter().flat_map(|track| track.methods.iter().map(move |m| (track, m))) {
         let frames = method.states.len();
-        number.extend((0..frames).map(|t| i64::from(track.first) + t as i64));
+        number.extend((0..frames).map(|t| track.number(t) as i64));
         name.extend(std::iter::repeat_n(method.name.as_str(), frames));
         score.extend_from_slice(&method.score);
         label.extend(method.label.iter().map(|alarm| i32::from(*alarm)));

@@ -1,6 +1,5 @@
 //! `frame_measures.csv`: measures of scores and alarms frame by frame, pooled over sequences and runs.
 
-use super::ResultsError;
 use super::cells::{grouped, some_text};
 use super::column::{Column, METHOD, PARAMS, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
@@ -11,7 +10,7 @@ use crate::engine::store::StoreError;
 use crate::engine::{Cell, Outcome};
 use crate::num::seed;
 use crate::score::FrameMeasures;
-use crate::score::frames::measures::{of_scores, with_alarms};
+use crate::score::frames::measures::{Sampled, of_scores, with_alarms};
 use crate::score::frames::{Method, ScoredTrack};
 use crate::spec::Experiment;
 use rayon::prelude::*;
@@ -72,6 +71,20 @@ pub const FILE: TableFile = TableFile {
         bound("false_alarms_at_half_high", "per 1000 good frames", "Upper bound of `false_alarms_at_half`"),
         value("delay_at_half", "frames", "Mean delay of the losses found at that threshold"),
         value("arl0_at_half", "frames", "Good frames for each run of false alarms at that threshold"),
+        value(
+            "found_at_2",
+            "",
+            "Share of the losses found within 15 frames, where at most 2 of 1000 good frames alarm",
+        )
+        .recent(),
+        value(
+            "found_at_5",
+            "",
+            "Share of the losses found within 15 frames, where at most 5 of 1000 good frames alarm",
+        )
+        .recent(),
+        bound("found_at_5_low", "", "Lower bound of `found_at_5`").recent(),
+        bound("found_at_5_high", "", "Upper bound of `found_at_5`").recent(),
         value("aurc", "", "Area under the risk-coverage curve"),
         value("augrc", "", "Area under the generalized risk-coverage curve"),
         value("ece", "", "Expected calibration error, of scores that are probabilities"),
@@ -107,6 +120,10 @@ fn field<'m>(measures: &'m mut FrameMeasures, column: &str) -> Option<&'m mut Op
         "false_alarms_at_half_high" => &mut m.false_alarms_at_half_high,
         "delay_at_half" => &mut m.delay_at_half,
         "arl0_at_half" => &mut m.arl0_at_half,
+        "found_at_2" => &mut m.found_at_2,
+        "found_at_5" => &mut m.found_at_5,
+        "found_at_5_low" => &mut m.found_at_5_low,
+        "found_at_5_high" => &mut m.found_at_5_high,
         "aurc" => &mut m.aurc,
         "augrc" => &mut m.augrc,
         "ece" => &mut m.ece,
@@ -138,10 +155,17 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
 }
 
 /// A tracker with a grid point of a method, and its measures.
-struct Row<'a> {
-    tracker: &'a str,
-    first: &'a Cell,
-    measures: FrameMeasures,
+pub(super) struct Row<'a> {
+    /// Label of the tracker, or [`EVERY_TRACKER`].
+    pub tracker: &'a str,
+    /// One of its cells.
+    pub first: &'a Cell,
+    /// The measures.
+    pub measures: FrameMeasures,
+    /// The measures in bootstrap samples, of all trackers together.
+    pub sampled: Sampled,
+    /// Sequence and job of the tracks.
+    pub tracks: Vec<(usize, usize)>,
 }
 
 /// The measures of all grid points of a tracker and method. Points whose scores are the same share what scores alone
@@ -152,7 +176,7 @@ fn of_method<'a>(
     (tracker, cells): (&'a str, &[&'a Cell]),
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let mut rows = Vec::new();
-    let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures)> = None;
+    let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)> = None;
     for cells in grouped(cells.iter().copied(), |cell| &cell.params) {
         let Some(first) = cells.first() else { continue };
         let judged = cells.iter().filter_map(|cell| Some((*cell, cell.result.as_ref().ok()?)));
@@ -160,45 +184,48 @@ fn of_method<'a>(
         let outputs = outputs.collect::<Result<Vec<_>, StoreError>>()?;
         let track = |((cell, _), output): ((&Cell, _), &'_ Arc<DetectorOutput>)| {
             let track = outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok()?;
-            Some((cell.sequence, &track.error, output.clone()))
+            Some(((cell.sequence, cell.job), &track.error, output.clone()))
         };
         let tracks: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
+        let names: Vec<(usize, usize)> = tracks.iter().map(|(name, ..)| *name).collect();
         // Sequences without a result are not drawn in bootstrap samples.
-        let sequences: BTreeSet<usize> = tracks.iter().map(|(sequence, ..)| *sequence).collect();
+        let sequences: BTreeSet<usize> = names.iter().map(|(sequence, _)| *sequence).collect();
         let sequences: Vec<usize> = sequences.into_iter().collect();
         let tracks: Vec<ScoredTrack<'_>> = tracks
             .iter()
-            .map(|(sequence, error, output)| ScoredTrack {
+            .map(|((sequence, _), error, output)| ScoredTrack {
                 sequence: sequences.partition_point(|s| s < sequence),
                 error,
                 score: &output.score,
                 alarm: &output.alarm,
             })
             .collect();
-        let same = |(before, _): &&(Vec<Arc<DetectorOutput>>, FrameMeasures)| {
+        let same = |(before, ..): &&(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)| {
             before.len() == outputs.len() && before.iter().zip(&outputs).all(|(a, b)| a.score == b.score)
         };
-        let scores = match last.as_ref().filter(same) {
-            Some((_, measures)) => *measures,
+        let (scores, sampled) = match last.take().as_ref().filter(same) {
+            Some((_, measures, sampled)) => (*measures, sampled.clone()),
             None => {
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
                 of_scores(&tracks, reading(experiment, &first.method, &first.params), Some(seed))
             }
         };
-        rows.push(Row { tracker, first, measures: with_alarms(scores, &tracks) });
-        last = Some((outputs, scores));
+        let measures = with_alarms(scores, &tracks);
+        let kept = if tracker == EVERY_TRACKER { sampled.clone() } else { Sampled::default() };
+        rows.push(Row { tracker, first, measures, sampled: kept, tracks: names });
+        last = Some((outputs, scores, sampled));
     }
     Ok(rows)
 }
 
-/// Writes the file; nothing for an experiment without methods.
+/// The measures of every tracker and method with each of its grid points.
 ///
 /// # Errors
-/// When a detection cannot be read from the store any more, or polars refuses.
-pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Option<Vec<u8>>, ResultsError> {
-    if outcome.cells.is_empty() {
-        return Ok(None);
-    }
+/// When a detection cannot be read from the store any more.
+pub(super) fn measure<'a>(
+    experiment: &Experiment,
+    outcome: &'a Outcome<'_>,
+) -> Result<Vec<Row<'a>>, StoreError> {
     let methods = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method));
     let mut groups: Vec<(&str, Vec<&Cell>)> =
         methods.into_iter().filter_map(|cells| Some((cells.first()?.tracker.as_str(), cells))).collect();
@@ -210,18 +237,26 @@ pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Op
         .par_iter()
         .map(|(tracker, cells)| of_method(experiment, outcome, (tracker, cells)))
         .collect::<Result<Vec<_>, StoreError>>()?;
-    let mut rows: Vec<Row<'_>> = rows.into_iter().flatten().collect();
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// Writes the file.
+///
+/// # Errors
+/// When polars refuses.
+pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError> {
     let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
     let mut columns = vec![
-        SUITE.of(vec![outcome.suite.as_str(); rows.len()]),
+        SUITE.of(vec![suite; rows.len()]),
         TRACKER.of(rows.iter().map(|row| row.tracker).collect::<Vec<_>>()),
         METHOD.of(text(|c| &c.method)),
         PARAMS.of(rows.iter().map(|row| some_text(&row.first.params)).collect::<Vec<_>>()),
     ];
     for column in &FILE.columns[KEYS..] {
-        columns.push(column.of_metric(rows.iter_mut().map(|row| *field(&mut row.measures, column.name)?)));
+        columns
+            .push(column.of_metric(rows.iter().map(|row| *field(&mut row.measures.clone(), column.name)?)));
     }
-    Ok(Some(to_csv(FILE.frame(columns)?)?))
+    to_csv(FILE.frame(columns)?)
 }
 
 /// Measures by tracker, method and grid point.

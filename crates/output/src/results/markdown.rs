@@ -2,14 +2,16 @@
 
 use super::column::{Column, TableFile};
 use super::{
-    checks, conditions, detections, frame_measures, frames, measures, scores, signals, tables, truth,
+    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, scores, signals, tables,
+    truth,
 };
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 11] = [
+const FILES: [&TableFile; 12] = [
     &scores::FILE,
     &measures::FILE,
     &frame_measures::FILE,
+    &frame_pairs::FILE,
     &frames::FILE,
     &signals::FILE,
     &truth::FILE,

@@ -9,7 +9,7 @@ use super::manifest::{self, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::scores::{self, CellScore};
 use super::truth::{self, Truth};
-use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures};
+use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures, frame_pairs};
 use crate::dataset::suite::Catalog;
 use crate::dataset::text;
 use crate::engine::execute::analyse::Analysed;
@@ -98,7 +98,15 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn truth(&self) -> Result<Truth, ResultsError> {
-        self.table(truth::FILE.name, truth::read)
+        self.table_if_any(truth::FILE.name, truth::read)
+    }
+
+    /// Reads the differences between methods frame by frame; nothing where the run wrote none.
+    ///
+    /// # Errors
+    /// When the file is absent or damaged.
+    pub fn frame_pairs(&self) -> Result<Vec<frame_pairs::Pair>, ResultsError> {
+        self.table_if_any(frame_pairs::FILE.name, frame_pairs::read)
     }
 
     /// Whether the run wrote a file.
@@ -113,6 +121,15 @@ impl Results {
         read: impl FnOnce(Vec<u8>) -> Result<T, TableError>,
     ) -> Result<T, ResultsError> {
         read_table(&self.folder, &self.manifest, name, read)
+    }
+
+    /// Reads a file with columns that only some results have; nothing where the run wrote none.
+    pub(super) fn table_if_any<T: Default>(
+        &self,
+        name: &str,
+        read: impl FnOnce(Vec<u8>) -> Result<T, TableError>,
+    ) -> Result<T, ResultsError> {
+        if self.has(name) { self.table(name, read) } else { Ok(T::default()) }
     }
 
     fn still_path(&self, figure: &str, frame: usize) -> PathBuf {

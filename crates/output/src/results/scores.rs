@@ -6,6 +6,7 @@ use super::column::{
     SUITE, TN, TP, TRACKER, TableFile,
 };
 use super::frame::{TableError, to_csv};
+use super::write::Detail;
 use crate::engine::CellError;
 use crate::engine::{Cell, Outcome};
 use crate::score::{Counts, Metric, Pooled};
@@ -57,11 +58,13 @@ struct Row {
 ///
 /// # Errors
 /// When polars refuses.
-pub fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
+pub fn write(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> Result<Vec<u8>, TableError> {
     let cells = sorted_cells(outcome);
     let mut rows: Vec<Row> = cells.iter().map(|cell| row_of_cell(outcome, cell)).collect();
     rows.extend(pooled_rows(outcome, cells));
-    rows.extend(rows_of_missing(experiment, outcome));
+    if detail == Detail::Frames {
+        rows.extend(rows_of_missing(experiment, outcome));
+    }
     fn key(r: &Row) -> (&str, &str, i64, &str, &str) {
         (&r.sequence, &r.tracker, r.run, &r.method, &r.params)
     }

@@ -178,7 +178,7 @@ impl Results {
         filter: &TrackFilter<'_>,
         mut take: impl FnMut(Vec<TrackSeries>),
     ) -> Result<(), ResultsError> {
-        self.table(frames::FILE.name, |bytes| {
+        self.table_if_any(frames::FILE.name, |bytes| {
             let mut tracks: Vec<TrackSeries> = Vec::new();
             frames::FILE.read_parquet_parts(bytes, &frames::FILE.columns[1..], |rows| {
                 add_frames(&rows, filter, &mut tracks)?;
@@ -194,7 +194,7 @@ impl Results {
     }
 
     fn add_signals(&self, filter: &TrackFilter<'_>, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        self.table(signals::FILE.name, |bytes| {
+        self.table_if_any(signals::FILE.name, |bytes| {
             let [sequence, tracker, run, method] = KEYS;
             let columns = [sequence, tracker, run, method, SIGNAL, FORECAST];
             signals::FILE.read_parquet_parts(bytes, &columns, |rows| {
@@ -214,10 +214,7 @@ impl Results {
         filter: &TrackFilter<'_>,
         tracks: &mut [TrackSeries],
     ) -> Result<(), ResultsError> {
-        if !self.has(conditions::FILE.name) {
-            return Ok(());
-        }
-        self.table(conditions::FILE.name, |bytes| {
+        self.table_if_any(conditions::FILE.name, |bytes| {
             let [sequence, tracker, run, method] = KEYS;
             let columns = [sequence, tracker, run, method, CONDITION];
             conditions::FILE.read_parquet_parts(bytes, &columns, |rows| {
@@ -232,10 +229,7 @@ impl Results {
 
     /// Adds the checks, if the experiment has a method that makes any.
     fn add_checks(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        if !self.has(checks::FILE.name) {
-            return Ok(());
-        }
-        for of_cell in self.table(checks::FILE.name, checks::read)? {
+        for of_cell in self.table_if_any(checks::FILE.name, checks::read)? {
             let is_on = |t: &&mut TrackSeries| {
                 t.sequence == of_cell.sequence && t.tracker == of_cell.tracker && t.run == of_cell.run
             };

@@ -3,16 +3,38 @@
 use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
-    ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frames, json::to_json,
-    measures, models, run, scores, signals, truth,
+    Results, ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frame_pairs,
+    frames, json::to_json, measures, models, run, scores, signals, truth,
 };
 use crate::engine::Outcome;
-use crate::engine::store;
+use crate::engine::store::{self, StoreError};
 use crate::spec::Experiment;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+
+/// How much results say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Everything.
+    Frames,
+    /// Nothing of single frames, no models, and no rows of sequences that are not there: small enough to be kept.
+    Sequences,
+}
+
+/// A folder with the digests of what was written into it.
+struct Written<'f> {
+    folder: &'f Path,
+    files: BTreeMap<String, String>,
+}
+
+impl Written<'_> {
+    fn put(&mut self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+        self.files.insert(name.to_string(), manifest::sha256(bytes));
+        Ok(store::write(&self.folder.join(name), bytes)?)
+    }
+}
 
 /// Writes everything that a run found out into an empty folder; the tables are made from it by the report.
 ///
@@ -23,21 +45,40 @@ pub fn write(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
     record: &RunRecord,
+    detail: Detail,
 ) -> Result<(), ResultsError> {
-    let mut files = BTreeMap::new();
-    let mut put = |name: &str, bytes: &[u8]| -> Result<(), ResultsError> {
-        files.insert(name.to_string(), manifest::sha256(bytes));
-        Ok(store::write(&folder.join(name), bytes)?)
-    };
-    put(SPEC, experiment.source.as_bytes())?;
+    let mut written = Written { folder, files: BTreeMap::new() };
+    written.put(SPEC, experiment.source.as_bytes())?;
     if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
-        put(USER_SUITES, suites.as_bytes())?;
+        written.put(USER_SUITES, suites.as_bytes())?;
     }
-    put(scores::FILE.name, &scores::write(experiment, outcome)?)?;
-    put(measures::FILE.name, &measures::write(outcome)?)?;
-    if let Some(bytes) = frame_measures::write(experiment, outcome)? {
-        put(frame_measures::FILE.name, &bytes)?;
+    written.put(scores::FILE.name, &scores::write(experiment, outcome, detail)?)?;
+    written.put(measures::FILE.name, &measures::write(outcome)?)?;
+    if !outcome.cells.is_empty() {
+        let rows = frame_measures::measure(experiment, outcome)?;
+        written.put(frame_measures::FILE.name, &frame_measures::write(&outcome.suite, &rows)?)?;
+        if experiment.leaderboard {
+            written.put(frame_pairs::FILE.name, &frame_pairs::write(&outcome.suite, &rows)?)?;
+        }
     }
+    if detail == Detail::Frames {
+        write_frames(&mut written, outcome)?;
+        models::write(folder, outcome)?;
+    }
+    if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
+        written.put(analyses::FILE, &bytes)?;
+    }
+    let path = folder.join(run::FILE);
+    store::write(&path, &to_json(&path, record)?)?;
+    let manifest = Manifest { files: written.files, ..Manifest::new(experiment, outcome) };
+    let path = folder.join(manifest::FILE);
+    store::write(&path, &to_json(&path, &manifest)?)?;
+    Ok(())
+}
+
+/// Writes the files that tell of single frames.
+fn write_frames(written: &mut Written<'_>, outcome: &Outcome<'_>) -> Result<(), ResultsError> {
+    let folder = written.folder;
     type WriteTo = fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>;
     let streamed: [(&str, WriteTo); 2] =
         [(frames::FILE.name, frames::write), (signals::FILE.name, signals::write)];
@@ -52,21 +93,41 @@ pub fn write(
         Ok((name.to_string(), digest))
     };
     let digests = streamed.par_iter().map(stream).collect::<Result<Vec<_>, ResultsError>>()?;
-    put(truth::FILE.name, &truth::write(outcome)?)?;
+    written.files.extend(digests);
+    written.put(truth::FILE.name, &truth::write(outcome)?)?;
     let followed = conditions::followed(outcome)?;
     if !followed.is_empty() {
-        put(conditions::FILE.name, &conditions::write(outcome, &followed)?)?;
-        put(checks::FILE.name, &checks::write(outcome, &followed)?)?;
+        written.put(conditions::FILE.name, &conditions::write(outcome, &followed)?)?;
+        written.put(checks::FILE.name, &checks::write(outcome, &followed)?)?;
     }
-    if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
-        put(analyses::FILE, &bytes)?;
+    Ok(())
+}
+
+/// Files that only some results have.
+const OPTIONAL: [&str; 8] = [
+    frame_measures::FILE.name,
+    frame_pairs::FILE.name,
+    frames::FILE.name,
+    signals::FILE.name,
+    truth::FILE.name,
+    conditions::FILE.name,
+    checks::FILE.name,
+    analyses::FILE,
+];
+
+/// Removes what an earlier run left in the folder of results that have no such file.
+///
+/// # Errors
+/// When a file cannot be removed.
+pub fn remove_others(results: &Results) -> Result<(), ResultsError> {
+    for name in OPTIONAL.into_iter().filter(|name| !results.has(name)) {
+        let path = results.folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(StoreError::new(&path, e).into());
+            }
+            _ => {}
+        }
     }
-    files.extend(digests);
-    models::write(folder, outcome)?;
-    let path = folder.join(run::FILE);
-    store::write(&path, &to_json(&path, record)?)?;
-    let manifest = Manifest { files, ..Manifest::new(experiment, outcome) };
-    let path = folder.join(manifest::FILE);
-    store::write(&path, &to_json(&path, &manifest)?)?;
     Ok(())
 }

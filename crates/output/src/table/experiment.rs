@@ -12,6 +12,9 @@ use crate::spec::{Experiment, Tracker};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+/// Most methods that a note names one by one.
+const MAX_NAMED: usize = 3;
+
 /// The data that the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
 /// experiment asks for, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
@@ -38,7 +41,10 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let on_others = |m: &&Method| m.variants.iter().any(|v| v.detector.trains_on_others());
     let on_others: Vec<&str> = experiment.methods.iter().filter(on_others).map(|m| m.name.as_str()).collect();
     if !on_others.is_empty() {
-        let names = on_others.join(", ");
+        let names = match on_others.as_slice() {
+            few if few.len() <= MAX_NAMED => few.join(", "),
+            many => format!("{} methods", many.len()),
+        };
         note.push_str(&format!("; {names}: learned from other videos and other trackers, see models/"));
     }
     note

@@ -159,7 +159,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
     caption.push('.');
     if failed > 0 {
-        caption.push_str(&format!(" † {failed} cells failed; their numbers are left out."));
+        caption.push_str(&format!(" † {failed} cells have no result and are left out."));
     }
     let corner = match &table.rows {
         Side::Axis(axis) => axis.clone(),

@@ -29,6 +29,11 @@ const PAST: usize = 100;
 const MOTION_FLOOR: f64 = 1e-3;
 /// Bound of `z`.
 const MAX_Z: f64 = 10.0;
+/// Added to the spread of the past that `z` is measured in, in the unit of the input: after a past that hardly varies, any
+/// noise would be the largest `z`.
+const SPREAD_FLOOR: f64 = 0.02;
+/// The same for motions, whose unit is the logarithm: a tenth more or less is noise.
+const MOTION_SPREAD_FLOOR: f64 = 0.1;
 
 /// Names of the features of an input, in their order.
 pub const FEATURES: [&str; 9] =
@@ -36,20 +41,44 @@ pub const FEATURES: [&str; 9] =
 
 /// The memory of an input; it does not grow beyond its windows.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "SavedHistory")]
 pub struct InputHistory {
     /// Sum and number of the first values.
     early: (f64, usize),
     /// Up to [`PAST`] values, the last one at the end.
     past: VecDeque<f64>,
     /// The same values, ascending.
+    #[serde(skip)]
     sorted: Vec<f64>,
+}
+
+/// An [`InputHistory`] as it is saved, before it is checked.
+#[derive(Deserialize)]
+struct SavedHistory {
+    early: (f64, usize),
+    past: VecDeque<f64>,
+}
+
+impl TryFrom<SavedHistory> for InputHistory {
+    type Error = &'static str;
+
+    fn try_from(saved: SavedHistory) -> Result<Self, Self::Error> {
+        let SavedHistory { early, past } = saved;
+        let is_finite = early.0.is_finite() && past.iter().all(|value| value.is_finite());
+        if !is_finite || early.1 > LONG || past.len() > PAST {
+            return Err("not the history of an input");
+        }
+        let mut sorted = Vec::from(past.clone());
+        sorted.sort_by(f64::total_cmp);
+        Ok(Self { early, past, sorted })
+    }
 }
 
 impl InputHistory {
     /// The features in the next frame, in the order of [`FEATURES`]; NaN where one has no value.
     pub fn push(&mut self, input: &FusedInput, value: f64) -> [f64; FEATURES.len()] {
         let x = transformed(input, value);
-        let z = self.robust_z(x, if input.is_motion { 0.1 } else { 0.02 });
+        let z = self.robust_z(x, if input.is_motion { MOTION_SPREAD_FLOOR } else { SPREAD_FLOOR });
         self.remember(x);
         let [now, worst5, mean5, worst20, mean20, slope20, change] = self.windows(input, x);
         let missing = f64::from(u8::from(!x.is_finite()));

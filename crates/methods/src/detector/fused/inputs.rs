@@ -39,6 +39,8 @@ pub static INPUTS: &[FusedInput] = &[
     high("border", "distance to the frame's border"),
     high("first-colors", "colors, compared with the first frame"),
     high("previous-colors", "colors, compared with the frame before"),
+    high("object-colors", "colors, compared with the surroundings"),
+    high("slow-object-colors", "colors of the last frames, compared with the surroundings"),
     high("first-texture", "colors and texture, compared with the first frame"),
     high("previous-texture", "colors and texture, compared with the frame before"),
     high("first-template", "gray values, compared with the first frame"),

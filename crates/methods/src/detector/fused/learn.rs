@@ -4,7 +4,7 @@
 //! (error 1). Rows of one video together have the weight of one video, so that long ones and those with many trackers
 //! do not outvote the others. Features are standardized, and cut as the model cuts them.
 //!
-//! What the scores of a model are worth on videos that it has not seen is learned from such videos: the videos are dealt
+//! The worth of a model's scores on videos that it has not seen is learned from such videos: the videos are dealt
 //! out to [`INNER_FOLDS`] folds in the order of their names, each is scored by a model of the others, and these scores
 //! give the calibration (Platt: a logistic model of the score alone) and the thresholds. False alarms are counted by frames, as
 //! they have to be looked at: a budget of `n` allows the threshold that `n` of 1000 good frames reach.
@@ -12,16 +12,16 @@
 use super::features::{FEATURES, InputHistory};
 use super::inputs::FusedInput;
 use super::logistic::{self, Fit, Rows};
-use super::model::{FusedModel, Weight};
+use super::model::{FusedModel, Weight, probability, score};
 use crate::detector::{Example, LearnError};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Folds of videos that calibration and thresholds are learned on.
 const INNER_FOLDS: usize = 4;
 /// Budgets of false alarms per 1000 good frames that a threshold is learned for.
 pub const BUDGETS: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0];
 
-/// How a model is learned.
+/// Parameters of the learning.
 #[derive(Debug, Clone, Copy)]
 pub struct Learning {
     /// Weight of the squared weights, relative to that of the rows.
@@ -68,55 +68,52 @@ pub fn learn(
     let tracks: Vec<TrackRows<'_>> = examples.iter().map(|e| rows_of(e, inputs, how.stride)).collect();
     let videos: BTreeSet<&str> = tracks.iter().map(|t| t.video).collect();
     let fold = |video: &str| videos.iter().position(|v| *v == video).unwrap_or_default() % INNER_FOLDS;
-    let all = fit(&tracks, |_| true, inputs.len(), how)?;
+    let (features, bias) = fit(&tracks, |_| true, inputs.len(), how)?;
     let mut unseen: Vec<Vec<f64>> = vec![Vec::new(); tracks.len()];
     for left_out in 0..INNER_FOLDS.min(videos.len()) {
-        let model = fit(&tracks, |track| fold(track.video) != left_out, inputs.len(), how)?;
+        let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, inputs.len(), how)?;
         for (scores, track) in unseen.iter_mut().zip(&tracks).filter(|(_, t)| fold(t.video) == left_out) {
-            *scores = track.features.iter().map(|features| model.score(features)).collect();
+            *scores = track.features.iter().map(|features| score(bias, &weights, features)).collect();
         }
     }
     let calibration = calibrate(&tracks, &unseen)?;
-    let model = FusedModel {
-        inputs: inputs.iter().map(|input| input.name.to_string()).collect(),
-        calibration,
-        ..all
-    };
-    let unseen: Vec<Vec<f64>> =
-        unseen.iter().map(|scores| scores.iter().map(|score| model.probability(*score)).collect()).collect();
-    Ok(FusedModel { thresholds: thresholds(&tracks, &unseen), ..model })
+    unseen.iter_mut().flatten().for_each(|score| *score = probability(calibration, *score));
+    let thresholds = thresholds(&tracks, &unseen);
+    let inputs = inputs.iter().map(|input| input.name.to_string()).collect();
+    Ok(FusedModel { inputs, features, bias, calibration, thresholds })
 }
 
-/// Weight of each of some rows, by the videos that they are of: the same sum for every video, and 1 on average.
-fn weights(videos: &[&str]) -> Vec<f64> {
-    let mut counts = std::collections::BTreeMap::<&str, f64>::new();
+/// Rows, each with whether it is lost and its video; every video has the same weight, and the weights are 1 on average.
+fn rows<'r>(columns: usize, each: impl Iterator<Item = (&'r [f64], bool, &'r str)>) -> Rows {
+    let (mut rows, mut videos) = (Rows { columns, ..Rows::default() }, Vec::new());
+    for (values, lost, video) in each {
+        rows.values.extend_from_slice(values);
+        rows.lost.push(lost);
+        videos.push(video);
+    }
+    let mut counts = BTreeMap::<&str, f64>::new();
     videos.iter().for_each(|video| *counts.entry(video).or_default() += 1.0);
     let share = videos.len() as f64 / counts.len() as f64;
-    videos.iter().map(|video| share / counts[video]).collect()
+    rows.weight = videos.iter().map(|video| share / counts[video]).collect();
+    rows
 }
 
-/// A model without names, calibration and thresholds, of the tracks that are taken.
+/// The weights of the features and the bias, of the tracks that are taken.
 fn fit(
     tracks: &[TrackRows<'_>],
     takes: impl Fn(&TrackRows<'_>) -> bool,
     inputs: usize,
     how: &Learning,
-) -> Result<FusedModel, LearnError> {
-    let columns = inputs * FEATURES.len();
-    let (mut rows, mut videos) = (Rows { columns, ..Rows::default() }, Vec::new());
-    for track in tracks.iter().filter(|track| takes(track)) {
-        for (features, lost) in track.features.iter().zip(&track.lost) {
-            rows.values.extend(features.as_flattened());
-            rows.lost.push(*lost);
-            videos.push(track.video);
-        }
-    }
-    rows.weight = weights(&videos);
+) -> Result<(Vec<Weight>, f64), LearnError> {
+    let each = tracks.iter().filter(|track| takes(track)).flat_map(|track| {
+        let rows = track.features.iter().zip(&track.lost);
+        rows.map(|(features, lost)| (features.as_flattened(), *lost, track.video))
+    });
+    let mut rows = rows(inputs * FEATURES.len(), each);
     let features = standardize(&mut rows);
     let Fit { weights, bias } =
         logistic::fit(&rows, how.lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
-    let features = features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect();
-    Ok(FusedModel { inputs: Vec::new(), features, bias, calibration: (1.0, 0.0), thresholds: Vec::new() })
+    Ok((features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect(), bias))
 }
 
 /// Brings the columns to mean 0 and deviation 1 by the weights of the rows, cuts them, and puts 0 where there is no
@@ -141,15 +138,11 @@ fn standardize(rows: &mut Rows) -> Vec<Weight> {
 
 /// a and c of the probability.
 fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64), LearnError> {
-    let (mut rows, mut videos) = (Rows { columns: 1, ..Rows::default() }, Vec::new());
-    for (track, scores) in tracks.iter().zip(scores) {
-        for (score, lost) in scores.iter().zip(&track.lost) {
-            rows.values.push(*score);
-            rows.lost.push(*lost);
-            videos.push(track.video);
-        }
-    }
-    rows.weight = weights(&videos);
+    let each = tracks.iter().zip(scores).flat_map(|(track, scores)| {
+        let rows = scores.iter().zip(&track.lost);
+        rows.map(|(score, lost)| (std::slice::from_ref(score), *lost, track.video))
+    });
+    let rows = rows(1, each);
     // A little shrinking, so that scores which separate the training frames do not get an infinite slope.
     let fit = logistic::fit(&rows, 1e-6 * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
     // A slope of 0 or less would turn the order of the scores around: they are worth nothing then.

@@ -7,10 +7,10 @@
 //! ```
 
 use super::features::{FEATURES, InputHistory};
-use super::inputs::{self, FusedInput};
+use super::inputs::FusedInput;
 use super::logistic::sigmoid;
 use crate::detector::labels::LossState;
-use crate::detector::{Judgement, LearnError, Reason, Stream};
+use crate::detector::{Judgement, Reason, Stream};
 use crate::saved;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ pub struct FusedModel {
     pub thresholds: Vec<(f64, f64)>,
 }
 
-/// What a feature is compared with, and how it counts.
+/// Mean and deviation that a feature is compared with, and its weight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Weight {
@@ -57,15 +57,28 @@ impl Weight {
     }
 }
 
+/// The parts of the score that the features of each input add.
+fn parts<'m>(weights: &'m [Weight], features: &'m [[f64; FEATURES.len()]]) -> impl Iterator<Item = f64> + 'm {
+    weights.chunks(FEATURES.len()).zip(features).map(|(weights, values)| {
+        weights.iter().zip(values).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
+    })
+}
+
+/// The score before calibration.
+pub fn score(bias: f64, weights: &[Weight], features: &[[f64; FEATURES.len()]]) -> f64 {
+    bias + parts(weights, features).sum::<f64>()
+}
+
+/// The probability that a score stands for.
+pub fn probability((a, c): (f64, f64), score: f64) -> f64 {
+    sigmoid(a * score + c)
+}
+
 impl FusedModel {
-    /// The inputs.
-    ///
-    /// # Errors
-    /// When one is not known, or the numbers do not fit together.
-    pub fn inputs(&self) -> Result<Vec<&'static FusedInput>, LearnError> {
-        let known: Option<Vec<_>> = self.inputs.iter().map(|name| inputs::find(name)).collect();
-        let complete = self.features.len() == self.inputs.len() * FEATURES.len();
-        known.filter(|_| complete && !self.thresholds.is_empty()).ok_or(LearnError::OtherModel)
+    /// Whether it is a model of these inputs, and complete.
+    pub fn fits(&self, inputs: &[String]) -> bool {
+        let is_complete = self.features.len() == inputs.len() * FEATURES.len() && !self.thresholds.is_empty();
+        self.inputs == inputs && is_complete
     }
 
     /// The largest budget of the model that is within `budget`, with its probability; of those that are all larger, the
@@ -73,27 +86,6 @@ impl FusedModel {
     pub fn threshold(&self, budget: f64) -> f64 {
         let within = self.thresholds.iter().rev().find(|(most, _)| *most <= budget);
         within.or(self.thresholds.first()).map_or(1.0, |(_, probability)| *probability)
-    }
-
-    /// The parts of the score that the features of each input add.
-    fn parts<'m>(&'m self, features: &'m [[f64; FEATURES.len()]]) -> impl Iterator<Item = f64> + 'm {
-        self.features.chunks(FEATURES.len()).zip(features).map(|(weights, values)| {
-            weights
-                .iter()
-                .zip(values)
-                .map(|(feature, value)| feature.weight * feature.deviation(*value))
-                .sum()
-        })
-    }
-
-    /// The score before calibration.
-    pub fn score(&self, features: &[[f64; FEATURES.len()]]) -> f64 {
-        self.bias + self.parts(features).sum::<f64>()
-    }
-
-    /// The probability that a score stands for.
-    pub fn probability(&self, score: f64) -> f64 {
-        sigmoid(self.calibration.0 * score + self.calibration.1)
     }
 }
 
@@ -134,15 +126,17 @@ impl FusedStream {
 }
 
 impl FusedStream {
-    /// Everything that is said of the next frame but for its reasons: what was read, the parts of the score, the probability, and
-    /// whether the target is lost.
-    fn read(&mut self, values: &[f64]) -> (Vec<[f64; FEATURES.len()]>, f64, bool) {
+    /// Everything that is said of the next frame but for its reasons: the parts of the score that the inputs add, the
+    /// probability, and whether the target is lost.
+    fn read(&mut self, values: &[f64]) -> (Vec<f64>, f64, bool) {
         let given = values.iter().copied().chain(std::iter::repeat(f64::NAN));
         let tracked = self.inputs.iter().zip(&mut self.memory.histories).zip(given);
         let features: Vec<_> = tracked.map(|((input, history), value)| history.push(input, value)).collect();
-        let probability = self.model.probability(self.model.score(&features));
+        let parts: Vec<f64> = parts(&self.model.features, &features).collect();
+        let score = self.model.bias + parts.iter().sum::<f64>();
+        let probability = probability(self.model.calibration, score);
         let lost = self.memory.state.push(probability >= self.threshold, self.confirm);
-        (features, probability, lost)
+        (parts, probability, lost)
     }
 
     /// The probability of a loss in the next frame, and whether an alarm is on.
@@ -160,8 +154,7 @@ impl Stream for FusedStream {
             .zip(&self.memory.histories)
             .map(|(input, history)| history.usual(input))
             .collect();
-        let (features, probability, lost) = self.read(values);
-        let parts: Vec<f64> = self.model.parts(&features).collect();
+        let (parts, probability, lost) = self.read(values);
         let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {

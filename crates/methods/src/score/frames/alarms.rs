@@ -1,4 +1,5 @@
-//! False alarms and delay at the threshold that finds half of the losses, whatever threshold a detector has itself.
+//! False alarms and delay at the threshold that finds half of the losses, and losses found within a budget of false alarms,
+//! whatever threshold a detector has itself.
 //!
 //! ```text
 //! peak of a loss = max of s over its first frames: start, ..., start + 15, up to its last
@@ -6,11 +7,12 @@
 //! false alarms   = 1000 * (good frames with s >= h) / (good frames)
 //! delay          = mean over the losses found (peak >= h) of their first frame with s >= h, less start
 //! ARL0           = good frames / runs of frames with s >= h that begin in a good frame
+//! found(b)       = share of the losses whose peak at most b of 1000 good frames reach
 //! ```
 //!
 //! `s` is the score, high is suspicious; losses and good frames are those of `frames/1` ([`super::truth`]); `start` is
-//! 0-based. Few false alarms, short delays and long runs without a false alarm (ARL0, in frames) are good. There is no
-//! value without a loss, and no ARL0 without a false alarm.
+//! 0-based. Few false alarms, short delays, long runs without a false alarm (ARL0, in frames) and many losses found are
+//! good. There is no value without a loss, and no ARL0 without a false alarm.
 //!
 //! Choices: a loss is found within 15 frames (half a second of video) and only while it lasts, as an alarm after the
 //! target is back is a false one. False alarms are counted by frames, as they have to be looked at; ARL0 counts runs of
@@ -29,7 +31,7 @@ pub fn first_frames(range: &Range<usize>) -> Range<usize> {
     range.start..range.end.min(range.start + WITHIN + 1)
 }
 
-/// What half of the losses cost.
+/// Cost of finding half of the losses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtHalf {
     /// The threshold.
@@ -93,20 +95,53 @@ impl<'a> Losses<'a> {
         })
     }
 
-    /// Bootstrap interval of the false alarms: each sample has a threshold of its own, from its own losses.
-    pub fn interval(&self, sweep: &Sweep, samples: &Samples) -> Option<(f64, f64)> {
-        // Good frames at or above the peak of each loss, by sequence.
-        let mut reached = vec![0_u64; sweep.good.len()];
+    /// Good frames at or above the peak of each loss.
+    pub fn reached(&self, sweep: &Sweep) -> Reached<'_, 'a> {
+        let mut sum = vec![0_u64; sweep.good.len()];
         let mut frames = sweep.frames.iter().peekable();
         let mut row = |loss: &Loss<'_>| {
             while let Some(frame) = frames.next_if(|f| f.score >= loss.peak) {
-                reached[frame.sequence as usize] += u64::from(!frame.lost);
+                sum[frame.sequence as usize] += u64::from(!frame.lost);
             }
-            reached.clone()
+            sum.clone()
         };
-        let rows: Vec<Vec<u64>> = self.losses.iter().map(&mut row).collect();
-        let sum =
-            |weights: &[u64], counts: &[u64]| weights.iter().zip(counts).map(|(w, c)| w * c).sum::<u64>();
+        let rows = self.losses.iter().map(&mut row).collect();
+        Reached { losses: &self.losses, rows, good: sweep.good.clone() }
+    }
+}
+
+/// Good frames at or above the peak of each loss, by sequence.
+pub struct Reached<'l, 'a> {
+    losses: &'l [Loss<'a>],
+    rows: Vec<Vec<u64>>,
+    /// Good frames of each sequence.
+    good: Vec<u64>,
+}
+
+impl Reached<'_, '_> {
+    /// Share of the losses that a budget of false alarms per 1000 good frames finds, with sequences as often as `weights`
+    /// says; NaN without a loss.
+    fn found_of(&self, budget: f64, weights: &[u64]) -> f64 {
+        let allowed = budget / 1000.0 * sum(weights, &self.good) as f64;
+        let found = self.rows.partition_point(|row| sum(weights, row) as f64 <= allowed);
+        let drawn = |losses: &[Loss<'_>]| {
+            losses.iter().map(|loss| weights.get(loss.sequence).copied().unwrap_or(0)).sum::<u64>() as f64
+        };
+        drawn(&self.losses[..found]) / drawn(self.losses)
+    }
+
+    /// Share of the losses that a budget of false alarms per 1000 good frames finds; `None` without a loss.
+    pub fn found(&self, budget: f64) -> Option<f64> {
+        Some(self.found_of(budget, &vec![1; self.good.len()])).filter(|share| share.is_finite())
+    }
+
+    /// The same in each bootstrap sample; NaN in samples without a loss.
+    pub fn found_in(&self, budget: f64, samples: &Samples) -> Vec<f64> {
+        samples.each().map(|weights| self.found_of(budget, &weights)).collect()
+    }
+
+    /// Bootstrap interval of the false alarms: each sample has a threshold of its own, from its own losses.
+    pub fn interval(&self, samples: &Samples) -> Option<(f64, f64)> {
         let of_sample = |weights: Vec<u64>| {
             let drawn = |loss: &Loss<'_>| weights.get(loss.sequence).copied().unwrap_or(0);
             let half = self.losses.iter().map(drawn).sum::<u64>().div_ceil(2);
@@ -116,11 +151,16 @@ impl<'a> Losses<'a> {
                 half > 0 && found >= half
             });
             median.map_or(f64::NAN, |k| {
-                1000.0 * sum(&weights, &rows[k]) as f64 / sum(&weights, &sweep.good) as f64
+                1000.0 * sum(&weights, &self.rows[k]) as f64 / sum(&weights, &self.good) as f64
             })
         };
         interval(samples.each().map(of_sample).collect())
     }
+}
+
+/// Sum of counts by sequence, each as often as its weight says.
+fn sum(weights: &[u64], counts: &[u64]) -> u64 {
+    weights.iter().zip(counts).map(|(w, c)| w * c).sum()
 }
 
 /// Runs of frames at or above a threshold that begin in a good frame.
@@ -160,6 +200,12 @@ mod tests {
         let expected =
             AtHalf { threshold: 3.0, false_alarms: Some(3000.0 / good), delay: 1.5, arl0: Some(good / 2.0) };
         assert_eq!(found, expected);
+        // One good frame reaches the peak 5, three reach 3, and the same three reach 1.
+        let (tracks, at) = ([track(&error, &score)], |budget| 1000.0 * budget / good);
+        let (losses, swept) = (Losses::new(&tracks), Sorted::new(&tracks).sweep(Rule::NoOverlap));
+        let reached = losses.reached(&swept);
+        let found = [0.0, 0.99, 1.01, 2.99, 3.01, 45.0].map(|frames| reached.found(at(frames)).unwrap());
+        assert_eq!(found, [0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0]);
     }
 
     // The window ends with the sixteenth frame of a loss.
@@ -179,6 +225,8 @@ mod tests {
         let all = at_half(&[track(&error, &[0.0; 5])]).unwrap();
         assert_eq!((all.false_alarms, all.delay, all.arl0), (Some(1000.0), 0.0, Some(3.0)));
         assert_eq!(at_half(&[track(&error[..2], &[0.0; 2])]), None);
+        let none = [track(&error[..2], &[0.0; 2])];
+        assert_eq!(Losses::new(&none).reached(&Sorted::new(&none).sweep(Rule::NoOverlap)).found(5.0), None);
         let silent = at_half(&[track(&error, &[0.0, 0.0, 1.0, 0.0, 0.0])]).unwrap();
         assert_eq!((silent.false_alarms, silent.arl0), (Some(0.0), None));
     }
@@ -204,7 +252,15 @@ mod tests {
             };
             let expected = interval(samples.each().map(of).collect());
             let swept = Sorted::new(&all).sweep(Rule::NoOverlap);
-            prop_assert_eq!(Losses::new(&all).interval(&swept, &samples), expected);
+            let losses = Losses::new(&all);
+            let reached = losses.reached(&swept);
+            prop_assert_eq!(reached.interval(&samples), expected);
+            for (weights, found) in samples.each().zip(reached.found_in(200.0, &samples)) {
+                let drawn: Vec<_> = all.iter().flat_map(|t| vec![*t; weights[t.sequence] as usize]).collect();
+                let again = Losses::new(&drawn);
+                let expected = again.reached(&Sorted::new(&drawn).sweep(Rule::NoOverlap)).found(200.0);
+                prop_assert_eq!(Some(found).filter(|f| f.is_finite()), expected);
+            }
         }
     }
 }

@@ -60,10 +60,10 @@ impl Samples {
         self.blocks.iter().flat_map(move |block| (0..LANES).map(move |lane| sample(block, lane)))
     }
 
-    /// Interval of the AUROC.
-    pub fn auroc(&self, sweep: &Sweep) -> Option<(f64, f64)> {
+    /// The AUROC in each sample; NaN in samples without a lost or a good frame, and nothing without samples.
+    pub fn auroc(&self, sweep: &Sweep) -> Vec<f64> {
         if self.blocks.is_empty() || sweep.lost.len() != self.sequences {
-            return None;
+            return Vec::new();
         }
         let pairs = pairs(sweep);
         let mut values = Vec::with_capacity(self.blocks.len() * LANES);
@@ -83,7 +83,7 @@ impl Samples {
             }
             values.extend((0..LANES).map(|lane| wins[lane] / (lost[lane] * good[lane])));
         }
-        interval(values)
+        values
     }
 
     /// Interval of the average precision, from the first [`FEW_SAMPLES`] samples.
@@ -216,13 +216,13 @@ mod tests {
         let all: Vec<f64> =
             samples.each().map(|w| auroc(&sweep_of(&repeated(&sequences, &w))).unwrap()).collect();
         assert_eq!(all.len(), SAMPLES);
-        let (low, high) = samples.auroc(&swept).unwrap();
+        let (low, high) = interval(samples.auroc(&swept)).unwrap();
         let (a, b) = interval(all).unwrap();
         assert!((low - a).abs() < 1e-12 && (high - b).abs() < 1e-12);
         assert!(low < auroc(&swept).unwrap() && auroc(&swept).unwrap() < high);
         let (low, high) = samples.average_precision(&swept).unwrap();
         assert!(low < average_precision(&swept).unwrap() && average_precision(&swept).unwrap() < high);
-        assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_none());
+        assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_empty());
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0]), None);
     }
 

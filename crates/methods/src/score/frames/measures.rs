@@ -1,7 +1,7 @@
 //! All measures of a detector frame by frame, pooled over the tracks of a suite.
 
 use super::alarms::Losses;
-use super::bootstrap::Samples;
+use super::bootstrap::{Samples, interval};
 use super::calibration::expected_calibration_error;
 use super::coverage::areas;
 use super::nab;
@@ -51,6 +51,14 @@ pub struct FrameMeasures {
     pub delay_at_half: Option<f64>,
     /// Good frames for each false alarm there.
     pub arl0_at_half: Option<f64>,
+    /// Share of the losses found at 2 false alarms per 1000 good frames.
+    pub found_at_2: Option<f64>,
+    /// Share of the losses found at 5 false alarms per 1000 good frames.
+    pub found_at_5: Option<f64>,
+    /// Its lower bound.
+    pub found_at_5_low: Option<f64>,
+    /// Its upper bound.
+    pub found_at_5_high: Option<f64>,
     /// Area under the risk-coverage curve.
     pub aurc: Option<f64>,
     /// Area under the generalized risk-coverage curve.
@@ -75,6 +83,7 @@ impl FrameMeasures {
             "auprc" => self.auprc_low.zip(self.auprc_high),
             "auroc_clear" => self.auroc_clear_low.zip(self.auroc_clear_high),
             "false_alarms_at_half" => self.false_alarms_at_half_low.zip(self.false_alarms_at_half_high),
+            "found_at_5" => self.found_at_5_low.zip(self.found_at_5_high),
             _ => None,
         }
     }
@@ -89,13 +98,22 @@ pub struct Method {
     pub is_probability: bool,
 }
 
-/// Computes the measures. The scores of the tracks are as the detector gives them; with a seed there are intervals.
-pub fn measure(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> FrameMeasures {
-    with_alarms(of_scores(tracks, method, seed), tracks)
+/// Measures in bootstrap samples of sequences, which are the same for all detectors on the same sequences.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sampled {
+    /// Area under the ROC curve in each sample, NaN where it has none.
+    pub auroc: Vec<f64>,
+    /// Share of the losses found at 5 false alarms per 1000 good frames in each sample, NaN where there is no loss.
+    pub found_at_5: Vec<f64>,
 }
 
-/// The measures of scores, all but those of [`with_alarms`].
-pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> FrameMeasures {
+/// Computes the measures. The scores of the tracks are as the detector gives them; with a seed there are intervals.
+pub fn measure(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> FrameMeasures {
+    with_alarms(of_scores(tracks, method, seed).0, tracks)
+}
+
+/// The measures of scores, all but those of [`with_alarms`], and those in bootstrap samples.
+pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> (FrameMeasures, Sampled) {
     let turned: Vec<Vec<f64>> = match method.direction {
         Direction::HigherIsBetter => tracks.iter().map(|t| t.score.iter().map(|s| -s).collect()).collect(),
         Direction::LowerIsBetter | Direction::Neither => Vec::new(),
@@ -108,6 +126,7 @@ pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) 
     let (all, clear) = (sorted.sweep(Rule::NoOverlap), sorted.sweep(Rule::Clear));
     let losses = Losses::new(&turned);
     let half = losses.at_half(&all);
+    let reached = losses.reached(&all);
     let areas = areas(&all);
     let (lost, good) = all.totals();
     let mut measures = FrameMeasures {
@@ -121,24 +140,29 @@ pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) 
         false_alarms_at_half: half.and_then(|h| h.false_alarms),
         delay_at_half: half.map(|h| h.delay),
         arl0_at_half: half.and_then(|h| h.arl0),
+        found_at_2: reached.found(2.0),
+        found_at_5: reached.found(5.0),
         aurc: areas.map(|a| a.aurc),
         augrc: areas.map(|a| a.augrc),
         ece: if method.is_probability { ece(tracks, method.direction) } else { None },
         ..FrameMeasures::default()
     };
+    let mut sampled = Sampled::default();
     if let Some(seed) = seed {
         let samples = Samples::new(all.lost.len(), seed);
+        sampled = Sampled { auroc: samples.auroc(&all), found_at_5: reached.found_in(5.0, &samples) };
         let put = |low: &mut Option<f64>, high: &mut Option<f64>, bounds: Option<(f64, f64)>| {
             (*low, *high) = bounds.unzip();
         };
         let m = &mut measures;
-        put(&mut m.auroc_low, &mut m.auroc_high, samples.auroc(&all));
+        put(&mut m.auroc_low, &mut m.auroc_high, interval(sampled.auroc.clone()));
         put(&mut m.auprc_low, &mut m.auprc_high, samples.average_precision(&all));
-        put(&mut m.auroc_clear_low, &mut m.auroc_clear_high, samples.auroc(&clear));
-        let bounds = losses.interval(&all, &samples);
+        put(&mut m.auroc_clear_low, &mut m.auroc_clear_high, interval(samples.auroc(&clear)));
+        let bounds = reached.interval(&samples);
         put(&mut m.false_alarms_at_half_low, &mut m.false_alarms_at_half_high, bounds);
+        put(&mut m.found_at_5_low, &mut m.found_at_5_high, interval(sampled.found_at_5.clone()));
     }
-    measures
+    (measures, sampled)
 }
 
 /// A track with other scores.

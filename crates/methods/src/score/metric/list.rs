@@ -359,6 +359,20 @@ pub const METRICS: &[Metric] = &[
         ..FRAMED
     },
     Metric {
+        name: "found_at_2",
+        heading: "losses found at 2 false alarms per 1000 good frames",
+        formula: "losses of which at most 2 of 1000 good frames reach the highest score within 15 frames / losses",
+        value: |p| p.frames?.found_at_2,
+        ..FRAMED
+    },
+    Metric {
+        name: "found_at_5",
+        heading: "losses found at 5 false alarms per 1000 good frames",
+        formula: "losses of which at most 5 of 1000 good frames reach the highest score within 15 frames / losses",
+        value: |p| p.frames?.found_at_5,
+        ..FRAMED
+    },
+    Metric {
         name: "aurc",
         heading: "area under the risk-coverage curve",
         direction: LowerIsBetter,

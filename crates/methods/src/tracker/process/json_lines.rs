@@ -40,7 +40,7 @@ struct Meta<'a> {
     params: &'a Handed,
 }
 
-/// What a program is told of its track.
+/// Facts of a track that its program is told.
 pub struct Track<'a> {
     /// Number of frames.
     pub frames: usize,

@@ -69,7 +69,7 @@ pub enum Regions {
 /// A checked program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// Its name in experiments.
     pub name: String,

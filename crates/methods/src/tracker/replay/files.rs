@@ -89,9 +89,8 @@ fn find_below(
         (Some(one), None) => Ok(one),
         (Some((_, a)), Some((_, b))) => Err(two_exist(&a, &b, "keep the one that is meant")),
         (None, _) => Err(TrackerError::Missing(format!(
-            "no result of `{results}` for {}, run {run}: {} has none of {}, and {of_run} beside it has none",
+            "no result of `{results}` for {}, run {run}: none of {}, and nothing in {of_run}",
             sequence.name,
-            folder.display(),
             looked_for.join(", ")
         ))),
     }

@@ -117,7 +117,7 @@ fn say(output: &mut impl Write, message: &Message) -> Result<(), TraxError> {
 }
 
 fn as_message(state: TrackerState) -> Message {
-    let confidence = state.confidence.or(state.posterior.map(|p| p.likelihood));
+    let confidence = state.confidence_or_likelihood();
     let confidence = confidence.map(|c| ("confidence".to_string(), c.to_string()));
     Message::TrackerState {
         answer: Answer::Region(state.region),

@@ -72,13 +72,13 @@ pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
         let key = [EVERY_TRACKER.to_string(), name.clone(), String::new()];
         let frames = results.frame_measures.get(&key)?;
         let mine = || results.measures.iter().filter(|m| m.method == *name && m.done > 0);
-        let needs: Vec<&str> = variant.signals().map(|s| s.signal.reads().need()).collect();
+        let needs = variant.needs().join(", ");
         let (real, rate) = (Style::DEFAULT, Style { decimals: 1, ..Style::DEFAULT });
         let alarms =
             [frames.false_alarms_at_half, frames.false_alarms_at_half_low, frames.false_alarms_at_half_high];
         (mine().count() > 0).then(|| Standing {
             method: name.clone(),
-            needs: needs.first().map_or("nothing", |need| need).to_string(),
+            needs: if needs.is_empty() { "nothing".to_string() } else { needs },
             anchor: layout::is_anchor(experiment, name),
             trackers: mine().count() as u64,
             auroc: Estimate::new(real, [frames.auroc, frames.auroc_low, frames.auroc_high]),

@@ -1,5 +1,6 @@
 use super::*;
 use crate::figure::Plot;
+use crate::table::layout::Row;
 
 const CHANCE: Chance = Chance::within(5);
 

@@ -32,7 +32,7 @@ pub enum VideoError<E: std::error::Error + 'static> {
     Ffmpeg {
         /// The video file.
         path: String,
-        /// What it says.
+        /// Text of its stderr.
         message: String,
     },
     /// The file cannot be written to.
@@ -137,7 +137,7 @@ fn feed<E: std::error::Error + 'static>(
         let mut bytes = Vec::new();
         if let Some(mut stderr) = stderr {
             let _ = stderr.by_ref().take(MAX_MESSAGE).read_to_end(&mut bytes);
-            // What is not read would stop the process.
+            // A pipe that is full would stop the process.
             let _ = std::io::copy(&mut stderr, &mut std::io::sink());
         }
         String::from_utf8_lossy(&bytes).split_whitespace().collect::<Vec<_>>().join(" ")

@@ -1,0 +1,283 @@
+//! `object-color`: how much more the colors in the box look like the target than those around it. Low values speak for a
+//! failure.
+//!
+//! ```text
+//! f[t](c) = share of color c in the ellipse that fills the box            b[t](c) = its share in the surroundings
+//! F[0] = f[0],  F[t+1] = F[t] (first)  or  (1 - rate) F[t] + rate f[t] (slow)
+//! B[0] = b[0],  B[t+1] = (1 - rate) B[t] + rate b[t]
+//! P[t](c) = (F[t](c) + e) / (F[t](c) + B[t](c) + 2 e)                     probability that a pixel of color c is the target's
+//! y[t] = sum_c P[t](c) (f[t](c) - b[t](c))                                mean inside the box less mean around it
+//! ```
+//!
+//! `y` has no unit and lies in [-1, 1]; `t` is a 0-based frame, `c` one of `bins`^3 colors, `e` = 0.0001. The surroundings are
+//! what lies between a box 1.1 times as large and one twice as large. A box that stands beside the target, or on a part of the
+//! background that has the target's colors everywhere, has a value near 0 or below.
+//!
+//! Source: a Bayes probability of target against surroundings from two histograms is common practice of color trackers, such as that of
+//! Possegger, Mauthner and Bischof, "In defense of color-based model-free tracking" (CVPR 2015), and Staple (Bertinetto et
+//! al., CVPR 2016), which weigh colors to find the target; no equation was taken from either. The difference between box
+//! and surroundings as a sign of failure is ours.
+//!
+//! Choices: the box is sampled at 48 x 48 places and its surroundings at the same distances, so that the size of a target
+//! does not matter; the frame's border is repeated beyond it. A target of `first` is known for sure, but not what it
+//! looks like later; `slow` follows the target into other light, and a tracker that has drifted away too.
+
+use crate::image::Frame;
+use crate::image::patch::{Axis, Colors, Outside, Patch};
+use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::region::Rect;
+use crate::saved;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::{RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "object-color",
+    version: 1,
+    summary: "how much more the colors in the box look like the target than those around it",
+    example: "{ object = \"first\" }",
+    build: |raw| Ok(Box::new(ObjectColor::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Samples along each side of the box.
+const SIDE: usize = 48;
+/// Samples along each side of the box with its surroundings, which is twice as large.
+const WIDE: usize = 2 * SIDE;
+/// Side of the box that the surroundings leave out, relative to that of the tracker's.
+const MARGIN: f64 = 1.1;
+/// e.
+const SMALL: f64 = 1e-4;
+/// Added before a sample is rounded down. Bounds of bins are neither whole numbers nor halves of them, which samples often
+/// are but for their last bit.
+const ROUNDING: f32 = 0.414;
+/// Shortest side of a box, in pixels.
+const MIN_SIDE: f64 = 1.0;
+
+/// Model of the target's colors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Object {
+    /// The box of the first frame.
+    First,
+    /// A mean of all frames before, in which later ones have more weight.
+    Slow,
+}
+
+/// Parameters of the signal.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Model of the target's colors.
+    pub object: Object,
+    /// Bins a channel, 1 to 32; there are as many colors as the third power of it.
+    pub bins: usize,
+    /// Share of a new frame in the model of the surroundings, and in a slow model of the target, 0 to 1.
+    pub rate: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { object: Object::First, bins: 16, rate: 0.02 }
+    }
+}
+
+/// The signal with checked parameters.
+pub struct ObjectColor(Params);
+
+impl ObjectColor {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When one is out of its documented range.
+    pub fn new(p: Params) -> Result<Self, ParamError> {
+        check_ranges(&[("bins", p.bins, 1, 32)])?;
+        check_ranges(&[("rate", p.rate, 0.0, 1.0)])?;
+        Ok(Self(p))
+    }
+}
+
+impl Signal for ObjectColor {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::HigherIsBetter
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        (-1.0, 1.0)
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        Ok(Box::new(Comparison { params: self.0.clone(), model: None }))
+    }
+}
+
+/// Shares of the colors of the target and of its surroundings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Shares {
+    target: Vec<f64>,
+    around: Vec<f64>,
+}
+
+/// The signal of one track.
+struct Comparison {
+    params: Params,
+    /// F and B.
+    model: Option<Shares>,
+}
+
+impl Session for Comparison {
+    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+        let Params { object, bins, rate } = self.params;
+        let now = shares(frame, &state.region.rect(), bins);
+        let model = self.model.get_or_insert_with(|| now.clone());
+        let term = |c: usize| {
+            let (target, around) = (model.target[c] + SMALL, model.around[c] + SMALL);
+            target / (target + around) * (now.target[c] - now.around[c])
+        };
+        let value: f64 = (0..now.target.len()).map(term).sum();
+        let follow = |model: &mut [f64], now: &[f64]| {
+            model.iter_mut().zip(now).for_each(|(m, n)| *m = (1.0 - rate) * *m + rate * n);
+        };
+        follow(&mut model.around, &now.around);
+        if object == Object::Slow {
+            follow(&mut model.target, &now.target);
+        }
+        value.clamp(-1.0, 1.0)
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&self.model)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let Some(model) = saved::from_bytes::<Option<Shares>>(saved) else { return false };
+        let colors = self.params.bins.pow(3);
+        let fits = |shares: &[f64]| shares.len() == colors && shares.iter().all(|s| (0.0..=1.0).contains(s));
+        if model.as_ref().is_some_and(|m| !fits(&m.target) || !fits(&m.around)) {
+            return false;
+        }
+        self.model = model;
+        true
+    }
+}
+
+/// Distance of a sample from the center, in sides of the tracker's box.
+fn from_center(at: usize) -> f64 {
+    ((at as f64 + 0.5) / WIDE as f64 - 0.5) * 2.0
+}
+
+/// The shares of the colors in a box and around it.
+fn shares(frame: &Frame, rect: &Rect, bins: usize) -> Shares {
+    let axis = |start: f64, side: f64| Axis::around(start + side / 2.0, 2.0 * side.max(MIN_SIDE), WIDE);
+    let (across, down) = (axis(rect.x, rect.w), axis(rect.y, rect.h));
+    let patch = Patch::sampled(frame, &across, &down, Outside::Repeated, Colors::Rgb);
+    let planes: Vec<&[f32]> = patch.values.chunks_exact(WIDE * WIDE).collect();
+    let bin = |value: f32| ((value + ROUNDING) as usize).min(255) * bins / 256;
+    let (mut target, mut around) = (vec![0_u32; bins.pow(3)], vec![0_u32; bins.pow(3)]);
+    for y in 0..WIDE {
+        for x in 0..WIDE {
+            let (dx, dy) = (from_center(x), from_center(y));
+            let counts = if dx * dx + dy * dy <= 0.25 {
+                &mut target
+            } else if dx.abs().max(dy.abs()) > MARGIN / 2.0 {
+                &mut around
+            } else {
+                continue;
+            };
+            counts[planes.iter().fold(0, |color, plane| color * bins + bin(plane[y * WIDE + x]))] += 1;
+        }
+    }
+    let normalized = |counts: Vec<u32>| {
+        let sum = f64::from(counts.iter().sum::<u32>());
+        counts.into_iter().map(|count| f64::from(count) / sum).collect()
+    };
+    Shares { target: normalized(target), around: normalized(around) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::testing::values_on_boxes;
+    use proptest::prelude::*;
+
+    const TARGET: [u8; 3] = [200, 30, 30];
+    const GROUND: [u8; 3] = [30, 120, 40];
+
+    /// A target of 21 x 21 pixels, half a pixel more than a box at (50.5, 30.5) on every side, on plain ground.
+    fn scene(target: [u8; 3]) -> Frame {
+        Frame::from_fn(
+            120,
+            80,
+            |i, j| {
+                if (50..71).contains(&i) && (30..51).contains(&j) { target } else { GROUND }
+            },
+        )
+    }
+
+    fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
+        values_on_boxes(&*ENTRY.build_from_text(params).unwrap(), frames, boxes)
+    }
+
+    fn boxes(lefts: &[f64]) -> Vec<Rect> {
+        lefts.iter().map(|x| Rect::new(*x, 30.5, 20.0, 20.0)).collect()
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        let build = |text| ENTRY.build_from_text(text).map(|_| ());
+        assert!(build("{ bins = 0 }").is_err() && build("{ bins = 33 }").is_err());
+        assert!(build("{ rate = 1.1 }").is_err() && build("{ object = \"last\" }").is_err());
+    }
+
+    // Ellipse and surroundings have one color each: P is (1 + e) / (1 + 2 e) for the target's, e / (1 + 2 e) for the
+    // ground's, and y their difference, 1 / (1 + 2 e). On plain ground y is 0.
+    #[test]
+    fn by_hand() {
+        let frames = [TARGET; 3].map(scene);
+        let found = values("{}", &frames, &boxes(&[50.5, 50.5, 5.5]));
+        assert!((found[0] - 1.0 / 1.0002).abs() < 1e-12 && (found[1] - found[0]).abs() < 1e-12, "{found:?}");
+        assert_eq!(found[2], 0.0);
+    }
+
+    #[test]
+    fn a_slow_model_follows_the_target_into_other_light() {
+        let mut frames = vec![scene(TARGET); 5];
+        frames.extend(vec![scene([70, 10, 10]); 100]);
+        let boxes = boxes(&[50.5; 105]);
+        let (first, slow) = (values("{}", &frames, &boxes), values("{ object = \"slow\" }", &frames, &boxes));
+        assert_eq!(first[..5], slow[..5]);
+        // Of a new color P is 1/2, as it is not seen around either.
+        assert!((first[104] - 0.5).abs() < 0.01 && slow[104] > 0.95, "{} {}", first[104], slow[104]);
+        let still = values("{ object = \"slow\", rate = 0.0 }", &frames, &boxes);
+        assert_eq!(still, values("{ rate = 0.0 }", &frames, &boxes));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn turned_frames_have_the_same_values(seed in 0..1000_u64, x in -10.0..70.0, y in -10.0..50.0) {
+            let color = |i: usize, j: usize| {
+                let key = (i as u64 / 4 * 31 + j as u64 / 4 * 17 + seed).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+                [(key >> 56) as u8, (key >> 48) as u8, (key >> 40) as u8]
+            };
+            let plain = Frame::from_fn(64, 64, color);
+            let turned = Frame::from_fn(64, 64, |i, j| color(63 - i, 63 - j));
+            let rect = Rect::new(x, y, 16.0, 8.0);
+            let other = Rect::new(64.0 - x - 16.0, 64.0 - y - 8.0, 16.0, 8.0);
+            for params in ["{}", "{ object = \"slow\", bins = 4 }"] {
+                let one = values(params, &vec![plain.clone(); 3], &[Rect::new(20.0, 20.0, 16.0, 8.0), rect, rect]);
+                let two = values(params, &vec![turned.clone(); 3], &[Rect::new(28.0, 36.0, 16.0, 8.0), other, other]);
+                for (a, b) in one.iter().zip(&two) {
+                    prop_assert!((a - b).abs() < 1e-3, "{a} {b}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The table `differences`: how far each method is behind the best one, frame by frame, all trackers together.
+//!
+//! The numbers are those of `frame_pairs.csv`; see [`crate::results::frame_pairs`] for the statistics.
+
+use super::layouts::{self, cell, group, of_suite};
+use crate::results::Results;
+use crate::results::frame_measures::EVERY_TRACKER;
+use crate::results::frame_pairs::{Difference, Pair};
+use crate::score::{FrameMeasures, Metric};
+use crate::table::layout::{Cell, TableLayout, is_anchor};
+use crate::table::number::Style;
+
+/// A method with its measures over all trackers.
+struct Ranked<'a> {
+    name: &'a str,
+    measures: &'a FrameMeasures,
+}
+
+/// The methods without a grid that have an AUROC, the best first.
+fn ranked(results: &Results) -> Vec<Ranked<'_>> {
+    let methods = &results.experiment.methods;
+    let single = |name: &str| methods.iter().any(|m| m.name == name && m.variants.len() == 1);
+    let mine = results.frame_measures.iter().filter(|(key, measures)| {
+        let [tracker, name, _] = key;
+        tracker == EVERY_TRACKER
+            && single(name)
+            && !is_anchor(&results.experiment, name)
+            && measures.auroc.is_some()
+    });
+    let mut ranked: Vec<Ranked<'_>> =
+        mine.map(|([_, name, _], measures)| Ranked { name, measures }).collect();
+    ranked
+        .sort_by(|a, b| b.measures.auroc.partial_cmp(&a.measures.auroc).unwrap_or(std::cmp::Ordering::Equal));
+    ranked
+}
+
+/// Inputs of a method beside the tracker's boxes, in words.
+fn needs(results: &Results, name: &str) -> String {
+    let method = results.experiment.methods.iter().find(|m| m.name == name);
+    method.and_then(|m| m.variants.first()).map_or_else(String::new, |variant| variant.needs().join(", "))
+}
+
+/// The pair of a method and another one, whichever is first in the file.
+fn pair_of(pairs: &[Pair], method: &str, other: &str) -> Option<Pair> {
+    let found = pairs.iter().find(|p| p.method == method && p.other == other).cloned();
+    found.or_else(|| pairs.iter().find(|p| p.method == other && p.other == method).map(Pair::turned))
+}
+
+/// The table; `None` for results without pairs.
+pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
+    let ranked = ranked(results);
+    let style = Style::of_metric(Metric::from_name("auroc")?);
+    let signed = |d: Difference| {
+        let shown = |v: Option<f64>| cell(v, |v| style.format_signed(v));
+        [shown(d.value), shown(d.bounds.map(|b| b.0)), shown(d.bounds.map(|b| b.1))]
+    };
+    let row = |(k, method): (usize, &Ranked<'_>)| {
+        let best = ranked[..k].iter().find_map(|better| pair_of(pairs, method.name, better.name));
+        let plain = |v: Option<f64>| cell(v, |v| style.format(v));
+        let text = |text: Option<String>| Cell { ours: text, ..Cell::default() };
+        let against = text(best.as_ref().map(|pair| pair.other.clone()));
+        let (auroc, found) = best.map_or_else(Default::default, |pair| (pair.auroc, pair.found_at_5));
+        let reads = text(Some(needs(results, method.name)));
+        let mut cells = vec![reads, plain(method.measures.auroc), plain(method.measures.found_at_5), against];
+        cells.extend(signed(auroc).into_iter().chain(signed(found)));
+        (method.name.to_string(), cells)
+    };
+    let rows: Vec<(String, Vec<Cell>)> = ranked.iter().enumerate().map(row).collect();
+    let caption = "Each method against the best one by AUROC that was run on the same tracks, all trackers together: area under \
+                   the ROC curve, and losses found within 15 frames at 5 false alarms per 1000 good frames, with 95 % bounds of \
+                   the differences by bootstrap over sequences, which are the same for both. A method without a better one on its \
+                   tracks stands alone; frame_pairs.csv has all other pairs.";
+    let columns = [
+        "reads",
+        "AUROC",
+        "found at 5",
+        "against",
+        "AUROC less its",
+        "95 % from",
+        "95 % to",
+        "found less its",
+        "95 % from ",
+        "95 % to ",
+    ];
+    let groups = vec![group("", String::new(), rows)];
+    let table = layouts::table("differences", caption.to_string(), "method", &columns, groups);
+    (!pairs.is_empty()).then(|| of_suite(table, results))
+}

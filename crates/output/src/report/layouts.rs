@@ -1,0 +1,52 @@
+//! Tables that a report makes by itself, beside those of its experiment.
+
+use crate::direction::Direction;
+use crate::results::Results;
+use crate::spec::TEST;
+use crate::table::data_note;
+use crate::table::layout::{Cell, Group, Row, TableLayout};
+
+/// A number as it is shown; empty without one.
+pub fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
+    Cell { value, ours: value.map(shown), ..Cell::default() }
+}
+
+/// A table without a note on its data.
+pub fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups: Vec<Group>) -> TableLayout {
+    TableLayout {
+        name: name.into(),
+        caption,
+        data: String::new(),
+        corner: corner.into(),
+        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        groups,
+    }
+}
+
+/// Rows with a heading.
+pub fn group(key: &str, label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
+    let row = |(label, cells)| Row { label, direction: Direction::Neither, cells };
+    Group {
+        key: key.to_string(),
+        label,
+        published_tracker: None,
+        has_ours: true,
+        rows: rows.into_iter().map(row).collect(),
+    }
+}
+
+/// The sentence that says what all numbers rest on.
+pub fn suite(results: &Results) -> String {
+    let experiment = &results.experiment;
+    format!("Suite {}: {}.", experiment.suites[TEST], data_note(experiment, &results.manifest))
+}
+
+/// The table with what its numbers rest on, under a name that no table of the experiment has.
+pub fn of_suite(mut table: TableLayout, results: &Results) -> TableLayout {
+    table.caption = format!("{} {}", table.caption, suite(results));
+    table.data = data_note(&results.experiment, &results.manifest);
+    while results.experiment.tables.iter().any(|t| t.name == table.name) {
+        table.name.push('_');
+    }
+    table
+}

@@ -1,0 +1,132 @@
+//! Cells without a result, in groups that a reader takes in at once: what is not there by tracker, what failed or was not
+//! run by reason.
+
+use super::manifest::{FailedCell, NotRun};
+
+/// Most lines that tell of methods that were not run one by one.
+const MAX_LINES: usize = 12;
+
+/// Cells without a result for the same reason.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unfinished {
+    /// Whether their data is not there; otherwise they failed.
+    pub missing: bool,
+    /// Which cells: `IVT (file), 24 sequences, 12 methods`.
+    pub cells: String,
+    /// Why the first of them has no result.
+    pub reason: String,
+}
+
+/// Names in the order in which they come, each once.
+fn names<'a, T>(cells: &[&'a T], name: fn(&'a T) -> &'a str) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for cell in cells {
+        if !names.contains(&name(cell)) {
+            names.push(name(cell));
+        }
+    }
+    names
+}
+
+/// One name, or how many there are.
+fn counted(names: &[&str], what: &str) -> String {
+    match names {
+        [one] => (*one).to_string(),
+        many => format!("{} {what}", many.len()),
+    }
+}
+
+/// The groups, in the order of their first cells.
+pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
+    let mut groups: Vec<Vec<&FailedCell>> = Vec::new();
+    for cell in cells {
+        // Reasons of missing data name the file of each sequence.
+        let same = |group: &&mut Vec<&FailedCell>| match group.first() {
+            Some(first) if first.missing != cell.missing => false,
+            Some(first) if cell.missing => first.tracker == cell.tracker,
+            Some(first) => first.reason == cell.reason,
+            None => false,
+        };
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(cell),
+            None => groups.push(vec![cell]),
+        }
+    }
+    let group = |cells: Vec<&FailedCell>| {
+        let first = cells.first()?;
+        let parts = [
+            counted(&names(&cells, |c| &c.tracker), "trackers"),
+            counted(&names(&cells, |c| &c.sequence), "sequences"),
+            counted(&names(&cells, |c| &c.method), "methods"),
+        ];
+        let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        Some(Unfinished { missing: first.missing, cells: parts.join(", "), reason: first.reason.clone() })
+    };
+    groups.into_iter().filter_map(group).collect()
+}
+
+/// Lines that tell of methods that were not run: one for each or, where there are many, one for each unmet need.
+pub fn not_run(all: &[NotRun]) -> Vec<String> {
+    if all.len() <= MAX_LINES {
+        return all.iter().map(ToString::to_string).collect();
+    }
+    let every: Vec<&NotRun> = all.iter().collect();
+    let line = |reason: &str| {
+        let mine: Vec<&NotRun> = all.iter().filter(|n| n.reason == reason).collect();
+        let methods = names(&mine, |n| &n.method).join(", ");
+        let trackers = counted(&names(&mine, |n| &n.tracker), "trackers");
+        format!("Not run on {trackers}: {methods}; each {reason}")
+    };
+    names(&every, |n| &n.reason).into_iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(sequence: &str, tracker: &str, method: &str, missing: bool, reason: &str) -> FailedCell {
+        let [sequence, tracker, method, reason] = [sequence, tracker, method, reason].map(str::to_string);
+        FailedCell { sequence, tracker, run: 0, method, missing, reason }
+    }
+
+    #[test]
+    fn what_is_not_there_is_told_by_tracker_and_what_failed_by_reason() {
+        let cells = [
+            cell("a", "x", "m", true, "no a.txt"),
+            cell("b", "x", "m", true, "no b.txt"),
+            cell("b", "x", "n", true, "no b.txt"),
+            cell("a", "y", "m", false, "no module"),
+            cell("a", "z", "m", false, "no module"),
+            cell("a", "z", "m", false, "it broke"),
+        ];
+        let found = groups(&cells);
+        let words: Vec<(bool, &str, &str)> =
+            found.iter().map(|g| (g.missing, g.cells.as_str(), g.reason.as_str())).collect();
+        let expected = [
+            (true, "x, 2 sequences, 2 methods", "no a.txt"),
+            (false, "2 trackers, a, m", "no module"),
+            (false, "z, a, m", "it broke"),
+        ];
+        assert_eq!(words, expected);
+        assert!(groups(&[]).is_empty());
+    }
+
+    #[test]
+    fn much_that_was_not_run_is_told_by_need() {
+        let entry = |tracker: usize, method: &str, reason: &str| NotRun {
+            tracker: format!("t{tracker}"),
+            method: method.to_string(),
+            reason: reason.to_string(),
+            cells: 2,
+        };
+        let few = [entry(0, "a", "needs x")];
+        assert_eq!(not_run(&few), ["a was not run on t0 (2 cells): it needs x"]);
+        let mut many: Vec<NotRun> =
+            (0..6).flat_map(|t| [entry(t, "a", "needs x"), entry(t, "b", "needs x")]).collect();
+        many.push(entry(3, "c", "needs y"));
+        assert_eq!(
+            not_run(&many),
+            ["Not run on 6 trackers: a, b; each needs x", "Not run on t3: c; each needs y"]
+        );
+    }
+}
