@@ -119,6 +119,8 @@ impl Experiment {
 pub struct Tracker {
     /// Name in tables, unique in the experiment.
     pub label: String,
+    /// Label of the tracker that it is a reading of.
+    pub like: Option<String>,
     /// Plugin kind.
     pub kind: &'static str,
     /// Plugin version.

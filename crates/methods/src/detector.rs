@@ -28,6 +28,7 @@ pub mod process;
 pub mod random;
 pub mod relative_drop;
 pub mod sequential_test;
+pub mod standard_score;
 pub mod stream;
 pub mod track_quality;
 pub mod two_model_chi_square;
@@ -185,6 +186,7 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,
     naive_forecast::ENTRY,
     level::ENTRY,
+    standard_score::ENTRY,
     hysteresis::ENTRY,
     relative_drop::ENTRY,
     joint_drop::ENTRY,

@@ -1,7 +1,7 @@
 //! Scores: labels and ground truth in, counts and measures out. Pure functions.
 //!
 //! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, and each protocol is one file
-//! with the exact rules of one paper under a versioned name. [`frames`] has the measures and
+//! with the exact rules of one paper under a versioned name; [`restarts`] says what it makes of restarts. [`frames`] has the measures and
 //! protocols that judge a detector frame by frame. [`counts`] holds what protocols count, [`chance`] the
 //! counts expected of random detections, [`pooled`] both over a suite, and [`metric`] the list of all numbers that
 //! tables show. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`] (VOT),
@@ -21,6 +21,7 @@ pub mod oxuva;
 pub mod pooled;
 mod protocol;
 pub mod resets;
+pub mod restarts;
 pub mod sanmiguel2015;
 pub mod segmentation;
 pub mod success;
@@ -33,11 +34,13 @@ pub use metric::{METRICS, Metric};
 pub use metrics_page::metrics_page;
 pub use pooled::Pooled;
 pub use protocol::{Protocol, TrackScore};
+pub use restarts::Restarts;
 pub use tracker_metric::{TRACKER_METRICS, TrackerMetric};
 
 /// Every protocol, by name.
 pub static PROTOCOLS: &[Protocol] = &[
     khalid2016::PROTOCOL,
+    khalid2016::NEW_TRACK,
     sanmiguel2015::SIGNED,
     sanmiguel2015::UNSIGNED,
     segmentation::PROTOCOL,

@@ -14,6 +14,7 @@
 //! | [`signals`] | `signals.parquet`: signals and forecasts |
 //! | [`truth`] | `truth.parquet`: ground truth |
 //! | [`conditions`], [`checks`] | `conditions.parquet`, `checks.csv`: of methods that follow the tracker's condition |
+//! | [`pieces`] | `pieces.csv`: of protocols in which a restart begins a new track |
 //! | [`analyses`] | `analyses.json` |
 //! | [`models`] | `models/*.json` |
 //! | [`manifest`] | `manifest.json`: what the results rest on |
@@ -39,6 +40,7 @@ pub mod manifest;
 mod markdown;
 pub mod measures;
 pub mod models;
+pub mod pieces;
 mod read;
 pub mod run;
 pub mod scores;

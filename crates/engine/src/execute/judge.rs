@@ -7,7 +7,7 @@ use super::supervise::{JobError, Watchdog, supervised};
 use super::track::Track;
 use super::tracker_run::TrackingError;
 use crate::detector::track_quality::Effort;
-use crate::detector::{Detector, DetectorOutput, Input, Quality};
+use crate::detector::{DetectorOutput, Input, Quality};
 use crate::error::{CellError, RunError};
 use crate::limits::Interrupted;
 use crate::observe::tally::Work;
@@ -17,6 +17,7 @@ use crate::score::{Protocol, TrackScore};
 use crate::spec::method::{FixedDetector, Method};
 use crate::store::address::{Address, Recipe};
 use crate::store::{self, Name, Record};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One method on one track, judged.
@@ -30,6 +31,8 @@ pub struct Judged {
     pub effort: Effort,
     /// Whether the output holds a [`Quality`].
     pub follows: bool,
+    /// The pieces of the track that were scored by themselves, where a restart begins a new track.
+    pub pieces: Option<Vec<Range<usize>>>,
 }
 
 /// A detector with its parameters or model, and their source.
@@ -64,17 +67,55 @@ impl ReadyDetector {
 
 /// Output of a detector on a track. `seed` is for detectors that draw random numbers.
 ///
+/// A detector that begins again with each restart sees one piece after the other; the frames between them have no alarm
+/// and the score of the frame before.
+///
 /// # Errors
 /// When a reverse run failed.
 pub fn detect(
     track: &Track,
     signals: &SignalSet,
-    detector: &dyn Detector,
+    fixed: &FixedDetector,
     seed: u64,
 ) -> Result<DetectorOutput, TrackingError> {
     let (signal, more) = (track.signal(signals.first), track.more(signals));
     let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
-    reverse::detect(detector, input, track.reversal.as_deref())
+    let pieces = fixed.restarts.pieces(&track.status);
+    if pieces.len() <= 1 {
+        return reverse::detect(&*fixed.detector, input, track.reversal.as_deref());
+    }
+    let mut whole = DetectorOutput::default();
+    for piece in pieces {
+        let more: Vec<&[f64]> = more.iter().map(|series| &series[piece.clone()]).collect();
+        let (signal, error) = (&signal[piece.clone()], &track.error[piece.clone()]);
+        let output = reverse::detect(&*fixed.detector, Input { signal, more: &more, error, ..input }, None)?;
+        fill(&mut whole, piece.start);
+        append(&mut whole, output);
+    }
+    fill(&mut whole, track.error.len());
+    Ok(whole)
+}
+
+/// Lengthens an output by silent frames up to a number of frames.
+fn fill(whole: &mut DetectorOutput, frames: usize) {
+    let last = whole.score.last().copied().unwrap_or_default();
+    whole.score.resize(frames, last);
+    whole.alarm.resize(frames, false);
+    whole.forecast.iter_mut().for_each(|forecast| forecast.resize(frames, f64::NAN));
+    whole.changes.iter_mut().for_each(|changes| changes.resize(frames, 0));
+}
+
+/// Puts the output on a piece behind those before it.
+fn append(whole: &mut DetectorOutput, piece: DetectorOutput) {
+    let before = whole.score.len();
+    whole.score.extend(piece.score);
+    whole.alarm.extend(piece.alarm);
+    if let Some(forecast) = piece.forecast {
+        whole.forecast.get_or_insert_with(|| vec![f64::NAN; before]).extend(forecast);
+    }
+    if let Some(changes) = piece.changes {
+        whole.changes.get_or_insert_with(|| vec![0; before]).extend(changes);
+    }
 }
 
 /// A cell to be judged.
@@ -155,10 +196,11 @@ pub fn judge(
     let judged =
         |((cell, recipe), output): ((&PendingCell, _), Option<Result<DetectorOutput, CellError>>)| {
             let output = output.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
-            let score = (cell.protocol.score)(&cell.track.error, &output.alarm, &output.changes());
+            let score = cell.track.judge(cell.protocol, &output);
             let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
             let follows = output.quality.is_some();
-            Ok(Judged { output: context.outputs.insert(recipe, output), score, effort, follows })
+            let pieces = cell.track.pieces(cell.protocol);
+            Ok(Judged { output: context.outputs.insert(recipe, output), score, effort, follows, pieces })
         };
     Ok(cells.iter().zip(&recipes).zip(outputs).map(judged).collect())
 }
@@ -174,10 +216,10 @@ fn compute(
         let mut outputs = Vec::with_capacity(cells.len());
         for (k, (cell, left_out)) in cells.iter().zip(left_out).enumerate() {
             watch.check_interrupted()?;
-            let detector = &*cell.ready_detector.fixed.detector;
+            let fixed = &cell.ready_detector.fixed;
             outputs.push(match left_out {
                 Some(reason) => Err(reason.clone().into()),
-                None => watch.step(k, || detect(&cell.track, &cell.signals, detector, cell.seed)),
+                None => watch.step(k, || detect(&cell.track, &cell.signals, fixed, cell.seed)),
             });
         }
         Ok(outputs)

@@ -3,9 +3,10 @@
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::image::Frame;
 use crate::region::Region;
-use crate::signal::{Observation, Reads, Session};
+use crate::score::Restarts;
+use crate::signal::{Observation, Reads, Session, Signal};
 use crate::spec::method::SignalChoice;
-use crate::tracker::{RunContext, StartedTracker, Tracker, TrackerError, TrackerState};
+use crate::tracker::{RunContext, StartedTracker, Status, Tracker, TrackerError, TrackerState};
 use std::sync::Arc;
 
 /// A tracker, or its stored states, with the signals read from it.
@@ -31,6 +32,18 @@ pub(super) struct LaneSignal {
     session: Box<dyn Session>,
     /// For a signal that reads companions.
     companions: Companions,
+    /// For a signal that begins again with each restart of the tracker.
+    restarts: Option<RestartedSignal>,
+}
+
+/// What a signal needs that begins again with each restart of its tracker.
+struct RestartedSignal {
+    signal: Arc<dyn Signal>,
+    run: TrackerRun,
+    /// Whether the tracker was started.
+    started: bool,
+    /// The last value, which skipped frames repeat.
+    last: f64,
 }
 
 /// States of other trackers on the same sequence, one for each of its frames.
@@ -89,10 +102,26 @@ impl Lane {
             let companions =
                 if reads == Reads::Companions { companions.clone() } else { Companions::default() };
             let session = choice.signal.start(context)?;
-            Ok(LaneSignal { kind: choice.kind, reads, session, companions })
+            Ok(LaneSignal { kind: choice.kind, reads, session, companions, restarts: None })
         };
         let signals = signals.into_iter().map(|choice| choice.map(signal).transpose());
         Ok(Self { signals: signals.collect::<Result<_, _>>()?, ..self })
+    }
+
+    /// The lane, whose signals of these choices begin again with each restart of the tracker, where the choice says so.
+    pub fn with_restarts<'s>(
+        mut self,
+        run: &TrackerRun,
+        choices: impl IntoIterator<Item = &'s SignalChoice>,
+    ) -> Self {
+        for (signal, choice) in self.signals.iter_mut().flatten().zip(choices) {
+            if choice.restarts == Restarts::NewTrack {
+                let (signal_again, run) = (choice.signal.clone(), run.clone());
+                signal.restarts =
+                    Some(RestartedSignal { signal: signal_again, run, started: false, last: 0.0 });
+            }
+        }
+        self
     }
 
     /// A lane without signals of a started tracker; the first frame that it will be given is the tracker's next one.
@@ -161,7 +190,17 @@ impl LaneSignal {
         t: usize,
         number: u32,
     ) -> Result<f64, TrackingError> {
-        let Self { kind, reads, session, companions } = self;
+        if let Some(restarts) = &mut self.restarts {
+            match state.status {
+                Status::Skipped if restarts.started => return Ok(restarts.last),
+                Status::Initialized if restarts.started => {
+                    self.session = restarts.signal.start(&restarts.run.context())?;
+                }
+                Status::Initialized => restarts.started = true,
+                _ => {}
+            }
+        }
+        let Self { kind, reads, session, companions, restarts } = self;
         // A confidence may be absent in single frames, for which the signal has a rule.
         let lacks = *reads != Reads::Confidence && !reads.is_in(state);
         if let Some(need) = reads.need_of_tracker().filter(|_| lacks) {
@@ -170,6 +209,9 @@ impl LaneSignal {
         let states = companions.iter().filter_map(|states| states.get(t));
         let companions: Vec<&Region> = states.map(|state| &state.region).collect();
         let value = session.push(&Observation { frame, state, companions: &companions });
+        if let Some(restarts) = restarts {
+            restarts.last = value;
+        }
         match session.fault() {
             _ if value.is_finite() => Ok(value),
             Some(fault) => Err(fault.into()),

@@ -123,12 +123,13 @@ impl Pass {
     }
 
     fn lane(&self, task: &Task) -> Result<Lane, TrackingError> {
-        let signals = task.signals.iter().filter_map(|k| self.signals.get(*k)).map(Some);
+        let signals = || task.signals.iter().filter_map(|k| self.signals.get(*k));
         let lane = match &task.states {
             Some(states) => Lane::of_states(states.clone()),
             None => Lane::of_run(task.run.clone()),
         };
-        lane.with_signals(&task.run.context(), &task.companions, signals)
+        let lane = lane.with_signals(&task.run.context(), &task.companions, signals().map(Some))?;
+        Ok(lane.with_restarts(&task.run, signals()))
     }
 }
 

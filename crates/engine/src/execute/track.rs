@@ -1,12 +1,14 @@
 //! Tracks with their signals.
 
 use super::reverse::Reversal;
-use crate::detector::Example;
+use crate::detector::{DetectorOutput, Example};
 use crate::error::CellError;
 use crate::plan::{ExperimentPlan, SignalSet};
 use crate::region::Region;
+use crate::score::{Protocol, Restarts, TrackScore};
 use crate::tracker::Status;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A tracker's run over a sequence, with the signals computed from it.
@@ -40,6 +42,20 @@ impl Track {
     /// The further signals that a method reads.
     pub fn more(&self, signals: &SignalSet) -> Vec<&[f64]> {
         signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect()
+    }
+
+    /// The score of a detector's output by a protocol.
+    pub fn judge(&self, protocol: &Protocol, output: &DetectorOutput) -> TrackScore {
+        match self.pieces(protocol) {
+            None => (protocol.score)(&self.error, &output.alarm, &output.changes()),
+            Some(pieces) => protocol.judge(&self.error, &output.alarm, &output.changes(), &pieces),
+        }
+    }
+
+    /// The pieces that a protocol scores by themselves, where a restart begins a new track.
+    pub fn pieces(&self, protocol: &Protocol) -> Option<Vec<Range<usize>>> {
+        let is_anew = protocol.restarts == Restarts::NewTrack;
+        is_anew.then(|| protocol.restarts.pieces(&self.status))
     }
 
     /// The track with one of its signals, as training data.

@@ -86,7 +86,10 @@ pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
 /// Index of a signal among the distinct ones.
 pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
     debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
-    distinct.iter().position(|d| d.kind == choice.kind && d.signal.params() == choice.signal.params())
+    let is_it = |d: &SignalChoice| {
+        d.kind == choice.kind && d.restarts == choice.restarts && d.signal.params() == choice.signal.params()
+    };
+    distinct.iter().position(is_it)
 }
 
 /// Every variant of every method, in the experiment's order.

@@ -6,8 +6,8 @@ use crate::detector::Learner;
 use crate::error::CellError;
 use crate::image::DECODER;
 use crate::num::seed;
-use crate::score::Protocol;
 use crate::score::overlap::OVERLAP;
+use crate::score::{Protocol, Restarts};
 use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
@@ -106,9 +106,18 @@ pub fn signal_files(
 pub fn signal(track: Address, choice: &SignalChoice, companions: &[Address], files: &[Ingredient]) -> Recipe {
     let recipe = Recipe::new(Stage::Signal).with("track", track);
     let recipe = companions.iter().fold(recipe, |recipe, address| recipe.with("companion", address));
-    let mut recipe = recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params());
+    let recipe = recipe.with_plugin("signal", choice.kind, choice.version, &choice.signal.params());
+    let mut recipe = with_restarts(recipe, choice.restarts);
     recipe.ingredients.extend_from_slice(files);
     recipe
+}
+
+/// Adds what becomes of restarts, unless they are parts of the track.
+fn with_restarts(recipe: Recipe, restarts: Restarts) -> Recipe {
+    match restarts {
+        Restarts::PartOfTrack => recipe,
+        Restarts::NewTrack => recipe.with("restarts", "new track"),
+    }
 }
 
 /// Version of training; part of every model's address.
@@ -160,7 +169,8 @@ fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
     recipe = with_reverse(recipe, &training.example);
     let plugin = |fixed: &FixedDetector| {
         let recipe = Recipe::new(Stage::Model);
-        recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params()).address()
+        let recipe = recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params());
+        with_restarts(recipe, fixed.restarts).address()
     };
     match &training.candidates {
         Candidates::Listed(list) => {
@@ -205,7 +215,7 @@ impl DetectorKey {
     pub fn given(fixed: &FixedDetector) -> Self {
         let recipe = Recipe::new(Stage::Labels);
         let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
-        let recipe = with_reverse(recipe, fixed);
+        let recipe = with_restarts(with_reverse(recipe, fixed), fixed.restarts);
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
@@ -278,7 +288,7 @@ mod tests {
     fn fixed(kind: &str) -> FixedDetector {
         let entry = crate::plugin::find(DETECTORS, kind).unwrap();
         let detector = Arc::from(entry.build_from_text(entry.example).unwrap());
-        FixedDetector { kind: entry.kind, version: entry.version, detector }
+        FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
 use super::wire;
 use crate::analysis::{ANALYSES, Names};
+use crate::score::Restarts;
 use crate::signal::SIGNALS;
 use crate::tracker::process::Programs;
 use std::collections::BTreeMap;
@@ -68,6 +69,7 @@ pub(super) fn read(
                 kind: signal.entry.kind,
                 version: signal.entry.version,
                 signal: Arc::from(signal.build(source, Vec::new())?),
+                restarts: Restarts::default(),
             })
         }
     };

@@ -9,7 +9,7 @@ use crate::detector::{DETECTORS, Detector};
 use crate::direction::Direction;
 use crate::plugin::{ParamError, RawParams};
 use crate::score::Metric;
-use crate::score::Protocol;
+use crate::score::{Protocol, Restarts};
 use crate::signal::{Reads, SIGNALS, Signal};
 use crate::tracker::process::Programs;
 use serde::Deserialize;
@@ -21,6 +21,8 @@ use toml::de::{DeTable, DeValue};
 pub struct Method {
     /// Name in tables.
     pub name: String,
+    /// Name of the method that it is a reading of.
+    pub like: Option<String>,
     /// Labels of the trackers it is run on; all when `None`.
     pub trackers: Option<Vec<String>>,
     /// How its labels are scored.
@@ -77,6 +79,8 @@ pub struct SignalChoice {
     pub version: u32,
     /// The checked signal.
     pub signal: Arc<dyn Signal>,
+    /// Whether it begins again where the tracker is started again.
+    pub restarts: Restarts,
 }
 
 /// A checked detector with its kind and version.
@@ -88,6 +92,8 @@ pub struct FixedDetector {
     pub version: u32,
     /// The checked detector.
     pub detector: Arc<dyn Detector>,
+    /// Whether it begins again where the tracker is started again.
+    pub restarts: Restarts,
 }
 
 /// A detector, or how it is trained.
@@ -193,6 +199,26 @@ impl Method {
 }
 
 impl Variant {
+    /// Lets its signals and detectors treat restarts as their protocol does.
+    fn set_restarts(&mut self, restarts: Restarts) {
+        self.signal.iter_mut().chain(&mut self.more_signals).for_each(|choice| choice.restarts = restarts);
+        match &mut self.detector {
+            DetectorChoice::Given(fixed) | DetectorChoice::Learned(fixed) => fixed.restarts = restarts,
+            DetectorChoice::Trained(training) => {
+                training.example.restarts = restarts;
+                match &mut training.candidates {
+                    Candidates::Listed(list) => {
+                        list.iter_mut().for_each(|(_, fixed)| fixed.restarts = restarts);
+                    }
+                    Candidates::Quantiles { build, .. } => {
+                        let inner = build.clone();
+                        *build = Arc::new(move |value| Ok(FixedDetector { restarts, ..inner(value)? }));
+                    }
+                }
+            }
+        }
+    }
+
     fn detectors(&self) -> usize {
         match &self.detector {
             DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
@@ -243,7 +269,15 @@ pub fn read(
     let mut variants = Vec::new();
     let mut detectors = 0;
     for point in combinations(&axes) {
-        let variant = build_variant(source, name, span.clone(), &detector, &signals, &point)?;
+        let mut variant = build_variant(source, name, span.clone(), &detector, &signals, &point)?;
+        if protocol.restarts == Restarts::NewTrack && variant.detector.needs_reverse() {
+            let message = format!(
+                "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
+                protocol.name
+            );
+            return Err(source.error(span, message));
+        }
+        variant.set_restarts(protocol.restarts);
         detectors += variant.detectors();
         if detectors > room {
             let message = format!("the experiment tries more than {MAX_DETECTORS} detectors");
@@ -251,7 +285,7 @@ pub fn read(
         }
         variants.push(variant);
     }
-    Ok(Method { name: name.to_string(), trackers: None, protocol, variants })
+    Ok(Method { name: name.to_string(), like: None, trackers: None, protocol, variants })
 }
 
 /// The tables of a method's signals: none, one, or a list.
@@ -362,7 +396,12 @@ fn build_variant<'i>(
     let built = |(k, raw): (usize, &RawPlugin<'i, dyn Signal>)| {
         // Axes of the grid are parameters of the first signal.
         let built = raw.build(source, if k == 0 { set(true) } else { Vec::new() })?;
-        Ok(SignalChoice { kind: raw.entry.kind, version: raw.entry.version, signal: Arc::from(built) })
+        Ok(SignalChoice {
+            kind: raw.entry.kind,
+            version: raw.entry.version,
+            signal: Arc::from(built),
+            restarts: Restarts::default(),
+        })
     };
     let signals: Vec<SignalChoice> =
         signals.iter().enumerate().map(built).collect::<Result<_, SpecError>>()?;
@@ -459,7 +498,12 @@ fn train_choice(
                 table.insert(key.clone(), toml::Value::Float(value));
                 let mut detector = entry.build_from_text(&toml::Value::Table(table).to_string())?;
                 programs.as_ref().map_or(Ok(()), |programs| detector.bind(programs))?;
-                Ok(FixedDetector { kind: entry.kind, version: entry.version, detector: Arc::from(detector) })
+                Ok(FixedDetector {
+                    kind: entry.kind,
+                    version: entry.version,
+                    detector: Arc::from(detector),
+                    restarts: Restarts::default(),
+                })
             };
             (Candidates::Quantiles { count: *count, build: Arc::new(build) }, example)
         }
@@ -480,7 +524,8 @@ fn train_choice(
 impl RawPlugin<'_, dyn Detector> {
     /// A detector of this kind, with kind and version.
     fn fixed(&self, detector: Arc<dyn Detector>) -> FixedDetector {
-        FixedDetector { kind: self.entry.kind, version: self.entry.version, detector }
+        let (kind, version) = (self.entry.kind, self.entry.version);
+        FixedDetector { kind, version, detector, restarts: Restarts::default() }
     }
 
     /// The parameter that is to be trained, if one is.

@@ -7,7 +7,7 @@ use super::figure::{Figure, read_figure};
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
-use super::table::{self, Published, Table, Words};
+use super::table::{inherit_published, self, Published, Table, Words};
 use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
@@ -125,6 +125,7 @@ impl Reader<'_> {
         let tables = read_tables(source, &wire, &words)?;
         let figures = read_figures(source, &wire, &words)?;
         let published = read_published(source, &wire, &tables)?;
+        let published = inherit_published(published, &tables, &methods, &trackers);
         let claims =
             wire.claim.iter().map(|c| claim::read(source, c, &words)).collect::<Result<Vec<_>, _>>()?;
         Ok(Experiment {
@@ -170,6 +171,7 @@ fn read_methods(
             return Err(source.error(m.name.span(), message));
         };
         let mut method = method::read(source, programs, name, table, scored_by, room)?;
+        method.like = m.like.as_ref().map(|like| like.get_ref().clone());
         method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
         room -= method.detectors();
         methods.push(method);
@@ -228,6 +230,10 @@ fn read_tables(source: Source<'_>, wire: &wire::Experiment, words: &Words) -> Re
     let mut tables: Vec<Table> = Vec::new();
     for t in &wire.table {
         check_unique(source, "table", &t.name, tables.iter().map(|t| t.name.as_str()))?;
+        if let Some(other) = t.published.as_ref().filter(|o| tables.iter().all(|t| t.name != *o.get_ref())) {
+            let before = tables.iter().map(|t| t.name.as_str());
+            return Err(source.unknown(other.span(), "table before this one", other.get_ref(), before));
+        }
         tables.push(table::read_table(source, t, words)?);
     }
     Ok(tables)
@@ -281,7 +287,7 @@ fn split_tracker_params<'i>(
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
         let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            ["name", "label", "runs", "training_runs", "protocol"].contains(&key.get_ref().as_ref())
+            ["name", "label", "like", "runs", "training_runs", "protocol"].contains(&key.get_ref().as_ref())
         });
         *table = known;
         all.push(Spanned::new(span, params));
@@ -289,31 +295,76 @@ fn split_tracker_params<'i>(
     Ok(all)
 }
 
-/// Fills in `signal` and `detector` of methods that have neither, from the published method of their name.
+/// Fills in `signal` and `detector` of methods that have neither, from the published method of their name, and of readings
+/// from the method that they are like.
 fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>) -> Result<(), SpecError> {
     let Some(methods) = document.get_mut().get_mut("method") else { return Ok(()) };
     let span = methods.span();
     let DeValue::Array(list) = methods.get_mut() else {
         return Err(source.error(span, "methods are written as [[method]]"));
     };
+    let mut known: Vec<(String, DeTable<'i>)> = Vec::new();
     for item in list.iter_mut() {
         let span = item.span();
         let DeValue::Table(table) = item.get_mut() else { continue };
         let Some(name) = table.get("name").and_then(|n| n.get_ref().as_str()).map(str::to_string) else {
             continue;
         };
-        if table.contains_key("signal") || table.contains_key("detector") {
+        if let Some(like) = table.get("like") {
+            complete_reading(source, like.clone(), table, &known)?;
+            known.push((name, table.clone()));
             continue;
         }
-        let published = super::builtin::method_tables();
-        let Some(known) = published.iter().find(|t| t.0 == name) else {
-            let names = published.iter().map(|t| t.0.as_str());
-            return Err(source.unknown(span, "published method", &name, names.clone()));
-        };
-        for (key, value) in known.1.get_ref() {
-            if key.get_ref() != "name" {
-                table.insert(Spanned::new(span.clone(), key.get_ref().clone()), value.clone());
+        if !table.contains_key("signal") && !table.contains_key("detector") {
+            let published = super::builtin::method_tables();
+            let Some(method) = published.iter().find(|t| t.0 == name) else {
+                let names = published.iter().map(|t| t.0.as_str());
+                return Err(source.unknown(span, "published method", &name, names.clone()));
+            };
+            for (key, value) in method.1.get_ref() {
+                if key.get_ref() != "name" {
+                    table.insert(Spanned::new(span.clone(), key.get_ref().clone()), value.clone());
+                }
             }
+        }
+        known.push((name, table.clone()));
+    }
+    Ok(())
+}
+
+/// Fills in what a reading takes from the method that it is like: one of the `known` ones, or a published one.
+fn complete_reading<'i>(
+    source: Source<'_>,
+    like: Spanned<DeValue<'i>>,
+    reading: &mut DeTable<'i>,
+    known: &[(String, DeTable<'i>)],
+) -> Result<(), SpecError> {
+    let Some(name) = like.get_ref().as_str() else {
+        return Err(source.error(like.span(), "`like` must be the name of a method"));
+    };
+    let published = super::builtin::method_tables();
+    let of_published = || published.iter().find(|t| t.0 == name).map(|t| t.1.get_ref());
+    let Some(base) = known.iter().find(|t| t.0 == name).map(|t| &t.1).or_else(of_published) else {
+        let before = known.iter().map(|t| t.0.as_str());
+        let names = before.chain(published.iter().map(|t| t.0.as_str()));
+        return Err(source.unknown(like.span(), "method before this one", name, names));
+    };
+    for (key, value) in base {
+        if !["signal", "detector", "grid"].contains(&key.get_ref().as_ref()) {
+            continue;
+        }
+        match (reading.get_mut(key.get_ref().as_ref()).map(Spanned::get_mut), value.get_ref()) {
+            (None, _) => {
+                reading.insert(Spanned::new(like.span(), key.get_ref().clone()), value.clone());
+            }
+            (Some(DeValue::Table(mine)), DeValue::Table(its)) if !mine.contains_key("kind") => {
+                for (key, value) in its {
+                    if !mine.contains_key(key.get_ref().as_ref()) {
+                        mine.insert(Spanned::new(like.span(), key.get_ref().clone()), value.clone());
+                    }
+                }
+            }
+            (Some(_), _) => {}
         }
     }
     Ok(())
@@ -416,7 +467,12 @@ fn read_trackers(
             return Err(source.error(t.runs.as_ref().map_or(span, Spanned::span), message));
         }
         let setup = protocol.over(Arc::from(config));
-        trackers.push(Tracker { label, kind, version, runs, training_runs, protocol, setup });
+        if let Some(like) = t.like.as_ref().filter(|like| trackers.iter().all(|b| b.label != *like.get_ref())) {
+            let before = trackers.iter().map(|b| b.label.as_str());
+            return Err(source.unknown(like.span(), "tracker before this one", like.get_ref(), before));
+        }
+        let like = t.like.as_ref().map(|like| like.get_ref().clone());
+        trackers.push(Tracker { label, like, kind, version, runs, training_runs, protocol, setup });
     }
     if trackers.is_empty() {
         return Err(source.error(wire.tracker.span(), "there is no [[tracker]]"));

@@ -8,7 +8,7 @@ use super::wire;
 use crate::analysis::Names;
 use crate::direction::Direction;
 use crate::score::Metric;
-pub use published::read_published;
+pub use published::{inherit_published, read_published};
 use toml::Spanned;
 
 /// The quantity that varies along one side of a table.
@@ -47,6 +47,8 @@ pub struct Table {
     pub shows: Option<FindingName>,
     /// The column of that table to which the trackers are the columns; all columns when `None`.
     pub column: Option<String>,
+    /// The table whose published numbers stand beside ours too.
+    pub published: Option<String>,
 }
 
 /// A row of numbers as a paper prints it.
@@ -208,6 +210,7 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         ranked: None,
         shows: None,
         column: None,
+        published: wire.published.as_ref().map(|t| t.get_ref().clone()),
     })
 }
 
@@ -236,6 +239,7 @@ fn read_shown(
         ranked: None,
         shows: Some(finding),
         column: wire.column.as_ref().map(|c| c.get_ref().clone()),
+        published: None,
     })
 }
 
@@ -311,5 +315,6 @@ fn read_leaderboard(
         ranked: Some(metric),
         shows: None,
         column: None,
+        published: None,
     })
 }

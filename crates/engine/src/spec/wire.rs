@@ -74,6 +74,10 @@ pub struct Tracker {
     /// Repetitions on suites that models are learned from; as many as `runs` if left out.
     #[schemars(with = "Option<u32>")]
     pub training_runs: Option<Spanned<u32>>,
+    /// Label of another tracker of which this is a reading: the same one with other choices where its description leaves
+    /// them open. That one's published numbers stand beside this one's too.
+    #[schemars(with = "Option<String>")]
+    pub like: Option<Spanned<String>>,
     /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
@@ -86,6 +90,11 @@ pub struct Method {
     /// Name in tables. A method of the papers needs nothing else.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
+    /// Name of another method of the file, or of a published one, of which this is a reading: signal, detector and grid are
+    /// that one's, keys of `signal` and `detector` without a `kind` change single parameters, and its published numbers stand
+    /// beside this one's too.
+    #[schemars(with = "Option<String>")]
+    pub like: Option<Spanned<String>>,
     /// `{ kind = "...", parameters }`, or a list of them for detectors that read several; left out for anchors.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub signal: Option<toml::Value>,
@@ -191,6 +200,9 @@ pub struct Table {
     /// The methods shown; all if left out.
     #[schemars(with = "Option<Vec<String>>")]
     pub methods: Option<Vec<Spanned<String>>>,
+    /// Another table, whose published numbers stand beside ours in this one too.
+    #[schemars(with = "Option<String>")]
+    pub published: Option<Spanned<String>>,
 }
 
 /// One `[[figure]]`.

@@ -1,4 +1,4 @@
-//! Protocol `khalid2016/1`: detection of tracking errors in time (Khalid et al. 2016, Section 4.1).
+//! Protocols `khalid2016/1` and `khalid2016/2`: detection of tracking errors in time (Khalid et al. 2016, Section 4.1).
 //!
 //! * Error: O_t = 1 - Dice (Eq. 10). Frames without annotation keep the state before them.
 //! * Event: the first frame of a run with O_t = 1 that follows a frame with O_t < 1 (Eq. 11 and text).
@@ -11,11 +11,16 @@
 //! Measures pool these counts over a suite. The paper does not say how it pairs detections with errors
 //! nor which frames can be true negatives; the counts implied by its Table 1 (FP + TN between 6474 and
 //! 6522 on 6717 frames) fit ten start-up frames left out of each sequence.
+//!
+//! The paper runs the trackers of its Table 2 under VOT's reset protocol and does not say what becomes of a restart, which
+//! comes five frames after a failure, within the five frames in which a detection counts. In `khalid2016/1` the track goes
+//! on over it; in `khalid2016/2` it begins a new track, see [`super::restarts`]. Without restarts both give the same.
 
 use super::chance::Chance;
 use super::counts::Counts;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
+use super::restarts::Restarts;
 
 /// The protocol's entry.
 pub const PROTOCOL: Protocol = Protocol {
@@ -23,8 +28,17 @@ pub const PROTOCOL: Protocol = Protocol {
     summary: "first frames of O_t = 1 against first frames of alarms, one-to-one within 5 frames",
     positives: "events",
     frame: None,
+    restarts: Restarts::PartOfTrack,
     chance: Chance::within(TOLERANCE),
     score,
+};
+
+/// The same on tracks that begin anew with every restart.
+pub const NEW_TRACK: Protocol = Protocol {
+    name: "khalid2016/2",
+    summary: "as khalid2016/1, but a restart of the tracker begins a new track and is never a detection",
+    restarts: Restarts::NewTrack,
+    ..PROTOCOL
 };
 
 /// Frames on either side within which a detection can match an event.

@@ -2,6 +2,7 @@
 
 use super::chance::Chance;
 use super::counts::{Counts, Place};
+use super::restarts::Restarts;
 
 /// The score of one method on one track.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -35,6 +36,8 @@ pub struct Protocol {
     /// How a frame counts, for protocols that count every frame: its tracking error and whether it has an alarm. `None` where
     /// it does not count.
     pub frame: Option<fn(error: f64, alarm: bool) -> Option<Place>>,
+    /// Whether a restart of the tracker begins a new track; `score` then scores each piece.
+    pub restarts: Restarts,
     /// How random detections match.
     pub chance: Chance,
     /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.

@@ -21,6 +21,7 @@ use super::chance::Chance;
 use super::counts::Counts;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
+use super::restarts::Restarts;
 
 /// The entry of the protocol that matches changes of one sign only.
 pub const SIGNED: Protocol = Protocol {
@@ -28,6 +29,7 @@ pub const SIGNED: Protocol = Protocol {
     summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
     positives: "events",
     frame: None,
+    restarts: Restarts::PartOfTrack,
     chance: Chance { is_signed: true, ..Chance::within(TOLERANCE) },
     score: |error, _, changes| score(error, changes, &[1, -1]),
 };
@@ -38,6 +40,7 @@ pub const UNSIGNED: Protocol = Protocol {
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
     positives: "events",
     frame: None,
+    restarts: Restarts::PartOfTrack,
     chance: Chance::within(TOLERANCE),
     score: |error, _, changes| score(error, changes, &[0]),
 };

@@ -16,6 +16,7 @@
 use super::chance::Chance;
 use super::counts::Place;
 use super::protocol::{Protocol, TrackScore};
+use super::restarts::Restarts;
 use super::sanmiguel2015::SIGNED;
 
 /// The protocol's entry.
@@ -24,6 +25,7 @@ pub const PROTOCOL: Protocol = Protocol {
     summary: "frames said to be successfully tracked against those with e_t < 1",
     positives: "successful frames",
     frame: Some(frame),
+    restarts: Restarts::PartOfTrack,
     chance: Chance::within(0),
     score,
 };

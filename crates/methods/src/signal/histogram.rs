@@ -1,4 +1,4 @@
-//! Shared by the two histogram signals: weights, the frame that is compared with, and the coefficient.
+//! Shared by the two histogram signals: weights, colors, the frame that is compared with, and the similarity.
 
 use crate::image::Window;
 use crate::plugin::ParamError;
@@ -14,6 +14,75 @@ pub enum Reference {
     Previous,
     /// The histogram of the first frame.
     First,
+    /// A model that follows: `q <- (1 - rate) q + rate p` after each frame.
+    Slow,
+}
+
+/// How alike two histograms are, from their shares p and q.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Similarity {
+    /// `rho = sum_u sqrt(p_u q_u)`, the Bhattacharyya coefficient.
+    Bhattacharyya,
+    /// `1 - sqrt(1 - rho)`, 1 less the distance that belongs to the coefficient.
+    Distance,
+    /// `sum_u min(p_u, q_u)`, the intersection.
+    Intersection,
+}
+
+/// Weights of the pixels of a box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Weights {
+    /// [`weight`]: less towards the border.
+    Parabola,
+    /// All alike.
+    Uniform,
+}
+
+impl Weights {
+    /// The weight of pixel (`j`, `i`) of a window.
+    pub fn of(self, window: &Window, j: usize, i: usize) -> f64 {
+        match self {
+            Self::Parabola => weight(window, j, i) as f64,
+            Self::Uniform => 1.0,
+        }
+    }
+}
+
+/// Color space whose channels are binned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Colors {
+    /// Red, green, blue.
+    Rgb,
+    /// Hue, saturation, value, each spread over 0 to 255.
+    Hsv,
+}
+
+impl Colors {
+    /// The channels of a pixel, 0 to 255.
+    pub fn of(self, rgb: [u8; 3]) -> [u8; 3] {
+        match self {
+            Self::Rgb => rgb,
+            Self::Hsv => hsv(rgb),
+        }
+    }
+}
+
+/// Hue, saturation and value (Smith, SIGGRAPH 1978), each spread over 0 to 255; gray has hue 0.
+fn hsv(rgb: [u8; 3]) -> [u8; 3] {
+    let [r, g, b] = rgb.map(f64::from);
+    let (most, least) = (r.max(g).max(b), r.min(g).min(b));
+    let range = most - least;
+    let sixth = match range {
+        0.0 => 0.0,
+        _ if most == r => ((g - b) / range).rem_euclid(6.0),
+        _ if most == g => (b - r) / range + 2.0,
+        _ => (r - g) / range + 4.0,
+    };
+    let saturation = if most > 0.0 { range / most } else { 0.0 };
+    [(sixth / 6.0 * 256.0).min(255.0) as u8, (saturation * 255.0).round() as u8, most as u8]
 }
 
 /// Four times the weight `(w / 2)^2 + (h / 2)^2 + 1 - dist^2` of pixel (`j`, `i`) of a window, where
@@ -35,38 +104,65 @@ pub fn check_bins(key: &'static str, bins: usize) -> Result<(), ParamError> {
     good.then_some(()).ok_or_else(|| ParamError::out_of_range(key, "1 to 256", bins))
 }
 
-/// Bhattacharyya coefficient `sum_u sqrt(p_u q_u)` of two histograms that are first normalized to sum 1;
-/// in `[0, 1]`. Two empty histograms are alike (1), an empty one is unlike any other (0).
-pub fn bhattacharyya(p: &[u64], q: &[u64]) -> f64 {
-    let (all_p, all_q) = (p.iter().sum::<u64>() as f64, q.iter().sum::<u64>() as f64);
+/// Similarity of two histograms that are first normalized to sum 1; in `[0, 1]`. Two empty histograms are alike (1), an
+/// empty one is unlike any other (0).
+pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
+    let (all_p, all_q) = (p.iter().sum::<f64>(), q.iter().sum::<f64>());
     if all_p == 0.0 || all_q == 0.0 {
         return if all_p == all_q { 1.0 } else { 0.0 };
     }
-    let common: f64 = p.iter().zip(q).map(|(&a, &b)| (a as f64 * b as f64).sqrt()).sum();
-    (common / (all_p * all_q).sqrt()).min(1.0)
+    let pairs = p.iter().zip(q);
+    let rho = || (pairs.clone().map(|(a, b)| (a * b).sqrt()).sum::<f64>() / (all_p * all_q).sqrt()).min(1.0);
+    match kind {
+        Similarity::Bhattacharyya => rho(),
+        Similarity::Distance => 1.0 - (1.0 - rho()).sqrt(),
+        Similarity::Intersection => pairs.map(|(a, b)| (a / all_p).min(b / all_q)).sum::<f64>().min(1.0),
+    }
+}
+
+/// What the two signals share of their parameters.
+#[derive(Debug, Clone, Copy)]
+pub struct Comparison {
+    /// Frame that a frame is compared with.
+    pub reference: Reference,
+    /// Share of a frame in the slow model.
+    pub rate: f64,
+    /// Similarity.
+    pub similarity: Similarity,
+}
+
+impl Comparison {
+    /// Checks the rate.
+    pub fn check(&self) -> Result<(), ParamError> {
+        let good = self.rate > 0.0 && self.rate <= 1.0;
+        good.then_some(()).ok_or_else(|| ParamError::out_of_range("rate", "above 0 and at most 1", self.rate))
+    }
 }
 
 /// Histograms of a track: the reference, and room for the next one.
 pub struct Memory {
-    rule: Reference,
-    reference: Vec<u64>,
-    now: Vec<u64>,
+    comparison: Comparison,
+    reference: Vec<f64>,
+    now: Vec<f64>,
     started: bool,
 }
 
 impl Memory {
     /// Before the first frame.
-    pub fn new(rule: Reference, bins: usize) -> Self {
-        Self { rule, reference: vec![0; bins], now: vec![0; bins], started: false }
+    pub fn new(comparison: Comparison, bins: usize) -> Self {
+        Self { comparison, reference: vec![0.0; bins], now: vec![0.0; bins], started: false }
     }
 
     /// Fills the histogram of the next frame and compares it; 1 in the first frame.
-    pub fn push(&mut self, fill: impl FnOnce(&mut [u64])) -> f64 {
-        self.now.fill(0);
+    pub fn push(&mut self, fill: impl FnOnce(&mut [f64])) -> f64 {
+        self.now.fill(0.0);
         fill(&mut self.now);
-        let value = if self.started { bhattacharyya(&self.now, &self.reference) } else { 1.0 };
-        if !self.started || self.rule == Reference::Previous {
+        let Comparison { reference, rate, similarity: kind } = self.comparison;
+        let value = if self.started { similarity(kind, &self.now, &self.reference) } else { 1.0 };
+        if !self.started || reference == Reference::Previous {
             std::mem::swap(&mut self.now, &mut self.reference);
+        } else if reference == Reference::Slow {
+            blend(&mut self.reference, &self.now, rate);
         }
         self.started = true;
         value
@@ -79,10 +175,10 @@ impl Memory {
 
     /// Takes over a saved reference; `false` if it is none of this size.
     pub fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some(reference) = saved::from_bytes::<Option<Vec<u64>>>(saved) else { return false };
+        let Some(reference) = saved::from_bytes::<Option<Vec<f64>>>(saved) else { return false };
         let Some(reference) = reference else { return true };
-        let sum = reference.iter().try_fold(0_u64, |sum, v| sum.checked_add(*v));
-        if reference.len() != self.reference.len() || sum.is_none() {
+        let is_histogram = reference.iter().all(|v| (0.0..1e18).contains(v));
+        if reference.len() != self.reference.len() || !is_histogram {
             return false;
         }
         (self.reference, self.started) = (reference, true);
@@ -90,10 +186,26 @@ impl Memory {
     }
 }
 
+/// Moves the shares of a model towards those of a histogram; an empty histogram changes nothing.
+fn blend(model: &mut [f64], now: &[f64], rate: f64) {
+    let (all_model, all_now) = (model.iter().sum::<f64>(), now.iter().sum::<f64>());
+    if all_now == 0.0 {
+        return;
+    }
+    for (q, p) in model.iter_mut().zip(now) {
+        let share = if all_model > 0.0 { *q / all_model } else { *p / all_now };
+        *q = (1.0 - rate) * share + rate * p / all_now;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn bhattacharyya(p: &[f64], q: &[f64]) -> f64 {
+        similarity(Similarity::Bhattacharyya, p, q)
+    }
 
     #[test]
     fn weights_of_a_small_window() {
@@ -106,23 +218,47 @@ mod tests {
     #[test]
     fn coefficient_by_hand() {
         // p = (1/4, 3/4), q = (1, 0): sqrt(1/4).
-        assert_eq!(bhattacharyya(&[1, 3], &[5, 0]), 0.5);
-        assert_eq!(bhattacharyya(&[0, 0], &[0, 0]), 1.0);
-        assert_eq!(bhattacharyya(&[0, 0], &[0, 2]), 0.0);
+        assert_eq!(bhattacharyya(&[1.0, 3.0], &[5.0, 0.0]), 0.5);
+        assert_eq!(bhattacharyya(&[0.0, 0.0], &[0.0, 0.0]), 1.0);
+        assert_eq!(bhattacharyya(&[0.0, 0.0], &[0.0, 2.0]), 0.0);
+        assert_eq!(similarity(Similarity::Intersection, &[1.0, 3.0], &[5.0, 0.0]), 0.25);
+        assert_eq!(similarity(Similarity::Distance, &[1.0, 3.0], &[1.0, 3.0]), 1.0);
+        assert!((similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]) - (1.0 - 0.5_f64.sqrt())).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_slow_model_by_hand() {
+        // Half of (1, 0) and half of (0, 1); a frame without pixels changes nothing.
+        let comparison =
+            Comparison { reference: Reference::Slow, rate: 0.5, similarity: Similarity::Intersection };
+        let mut memory = Memory::new(comparison, 2);
+        let mut push = |p: [f64; 2]| memory.push(|histogram| histogram.copy_from_slice(&p));
+        assert_eq!([push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0])], [1.0, 0.0, 0.0, 1.0]);
+    }
+
+    // colorsys.rgb_to_hsv(1, .5, 0) = (1/12, 1, 1); (0, 0, 1): hue 2/3; (.2, .4, .2): (1/3, .5, .4) (Python 3.12).
+    #[test]
+    fn hues_agree_with_colorsys() {
+        assert_eq!(hsv([255, 128, 0]), [(256.0_f64 * 128.0 / 255.0 / 6.0) as u8, 255, 255]);
+        assert_eq!(hsv([0, 0, 255]), [170, 255, 255]);
+        assert_eq!(hsv([51, 102, 51]), [85, 128, 102]);
+        assert_eq!(hsv([9, 9, 9]), [0, 0, 9]);
+        assert_eq!(hsv([0, 0, 0]), [0, 0, 0]);
+        assert_eq!(hsv([255, 0, 1])[0], 255);
     }
 
     proptest! {
         #[test]
         fn coefficient_is_bounded_and_symmetric(
-            p in proptest::collection::vec(0..1_000_000_u64, 12),
-            q in proptest::collection::vec(0..1_000_000_u64, 12),
+            p in proptest::collection::vec((0..1_000_000_u32).prop_map(f64::from), 12),
+            q in proptest::collection::vec((0..1_000_000_u32).prop_map(f64::from), 12),
         ) {
             let rho = bhattacharyya(&p, &q);
             prop_assert!((0.0..=1.0).contains(&rho));
             prop_assert_eq!(rho, bhattacharyya(&q, &p));
             prop_assert_eq!(bhattacharyya(&p, &p), 1.0);
             // Only the shape counts.
-            let doubled: Vec<u64> = p.iter().map(|v| 2 * v).collect();
+            let doubled: Vec<f64> = p.iter().map(|v| 2.0 * v).collect();
             prop_assert!((bhattacharyya(&doubled, &q) - rho).abs() < 1e-12);
         }
     }

@@ -9,9 +9,10 @@
 //!
 //! `x`, `y` in pixels, colors 0 to 255, `n` the pixels of the box on the frame; `d_t` is dimensionless
 //! and at least 0, and 0 in the first frame. A common linear map of all features changes nothing, so
-//! units and origin do not matter; dividing positions by each box's own size would, and is not done.
+//! units and origin do not matter; dividing positions by each box's own size does, and is not the default.
 //!
-//! The letter's text was not available; the descriptor and the distance are the likely ones. Choices:
+//! The letter's text was not available; the descriptor and the distance are the likely ones. `distance = "sum"` leaves the
+//! root out, `positions = "relative"` divides x and y by the sides of each box. Choices:
 //! covariances are made definite by adding `ridge * w * h` to the variances of x and y and
 //! `ridge * 255^2` to those of the colors; where all pixels of a box are gray (R = G = B, so that C is
 //! singular), `grey_ridge` times its own variance is added to each feature as well. A box of one pixel
@@ -36,12 +37,36 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
+/// Form of the distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Distance {
+    /// Root of the sum of squared logarithms.
+    Root,
+    /// The sum itself.
+    Sum,
+}
+
+/// Unit of the positions x and y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Positions {
+    /// Pixels.
+    Pixels,
+    /// Width and height of each box.
+    Relative,
+}
+
 /// Parameters of the covariance distance.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Added to every variance, relative to w h (positions) and 255^2 (colors); 1e-9 to 1.
     pub ridge: f64,
+    /// Root of the sum, or the sum.
+    pub distance: Distance,
+    /// Positions in pixels, or as shares of the box.
+    pub positions: Positions,
     /// Added to every variance of an all-gray box, relative to that variance; 0 to 1.
     #[serde(rename = "grey_ridge")]
     pub gray_ridge: f64,
@@ -49,7 +74,8 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { ridge: 1e-6, gray_ridge: 1e-3 }
+        let (distance, positions) = (Distance::Root, Positions::Pixels);
+        Self { ridge: 1e-6, distance, positions, gray_ridge: 1e-3 }
     }
 }
 
@@ -101,7 +127,11 @@ impl Session for Change {
         let window = Window::on_frame(&state.region.rect(), frame);
         let now = covariance(frame, &window, &self.params);
         let before = self.last.replace(now).unwrap_or(now);
-        distance(&now, &before)
+        let distance = distance(&now, &before);
+        match self.params.distance {
+            Distance::Root => distance,
+            Distance::Sum => distance * distance,
+        }
     }
 
     fn save(&self) -> Option<Vec<u8>> {
@@ -151,7 +181,13 @@ fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     for (a, unit) in [position, position, color, color, color].into_iter().enumerate() {
         c[(a, a)] += unit + if gray { p.gray_ridge * c[(a, a)] } else { 0.0 };
     }
-    c
+    match p.positions {
+        Positions::Pixels => c,
+        Positions::Relative => {
+            let unit = Vector5::new(1.0 / window.w as f64, 1.0 / window.h as f64, 1.0, 1.0, 1.0);
+            Matrix5::from_fn(|a, b| c[(a, b)] * unit[a] * unit[b])
+        }
+    }
 }
 
 /// Foerstner's distance between two positive definite matrices; 0 for equal ones.
@@ -187,6 +223,25 @@ mod tests {
         let b = Matrix5::from_diagonal(&Vector5::new(1.0, 9.0, 2.0, 1.0, 1.0));
         assert!((distance(&a, &b) - 1.549_924).abs() < 5e-7);
         assert!((distance(&a, &b) - 5.0_f64.sqrt() * 2.0_f64.ln()).abs() < 1e-14);
+    }
+
+    // Of a diagonal C a frame scaled by 2 along x has lambda = 4 in x; as a share of its box it is unchanged.
+    #[test]
+    fn the_sum_is_the_square_and_relative_positions_forget_the_size() {
+        let build = |text: &str| ENTRY.build_from_text(text).unwrap();
+        let frame = Frame::from_fn(40, 40, |x, y| [(x * 5) as u8, (y * 5) as u8, ((x * y) % 251) as u8]);
+        let boxes = [Rect::new(3.0, 2.0, 12.0, 9.0), Rect::new(5.0, 2.0, 20.0, 11.0)];
+        let frames = [frame.clone(), frame];
+        let root = values_on_boxes(&*build("{}"), &frames, &boxes)[1];
+        let sum = values_on_boxes(&*build("{ distance = \"sum\" }"), &frames, &boxes)[1];
+        assert!(root > 0.1 && (sum - root * root).abs() < 1e-12);
+        let flat = Frame::new(40, 40, vec![90; 4800]);
+        let relative = build("{ positions = \"relative\", grey_ridge = 0.0 }");
+        let resized = [Rect::new(3.0, 2.0, 10.0, 10.0), Rect::new(3.0, 2.0, 20.0, 20.0)];
+        let found = values_on_boxes(&*relative, &[flat.clone(), flat.clone()], &resized)[1];
+        let pixels = values_on_boxes(&*build("{ grey_ridge = 0.0 }"), &[flat.clone(), flat], &resized)[1];
+        // The variance of x over n pixels is (n^2 - 1) / 12 * n / (n - 1): nearly the square of the side.
+        assert!(found < 0.05 && (pixels - 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.05, "{found} {pixels}");
     }
 
     #[test]

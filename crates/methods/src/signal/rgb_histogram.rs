@@ -10,10 +10,11 @@
 //! `q` is the histogram of frame t - 1 or of the first frame (`reference`); rho is 1 in the first frame.
 //! Bins, weights and joint binning follow the authors' published demonstration as described in public.
 //! The paper does not say which frame DTEF compares with. The frame before is chosen: against a fixed first frame the
-//! coefficient soon stays below the printed threshold 0.88. Boxes that leave the frame are shifted
+//! coefficient soon stays below the printed threshold 0.88. `reference` "slow" is a model that follows; `colors`, `weights`
+//! and `similarity` are other readings of what the paper leaves open, the first of each the default. Boxes that leave the frame are shifted
 //! inside, larger ones cut to the frame.
 
-use super::histogram::{Memory, Reference, bin, check_bins, weight};
+use super::histogram::{Colors, Comparison, Memory, Reference, Similarity, Weights, bin, check_bins};
 use crate::image::Window;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::signal::{Direction, Observation, Session, Signal};
@@ -39,11 +40,32 @@ pub struct Params {
     pub bins: usize,
     /// Frame that a frame is compared with.
     pub reference: Reference,
+    /// Share of a frame in the slow model, above 0 and at most 1.
+    pub rate: f64,
+    /// Color space whose channels are binned.
+    pub colors: Colors,
+    /// Weights of the pixels.
+    pub weights: Weights,
+    /// Similarity of two histograms.
+    pub similarity: Similarity,
+}
+
+impl Params {
+    fn comparison(&self) -> Comparison {
+        Comparison { reference: self.reference, rate: self.rate, similarity: self.similarity }
+    }
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { bins: 8, reference: Reference::Previous }
+        Self {
+            bins: 8,
+            reference: Reference::Previous,
+            rate: 0.05,
+            colors: Colors::Rgb,
+            weights: Weights::Parabola,
+            similarity: Similarity::Bhattacharyya,
+        }
     }
 }
 
@@ -60,6 +82,7 @@ impl RgbHistogram {
             return Err(ParamError::out_of_range("bins", "1 to 64", p.bins));
         }
         check_bins("bins", p.bins)?;
+        p.comparison().check()?;
         Ok(Self(p))
     }
 }
@@ -78,27 +101,29 @@ impl Signal for RgbHistogram {
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let bins = self.0.bins;
-        Ok(Box::new(Similarity { bins, memory: Memory::new(self.0.reference, bins.pow(3)) }))
+        let memory = Memory::new(self.0.comparison(), self.0.bins.pow(3));
+        Ok(Box::new(Compared { params: self.0.clone(), memory }))
     }
 }
 
 /// The similarity of one track.
-struct Similarity {
-    bins: usize,
+struct Compared {
+    params: Params,
     memory: Memory,
 }
 
-impl Session for Similarity {
+impl Session for Compared {
     fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
-        let (x0, y0, bins) = (window.x as usize, window.y as usize, self.bins);
+        let (x0, y0) = (window.x as usize, window.y as usize);
+        let Params { bins, colors, weights, .. } = self.params;
         self.memory.push(|histogram| {
             for i in 0..window.h {
                 let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
                 for (j, rgb) in row.chunks_exact(3).enumerate() {
-                    let at = rgb.iter().fold(0, |at, &value| at * bins + bin(value, bins));
-                    histogram[at] += weight(&window, j, i);
+                    let channels = colors.of([rgb[0], rgb[1], rgb[2]]);
+                    let at = channels.iter().fold(0, |at, &value| at * bins + bin(value, bins));
+                    histogram[at] += weights.of(&window, j, i);
                 }
             }
         })

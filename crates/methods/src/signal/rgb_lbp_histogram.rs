@@ -16,9 +16,9 @@
 //!
 //! Choices: 8 x 8 x 1 x 5 bins as in the authors' demonstration (the article is recalled to say
 //! 8 x 8 x 8 x 5: `blue_bins = 8`); rho is 1 when no pixel remains in either frame and 0 when none remains
-//! in one of them.
+//! in one of them. `codes`, `colors`, `weights`, `similarity` and `reference` are other readings, the first of each the default.
 
-use super::histogram::{Memory, Reference, bin, check_bins, weight};
+use super::histogram::{Colors, Comparison, Memory, Reference, Similarity, Weights, bin, check_bins};
 use crate::image::{Frame, Window, luma};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::signal::{Direction, Observation, Session, Signal};
@@ -37,11 +37,30 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     schema: || schemars::schema_for!(Params),
 };
 
-/// First code that is kept, and how many are.
-const FIRST_CODE: usize = 2;
-const CODES: usize = 5;
 /// Code of rings with more than two changes.
 const NOT_UNIFORM: usize = 9;
+
+/// The codes that are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Codes {
+    /// 2 to 6: line ends, edges and corners.
+    Edges,
+    /// 0 to 8: all that are uniform.
+    Uniform,
+    /// 0 to 9.
+    All,
+}
+
+impl Codes {
+    fn kept(self) -> std::ops::Range<usize> {
+        match self {
+            Self::Edges => 2..7,
+            Self::Uniform => 0..NOT_UNIFORM,
+            Self::All => 0..NOT_UNIFORM + 1,
+        }
+    }
+}
 
 /// Parameters of the joint histogram.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -57,11 +76,38 @@ pub struct Params {
     pub lbp_threshold: f64,
     /// Frame that a frame is compared with.
     pub reference: Reference,
+    /// Share of a frame in the slow model, above 0 and at most 1.
+    pub rate: f64,
+    /// Color space whose channels are binned.
+    pub colors: Colors,
+    /// Weights of the pixels.
+    pub weights: Weights,
+    /// Similarity of two histograms.
+    pub similarity: Similarity,
+    /// The codes that are kept.
+    pub codes: Codes,
+}
+
+impl Params {
+    fn comparison(&self) -> Comparison {
+        Comparison { reference: self.reference, rate: self.rate, similarity: self.similarity }
+    }
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { red_bins: 8, green_bins: 8, blue_bins: 1, lbp_threshold: 8.0, reference: Reference::Previous }
+        Self {
+            red_bins: 8,
+            green_bins: 8,
+            blue_bins: 1,
+            lbp_threshold: 8.0,
+            reference: Reference::Previous,
+            rate: 0.05,
+            colors: Colors::Rgb,
+            weights: Weights::Parabola,
+            similarity: Similarity::Bhattacharyya,
+            codes: Codes::Edges,
+        }
     }
 }
 
@@ -77,6 +123,7 @@ impl RgbLbpHistogram {
         check_bins("red_bins", p.red_bins)?;
         check_bins("green_bins", p.green_bins)?;
         check_bins("blue_bins", p.blue_bins)?;
+        p.comparison().check()?;
         let all = p.red_bins * p.green_bins * p.blue_bins;
         if all > 262_144 {
             return Err(ParamError::out_of_range("blue_bins", "small enough for 262144 bins in all", all));
@@ -103,20 +150,20 @@ impl Signal for RgbLbpHistogram {
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let p = self.0.clone();
-        let bins = p.red_bins * p.green_bins * p.blue_bins * CODES;
-        Ok(Box::new(Similarity { memory: Memory::new(p.reference, bins), params: p, gray: Vec::new() }))
+        let bins = p.red_bins * p.green_bins * p.blue_bins * p.codes.kept().len();
+        Ok(Box::new(Compared { memory: Memory::new(p.comparison(), bins), params: p, gray: Vec::new() }))
     }
 }
 
 /// The similarity of one track.
-struct Similarity {
+struct Compared {
     params: Params,
     memory: Memory,
     /// Gray values of the box and a rim of one pixel.
     gray: Vec<f64>,
 }
 
-impl Session for Similarity {
+impl Session for Compared {
     fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
         let (x0, y0) = (window.x as usize, window.y as usize);
@@ -127,12 +174,14 @@ impl Session for Similarity {
                 let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
                 for (j, rgb) in row.chunks_exact(3).enumerate() {
                     let code = lbp_code(gray, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
-                    if !(FIRST_CODE..FIRST_CODE + CODES).contains(&code) {
+                    let kept = p.codes.kept();
+                    if !kept.contains(&code) {
                         continue;
                     }
-                    let (r, g) = (bin(rgb[0], p.red_bins), bin(rgb[1], p.green_bins));
-                    let color = (r * p.green_bins + g) * p.blue_bins + bin(rgb[2], p.blue_bins);
-                    histogram[color * CODES + code - FIRST_CODE] += weight(&window, j, i);
+                    let [r, g, b] = p.colors.of([rgb[0], rgb[1], rgb[2]]);
+                    let color = bin(r, p.red_bins) * p.green_bins + bin(g, p.green_bins);
+                    let color = color * p.blue_bins + bin(b, p.blue_bins);
+                    histogram[color * kept.len() + code - kept.start] += p.weights.of(&window, j, i);
                 }
             }
         })

@@ -4,7 +4,8 @@ use crate::region::Rect;
 use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
 use crate::score::counts::Place;
-use crate::score::{Protocol, TrackScore};
+use crate::score::{Protocol, Restarts, TrackScore};
+use std::ops::Range;
 
 /// The series of a method on one run of a tracker over one sequence.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +18,8 @@ pub struct Trace {
     pub numbers: Vec<i64>,
     /// The tracker's rectangles.
     pub rects: Vec<Rect>,
+    /// Pieces that a protocol may score by themselves; empty for a track without restarts.
+    pub pieces: Vec<Range<usize>>,
     /// O_t, NaN where unknown.
     pub error: Vec<f64>,
     /// Score compared with the threshold.
@@ -120,14 +123,17 @@ pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
 
 impl Trace {
     fn of_first_method(track: TrackSeries) -> Option<Self> {
-        let TrackSeries { sequence, run, numbers, rects, error, methods, .. } = track;
+        let TrackSeries { sequence, run, numbers, rects, pieces, error, methods, .. } = track;
         let MethodSeries { score, alarm, changes, condition, checks, .. } = methods.into_iter().next()?;
-        Some(Self { sequence, run, numbers, rects, error, score, alarm, changes, condition, checks })
+        Some(Self { sequence, run, numbers, rects, pieces, error, score, alarm, changes, condition, checks })
     }
 
     /// Events, detections and matches, computed again by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
-        (protocol.score)(&self.error, &self.alarm, &self.changes)
+        match (protocol.restarts, self.pieces.as_slice()) {
+            (Restarts::PartOfTrack, _) | (_, []) => (protocol.score)(&self.error, &self.alarm, &self.changes),
+            (Restarts::NewTrack, pieces) => protocol.judge(&self.error, &self.alarm, &self.changes, pieces),
+        }
     }
 
     /// Word of an event: `lost` or `found`.

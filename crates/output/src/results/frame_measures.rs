@@ -6,14 +6,17 @@ use super::frame::{TableError, to_csv};
 use super::measures::Measure;
 use crate::detector::DetectorOutput;
 use crate::direction::Direction;
+use crate::engine::execute::judge::Judged;
 use crate::engine::store::StoreError;
 use crate::engine::{Cell, Outcome};
 use crate::num::seed;
 use crate::score::FrameMeasures;
 use crate::score::frames::measures::{Sampled, of_scores, with_alarms};
 use crate::score::frames::{Method, ScoredTrack};
+use crate::score::restarts;
 use crate::spec::Experiment;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -168,6 +171,14 @@ pub(super) struct Row<'a> {
     pub tracks: Vec<(usize, usize)>,
 }
 
+/// The errors of the frames that count; the others are not known.
+fn errors<'e>(judged: &Judged, error: &'e [f64]) -> Cow<'e, [f64]> {
+    let Some(pieces) = &judged.pieces else { return error.into() };
+    let mut known = vec![f64::NAN; error.len()];
+    restarts::counted(pieces).for_each(|t| known[t] = error[t]);
+    known.into()
+}
+
 /// The measures of all grid points of a tracker and method. Points whose scores are the same share what scores alone
 /// determine.
 fn of_method<'a>(
@@ -182,9 +193,9 @@ fn of_method<'a>(
         let judged = cells.iter().filter_map(|cell| Some((*cell, cell.result.as_ref().ok()?)));
         let outputs = judged.clone().map(|(cell, judged)| outcome.detector_output(cell, judged));
         let outputs = outputs.collect::<Result<Vec<_>, StoreError>>()?;
-        let track = |((cell, _), output): ((&Cell, _), &'_ Arc<DetectorOutput>)| {
+        let track = |((cell, judged), output): ((&Cell, &Judged), &'_ Arc<DetectorOutput>)| {
             let track = outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok()?;
-            Some(((cell.sequence, cell.job), &track.error, output.clone()))
+            Some(((cell.sequence, cell.job), errors(judged, &track.error), output.clone()))
         };
         let tracks: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
         let names: Vec<(usize, usize)> = tracks.iter().map(|(name, ..)| *name).collect();

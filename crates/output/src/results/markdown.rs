@@ -2,12 +2,12 @@
 
 use super::column::{Column, TableFile};
 use super::{
-    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, scores, signals, tables,
-    truth,
+    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, pieces, scores, signals,
+    tables, truth,
 };
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 12] = [
+const FILES: [&TableFile; 13] = [
     &scores::FILE,
     &measures::FILE,
     &frame_measures::FILE,
@@ -17,6 +17,7 @@ const FILES: [&TableFile; 12] = [
     &truth::FILE,
     &conditions::FILE,
     &checks::FILE,
+    &pieces::FILE,
     &tables::FILE,
     &detections::FILE,
     &detections::FILE_OF_TARGETS,

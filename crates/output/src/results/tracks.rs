@@ -6,6 +6,7 @@ use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, TRACKER};
 use super::conditions::{self, CONDITION};
 use super::frame::{Rows, TableError};
 use super::frames::{self, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
+use super::pieces;
 use super::signals::{self, FORECAST, SIGNAL};
 use super::{Results, ResultsError};
 use crate::region::Rect;
@@ -26,6 +27,8 @@ pub struct TrackSeries {
     pub rects: Vec<Rect>,
     /// Error O_t, NaN where it is not known.
     pub error: Vec<f64>,
+    /// Pieces that a protocol may score by themselves, see [`pieces`]; empty for tracks without restarts.
+    pub pieces: Vec<Range<usize>>,
     /// Methods, sorted by name.
     pub methods: Vec<MethodSeries>,
 }
@@ -156,6 +159,7 @@ impl Results {
         let mut tracks = self.read_frames(filter)?;
         self.add_conditions(filter, &mut tracks)?;
         self.add_checks(&mut tracks)?;
+        self.add_pieces(&mut tracks)?;
         Ok(tracks)
     }
 
@@ -225,6 +229,20 @@ impl Results {
                 Ok(())
             })
         })
+    }
+
+    /// Adds the pieces, if the experiment has a protocol in which a restart begins a new track.
+    fn add_pieces(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
+        for piece in self.table_if_any(pieces::FILE.name, pieces::read)? {
+            let is_on = |t: &&mut TrackSeries| {
+                t.sequence == piece.sequence && t.tracker == piece.tracker && t.run == piece.run
+            };
+            let Some(track) = tracks.iter_mut().find(is_on) else { continue };
+            let from = track.numbers.partition_point(|n| *n < piece.first);
+            let to = track.numbers.partition_point(|n| *n <= piece.last);
+            track.pieces.push(from..to);
+        }
+        Ok(())
     }
 
     /// Adds the checks, if the experiment has a method that makes any.

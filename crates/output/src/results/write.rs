@@ -4,7 +4,7 @@ use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
     Results, ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frame_pairs,
-    frames, json::to_json, measures, models, run, scores, signals, truth,
+    frames, json::to_json, measures, models, pieces, run, scores, signals, truth,
 };
 use crate::engine::Outcome;
 use crate::engine::store::{self, StoreError};
@@ -62,7 +62,7 @@ pub fn write(
         }
     }
     if detail == Detail::Frames {
-        write_frames(&mut written, outcome)?;
+        write_frames(&mut written, experiment, outcome)?;
         models::write(folder, outcome)?;
     }
     if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
@@ -77,7 +77,11 @@ pub fn write(
 }
 
 /// Writes the files that tell of single frames.
-fn write_frames(written: &mut Written<'_>, outcome: &Outcome<'_>) -> Result<(), ResultsError> {
+fn write_frames(
+    written: &mut Written<'_>,
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+) -> Result<(), ResultsError> {
     let folder = written.folder;
     type WriteTo = fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>;
     let streamed: [(&str, WriteTo); 2] =
@@ -95,6 +99,9 @@ fn write_frames(written: &mut Written<'_>, outcome: &Outcome<'_>) -> Result<(), 
     let digests = streamed.par_iter().map(stream).collect::<Result<Vec<_>, ResultsError>>()?;
     written.files.extend(digests);
     written.put(truth::FILE.name, &truth::write(outcome)?)?;
+    if let Some(bytes) = pieces::write(experiment, outcome)? {
+        written.put(pieces::FILE.name, &bytes)?;
+    }
     let followed = conditions::followed(outcome)?;
     if !followed.is_empty() {
         written.put(conditions::FILE.name, &conditions::write(outcome, &followed)?)?;
@@ -104,12 +111,13 @@ fn write_frames(written: &mut Written<'_>, outcome: &Outcome<'_>) -> Result<(), 
 }
 
 /// Files that only some results have.
-const OPTIONAL: [&str; 8] = [
+const OPTIONAL: [&str; 9] = [
     frame_measures::FILE.name,
     frame_pairs::FILE.name,
     frames::FILE.name,
     signals::FILE.name,
     truth::FILE.name,
+    pieces::FILE.name,
     conditions::FILE.name,
     checks::FILE.name,
     analyses::FILE,

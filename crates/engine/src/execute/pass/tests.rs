@@ -107,6 +107,7 @@ fn make_signal(
         kind: entry.kind,
         version: entry.version,
         signal: Arc::from(entry.build_from_text(entry.example).unwrap()),
+        restarts: Default::default(),
     };
     let frames = Arc::new(FrameCache::new(0));
     let run = |bad: &Bad| TrackerRun {

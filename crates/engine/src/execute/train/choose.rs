@@ -1,7 +1,7 @@
 //! The choice of a parameter among candidates, and the learning of a model, from tracks.
 
 use super::Chosen;
-use crate::detector::{Detector, Example};
+use crate::detector::Example;
 use crate::error::{RunError, StepError};
 use crate::execute::judge::detect;
 use crate::execute::reverse::Reversal;
@@ -49,13 +49,13 @@ pub fn train(
         return Err(within(StepError::failed("there is no value to try")));
     }
     let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
-    let candidates: Vec<Arc<dyn Detector>> = candidates.into_iter().map(|(_, d)| d.detector).collect();
+    let candidates: Vec<FixedDetector> = candidates.into_iter().map(|(_, fixed)| fixed).collect();
     if training.example.detector.needs_reverse() {
         run_backwards(&tracks, &candidates, signals, limits)?;
     }
     let (learned, signals) = (tracks.clone(), signals.clone());
-    let pooled = move |detector: &dyn Detector| -> Result<Counts, TrackingError> {
-        tracks.iter().map(|track| counts(track, &signals, detector, protocol)).sum()
+    let pooled = move |fixed: &FixedDetector| -> Result<Counts, TrackingError> {
+        tracks.iter().map(|track| counts(track, &signals, fixed, protocol)).sum()
     };
     let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
         let mut measures = Vec::with_capacity(candidates.len());
@@ -64,7 +64,7 @@ pub fn train(
             if let Some(Some(reason)) = left_out.first() {
                 return Err(StepError::from(reason.clone()));
             }
-            measures.push(watch.step(0, || pooled(&**candidate))?);
+            measures.push(watch.step(0, || pooled(candidate))?);
         }
         Ok(measures)
     };
@@ -77,11 +77,10 @@ pub fn train(
 fn counts(
     track: &Track,
     signals: &SignalSet,
-    detector: &dyn Detector,
+    fixed: &FixedDetector,
     protocol: &Protocol,
 ) -> Result<Counts, TrackingError> {
-    let output = detect(track, signals, detector, 0)?;
-    Ok((protocol.score)(&track.error, &output.alarm, &output.changes()).counts)
+    Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).counts)
 }
 
 /// The candidate whose counts have the largest measure; the first among equals.
@@ -115,7 +114,7 @@ pub fn counts_of_candidates(
 ) -> Result<Vec<Counts>, StepError> {
     let (candidates, track, signals) = (candidates.to_vec(), track.clone(), signals.clone());
     let count = move || -> Result<Vec<Counts>, StepError> {
-        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, &signals, &*fixed.detector, protocol);
+        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, &signals, fixed, protocol);
         Ok(candidates.iter().map(of).collect::<Result<_, TrackingError>>()?)
     };
     run_single(limits, count)
@@ -139,7 +138,7 @@ pub fn choose(
 /// run that fails here fails again in training, where the failure is reported.
 fn run_backwards(
     tracks: &[Arc<Track>],
-    candidates: &[Arc<dyn Detector>],
+    candidates: &[FixedDetector],
     signals: &SignalSet,
     limits: &RunLimits,
 ) -> Result<(), RunError> {
@@ -148,7 +147,7 @@ fn run_backwards(
         let detect_all = move || -> Result<(), StepError> {
             candidates
                 .iter()
-                .try_for_each(|c| detect(&track, &signals, &**c, 0).map(|_| ()).map_err(StepError::from))
+                .try_for_each(|c| detect(&track, &signals, c, 0).map(|_| ()).map_err(StepError::from))
         };
         match run_single(limits, detect_all) {
             Ok(()) => Ok(()),
@@ -182,14 +181,15 @@ mod tests {
     use super::*;
     use crate::detector::DETECTORS;
     use crate::plan::recipes::TRAINING;
-    use crate::score::Metric;
+    use crate::score::{Metric, Restarts};
 
     #[test]
     fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
         let candidate = |below: f64| {
             let entry = crate::plugin::find(DETECTORS, "level").unwrap();
             let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
-            (below, FixedDetector { kind: entry.kind, version: entry.version, detector })
+            let (kind, version, restarts) = (entry.kind, entry.version, Restarts::default());
+            (below, FixedDetector { kind, version, detector, restarts })
         };
         let training = Training {
             key: "below".into(),

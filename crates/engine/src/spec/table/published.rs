@@ -1,8 +1,45 @@
 //! Numbers that a paper prints, beside the table they belong to.
 
 use super::{Published, Side, Table};
+use crate::spec::Tracker;
 use crate::spec::error::{Source, SpecError};
+use crate::spec::method::Method;
 use crate::spec::wire;
+
+/// The published numbers, with those that readings and tables take over: a method or tracker that is
+/// [like](crate::spec::method::Method::like) another has that one's, and so has a table that names another one, unless it has
+/// numbers of its own.
+pub fn inherit_published(
+    published: Vec<Published>,
+    tables: &[Table],
+    methods: &[Method],
+    trackers: &[Tracker],
+) -> Vec<Published> {
+    let mut all = published;
+    for table in tables.iter().filter(|t| t.published.is_some()) {
+        let of_table = |p: &&Published| Some(&p.table) == table.published.as_ref();
+        let taken = all.iter().filter(of_table).map(|p| Published { table: table.name.clone(), ..p.clone() });
+        let taken: Vec<Published> = taken.collect();
+        all.extend(taken);
+    }
+    for tracker in trackers {
+        let Some(like) = &tracker.like else { continue };
+        let taken = all.iter().filter(|p| p.tracker == *like);
+        let taken = taken.map(|p| Published { tracker: tracker.label.clone(), ..p.clone() });
+        let taken: Vec<Published> = taken.collect();
+        all.extend(taken);
+    }
+    for Published { values, .. } in &mut all {
+        for method in methods {
+            let text = |name: &str| values.iter().find(|(m, _)| m == name).map(|(_, text)| text.clone());
+            let taken = method.like.as_deref().and_then(text);
+            if let (Some(taken), None) = (taken, text(&method.name)) {
+                values.push((method.name.clone(), taken));
+            }
+        }
+    }
+    all
+}
 
 /// Checks a `[[published]]` against the table it belongs to.
 pub fn read_published(

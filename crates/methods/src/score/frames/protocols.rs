@@ -13,6 +13,7 @@
 //! The measures of the same names ([`super::ranking`], [`super::range`], [`super::nab`]) are not made of these counts. An
 //! alarm counts for its own frame, or for one loss: nowhere are all frames of a loss taken as found.
 
+use super::super::restarts::Restarts;
 use super::alarms::{WITHIN, first_frames};
 use super::nab::probation;
 use super::truth::{Rule, runs};
@@ -28,6 +29,7 @@ pub const FRAMES: Protocol = Protocol {
     summary: "frame by frame: alarms against frames without overlap",
     positives: "lost frames",
     frame: Some(|error, alarm| place(Rule::NoOverlap, error, alarm)),
+    restarts: Restarts::PartOfTrack,
     chance: Chance::within(0),
     score: |error, alarm, _| score_frames(Rule::NoOverlap, error, alarm),
 };
@@ -47,6 +49,7 @@ pub const RANGE: Protocol = Protocol {
     summary: "ranges without overlap against runs of alarms that begin in their first 16 frames",
     positives: "losses",
     frame: None,
+    restarts: Restarts::PartOfTrack,
     chance: Chance::after(WITHIN),
     score: |error, alarm, _| score_ranges(&Rule::NoOverlap.lost(error), alarm, 0),
 };

@@ -1,0 +1,169 @@
+//! A level of the signal in standard deviations of its own values: a reading of detectors whose published threshold may be
+//! meant so (CovF's 2.3 is near 2.326, the 99 % point of a normal distribution).
+//!
+//! ```text
+//! z[t] = (y[t] - m) / s            alarm at t when z[t] < below          or          z[t] >= above
+//! ```
+//!
+//! `y` is the signal and `t` a 0-based frame; `z` has no unit. `m` and `s` are mean and standard deviation (of the population)
+//! of `y` over the `span` frames before t (`over = "frames-before"`, z = 0 until there are as many), or over all frames of
+//! the track (`over = "track"`, which looks ahead: a track can only be judged as a whole). Where the values do not vary by more
+//! than one part in 10^9 of the largest, `z` is 0. Which of high and low values are bad is the signal's affair.
+//!
+//! Source: none; it is here to measure what the published numbers speak for.
+
+use super::{Detector, DetectorOutput, Input};
+use crate::detector::level::{self, Level};
+use crate::direction::Direction;
+use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "standard-score",
+    version: 1,
+    summary: "alarm while the signal is a number of standard deviations from its mean, of the frames before or of the track",
+    example: "{ above = 2.3, span = 25 }",
+    build: |raw: RawParams<'_>| Ok(Box::new(StandardScore::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// The frames whose mean and deviation count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Over {
+    /// The `span` frames before.
+    FramesBefore,
+    /// All frames of the track.
+    Track,
+}
+
+/// Parameters; exactly one of `below` and `above` is given.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Alarm when z is less than this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Alarm when z is this or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// The frames whose mean and deviation count.
+    pub over: Over,
+    /// Number of frames before, 2 to 100000.
+    pub span: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { below: None, above: None, over: Over::FramesBefore, span: 25 }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct StandardScore {
+    params: Params,
+    level: Level,
+}
+
+impl StandardScore {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// When none or both levels are given, or a parameter is out of its range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let level = Level::new(level::Params { below: params.below, above: params.above })?;
+        if !(2..=100_000).contains(&params.span) {
+            return Err(ParamError::out_of_range("span", "2 to 100000 frames", params.span));
+        }
+        Ok(Self { params, level })
+    }
+}
+
+/// Standard score of a value among others; 0 where these do not vary.
+fn standard_score(value: f64, among: &[f64]) -> f64 {
+    let count = among.len() as f64;
+    let mean = among.iter().sum::<f64>() / count;
+    let deviation = (among.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
+    let largest = among.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    if deviation > 1e-9 * largest { (value - mean) / deviation } else { 0.0 }
+}
+
+impl Detector for StandardScore {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.level.value())
+    }
+
+    fn score_direction(&self) -> Direction {
+        self.level.direction()
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let (signal, span) = (input.signal, self.params.span);
+        let score = |t: usize| match self.params.over {
+            Over::Track => standard_score(signal[t], signal),
+            Over::FramesBefore if t < span => 0.0,
+            Over::FramesBefore => standard_score(signal[t], &signal[t - span..t]),
+        };
+        let score: Vec<f64> = (0..signal.len()).map(score).collect();
+        let alarm = score.iter().map(|z| self.level.is_alarm(*z)).collect();
+        DetectorOutput { score, alarm, ..DetectorOutput::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
+        let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
+        ENTRY.build_from_text(text).unwrap().detect(&input)
+    }
+
+    // scipy.stats.zscore([1, 2, 4, 1]): -0.8164966, 0, 1.6329932, -0.8164966 (SciPy 1.17; the deviation of the population).
+    #[test]
+    fn scores_of_a_track_agree_with_scipy() {
+        let output = detect("{ above = 1.0, over = \"track\" }", &[1.0, 2.0, 4.0, 1.0]);
+        let want = [-0.816_496_580_927_726, 0.0, 1.632_993_161_855_452, -0.816_496_580_927_726];
+        for (found, want) in output.score.iter().zip(want) {
+            assert!((found - want).abs() < 1e-14);
+        }
+        assert_eq!(output.alarm, [false, false, true, false]);
+    }
+
+    // By hand: of 1 and 3 mean 2, deviation 1; of 3 and 4 mean 3.5, deviation .5.
+    #[test]
+    fn frames_before_by_hand() {
+        let output = detect("{ below = -1.0, span = 2 }", &[1.0, 3.0, 4.0, 2.0]);
+        assert_eq!(output.score, [0.0, 0.0, 2.0, -3.0]);
+        assert_eq!(output.alarm, [false, false, false, true]);
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        for text in ["{}", "{ above = 1.0, below = 0.0 }", "{ above = 1.0, span = 1 }", "{ above = nan }"] {
+            assert!(ENTRY.build_from_text(text).is_err(), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn unit_and_origin_do_not_matter(
+            signal in proptest::collection::vec(-3.0..3.0_f64, 3..60), scale in 0.1..50.0_f64, shift in -9.0..9.0_f64,
+        ) {
+            let moved: Vec<f64> = signal.iter().map(|v| scale * v + shift).collect();
+            for over in ["track", "frames-before"] {
+                let text = format!("{{ above = 2.3, span = 5, over = \"{over}\" }}");
+                for (a, b) in detect(&text, &signal).score.iter().zip(detect(&text, &moved).score) {
+                    prop_assert!((a - b).abs() < 1e-6 * (1.0 + a.abs()));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! What a protocol makes of the restarts of a reset protocol: parts of one track, or the beginnings of new ones.
+//!
+//! A tracker that is run under a reset protocol fails in a frame f, is silent for the four frames that the protocol skips,
+//! and starts anew on the ground truth in f + 5 (see [`crate::tracker::protocol`]). Its box jumps there, and a detector that
+//! goes on over the jump finds it, as near to the failure as the five frames in which a detection still counts: it is paid
+//! for what the protocol did. With [`Restarts::NewTrack`] every signal and every detector begins again in the restart's
+//! frame, and each piece is scored by itself:
+//!
+//! ```text
+//! frame   ... f-1   f    f+1 ... f+4   f+5      f+6 ...
+//! status      .   Failed   Skipped   Initialized  .
+//! piece       0     0      none          1        1
+//! ```
+//!
+//! Skipped frames count for nothing, neither does the frame of a restart: an alarm in it, and the run of alarms that begins
+//! in it, is no detection. What a protocol leaves out at the start of a track it leaves out at the start of each piece. A
+//! track without restarts is one piece and is scored as ever.
+
+use super::counts::Counts;
+use super::protocol::{Protocol, TrackScore};
+use crate::tracker::Status;
+use std::ops::Range;
+
+/// What a protocol makes of restarts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Restarts {
+    /// Signals and detectors go on; all frames are one track.
+    #[default]
+    PartOfTrack,
+    /// Signals and detectors begin again, and each piece is scored as a track.
+    NewTrack,
+}
+
+impl Restarts {
+    /// The pieces of a track whose frames have these statuses; all of it where restarts are part of it.
+    pub fn pieces(self, status: &[Status]) -> Vec<Range<usize>> {
+        match self {
+            Self::PartOfTrack => std::iter::once(0..status.len()).collect(),
+            Self::NewTrack => pieces(status),
+        }
+    }
+}
+
+/// Pieces of a track, in order: each begins where the tracker starts and ends with the last frame that is not skipped.
+/// Frames before the first start belong to the first piece.
+pub fn pieces(status: &[Status]) -> Vec<Range<usize>> {
+    let mut pieces: Vec<Range<usize>> = Vec::new();
+    let mut started = false;
+    for (t, status) in status.iter().enumerate() {
+        match (status, pieces.last_mut()) {
+            (Status::Skipped, Some(_)) => {}
+            (Status::Initialized, Some(piece)) if !started => piece.end = t + 1,
+            (Status::Initialized, _) | (_, None) => pieces.push(t..t + 1),
+            (_, Some(piece)) => piece.end = t + 1,
+        }
+        started |= *status == Status::Initialized;
+    }
+    pieces
+}
+
+/// The frames that count, in order: those of the pieces but for the frames of restarts.
+pub fn counted(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
+    pieces.iter().enumerate().flat_map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
+}
+
+impl Protocol {
+    /// Scores the pieces of a track, from [`Restarts::pieces`]; frames count from the track's first.
+    pub fn judge(
+        &self,
+        error: &[f64],
+        alarm: &[bool],
+        changes: &[i32],
+        pieces: &[Range<usize>],
+    ) -> TrackScore {
+        if pieces.len() <= 1 && pieces.iter().all(|piece| *piece == (0..error.len())) {
+            return (self.score)(error, alarm, changes);
+        }
+        let mut whole = TrackScore::default();
+        for (k, piece) in pieces.iter().enumerate() {
+            let mut alarm = alarm[piece.clone()].to_vec();
+            if k > 0 {
+                alarm.iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
+            }
+            let changes = changes.get(piece.clone()).unwrap_or_default();
+            let part = (self.score)(&error[piece.clone()], &alarm, changes);
+            let (events, detections) = (whole.events.len(), whole.detections.len());
+            whole.counts = [whole.counts, part.counts].into_iter().sum::<Counts>();
+            whole.events.extend(part.events.iter().map(|t| t + piece.start));
+            whole.detections.extend(part.detections.iter().map(|t| t + piece.start));
+            whole.matches.extend(part.matches.iter().map(|(e, d)| (e + events, d + detections)));
+        }
+        whole
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{PROTOCOLS, khalid2016};
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One letter a frame: start, tracked, failed, skipped, waiting.
+    fn status(letters: &str) -> Vec<Status> {
+        let of = |letter| match letter {
+            'i' => Status::Initialized,
+            'f' => Status::Failed,
+            's' => Status::Skipped,
+            'w' => Status::Waiting,
+            _ => Status::Tracked,
+        };
+        letters.chars().map(of).collect()
+    }
+
+    #[test]
+    fn pieces_by_hand() {
+        assert_eq!(pieces(&status("itttfssssittt")), [0..5, 9..13]);
+        // Two failures in a row, the track ends among skipped frames.
+        assert_eq!(pieces(&status("itfssssifss")), [0..3, 7..9]);
+        assert_eq!(pieces(&status("wwitt")), [0..5]);
+        assert_eq!(pieces(&status("tttt")), [0..4]);
+        assert_eq!(pieces(&[]), []);
+    }
+
+    // Worked by hand on 40 frames with a failure in 15 and a restart in 20. The alarm of 13 finds it. Those of 17 (skipped)
+    // and of 20 to 21 (the restart's own) count for nothing, that of 30 is false.
+    // True negatives: frames 10 to 15 of the first piece without the detection, and 30 to 39 of the second without its own.
+    #[test]
+    fn a_restart_pays_nobody() {
+        let status = status("itttttttttttttt".to_string().as_str()).into_iter();
+        let status: Vec<Status> =
+            status.chain(super::tests::status("fssssi")).chain(vec![Status::Tracked; 19]).collect();
+        assert_eq!(status.len(), 40);
+        let error: Vec<f64> = (0..40).map(|t| if (15..20).contains(&t) { 1.0 } else { 0.2 }).collect();
+        let alarm: Vec<bool> = (0..40).map(|t| [13, 17, 20, 21, 30].contains(&t)).collect();
+        let pieces = Restarts::NewTrack.pieces(&status);
+        let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], &pieces);
+        assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
+        assert_eq!(s.matches, [(0, 0)]);
+        assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 5 + 9 });
+        assert_eq!(counted(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
+        // As one track the restart alone finds the failure.
+        let jump: Vec<bool> = (0..40).map(|t| t == 20).collect();
+        let as_one = khalid2016::PROTOCOL.judge(&error, &jump, &[], &Restarts::PartOfTrack.pieces(&status));
+        assert_eq!(as_one.counts.tp, 1);
+        let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], &pieces);
+        assert_eq!(anew.counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 5 + 10 });
+    }
+
+    proptest! {
+        #[test]
+        fn a_track_without_restarts_is_scored_as_ever(
+            error in proptest::collection::vec(prop_oneof![Just(1.0), Just(0.4)], 1..80),
+            seed in any::<u64>(),
+        ) {
+            let alarm: Vec<bool> = (0..error.len()).map(|t| (seed >> (t % 61)) & 3 == 0).collect();
+            let changes = crate::detector::changes(&alarm);
+            let mut status = vec![Status::Tracked; error.len()];
+            status[0] = Status::Initialized;
+            for protocol in PROTOCOLS {
+                let pieces = Restarts::NewTrack.pieces(&status);
+                let whole = (protocol.score)(&error, &alarm, &changes);
+                prop_assert_eq!(protocol.judge(&error, &alarm, &changes, &pieces), whole);
+            }
+        }
+    }
+}

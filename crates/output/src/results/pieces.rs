@@ -1,0 +1,90 @@
+//! `pieces.csv`: the parts of tracks that were scored by themselves, because a restart began a new track.
+
+use super::column::{Column, FRAME, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
+use super::frame::{TableError, to_csv};
+use crate::engine::Outcome;
+use crate::score::Restarts;
+use crate::spec::Experiment;
+use std::collections::BTreeSet;
+
+const LAST: Column = Column::integer("last", "", "Number of the piece's last frame");
+
+/// The file; only experiments with such a protocol have it.
+pub const FILE: TableFile = TableFile {
+    name: "pieces.csv",
+    about: "One row for each piece of a track under a protocol in which a restart of the tracker begins a new track, such as \
+            khalid2016/2. Frames between two pieces were skipped and count for nothing. Tracks without restarts have no row.",
+    columns: &[
+        SUITE,
+        SEQUENCE,
+        TRACKER,
+        RUN,
+        Column { name: "first", meaning: "Number of the piece's first frame", ..FRAME },
+        LAST,
+    ],
+};
+const FIRST: Column = FILE.columns[4];
+
+/// Writes the file; `None` where no method has such a protocol.
+///
+/// # Errors
+/// When polars refuses.
+pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Option<Vec<u8>>, TableError> {
+    if experiment.methods.iter().all(|m| m.protocol.restarts == Restarts::PartOfTrack) {
+        return Ok(None);
+    }
+    let mut rows = BTreeSet::new();
+    for cell in &outcome.cells {
+        let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
+            continue;
+        };
+        let pieces = Restarts::NewTrack.pieces(&track.status);
+        let sequence = &outcome.sequences[cell.sequence];
+        if pieces.iter().any(|piece| piece.len() < track.status.len()) {
+            let number = |t: usize| i64::from(sequence.number(t));
+            rows.extend(pieces.into_iter().map(|piece| {
+                let (name, tracker) = (sequence.name.as_str(), cell.tracker.as_str());
+                (name, tracker, i64::from(cell.run), number(piece.start), number(piece.end - 1))
+            }));
+        }
+    }
+    to_csv(FILE.frame(vec![
+        SUITE.of(vec![outcome.suite.as_str(); rows.len()]),
+        SEQUENCE.of(rows.iter().map(|row| row.0).collect::<Vec<_>>()),
+        TRACKER.of(rows.iter().map(|row| row.1).collect::<Vec<_>>()),
+        RUN.of(rows.iter().map(|row| row.2).collect::<Vec<_>>()),
+        FIRST.of(rows.iter().map(|row| row.3).collect::<Vec<_>>()),
+        LAST.of(rows.iter().map(|row| row.4).collect::<Vec<_>>()),
+    ])?)
+    .map(Some)
+}
+
+/// A piece with the track it belongs to.
+pub(super) struct PieceOfTrack {
+    pub sequence: String,
+    pub tracker: String,
+    pub run: i64,
+    /// Number of its first frame.
+    pub first: i64,
+    /// Number of its last frame.
+    pub last: i64,
+}
+
+/// Reads all pieces.
+///
+/// # Errors
+/// When the columns are not those of the file, or a number is damaged.
+pub(super) fn read(bytes: Vec<u8>) -> Result<Vec<PieceOfTrack>, TableError> {
+    let rows = FILE.read_csv(bytes)?;
+    let (sequence, tracker) = (rows.texts(&SEQUENCE)?, rows.texts(&TRACKER)?);
+    let run = rows.all_numbers(&RUN)?;
+    let (first, last) = (rows.all_numbers(&FIRST)?, rows.all_numbers(&LAST)?);
+    let piece = |i: usize| PieceOfTrack {
+        sequence: sequence[i].to_string(),
+        tracker: tracker[i].to_string(),
+        run: run[i],
+        first: first[i],
+        last: last[i],
+    };
+    Ok((0..rows.len()).map(piece).collect())
+}
