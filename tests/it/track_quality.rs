@@ -113,6 +113,7 @@ fn judge(
         kind: signal_entry.kind,
         version: signal_entry.version,
         signal: Arc::from(signal_entry.build_from_text(signal.1).unwrap()),
+        restarts: Default::default(),
     };
     let cache = Arc::new(FrameCache::new(1 << 26));
     let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_roots: Vec::new() };

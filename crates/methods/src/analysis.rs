@@ -3,6 +3,7 @@
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
+pub mod collapsed_boxes;
 mod confident;
 #[cfg(test)]
 mod conformance;
@@ -167,6 +168,7 @@ pub static ANALYSES: &[Entry<dyn Analysis>] = &[
     cut_values::ENTRY,
     success::ENTRY,
     resets::ENTRY,
+    collapsed_boxes::ENTRY,
     longterm::ENTRY,
     oxuva::ENTRY,
     processing_time::ENTRY,

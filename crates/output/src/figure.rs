@@ -13,6 +13,7 @@
 mod annotated;
 mod axes;
 mod curve;
+mod dots;
 mod draw;
 mod error;
 mod font;
@@ -29,6 +30,7 @@ mod style;
 pub use annotated::{AnnotatedBox, annotate};
 pub use axes::Range;
 pub use curve::{Curve, Curves};
+pub use dots::{Dot, DotPanel, Dots};
 pub use draw::Plot;
 pub use error::FigureError;
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};

@@ -38,6 +38,7 @@ mod markdown;
 pub mod page;
 pub mod pairs;
 mod provenance;
+mod readings;
 pub mod sequences;
 pub mod server;
 pub mod site;

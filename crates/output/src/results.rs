@@ -10,6 +10,7 @@
 //! | [`measures`] | `measures.csv`: pooled numbers |
 //! | [`frame_measures`] | `frame_measures.csv`: pooled numbers made of the score and alarm of every frame |
 //! | [`frame_pairs`] | `frame_pairs.csv`: differences of these numbers between methods, of experiments of the leaderboard |
+//! | [`readings`] | `readings.csv`: published numbers beside those of each reading |
 //! | [`frames`] | `frames.parquet`: boxes, scores and labels of every frame |
 //! | [`signals`] | `signals.parquet`: signals and forecasts |
 //! | [`truth`] | `truth.parquet`: ground truth |
@@ -42,6 +43,7 @@ pub mod measures;
 pub mod models;
 pub mod pieces;
 mod read;
+pub mod readings;
 pub mod run;
 pub mod scores;
 pub mod signals;

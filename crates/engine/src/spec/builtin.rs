@@ -29,6 +29,7 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("khalid2016/table2", include_str!("../../../../experiments/khalid2016/table2.toml")),
     ("khalid2016/training", include_str!("../../../../experiments/khalid2016/training.toml")),
     ("khalid2016/figures", include_str!("../../../../experiments/khalid2016/figures.toml")),
+    ("khalid2016/readings", include_str!("../../../../experiments/khalid2016/readings.toml")),
     ("sanmiguel2015/model", include_str!("../../../../experiments/sanmiguel2015/model.toml")),
     ("sanmiguel2015/convolution", include_str!("../../../../experiments/sanmiguel2015/convolution.toml")),
     ("sanmiguel2015/fig3", include_str!("../../../../experiments/sanmiguel2015/fig3.toml")),
@@ -41,6 +42,7 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ),
     ("sanmiguel2015/start-up", include_str!("../../../../experiments/sanmiguel2015/start-up.toml")),
     ("sanmiguel2015/model-real", include_str!("../../../../experiments/sanmiguel2015/model-real.toml")),
+    ("sanmiguel2015/readings", include_str!("../../../../experiments/sanmiguel2015/readings.toml")),
     (
         "sanmiguel2015/convolution-real",
         include_str!("../../../../experiments/sanmiguel2015/convolution-real.toml"),

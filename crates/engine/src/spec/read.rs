@@ -7,7 +7,7 @@ use super::figure::{Figure, read_figure};
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
-use super::table::{inherit_published, self, Published, Table, Words};
+use super::table::{self, Published, Table, Words, inherit_published};
 use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
@@ -467,7 +467,8 @@ fn read_trackers(
             return Err(source.error(t.runs.as_ref().map_or(span, Spanned::span), message));
         }
         let setup = protocol.over(Arc::from(config));
-        if let Some(like) = t.like.as_ref().filter(|like| trackers.iter().all(|b| b.label != *like.get_ref())) {
+        if let Some(like) = t.like.as_ref().filter(|like| trackers.iter().all(|b| b.label != *like.get_ref()))
+        {
             let before = trackers.iter().map(|b| b.label.as_str());
             return Err(source.unknown(like.span(), "tracker before this one", like.get_ref(), before));
         }

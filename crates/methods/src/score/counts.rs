@@ -128,6 +128,16 @@ impl Counts {
         Some(1000.0 * ratio(self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
     }
 
+    /// Detections per 1000 frames that the protocol counts.
+    pub fn detections_per_1000(&self) -> Option<f64> {
+        Some(1000.0 * ratio(self.tp + self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
+    }
+
+    /// Events per 1000 frames that the protocol counts.
+    pub fn events_per_1000(&self) -> Option<f64> {
+        Some(1000.0 * ratio(self.tp + self.fn_, self.tp + self.fp + self.fn_ + self.tn)?)
+    }
+
     /// Recall minus false positive rate.
     pub fn informedness(&self) -> Option<f64> {
         Some(self.recall()? - self.fpr()?)
@@ -164,6 +174,7 @@ mod tests {
     fn misses_and_false_alarms_by_hand() {
         let c = Counts { tp: 3, fp: 4, fn_: 1, tn: 492 };
         assert_eq!((c.miss_rate(), c.false_alarms_per_1000()), (Some(0.25), Some(8.0)));
+        assert_eq!((c.detections_per_1000(), c.events_per_1000()), (Some(14.0), Some(8.0)));
         assert_eq!((Counts::default().miss_rate(), Counts::default().false_alarms_per_1000()), (None, None));
     }
 }

@@ -113,12 +113,15 @@ mod tests {
 
     #[test]
     fn pieces_by_hand() {
-        assert_eq!(pieces(&status("itttfssssittt")), [0..5, 9..13]);
+        let pieces = |letters: &str| -> Vec<(usize, usize)> {
+            pieces(&status(letters)).into_iter().map(|piece| (piece.start, piece.end)).collect()
+        };
+        assert_eq!(pieces("itttfssssittt"), [(0, 5), (9, 13)]);
         // Two failures in a row, the track ends among skipped frames.
-        assert_eq!(pieces(&status("itfssssifss")), [0..3, 7..9]);
-        assert_eq!(pieces(&status("wwitt")), [0..5]);
-        assert_eq!(pieces(&status("tttt")), [0..4]);
-        assert_eq!(pieces(&[]), []);
+        assert_eq!(pieces("itfssssifss"), [(0, 3), (7, 9)]);
+        assert_eq!(pieces("wwitt"), [(0, 5)]);
+        assert_eq!(pieces("tttt"), [(0, 4)]);
+        assert_eq!(pieces(""), []);
     }
 
     // Worked by hand on 40 frames with a failure in 15 and a restart in 20. The alarm of 13 finds it. Those of 17 (skipped)
@@ -126,9 +129,7 @@ mod tests {
     // True negatives: frames 10 to 15 of the first piece without the detection, and 30 to 39 of the second without its own.
     #[test]
     fn a_restart_pays_nobody() {
-        let status = status("itttttttttttttt".to_string().as_str()).into_iter();
-        let status: Vec<Status> =
-            status.chain(super::tests::status("fssssi")).chain(vec![Status::Tracked; 19]).collect();
+        let status = status("ittttttttttttttfssssittttttttttttttttttt");
         assert_eq!(status.len(), 40);
         let error: Vec<f64> = (0..40).map(|t| if (15..20).contains(&t) { 1.0 } else { 0.2 }).collect();
         let alarm: Vec<bool> = (0..40).map(|t| [13, 17, 20, 21, 30].contains(&t)).collect();

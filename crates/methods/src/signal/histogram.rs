@@ -223,7 +223,10 @@ mod tests {
         assert_eq!(bhattacharyya(&[0.0, 0.0], &[0.0, 2.0]), 0.0);
         assert_eq!(similarity(Similarity::Intersection, &[1.0, 3.0], &[5.0, 0.0]), 0.25);
         assert_eq!(similarity(Similarity::Distance, &[1.0, 3.0], &[1.0, 3.0]), 1.0);
-        assert!((similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]) - (1.0 - 0.5_f64.sqrt())).abs() < 1e-15);
+        assert!(
+            (similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]) - (1.0 - 0.5_f64.sqrt())).abs()
+                < 1e-15
+        );
     }
 
     #[test]
@@ -233,7 +236,10 @@ mod tests {
             Comparison { reference: Reference::Slow, rate: 0.5, similarity: Similarity::Intersection };
         let mut memory = Memory::new(comparison, 2);
         let mut push = |p: [f64; 2]| memory.push(|histogram| histogram.copy_from_slice(&p));
-        assert_eq!([push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0])], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(
+            [push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0])],
+            [1.0, 0.0, 0.0, 1.0]
+        );
     }
 
     // colorsys.rgb_to_hsv(1, .5, 0) = (1/12, 1, 1); (0, 0, 1): hue 2/3; (.2, .4, .2): (1/3, .5, .4) (Python 3.12).

@@ -29,20 +29,26 @@ pub const PIXELS: usize = SIDE * SIDE;
 /// Bounds of the target's sides, in pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct SideLimits {
+    shortest: f64,
     longest: f64,
 }
 
 impl SideLimits {
     /// From 1 pixel to four times the frame's longer side.
     pub fn of(frame: &Frame) -> Self {
-        Self { longest: 4.0 * frame.width().max(frame.height()) as f64 }
+        Self { shortest: 1.0, longest: 4.0 * frame.width().max(frame.height()) as f64 }
+    }
+
+    /// The limits with another shortest side, but not beyond the longest one.
+    pub fn at_least(self, side: f64) -> Self {
+        Self { shortest: side.min(self.longest), ..self }
     }
 
     /// The geometry within the limits.
     pub fn keep(&self, [x, y, s, theta, r, phi]: Geometry) -> Geometry {
-        let width = (s * SIDE as f64).clamp(1.0, self.longest);
+        let width = (s * SIDE as f64).clamp(self.shortest, self.longest);
         // The aspect is exact where the height is within its limits.
-        let aspect = r.clamp(1.0 / width, self.longest / width);
+        let aspect = r.clamp(self.shortest / width, self.longest / width);
         [x, y, width / SIDE as f64, theta, aspect, phi]
     }
 }
@@ -213,5 +219,7 @@ mod tests {
         }
         let least = limits.keep([0.0, 0.0, -3.0, 0.0, 1e9, 0.0]);
         assert_eq!((least[2] * 32.0, least[2] * least[4] * 32.0), (1.0, 1280.0));
+        let least = limits.at_least(8.0).keep([0.0, 0.0, 0.1, 0.0, 0.5, 0.0]);
+        assert_eq!((least[2] * 32.0, least[2] * least[4] * 32.0), (8.0, 8.0));
     }
 }

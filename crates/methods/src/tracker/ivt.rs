@@ -75,6 +75,8 @@ impl Params {
             batch: self.batch,
             forgetting: self.forgetting,
             occlusion: None,
+            smallest_side: 1.0,
+            upright: false,
         }
     }
 }

@@ -40,8 +40,10 @@
 //!   width and height together with a quarter turn of the skew.
 //! - The first batch gives at most `batch - 1` vectors; see [`crate::num::incremental_pca`].
 //! - A share equal to one of the two bounds belongs to the middle. The program then repeats the last window.
-//! - The grid of the template is centered; see [`crate::image::warp`]. Sides stay between 1 pixel and four
-//!   times the frame's longer side.
+//! - The grid of the template is centered; see [`crate::image::warp`]. Sides stay between `smallest_side` (1 pixel) and
+//!   four times the frame's longer side.
+//! - The paper that compares detectors does not say which noise it ran; with that of `preset` "program" the box shrinks to
+//!   a few pixels on some targets, with "upright" it seldom does.
 
 mod likelihood;
 #[cfg(test)]
@@ -62,14 +64,45 @@ use serde::{Deserialize, Serialize};
 /// A gray level.
 const LEVEL: f32 = 1.0 / 256.0;
 
+/// Noise of the candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// 4, 4, .02, .02, .005, .001: the defaults of the authors' program, all six components move.
+    Program,
+    /// 4, 4, .01, 0, .005, 0: neither rotation nor skew, and half of the change of size.
+    Upright,
+}
+
+impl Preset {
+    fn noise(self) -> Geometry {
+        match self {
+            Self::Program => [4.0, 4.0, 0.02, 0.02, 0.005, 0.001],
+            Self::Upright => [4.0, 4.0, 0.01, 0.0, 0.005, 0.0],
+        }
+    }
+}
+
+/// Form of the reported region.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// The turned and skewed window, four corners.
+    Turned,
+    /// The upright rectangle of the same center, width and height, as result files of the program hold it.
+    Upright,
+}
+
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
+    /// Source of the noise that is left out.
+    pub preset: Preset,
     /// Candidates a frame, from 2 to 10000.
     pub samples: usize,
-    /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
-    pub noise: [f64; 6],
+    /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000; those of the preset if left out.
+    pub noise: Option<[f64; 6]>,
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
     pub likelihood_scale: f64,
     /// Maximum number K of basis vectors, from 1 to 256.
@@ -88,13 +121,18 @@ pub struct Params {
     pub low: f64,
     /// Occluded share above which a window is not learned, from `low` to 1.
     pub high: f64,
+    /// Shortest side of the target, in pixels, from 1 to 1000.
+    pub smallest_side: f64,
+    /// Form of the region.
+    pub region: Form,
 }
 
 impl Default for Params {
     fn default() -> Self {
         Self {
+            preset: Preset::Program,
             samples: 600,
-            noise: [4.0, 4.0, 0.02, 0.02, 0.005, 0.001],
+            noise: None,
             likelihood_scale: 0.25,
             max_basis: 16,
             batch: 5,
@@ -104,6 +142,8 @@ impl Default for Params {
             tolerance: 1e-3,
             low: 0.1,
             high: 0.6,
+            smallest_side: 1.0,
+            region: Form::Turned,
         }
     }
 }
@@ -125,7 +165,11 @@ impl SparsePrototypes {
         if !(1..=1000).contains(&p.iterations) {
             return Err(ParamError::out_of_range("iterations", "from 1 to 1000", p.iterations));
         }
-        check_ranges(&[("tolerance", p.tolerance, 0.0, 1.0), ("low", p.low, 0.0, 1.0)])?;
+        check_ranges(&[
+            ("tolerance", p.tolerance, 0.0, 1.0),
+            ("low", p.low, 0.0, 1.0),
+            ("smallest_side", p.smallest_side, 1.0, 1000.0),
+        ])?;
         if !(p.low..=1.0).contains(&p.high) {
             return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
         }
@@ -138,7 +182,7 @@ impl Params {
         Model {
             name: ENTRY.kind,
             samples: self.samples,
-            noise: self.noise,
+            noise: self.noise.unwrap_or_else(|| self.preset.noise()),
             scale: self.likelihood_scale,
             most: self.max_basis,
             batch: self.batch,
@@ -152,6 +196,8 @@ impl Params {
                 low: self.low,
                 high: self.high,
             }),
+            smallest_side: self.smallest_side,
+            upright: self.region == Form::Upright,
         }
     }
 }
@@ -168,7 +214,8 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
 
 impl TrackerConfig for SparsePrototypes {
     fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
+        let noise = self.0.noise.unwrap_or_else(|| self.0.preset.noise());
+        show_params(&Params { noise: Some(noise), ..self.0.clone() })
     }
 
     fn gives_posterior(&self) -> bool {
@@ -191,6 +238,10 @@ pub(super) struct Model {
     pub(super) batch: usize,
     pub(super) forgetting: f64,
     pub(super) occlusion: Option<Occlusion>,
+    /// Shortest side of the target, in pixels.
+    pub(super) smallest_side: f64,
+    /// Whether the region is the upright rectangle of the estimate's width and height.
+    pub(super) upright: bool,
 }
 
 /// The occlusion model, for a full basis.
@@ -249,7 +300,7 @@ impl Tracking {
         let Some(geometry) = TEMPLATE.geometry(region) else {
             return Err(TrackerError::no_region(model.name));
         };
-        let estimate = SideLimits::of(frame).keep(geometry);
+        let estimate = SideLimits::of(frame).at_least(model.smallest_side).keep(geometry);
         let mut window = vec![0.0; PIXELS];
         let gray = Gray::of_part(frame, &TEMPLATE.window([&estimate]));
         TEMPLATE.sample(&gray, &estimate, LEVEL, &mut window);
@@ -303,7 +354,8 @@ impl Tracking {
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        self.candidates.draw(&self.estimate, &SideLimits::of(frame), &mut self.rng);
+        let limits = SideLimits::of(frame).at_least(self.model.smallest_side);
+        self.candidates.draw(&self.estimate, &limits, &mut self.rng);
         let gray = Gray::of_part(frame, &TEMPLATE.window(&self.candidates.states));
         let occlusion = self.occlusion().map(|o| o.alternation);
         let states = &self.candidates.states;
@@ -318,7 +370,9 @@ impl Tracker for Tracking {
         if self.clean(&mut window) {
             self.learn(&window);
         }
-        let region = TEMPLATE.region(&self.estimate);
+        let [x, y, s, theta, r, phi] = self.estimate;
+        let shown = if self.model.upright { [x, y, s, 0.0, r, 0.0] } else { [x, y, s, theta, r, phi] };
+        let region = TEMPLATE.region(&shown);
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }
 

@@ -10,12 +10,13 @@ use super::html::render;
 use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
+use super::readings;
 use super::sequences::{self, Collector, PackedTrack, Sequences, json};
 use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
-use crate::figure::{Plot, Ranks};
+use crate::figure::Plot;
 use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::spec::figure::Figure;
@@ -70,6 +71,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let mut layouts: Vec<TableLayout> =
         differences::table(results, &results.frame_pairs()?).into_iter().collect();
     layouts.extend(table::layouts(results, &scores));
+    let of_readings = results.readings()?;
+    layouts.extend(readings::tables(results, &of_readings));
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
@@ -91,8 +94,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
             FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
     }
+    for (name, dots, caption) in readings::figures(&of_readings) {
+        page.figures.push(draw_own(results, folder, name, &dots, caption)?);
+    }
     for (name, ranks, caption) in ranks {
-        page.figures.push(draw_ranks(results, folder, name, &ranks, caption)?);
+        page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
@@ -119,19 +125,19 @@ fn draw_all(results: &Results, tracks: &[TrackSeries]) -> Vec<Result<FigureOutco
     results.experiment.figures.par_iter().map(|figure| figures::draw(results, tracks, figure)).collect()
 }
 
-/// Draws mean ranks under a name that no figure of the experiment has.
-fn draw_ranks(
+/// Draws a figure that reports make by themselves, under a name that no figure of the experiment has.
+fn draw_own(
     results: &Results,
     folder: &Path,
     mut name: String,
-    ranks: &Ranks,
+    figure: &dyn Plot,
     caption: String,
 ) -> Result<FigureView, WriteError> {
     while results.experiment.figures.iter().any(|f| f.name == name) {
         name.push('_');
     }
     let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let (svg, png) = (ranks.to_svg().map_err(fail)?, ranks.to_png().map_err(fail)?);
+    let (svg, png) = (figure.to_svg().map_err(fail)?, figure.to_png().map_err(fail)?);
     keep_figure(folder, (&name, name.clone()), caption, (svg, png))
 }
 

@@ -2,12 +2,12 @@
 
 use super::column::{Column, TableFile};
 use super::{
-    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, pieces, scores, signals,
-    tables, truth,
+    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, pieces, readings, scores,
+    signals, tables, truth,
 };
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 13] = [
+const FILES: [&TableFile; 14] = [
     &scores::FILE,
     &measures::FILE,
     &frame_measures::FILE,
@@ -18,6 +18,7 @@ const FILES: [&TableFile; 13] = [
     &conditions::FILE,
     &checks::FILE,
     &pieces::FILE,
+    &readings::FILE,
     &tables::FILE,
     &detections::FILE,
     &detections::FILE_OF_TARGETS,

@@ -142,7 +142,7 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
 }
 
 /// The scores of the frames that count.
-fn counted<'s>(judged: &Judged, score: &'s [f64]) -> Cow<'s, [f64]> {
+pub(super) fn counted<'s>(judged: &Judged, score: &'s [f64]) -> Cow<'s, [f64]> {
     match &judged.pieces {
         None => score.into(),
         Some(pieces) => restarts::counted(pieces).map(|t| score[t]).collect(),

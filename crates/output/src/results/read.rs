@@ -9,7 +9,7 @@ use super::manifest::{self, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::scores::{self, CellScore};
 use super::truth::{self, Truth};
-use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures, frame_pairs};
+use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures, frame_pairs, readings};
 use crate::dataset::suite::Catalog;
 use crate::dataset::text;
 use crate::engine::execute::analyse::Analysed;
@@ -101,10 +101,18 @@ impl Results {
         self.table_if_any(truth::FILE.name, truth::read)
     }
 
+    /// Reads how far readings are from the published numbers; nothing where the experiment has no readings.
+    ///
+    /// # Errors
+    /// When the file is damaged.
+    pub fn readings(&self) -> Result<Vec<readings::Row>, ResultsError> {
+        self.table_if_any(readings::FILE.name, readings::read)
+    }
+
     /// Reads the differences between methods frame by frame; nothing where the run wrote none.
     ///
     /// # Errors
-    /// When the file is absent or damaged.
+    /// When the file is damaged.
     pub fn frame_pairs(&self) -> Result<Vec<frame_pairs::Pair>, ResultsError> {
         self.table_if_any(frame_pairs::FILE.name, frame_pairs::read)
     }

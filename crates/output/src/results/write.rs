@@ -4,7 +4,7 @@ use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
     Results, ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frame_pairs,
-    frames, json::to_json, measures, models, pieces, run, scores, signals, truth,
+    frames, json::to_json, measures, models, pieces, readings, run, scores, signals, truth,
 };
 use crate::engine::Outcome;
 use crate::engine::store::{self, StoreError};
@@ -61,6 +61,10 @@ pub fn write(
             written.put(frame_pairs::FILE.name, &frame_pairs::write(&outcome.suite, &rows)?)?;
         }
     }
+    if readings::has_readings(experiment) {
+        let rows = readings::rows(experiment, outcome)?;
+        written.put(readings::FILE.name, &readings::write(&outcome.suite, &rows)?)?;
+    }
     if detail == Detail::Frames {
         write_frames(&mut written, experiment, outcome)?;
         models::write(folder, outcome)?;
@@ -111,13 +115,14 @@ fn write_frames(
 }
 
 /// Files that only some results have.
-const OPTIONAL: [&str; 9] = [
+const OPTIONAL: [&str; 10] = [
     frame_measures::FILE.name,
     frame_pairs::FILE.name,
     frames::FILE.name,
     signals::FILE.name,
     truth::FILE.name,
     pieces::FILE.name,
+    readings::FILE.name,
     conditions::FILE.name,
     checks::FILE.name,
     analyses::FILE,

@@ -294,6 +294,34 @@ pub const METRICS: &[Metric] = &[
         value: |p| p.counts.false_alarms_per_1000(),
     },
     Metric {
+        name: "detections_per_1000",
+        heading: "detections per 1000 frames",
+        direction: Neither,
+        unit: "per 1000 frames",
+        kind: Kind::Ratio,
+        source: Source::Counts,
+        formula: "(1000 TP + 1000 FP) / (TP + FP + FN + TN)",
+        filled: |p| {
+            let [tp, fp, fn_, tn] = four(p);
+            format!(" = (1000 * {tp} + 1000 * {fp}) / ({tp} + {fp} + {fn_} + {tn})")
+        },
+        value: |p| p.counts.detections_per_1000(),
+    },
+    Metric {
+        name: "events_per_1000",
+        heading: "events per 1000 frames",
+        direction: Neither,
+        unit: "per 1000 frames",
+        kind: Kind::Ratio,
+        source: Source::Counts,
+        formula: "(1000 TP + 1000 FN) / (TP + FP + FN + TN)",
+        filled: |p| {
+            let [tp, fp, fn_, tn] = four(p);
+            format!(" = (1000 * {tp} + 1000 * {fn_}) / ({tp} + {fp} + {fn_} + {tn})")
+        },
+        value: |p| p.counts.events_per_1000(),
+    },
+    Metric {
         name: "delay_median",
         heading: "median delay",
         direction: Neither,

@@ -1,0 +1,164 @@
+//! `collapsed-boxes`: frames in which a tracker's box has shrunk to a few pixels while the target has not. Signals that read
+//! the pixels of such a box read next to nothing, and their alarms there are alarms about the box.
+//!
+//! ```text
+//! collapsed in t:  min(w_t, h_t) < side  and  min(w*_t, h*_t) >= 2 side
+//! ```
+//!
+//! `w`, `h` are the sides of the upright rectangle around the tracker's region in pixels, `w*`, `h*` those around the ground
+//! truth; frames without ground truth do not count. Few is good. The table `sequences` has a row for each sequence with
+//! such a frame, all of its runs together. Choices: twice the side, so that small targets are not called collapsed.
+
+use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::Region;
+use crate::score::trajectory::Trajectory;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "collapsed-boxes",
+    version: 1,
+    summary: "frames in which the tracker's box has shrunk to a few pixels and the target has not",
+    example: "{ side = 4.0 }",
+    build: |raw| Ok(Box::new(CollapsedBoxes::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Side below which a box has collapsed, in pixels, above 0 and at most 1000.
+    pub side: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { side: 4.0 }
+    }
+}
+
+struct CollapsedBoxes(Params);
+
+impl CollapsedBoxes {
+    fn new(p: Params) -> Result<Self, ParamError> {
+        let good = p.side > 0.0 && p.side <= 1000.0;
+        good.then_some(())
+            .ok_or_else(|| ParamError::out_of_range("side", "above 0 and at most 1000", p.side))?;
+        Ok(Self(p))
+    }
+
+    /// Number of collapsed frames, and of those with ground truth.
+    fn count(&self, track: &Trajectory<'_>) -> [usize; 2] {
+        let shorter = |region: &Region| {
+            let rect = region.rect();
+            rect.w.min(rect.h)
+        };
+        let known = track.regions.iter().zip(track.truth).filter_map(|(r, truth)| Some((r, truth.as_ref()?)));
+        let is_collapsed = |(region, truth): &(&Region, &Region)| {
+            shorter(region) < self.0.side && shorter(truth) >= 2.0 * self.0.side
+        };
+        [known.clone().filter(is_collapsed).count(), known.count()]
+    }
+}
+
+impl Analysis for CollapsedBoxes {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Regions
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
+        Names {
+            numbers: words(&["collapsed", "frames"]),
+            tables: words(&["overall", "collapsed-sequences"]),
+            charts: Vec::new(),
+        }
+    }
+
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let [population] = populations else { return Err(AnalysisError::OneSuite) };
+        let mut sequences: Vec<(&str, [usize; 2])> = Vec::new();
+        for track in &population.trajectories {
+            let [collapsed, frames] = self.count(track);
+            match sequences.last_mut() {
+                Some((name, counts)) if *name == track.sequence => {
+                    counts[0] += collapsed;
+                    counts[1] += frames;
+                }
+                _ => sequences.push((track.sequence, [collapsed, frames])),
+            }
+        }
+        let all = [0, 1].map(|k| sequences.iter().map(|(_, counts)| counts[k]).sum::<usize>() as f64);
+        if all[1] == 0.0 {
+            return Err(AnalysisError::NoTrack);
+        }
+        let hit: Vec<_> = sequences.iter().filter(|(_, counts)| counts[0] > 0).collect();
+        let columns = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+        let row = |(name, counts): &&(&str, [usize; 2])| {
+            (name.to_string(), counts.map(|count| Some(count as f64)).to_vec())
+        };
+        let overall = vec![Some(all[0]), Some(all[1]), Some(hit.len() as f64)];
+        Ok(Findings {
+            numbers: vec![("collapsed".into(), all[0]), ("frames".into(), all[1])],
+            tables: vec![
+                Grid {
+                    name: "overall".into(),
+                    corner: "tracker".into(),
+                    columns: columns(&["collapsed frames", "frames", "sequences"]),
+                    rows: vec![(String::new(), overall)],
+                },
+                Grid {
+                    name: "collapsed-sequences".into(),
+                    corner: "sequence".into(),
+                    columns: columns(&["collapsed frames", "frames"]),
+                    rows: hit.iter().map(row).collect(),
+                },
+            ],
+            charts: Vec::new(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+    use crate::tracker::Status;
+
+    // By hand with sides below 4: a box of 3 x 9 on a target of 10 x 10 has collapsed, on one of 7 x 10 it has not, and a frame
+    // without truth does not count.
+    #[test]
+    fn frames_by_hand() {
+        let rect = |w: f64, h: f64| Region::Rect(Rect::new(1.0, 1.0, w, h));
+        let regions = [rect(10.0, 10.0), rect(3.0, 9.0), rect(3.0, 9.0), rect(1.0, 1.0)];
+        let truth = [Some(rect(10.0, 10.0)), Some(rect(10.0, 10.0)), Some(rect(7.0, 10.0)), None];
+        let track = Trajectory {
+            sequence: "a",
+            run: 0,
+            regions: &regions,
+            status: &[Status::Tracked; 4],
+            truth: &truth,
+            frame: None,
+            attributes: &[],
+            frame_attributes: &[],
+        };
+        let population =
+            Population { suite: "s", tracks: vec![], trajectories: vec![track, track], timings: vec![] };
+        let analysis = ENTRY.build_from_text("{}").unwrap();
+        let found = analysis.analyze(&[population]).unwrap();
+        assert_eq!(found.numbers, [("collapsed".to_string(), 2.0), ("frames".to_string(), 6.0)]);
+        assert_eq!(found.tables[1].rows, [("a".to_string(), vec![Some(2.0), Some(6.0)])]);
+        assert!(ENTRY.build_from_text("{ side = 0.0 }").is_err());
+    }
+}

@@ -1,0 +1,164 @@
+//! Dot plots: a row for each reading, a panel for each statistic, a dot with its interval, and the published value as an
+//! upright line through the panel.
+
+use super::axes::{Axis, Range, usable};
+use super::draw::Plot;
+use super::error::FigureError;
+use super::font;
+use super::heading::heading;
+use super::scene::{Anchor, Area, Item, Scene, Stroke};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
+
+/// A value with its bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dot {
+    /// The value.
+    pub value: f64,
+    /// Lower and upper bound, where they are known.
+    pub bounds: Option<(f64, f64)>,
+}
+
+/// A panel: one statistic of all rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DotPanel {
+    /// Name of the statistic.
+    pub label: String,
+    /// The value that is marked in all rows.
+    pub mark: Option<f64>,
+    /// The dot of each row.
+    pub values: Vec<Option<Dot>>,
+}
+
+/// Panels beside each other with common rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dots {
+    /// Title; may be empty.
+    pub title: String,
+    /// Note under the title; may be empty.
+    pub note: String,
+    /// Names of the rows, from the top.
+    pub rows: Vec<String>,
+    /// The panels, from the left.
+    pub panels: Vec<DotPanel>,
+}
+
+/// Height of a row, in points.
+const ROW: f64 = 17.0;
+/// Room for the names of rows, in points.
+const NAMES: f64 = 176.0;
+/// Room between two panels, in points.
+const GAP: f64 = 12.0;
+/// Height of a panel's heading of two lines, in points.
+const HEADING: f64 = 30.0;
+const GRID: Stroke = Stroke { rgb: [0xDD, 0xDD, 0xDD], width: 0.7, dash: Dash::Solid };
+
+impl Plot for Dots {
+    fn scene(&self) -> Result<Scene, FigureError> {
+        if self.rows.is_empty() || self.panels.is_empty() {
+            return Err(FigureError::Empty("a dot plot needs a row and a panel"));
+        }
+        let mut scene = Scene::new(&self.title, WIDTH);
+        let top = heading(&mut scene, &self.title, &self.note) + HEADING;
+        let bottom = top + ROW * self.rows.len() as f64;
+        for (k, name) in self.rows.iter().enumerate() {
+            let y = top + ROW * (k as f64 + 0.5);
+            let name = font::fit(name, MEDIUM, NAMES - 8.0);
+            scene.text(&name, (MARGIN + NAMES - 8.0, y), MEDIUM, Anchor::End, INK);
+        }
+        let count = self.panels.len() as f64;
+        let width = (WIDTH - 2.0 * MARGIN - NAMES - GAP * (count - 1.0)) / count;
+        for (k, panel) in self.panels.iter().enumerate() {
+            let x = MARGIN + NAMES + k as f64 * (width + GAP);
+            draw_panel(&mut scene, panel, &Area { x, y: top, w: width, h: bottom - top })?;
+        }
+        scene.height = bottom + 24.0 + MARGIN / 2.0;
+        Ok(scene)
+    }
+}
+
+fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area) -> Result<(), FigureError> {
+    let ends = |Dot { value, bounds }: Dot| {
+        [Some(value), bounds.map(|b| b.0), bounds.map(|b| b.1)].into_iter().flatten()
+    };
+    let known = panel.values.iter().flatten().copied().flat_map(ends).chain(panel.mark);
+    let range = Range::Auto.resolve(known.filter(|v| usable(*v)), false)?;
+    let axis = Axis::new(range, (area.x, area.right()), 6.0, false);
+    for (k, line) in font::wrap(&panel.label, SMALL, area.w, 2).iter().enumerate() {
+        let y = area.y - HEADING + 8.0 + 12.0 * k as f64;
+        scene.text(line, (area.x + area.w / 2.0, y), SMALL, Anchor::Middle, INK);
+    }
+    for k in 0..panel.values.len() {
+        let y = area.y + ROW * (k as f64 + 0.5);
+        scene.line(vec![(area.x, y), (area.right(), y)], GRID);
+    }
+    scene.line(
+        vec![(area.x, area.bottom()), (area.right(), area.bottom())],
+        Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid },
+    );
+    // Two or three ticks whose labels fit beside each other.
+    let ticks = axis.ticks(3);
+    let mut free = f64::NEG_INFINITY;
+    for (value, label) in &ticks {
+        let x = axis.place(*value);
+        scene.line(
+            vec![(x, area.bottom()), (x, area.bottom() + 3.5)],
+            Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid },
+        );
+        let half = font::width(label, SMALL) / 2.0;
+        if x - half > free && x + half <= area.right() + GAP / 2.0 {
+            scene.text(label, (x, area.bottom() + 12.0), SMALL, Anchor::Middle, SOFT);
+            free = x + half + 3.0;
+        }
+    }
+    if let Some(mark) = panel.mark.filter(|v| usable(*v)) {
+        let x = axis.place(mark);
+        let stroke = Stroke { rgb: Color::Vermilion.rgb(), width: 1.4, dash: Dash::Solid };
+        scene.line(vec![(x, area.y), (x, area.bottom())], stroke);
+    }
+    for (k, value) in panel.values.iter().enumerate() {
+        let Some(Dot { value, bounds }) = value.filter(|dot| usable(dot.value)) else { continue };
+        let y = area.y + ROW * (k as f64 + 0.5);
+        if let Some((low, high)) = bounds.filter(|(low, high)| usable(*low) && usable(*high)) {
+            let stroke = Stroke { rgb: Color::Blue.rgb(), width: 1.6, dash: Dash::Solid };
+            scene.line(vec![(axis.place(low), y), (axis.place(high), y)], stroke);
+        }
+        scene.items.push(Item::Circle {
+            center: (axis.place(value), y),
+            radius: 3.0,
+            rgb: Color::Blue.rgb(),
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_panels_and_marks_are_there() {
+        let panel = |label: &str, mark| DotPanel {
+            label: label.into(),
+            mark,
+            values: vec![Some(Dot { value: 0.4, bounds: Some((0.2, 0.5)) }), None],
+        };
+        let dots = Dots {
+            title: "Readings of CovF".into(),
+            note: String::new(),
+            rows: vec!["as printed".into(), "x<y".into()],
+            panels: vec![panel("recall", Some(0.7)), panel("precision", None)],
+        };
+        let scene = dots.scene().unwrap();
+        let circles = scene.items.iter().filter(|i| matches!(i, Item::Circle { .. })).count();
+        let red = Color::Vermilion.rgb();
+        let marks = scene
+            .items
+            .iter()
+            .filter(|i| matches!(i, Item::Line { stroke, .. } if stroke.rgb == red))
+            .count();
+        assert_eq!((circles, marks), (2, 1));
+        let svg = dots.to_svg().unwrap();
+        assert!(svg.contains("x&lt;y") && svg.contains("precision"));
+        assert!(Dots { rows: vec![], ..dots }.to_svg().is_err());
+    }
+}

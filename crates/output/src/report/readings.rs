@@ -1,0 +1,208 @@
+//! The tables and figures of readings: which choice the published numbers speak for, where a text leaves it open.
+//!
+//! The numbers are those of `readings.csv`; see [`crate::results::readings`] for the discrepancy.
+
+use super::layouts::{self, cell, group, of_suite};
+use crate::figure::{Dot, DotPanel, Dots};
+use crate::results::Results;
+use crate::results::readings::{DISCREPANCY, Row};
+use crate::score::Metric;
+use crate::table::layout::{Cell, TableLayout};
+use crate::table::number::Style;
+use std::collections::BTreeMap;
+
+/// The readings of one method on one tracker, those with the smallest discrepancy first.
+struct Group<'a> {
+    of: (&'a str, &'a str),
+    /// Names of the statistics, in their order.
+    statistics: Vec<&'a str>,
+    readings: Vec<Reading<'a>>,
+}
+
+/// One reading with its rows by statistic.
+struct Reading<'a> {
+    tracker: &'a str,
+    method: &'a str,
+    rows: BTreeMap<&'a str, &'a Row>,
+}
+
+impl Reading<'_> {
+    fn discrepancy(&self) -> Option<f64> {
+        self.rows.get(DISCREPANCY)?.ours
+    }
+
+    /// Name among the readings of a method on a tracker.
+    fn name(&self, of: (&str, &str)) -> String {
+        match (self.tracker == of.0, self.method == of.1) {
+            (true, true) => format!("{} (as it is)", self.method),
+            (true, false) => self.method.to_string(),
+            (false, true) => format!("on {}", self.tracker),
+            (false, false) => format!("{} on {}", self.method, self.tracker),
+        }
+    }
+}
+
+fn groups(rows: &[Row]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for row in rows {
+        let of = (row.of_tracker.as_str(), row.of_method.as_str());
+        let place = groups.iter().position(|g| g.of == of).unwrap_or_else(|| {
+            groups.push(Group { of, statistics: Vec::new(), readings: Vec::new() });
+            groups.len() - 1
+        });
+        let group = &mut groups[place];
+        let statistic = row.statistic.as_str();
+        if statistic != DISCREPANCY && !group.statistics.contains(&statistic) {
+            group.statistics.push(statistic);
+        }
+        let is_it = |r: &Reading<'_>| (r.tracker, r.method) == (row.tracker.as_str(), row.method.as_str());
+        let place = group.readings.iter().position(is_it).unwrap_or_else(|| {
+            let (tracker, method) = (row.tracker.as_str(), row.method.as_str());
+            group.readings.push(Reading { tracker, method, rows: BTreeMap::new() });
+            group.readings.len() - 1
+        });
+        group.readings[place].rows.insert(statistic, row);
+    }
+    for group in &mut groups {
+        let key = |r: &Reading<'_>| r.discrepancy().unwrap_or(f64::INFINITY);
+        group.readings.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    }
+    groups
+}
+
+fn heading(statistic: &str) -> String {
+    match statistic {
+        "score_mean" => "mean score".to_string(),
+        "score_std" => "deviation of scores".to_string(),
+        other => Metric::from_name(other).map_or_else(|| other.to_string(), |m| m.heading().to_string()),
+    }
+}
+
+const D: Style = Style { decimals: 2, bare: false };
+
+/// Three significant digits for what is given per 1000 frames, three decimals for shares.
+fn style(statistic: &str) -> Style {
+    if statistic.ends_with("_per_1000") { Style { decimals: 1, bare: false } } else { Style::DEFAULT }
+}
+
+/// The tables; none for results without readings.
+pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
+    let groups = groups(rows);
+    let mut statistics: Vec<&str> = Vec::new();
+    for name in groups.iter().flat_map(|g| &g.statistics) {
+        if !statistics.contains(name) {
+            statistics.push(name);
+        }
+    }
+    if groups.is_empty() {
+        return Vec::new();
+    }
+    let headings: Vec<String> = statistics.iter().map(|s| heading(s)).collect();
+    let columns: Vec<&str> =
+        ["discrepancy", "nearest in"].into_iter().chain(headings.iter().map(String::as_str)).collect();
+    let of = |g: &Group<'_>| {
+        let mut lines: Vec<(String, Vec<Cell>)> = Vec::new();
+        let number = |statistic: &str, value: Option<f64>| cell(value, |v| style(statistic).format(v));
+        let published = |s: &&str| g.readings.iter().find_map(|r| r.rows.get(s)?.published);
+        let mut first = vec![Cell::default(), Cell::default()];
+        first.extend(statistics.iter().map(|s| number(s, published(s))));
+        lines.push(("published".to_string(), first));
+        for reading in &g.readings {
+            let share = reading.rows.get(DISCREPANCY).and_then(|row| row.first);
+            let mut cells = vec![
+                cell(reading.discrepancy(), |v| D.format(v)),
+                cell(share, |v| format!("{:.0} %", 100.0 * v)),
+            ];
+            cells.extend(statistics.iter().map(|s| number(s, reading.rows.get(s).and_then(|row| row.ours))));
+            lines.push((reading.name(g.of), cells));
+        }
+        group(&format!("{} {}", g.of.0, g.of.1), format!("{} on {}", g.of.1, g.of.0), lines)
+    };
+    let caption = "Which reading of the text the published numbers speak for: the smallest discrepancy first. The discrepancy is \
+                   the root mean square of the differences to the published numbers, each in units of its standard error over \
+                   sequences, the same for all readings of a method on a tracker: about 1 where another choice of sequences would \
+                   explain them. `nearest in` is the share of the samples in which a reading has \
+                   the smallest one. F is not among the statistics, and nothing was chosen by it.";
+    let table =
+        layouts::table("readings", caption.to_string(), "reading", &columns, groups.iter().map(of).collect());
+    vec![of_suite(table, results)]
+}
+
+/// The figures: name, figure and caption, one for each method on a tracker.
+pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
+    let figure = |g: &Group<'_>| {
+        let panel = |statistic: &&str| DotPanel {
+            label: heading(statistic),
+            mark: g.readings.iter().find_map(|r| r.rows.get(statistic)?.published),
+            values: g
+                .readings
+                .iter()
+                .map(|r| {
+                    r.rows.get(statistic).and_then(|row| Some(Dot { value: row.ours?, bounds: row.bounds }))
+                })
+                .collect(),
+        };
+        let dots = Dots {
+            title: format!("{} on {}", g.of.1, g.of.0),
+            note: "Dots with 95 % intervals over sequences are ours, the line is the published number"
+                .to_string(),
+            rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
+            panels: g.statistics.iter().map(panel).collect(),
+        };
+        let caption = format!(
+            "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",
+            g.of.1, g.of.0
+        );
+        (file_name(g.of), dots, caption)
+    };
+    groups(rows).iter().map(figure).collect()
+}
+
+/// Name of a group's figure: letters, digits and hyphens.
+fn file_name(of: (&str, &str)) -> String {
+    let text = format!("readings {} {}", of.1, of.0).to_lowercase();
+    let mut name = String::new();
+    for c in text.chars() {
+        match c {
+            'a'..='z' | '0'..='9' => name.push(c),
+            _ if !name.ends_with('-') => name.push('-'),
+            _ => {}
+        }
+    }
+    name.trim_end_matches('-').to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(method: &str, statistic: &str, ours: f64) -> Row {
+        Row {
+            tracker: "SP".into(),
+            method: method.into(),
+            of_tracker: "SP".into(),
+            of_method: "CovF".into(),
+            statistic: statistic.into(),
+            published: (statistic != DISCREPANCY).then_some(0.7),
+            ours: Some(ours),
+            ..Row::default()
+        }
+    }
+
+    #[test]
+    fn the_nearest_reading_is_at_the_top() {
+        let rows = [
+            row("CovF", "recall", 0.3),
+            row("CovF", DISCREPANCY, 4.0),
+            row("CovF sum", "recall", 0.6),
+            row("CovF sum", DISCREPANCY, 1.0),
+        ];
+        let (name, dots, _) = figures(&rows).remove(0);
+        assert_eq!(name, "readings-covf-sp");
+        assert_eq!(dots.rows, ["CovF sum", "CovF (as it is)"]);
+        assert_eq!(dots.panels.len(), 1);
+        let dot = Dot { value: 0.6, bounds: None };
+        assert_eq!((dots.panels[0].mark, dots.panels[0].values[0]), (Some(0.7), Some(dot)));
+        assert!(figures(&[]).is_empty());
+    }
+}
