@@ -24,6 +24,7 @@ mod page;
 #[cfg(unix)]
 mod process;
 #[cfg(unix)]
+mod readings;
 mod serve;
 mod server;
 #[cfg(unix)]

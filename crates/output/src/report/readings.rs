@@ -132,7 +132,7 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
 pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
     let figure = |g: &Group<'_>| {
         let panel = |statistic: &&str| DotPanel {
-            label: heading(statistic),
+            label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
             mark: g.readings.iter().find_map(|r| r.rows.get(statistic)?.published),
             values: g
                 .readings
@@ -147,7 +147,7 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
             note: "Dots with 95 % intervals over sequences are ours, the line is the published number"
                 .to_string(),
             rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
-            panels: g.statistics.iter().map(panel).collect(),
+            panels: g.statistics.iter().filter(|s| !s.starts_with("f_")).map(panel).collect(),
         };
         let caption = format!(
             "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",

@@ -70,9 +70,14 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // All trackers together come first: that is what a leaderboard is asked for.
     let mut layouts: Vec<TableLayout> =
         differences::table(results, &results.frame_pairs()?).into_iter().collect();
-    layouts.extend(table::layouts(results, &scores));
     let of_readings = results.readings()?;
-    layouts.extend(readings::tables(results, &of_readings));
+    let mut of_experiment = [readings::tables(results, &of_readings), table::layouts(results, &scores)];
+    // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.
+    let methods = &results.experiment.methods;
+    if 2 * methods.iter().filter(|m| m.like.is_some()).count() <= methods.len() {
+        of_experiment.reverse();
+    }
+    layouts.extend(of_experiment.into_iter().flatten());
     let own = layouts.len();
     let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
     layouts.extend(tables);

@@ -201,6 +201,12 @@ fn published_for<'a>(
     (only && !is_run).then_some(first.tracker.as_str())
 }
 
+/// The tracker that a paper prints numbers of: for a reading the one that it is like.
+fn printed_for(experiment: &Experiment, label: &str) -> String {
+    let tracker = experiment.trackers.iter().find(|t| t.label == label);
+    tracker.and_then(|t| t.like.as_deref()).unwrap_or(label).to_string()
+}
+
 /// Properties that all groups of a table share.
 struct TableContext<'a> {
     experiment: &'a Experiment,
@@ -256,7 +262,7 @@ fn make_group(
     Group {
         key: label.clone(),
         label,
-        published_tracker: source.map(str::to_string),
+        published_tracker: source.map(|label| printed_for(experiment, label)),
         has_ours: true,
         rows: rows.collect(),
     }

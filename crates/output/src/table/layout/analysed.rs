@@ -1,6 +1,6 @@
 //! Tables that show what an analysis found.
 
-use super::{Cell, Group, Row, TableLayout, published_for};
+use super::{Cell, Group, Row, TableLayout, printed_for, published_for};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
@@ -46,7 +46,7 @@ pub fn analysed(
         Group {
             key: analysed.tracker.clone(),
             label: if single { String::new() } else { analysed.tracker.clone() },
-            published_tracker: source.map(str::to_string),
+            published_tracker: source.map(|label| printed_for(experiment, label)),
             has_ours: true,
             rows: grid.rows.iter().map(row).collect(),
         }

@@ -1,0 +1,166 @@
+//! Readings beside published numbers, and restarts under both protocols, on rendered sequences.
+
+use crate::tools::{rows, trackfail};
+use std::path::Path;
+
+const EXPERIMENT: &str = r#"
+schema = 1
+name = "mine/readings"
+title = "Readings"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "ncc"
+label = "NCC"
+protocol = "vot-reset"
+
+[[tracker]]
+name = "ncc"
+label = "NCC follows"
+like = "NCC"
+update_rate = 0.1
+protocol = "vot-reset"
+
+[[method]]
+name = "RgbHist"
+
+[[method]]
+name = "RgbHist 16 bins"
+like = "RgbHist"
+signal = { bins = 16 }
+
+[[method]]
+name = "RgbHist anew"
+like = "RgbHist"
+protocol = "khalid2016/2"
+
+[[method]]
+name = "oracle"
+detector = { kind = "oracle" }
+
+[[method]]
+name = "oracle anew"
+like = "oracle"
+protocol = "khalid2016/2"
+
+[[table]]
+name = "detection"
+rows = ["precision", "recall", "f_score", "score_mean_std"]
+columns = "method"
+
+[[published]]
+table = "detection"
+tracker = "NCC"
+row = "recall"
+values = { RgbHist = ".60" }
+
+[[published]]
+table = "detection"
+tracker = "NCC"
+row = "score_mean_std"
+values = { RgbHist = ".67±.16" }
+"#;
+
+fn run(folder: &Path, text: &str) -> assert_cmd::assert::Assert {
+    std::fs::write(folder.join("my.toml"), text).unwrap();
+    trackfail().current_dir(folder).args(["run", "my.toml", "--quiet"]).assert()
+}
+
+#[test]
+fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), EXPERIMENT).success();
+    let results = folder.path().join("results/mine/readings");
+    let readings = rows(&std::fs::read_to_string(results.join("readings.csv")).unwrap());
+    let of = |tracker: &str, method: &str, statistic: &str| {
+        let is_it = |r: &&std::collections::BTreeMap<String, String>| {
+            r["tracker"] == tracker && r["method"] == method && r["statistic"] == statistic
+        };
+        readings.iter().find(is_it).unwrap_or_else(|| panic!("{tracker}, {method}, {statistic}")).clone()
+    };
+    // Both readings of the tracker and all of the method belong to one group, with the same published numbers and units.
+    for tracker in ["NCC", "NCC follows"] {
+        for method in ["RgbHist", "RgbHist 16 bins", "RgbHist anew"] {
+            for (statistic, published) in [("recall", "0.6"), ("score_mean", "0.67"), ("score_std", "0.16")] {
+                let row = of(tracker, method, statistic);
+                assert_eq!((row["of_tracker"].as_str(), row["of_method"].as_str()), ("NCC", "RgbHist"));
+                assert_eq!(row["published"], published);
+                assert_eq!(row["scale"], of("NCC", "RgbHist", statistic)["scale"]);
+            }
+        }
+    }
+    // The discrepancy is the root mean square of the three differences in their units.
+    let number =
+        |row: &std::collections::BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+    let squares = ["recall", "score_mean", "score_std"].map(|statistic| {
+        let row = of("NCC", "RgbHist 16 bins", statistic);
+        (number(&row, "difference") / number(&row, "scale")).powi(2)
+    });
+    let want = (squares.iter().sum::<f64>() / 3.0).sqrt();
+    let found = number(&of("NCC", "RgbHist 16 bins", "discrepancy"), "ours");
+    assert!((found - want).abs() < 1e-9, "{found} {want}");
+    let first: f64 =
+        readings.iter().filter(|r| r["statistic"] == "discrepancy").map(|r| number(r, "first")).sum();
+    assert!((first - 1.0).abs() < 1e-9, "{first}");
+    let reports = folder.path().join("reports/mine/readings");
+    assert!(reports.join("figures/readings-rgbhist-ncc.svg").is_file());
+    let table = std::fs::read_to_string(results.join("tables/readings.md")).unwrap();
+    assert!(table.contains("RgbHist (as it is)") && table.contains("RgbHist anew on NCC follows"), "{table}");
+}
+
+#[test]
+fn nobody_is_paid_for_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), EXPERIMENT).success();
+    let results = folder.path().join("results/mine/readings");
+    let scores = rows(&std::fs::read_to_string(results.join("scores.csv")).unwrap());
+    let pooled = |method: &str, key: &str| -> u64 {
+        let is_it = |r: &&std::collections::BTreeMap<String, String>| {
+            r["sequence"] == "*" && r["tracker"] == "NCC" && r["method"] == method
+        };
+        scores.iter().find(is_it).unwrap()[key].parse().unwrap()
+    };
+    // The oracle finds every failure under both; pieces leave out what was skipped.
+    for method in ["oracle", "oracle anew"] {
+        assert_eq!((pooled(method, "fn"), pooled(method, "fp")), (0, 0), "{method}");
+    }
+    assert_eq!(pooled("oracle", "tp"), pooled("oracle anew", "tp"));
+    assert!(pooled("oracle", "tp") > 0 && pooled("oracle anew", "tn") < pooled("oracle", "tn"));
+    // The histogram jumps at a restart: without it fewer failures are found, and there are fewer detections.
+    assert!(pooled("RgbHist anew", "tp") <= pooled("RgbHist", "tp"));
+    assert!(pooled("RgbHist anew", "detections") < pooled("RgbHist", "detections"));
+    // `explain` counts as the run did.
+    let pieces = rows(&std::fs::read_to_string(results.join("pieces.csv")).unwrap());
+    assert!(pieces.iter().all(|p| p["first"].parse::<u32>().unwrap() <= p["last"].parse::<u32>().unwrap()));
+    let sequence = &pieces[0]["sequence"];
+    trackfail()
+        .current_dir(folder.path())
+        .args(["explain", "mine/readings/detection", "recall", "RgbHist anew", "--tracker", "NCC"])
+        .args(["--sequence", sequence])
+        .assert()
+        .success();
+}
+
+#[test]
+fn wrong_readings_are_told_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |from: &str, to: &str, words: &[&str]| {
+        let text = EXPERIMENT.replace(from, to);
+        assert_ne!(text, EXPERIMENT);
+        let output = run(folder.path(), &text).failure();
+        let error = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    };
+    wrong("like = \"RgbHist\"\nsignal", "like = \"RbgHist\"\nsignal", &["RbgHist", "RgbHist"]);
+    wrong("like = \"NCC\"", "like = \"KCF\"", &["KCF", "NCC"]);
+    wrong("signal = { bins = 16 }", "signal = { bin = 16 }", &["bin"]);
+    wrong("columns = \"method\"", "columns = \"method\"\npublished = \"table9\"", &["table9"]);
+    wrong(
+        "like = \"oracle\"\nprotocol",
+        "signal = { kind = \"uncertainty\" }\ndetector = { kind = \"arte\" }\nprotocol",
+        &["backwards", "khalid2016/2"],
+    );
+}
