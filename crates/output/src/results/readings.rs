@@ -280,7 +280,7 @@ impl<'a> Reading<'a> {
 fn shares(readings: &[&Reading<'_>], scales: &BTreeMap<&str, f64>) -> Option<Vec<f64>> {
     let same = readings.windows(2).all(|pair| pair[0].parts.keys().eq(pair[1].parts.keys()));
     let draws = readings.first()?.samples.first()?.len();
-    if !same || draws == 0 {
+    if !same || draws == 0 || readings.iter().any(|r| r.discrepancy(scales, None).is_none()) {
         return None;
     }
     let mut shares = vec![0.0; readings.len()];
