@@ -126,6 +126,15 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     let models: Vec<_> =
         std::fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(models.len(), 5);
+    // One model, with the cut value of each length.
+    let cut = |length: usize| {
+        let end = format!("-avu-length-{length}-pf.json");
+        let path = models.iter().find(|p| p.to_string_lossy().ends_with(&end)).unwrap();
+        let model: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        assert_eq!(model["params"], format!("length={length}"));
+        model["threshold"].as_f64().unwrap()
+    };
+    assert!(0.0 < cut(1) && cut(1) < cut(5) && cut(5) < cut(20), "{} {} {}", cut(1), cut(5), cut(20));
     let model = models.iter().find(|p| p.to_string_lossy().contains("avu")).unwrap();
     let model: serde_json::Value = serde_json::from_slice(&std::fs::read(model).unwrap()).unwrap();
     assert_eq!(model["runs"], 3);
