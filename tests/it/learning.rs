@@ -148,7 +148,20 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
 #[test]
 fn a_reduced_number_of_runs_is_noted_in_every_table() {
     let dir = tempfile::tempdir().unwrap();
-    run(dir.path(), &["--runs", "1"]);
+    let exported = dir.path().join("exported");
+    run(dir.path(), &["--runs", "1", "--export-tracks", exported.to_str().unwrap()]);
+    // The filter's regions are polygons, its first one is the annotation: all lines are boxes.
+    for tracker in ["PF", "still"] {
+        let files: Vec<_> = std::fs::read_dir(exported.join(tracker)).unwrap().collect();
+        assert_eq!(files.len(), 18);
+        for file in files {
+            let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+            assert!(
+                text.lines().count() > 9 && text.lines().all(|line| line.split(',').count() == 4),
+                "{text}"
+            );
+        }
+    }
     let tables = dir.path().join("results/mine/learning/tables");
     for name in ["f.md", "cuts.md"] {
         let table = std::fs::read_to_string(tables.join(name)).unwrap();
