@@ -7,6 +7,8 @@
 //! | one pass, one run | `<tracker>/<Seq>.txt`, OTB |
 //! | one pass or spatial, several runs | `<tracker>/<Seq>_00{r+1}.txt`, OTB |
 //!
+//! OTB's files have one kind of line, `x,y,w,h`: of a polygon, its upright bounding box. VOT's keep polygons.
+//!
 //! A confidence is written beside them, `<name>_confidence.value`, and absence as a line of NaN, which `replay` reads with
 //! `without_area = "absent"`.
 //!

@@ -126,6 +126,15 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     let models: Vec<_> =
         std::fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(models.len(), 5);
+    // One model, with the cut value of each length.
+    let cut = |length: usize| {
+        let end = format!("-avu-length-{length}-pf.json");
+        let path = models.iter().find(|p| p.to_string_lossy().ends_with(&end)).unwrap();
+        let model: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        assert_eq!(model["params"], format!("length={length}"));
+        model["threshold"].as_f64().unwrap()
+    };
+    assert!(0.0 < cut(1) && cut(1) < cut(5) && cut(5) < cut(20), "{} {} {}", cut(1), cut(5), cut(20));
     let model = models.iter().find(|p| p.to_string_lossy().contains("avu")).unwrap();
     let model: serde_json::Value = serde_json::from_slice(&std::fs::read(model).unwrap()).unwrap();
     assert_eq!(model["runs"], 3);
@@ -139,7 +148,20 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
 #[test]
 fn a_reduced_number_of_runs_is_noted_in_every_table() {
     let dir = tempfile::tempdir().unwrap();
-    run(dir.path(), &["--runs", "1"]);
+    let exported = dir.path().join("exported");
+    run(dir.path(), &["--runs", "1", "--export-tracks", exported.to_str().unwrap()]);
+    // The filter's regions are polygons, its first one is the annotation: all lines are boxes.
+    for tracker in ["PF", "still"] {
+        let files: Vec<_> = std::fs::read_dir(exported.join(tracker)).unwrap().collect();
+        assert_eq!(files.len(), 18);
+        for file in files {
+            let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+            assert!(
+                text.lines().count() > 9 && text.lines().all(|line| line.split(',').count() == 4),
+                "{text}"
+            );
+        }
+    }
     let tables = dir.path().join("results/mine/learning/tables");
     for name in ["f.md", "cuts.md"] {
         let table = std::fs::read_to_string(tables.join(name)).unwrap();

@@ -21,6 +21,7 @@ mod needs;
 mod packed;
 #[cfg(unix)]
 mod page;
+mod parquet;
 #[cfg(unix)]
 mod process;
 #[cfg(unix)]

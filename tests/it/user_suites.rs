@@ -235,3 +235,57 @@ fn boxes_alone_run_the_methods_that_need_no_more() {
     let (code, said, _) = output(&[&run[..], &["--dry-run"]].concat());
     assert!(code == 0 && said.lines().filter(|line| line.contains("absent")).count() == 5, "{said}");
 }
+
+/// An absent result file is told as such by the table's note, the summary, the page and the exit code, whole or as a share.
+#[test]
+fn a_result_file_that_is_absent_is_not_there_and_has_not_failed() {
+    let dir = tempfile::tempdir().unwrap();
+    let (data, here) = (dir.path().join("data"), dir.path());
+    let two = BOXES_LOCK
+        .replace("sequence = [", "sequence = [\n    { name = \"Run\", folder = \"truth/Run.txt\" },");
+    write(&data, "datasets.lock", &two);
+    for name in ["Walk", "Run"] {
+        write(&data, &format!("truth/{name}.txt"), &"1,1,9,9\n".repeat(30));
+    }
+    write(&data, "results/T/Walk.txt", &"1,1,9,9\n".repeat(30));
+    let spec = "schema = 1\nname = \"mine/absent\"\ntitle = \"Absent\"\nprotocol = \"khalid2016/1\"\n[suites]\n\
+                test = \"my-boxes\"\n[[tracker]]\nname = \"replay\"\nresults = \"T\"\nlabel = \"T\"\n\
+                [[method]]\nname = \"always\"\ndetector = { kind = \"periodic\", period = 5 }\n\
+                [[table]]\nname = \"t\"\nrows = [\"detections\"]\ncolumns = \"method\"\n";
+    write(here, "spec.toml", spec);
+    let at = |name: &str| here.join(name).to_str().unwrap().to_owned();
+    let (spec, root) = (at("spec.toml"), data.to_str().unwrap().to_owned());
+    let common = ["run", &spec, "--results", &at("r"), "--reports", &at("p"), "--data-root", &root];
+    let run = |more: &[&str]| output(&[&common[..], more].concat());
+
+    let (code, said, told) = run(&[]);
+    let reason = "no result of `T` for Run, run 0: none of Run.json";
+    assert_eq!(code, 3, "{said}{told}");
+    assert!(
+        told.contains(&format!(
+            "mine/absent: 1 of 2 cells are not there, the first: Run, T, always: {reason}"
+        )),
+        "{told}"
+    );
+    let (code, said, told) = run(&["--allow-missing"]);
+    assert_eq!(code, 0, "{said}{told}");
+    assert!(said.contains("† The data of 1 cell is not there; it is left out."), "{said}");
+    assert!(said.contains(&format!("not there: T, Run, always: {reason}")), "{said}");
+    let table = std::fs::read_to_string(here.join("r/mine/absent/tables/t.md")).unwrap();
+    let page = std::fs::read_to_string(here.join("p/mine/absent/index.html")).unwrap();
+    let index = std::fs::read_to_string(here.join("p/index.html")).unwrap();
+    for text in [&said, &table, &page, &index] {
+        assert!(!text.to_lowercase().contains("failed:") && !text.contains("<dt>Failed"), "{text}");
+    }
+    assert!(table.contains("is not there") && page.contains("not there: no result of"), "{table}");
+    let scores = std::fs::read_to_string(here.join("r/mine/absent/scores.csv")).unwrap();
+    assert!(scores.contains(&format!("\"missing: {reason}")) && !scores.contains("failed"), "{scores}");
+
+    for (more, expected) in [(&["--shard", "1/1"][..], 3), (&["--shard", "1/1", "--allow-missing"], 0)] {
+        let (code, _, told) = run(more);
+        assert!(
+            code == expected && told.contains("not there: Run/T/0/always: ") && !told.contains("failed"),
+            "{told}"
+        );
+    }
+}

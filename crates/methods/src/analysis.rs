@@ -14,6 +14,7 @@ pub mod processing_time;
 pub mod resets;
 pub mod success;
 pub mod uncertainty_model;
+pub mod window_lengths;
 
 use crate::detector::Example;
 use crate::detector::consistency::ConsistencyError;
@@ -123,6 +124,12 @@ pub trait Analysis: Send + Sync {
     /// Smallest and largest number of suites that it takes.
     fn suites(&self) -> (usize, usize);
 
+    /// Whether it takes the runs of a suite that methods are tested on, and not those that they learn from; suites are
+    /// counted from 0.
+    fn is_tested(&self, _suite: usize) -> bool {
+        false
+    }
+
     /// Names of its findings, given the number of suites.
     fn names(&self, suites: usize) -> Names;
 
@@ -142,6 +149,9 @@ pub enum AnalysisError {
     /// There is more than one suite, or none.
     #[error("one suite is analyzed")]
     OneSuite,
+    /// There is another number of suites.
+    #[error("two suites are analyzed")]
+    TwoSuites,
     /// The suite has no track.
     #[error("there is no track to score")]
     NoTrack,
@@ -166,6 +176,7 @@ pub enum AnalysisError {
 pub static ANALYSES: &[Entry<dyn Analysis>] = &[
     uncertainty_model::ENTRY,
     cut_values::ENTRY,
+    window_lengths::ENTRY,
     success::ENTRY,
     resets::ENTRY,
     collapsed_boxes::ENTRY,

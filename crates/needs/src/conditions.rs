@@ -14,7 +14,7 @@ pub struct Need {
 }
 
 /// Everything that a test may need.
-pub const NEEDS: [Need; 10] = [
+pub const NEEDS: [Need; 11] = [
     Need {
         name: "real_data",
         what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
@@ -46,6 +46,11 @@ pub const NEEDS: [Need; 10] = [
         name: "vot_trax",
         what: "python3 with vot-trax (pip install -r tests/requirements.txt)",
         is_met: || runs("python3", &["-c", "import trax"]),
+    },
+    Need {
+        name: "pyarrow",
+        what: "python3 with pyarrow and duckdb (pip install -r tests/requirements.txt)",
+        is_met: || runs("python3", &["-c", "import duckdb, pyarrow.dataset, pyarrow.parquet"]),
     },
     Need {
         name: "latex",

@@ -31,6 +31,11 @@ pub fn store_problems(store: &Store) {
     }
 }
 
+/// Why a cell has no result, in one word or two.
+fn without_result(missing: bool) -> &'static str {
+    if missing { "not there" } else { "failed" }
+}
+
 /// Prints what a share has computed.
 ///
 /// # Errors
@@ -45,17 +50,20 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
             done.done
         ),
     );
+    let is_broken = |e: &CellError| matches!(e, CellError::Failed(_));
     for (cell, reason) in done.failed.iter().take(MAX_LISTED) {
-        note(args, &format!("failed: {cell}: {reason}"));
+        note(args, &format!("{}: {cell}: {reason}", without_result(!is_broken(reason))));
     }
-    let message = |(cell, reason): &(String, CellError)| {
-        format!("{name}: {} cells have no result, the first: {cell}: {reason}", done.failed.len())
-    };
-    if let Some(broken) = done.failed.iter().find(|(_, e)| matches!(e, CellError::Failed(_))) {
-        return Err(Failure::cells(message(broken)));
+    let broken: Vec<&(String, CellError)> = done.failed.iter().filter(|(_, e)| is_broken(e)).collect();
+    if let Some((cell, reason)) = broken.first() {
+        let message = format!("{name}: {} cells failed, the first: {cell}: {reason}", broken.len());
+        return Err(Failure::cells(message));
     }
     match done.failed.first().filter(|_| !args.allow_missing) {
-        Some(absent) => Err(Failure::data(message(absent))),
+        Some((cell, reason)) => {
+            let cells = done.failed.len();
+            Err(Failure::data(format!("{name}: {cells} cells are not there, the first: {cell}: {reason}")))
+        }
         None => Ok(()),
     }
 }
@@ -119,7 +127,7 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
     }
     let groups = unfinished::groups(&results.manifest.cells_failed);
     for group in groups.iter().take(MAX_LISTED) {
-        let what = if group.missing { "not there" } else { "failed" };
+        let what = without_result(group.missing);
         text.push_str(&format!("{what}: {}: {}\n", group.cells, group.reason));
     }
     if groups.len() > MAX_LISTED {
@@ -134,24 +142,21 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
 /// # Errors
 /// [`Failure::Cells`], [`Failure::Data`] or [`Failure::Expectation`].
 pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(), Failure> {
-    let failed = &results.manifest.cells_failed;
-    let message = |cell: &FailedCell| {
-        format!(
-            "{}: {} of {} cells have no result, the first: {}, {}, {}: {}",
-            results.experiment.name,
-            failed.len(),
-            failed.len() + results.manifest.cells_done,
-            cell.sequence,
-            cell.tracker,
-            cell.method,
-            cell.reason
-        )
+    let name = &results.experiment.name;
+    let (absent, broken): (Vec<&FailedCell>, Vec<_>) =
+        results.manifest.cells_failed.iter().partition(|c| c.missing);
+    let all = results.manifest.cells_done + absent.len() + broken.len();
+    let message = |cells: &[&FailedCell], what: &str| {
+        let first = cells.first()?;
+        let FailedCell { sequence, tracker, method, reason, .. } = first;
+        let place = format!("{sequence}, {tracker}, {method}: {reason}");
+        Some(format!("{name}: {} of {all} cells {what}, the first: {place}", cells.len()))
     };
-    if let Some(broken) = failed.iter().find(|c| !c.missing) {
-        return Err(Failure::cells(message(broken)));
+    if let Some(broken) = message(&broken, "failed") {
+        return Err(Failure::cells(broken));
     }
-    if let Some(absent) = failed.first().filter(|_| !args.allow_missing) {
-        return Err(Failure::data(message(absent)));
+    if let Some(absent) = message(&absent, "are not there").filter(|_| !args.allow_missing) {
+        return Err(Failure::data(absent));
     }
     if !results.manifest.differing.is_empty() {
         let names = results.manifest.differing.join(", ");

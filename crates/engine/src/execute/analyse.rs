@@ -133,7 +133,7 @@ fn make(
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);
     let mut suites = Vec::new();
     let mut populations: Vec<(String, Vec<TrackView>)> = Vec::new();
-    for role in &analysis.roles {
+    for (place, role) in analysis.roles.iter().enumerate() {
         let Some(suite) = plan.suite(role) else {
             return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
         };
@@ -142,8 +142,9 @@ fn make(
             let read = plan.read(&sequences[s], j, signal)?;
             Ok(TrackView { track, read, sequence: sequences[s].sequence.clone(), run: plan.jobs[j].run })
         };
-        let learned_from = track::learned_from(plan, tracks, suite, tracker, signal).into_iter();
-        let mine: Vec<TrackView> = learned_from.map(view).collect::<Result<_, CellError>>()?;
+        let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
+        let of_runs = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
+        let mine: Vec<TrackView> = of_runs.map(view).collect::<Result<_, CellError>>()?;
         if mine.is_empty() {
             let missing = || CellError::Missing(format!("no track in role `{role}` to analyse"));
             return Err(plan.unmet_on(suite, tracker, signal).unwrap_or_else(missing).into());

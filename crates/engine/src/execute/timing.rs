@@ -95,8 +95,10 @@ fn make(
     let planned = &plan.suites[suite];
     let run =
         |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
-    let runs: Vec<TrackerRun> =
-        track::learned_from(plan, tracks, suite, tracker, None).into_iter().map(run).collect();
+    let runs: Vec<TrackerRun> = track::of_runs(plan, tracks, suite, tracker, setup.training_runs, None)
+        .into_iter()
+        .map(run)
+        .collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
     let work = move || -> Result<Findings, StepError> {
         let mut timings = Vec::new();

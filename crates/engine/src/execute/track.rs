@@ -74,15 +74,16 @@ impl Track {
 /// The tracks of one sequence, one for each job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
 
-/// Training data: the tracks of a tracker on a suite that could be made and have the signal, with the indices of their
+/// The tracks of a tracker's first runs on a suite that could be made and have the signal, with the indices of their
 /// sequence and job. `tracks` has those of every suite.
-pub fn learned_from(
+pub fn of_runs(
     plan: &ExperimentPlan<'_>,
     tracks: &[Vec<Tracks>],
     suite: usize,
     tracker: usize,
+    runs: u32,
     signal: Option<usize>,
 ) -> Vec<(Arc<Track>, usize, usize)> {
-    let pairs = plan.learned_from(suite, tracker, signal).into_iter();
+    let pairs = plan.of_runs(suite, tracker, runs, signal).into_iter();
     pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
 }

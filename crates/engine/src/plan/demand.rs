@@ -62,9 +62,12 @@ pub(super) fn demands<'a>(
             }
         }
         for (analysis, signal) in experiment.analyses.iter().zip(&of_analyses) {
-            let roles = analysis.roles.iter().filter(|_| analysis.runs_on(&t.label));
-            for suite in roles.filter_map(|role| experiment.suites.get(role)) {
-                add(Demand { suite, tracker, runs: t.training_runs, signal: *signal });
+            let roles = analysis.roles.iter().enumerate().filter(|_| analysis.runs_on(&t.label));
+            for (place, role) in roles {
+                let runs = analysis.runs(place, t);
+                if let Some(suite) = experiment.suites.get(role) {
+                    add(Demand { suite, tracker, runs, signal: *signal });
+                }
             }
         }
     }

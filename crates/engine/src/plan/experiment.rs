@@ -321,7 +321,17 @@ impl<'a> ExperimentPlan<'a> {
 
     /// Sequences and jobs of a suite whose tracks of a tracker, with a signal, serve as training data.
     pub fn learned_from(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Vec<(usize, usize)> {
-        let runs = self.experiment.trackers[tracker].training_runs;
+        self.of_runs(suite, tracker, self.experiment.trackers[tracker].training_runs, signal)
+    }
+
+    /// Sequences and jobs of a suite that are among a tracker's first runs and have a signal.
+    pub fn of_runs(
+        &self,
+        suite: usize,
+        tracker: usize,
+        runs: u32,
+        signal: Option<usize>,
+    ) -> Vec<(usize, usize)> {
         let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
         let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
         let sequences = self.suites[suite].sequences.iter().enumerate();

@@ -1,5 +1,6 @@
 //! Analyses of an experiment: what is computed from a signal, or from the regions of trackers, on whole suites.
 
+use super::Tracker;
 use super::error::{Source, SpecError};
 use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
@@ -35,6 +36,11 @@ impl Analysis {
     /// Whether tracks of a tracker are analysed.
     pub fn runs_on(&self, tracker: &str) -> bool {
         self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
+    }
+
+    /// Number of a tracker's runs that it takes of the suite in a place of [`roles`](Self::roles).
+    pub fn runs(&self, place: usize, tracker: &Tracker) -> u32 {
+        if self.plugin.is_tested(place) { tracker.runs } else { tracker.training_runs }
     }
 
     /// Names of the tables, charts and numbers that it computes.

@@ -243,6 +243,7 @@ mod tests {
         ("detector oracle", "749c71303801df6e"),
         ("analysis uncertainty-model", "934aff386c64f2e2"),
         ("analysis cut-values", "0c486de33a3f6668"),
+        ("analysis window-lengths", "9befcd641164ca8d"),
         ("analysis success", "f25e98d2fde8a01c"),
         ("analysis resets", "9b0e02570b2863fe"),
         ("analysis collapsed-boxes", "063ffcd07d0d4ed8"),

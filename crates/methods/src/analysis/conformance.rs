@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 const GOLDEN: &[(&str, u32, &str)] = &[
     ("uncertainty-model", 2, "129873628bdc9b4f"),
     ("cut-values", 2, "202b3a37cfee1274"),
+    ("window-lengths", 1, "0595df1e64cb2c76"),
     ("success", 1, "48c57a1ce123ee66"),
     ("resets", 1, "c14047f0b885a0b9"),
     ("collapsed-boxes", 1, "316ae4a1da3ad77a"),

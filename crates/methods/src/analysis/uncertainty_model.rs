@@ -383,7 +383,7 @@ impl UncertaintyModel {
 }
 
 /// The two-sample test of ascending samples: distance, critical value, p, and their numbers.
-fn two_sample_test(a: &[f64], b: &[f64]) -> Option<[f64; 5]> {
+pub(super) fn two_sample_test(a: &[f64], b: &[f64]) -> Option<[f64; 5]> {
     if a.is_empty() || b.is_empty() {
         return None;
     }

@@ -40,14 +40,18 @@ pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
 /// About how many rows of a file with a row for each frame are in memory at once; a row group has as many.
 const ROWS_AT_ONCE: usize = 1 << 17;
 
-/// Cells in parts that have about [`ROWS_AT_ONCE`] frames, at least one part.
-pub(super) fn in_parts<'c, 'a>(outcome: &Outcome<'_>, cells: &'c [&'a Cell]) -> Vec<&'c [&'a Cell]> {
+/// What has a row for each frame of a cell in parts of about [`ROWS_AT_ONCE`] frames, at least one part.
+pub(super) fn in_parts<'c, T>(
+    outcome: &Outcome<'_>,
+    cells: &'c [T],
+    cell: impl Fn(&T) -> &Cell,
+) -> Vec<&'c [T]> {
     let mut parts = Vec::new();
     let mut rest = cells;
     while !rest.is_empty() {
         let mut rows = 0;
-        let fits = |cell: &&&Cell| {
-            rows += outcome.sequences[cell.sequence].len();
+        let fits = |one: &&T| {
+            rows += outcome.sequences[cell(one).sequence].len();
             rows <= ROWS_AT_ONCE
         };
         let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));

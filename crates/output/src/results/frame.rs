@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use polars::prelude::*;
+use polars_parquet::write::schema_to_metadata_key;
 use std::io::Cursor;
 
 /// A file with columns that cannot be written or read.
@@ -39,8 +40,17 @@ pub(super) fn to_csv(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
 /// Parquet with zstd compression.
 pub(super) fn to_parquet(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
-    ParquetWriter::new(&mut bytes).with_compression(ParquetCompression::Zstd(None)).finish(&mut frame)?;
+    parquet_writer(&mut bytes, frame.schema()).finish(&mut frame)?;
     Ok(bytes)
+}
+
+/// A writer of Parquet with zstd compression whose schema of Arrow types has texts as `large_string`. By itself polars says
+/// `string_view`, which Arrow's own readers load but cannot compare, filter or sort.
+fn parquet_writer<W: std::io::Write>(to: W, schema: &Schema) -> ParquetWriter<W> {
+    let arrow = schema_to_metadata_key(&schema.to_arrow(CompatLevel::oldest()));
+    let about = KeyValueMetadata::Static(vec![arrow]);
+    let writer = ParquetWriter::new(to).with_compression(ParquetCompression::Zstd(None));
+    writer.with_key_value_metadata(Some(about))
 }
 
 /// Writes Parquet with zstd compression from frames with the same columns, a row group each; nothing without a frame.
@@ -51,8 +61,7 @@ pub(super) fn parts_to_parquet<E: From<TableError>>(
     let refused = |e: PolarsError| E::from(TableError::Polars(e));
     let mut parts = parts.into_iter();
     let Some(first) = parts.next().transpose()? else { return Ok(()) };
-    let writer = ParquetWriter::new(file).with_compression(ParquetCompression::Zstd(None));
-    let mut writer = writer.batched(first.schema()).map_err(refused)?;
+    let mut writer = parquet_writer(file, first.schema()).batched(first.schema()).map_err(refused)?;
     for part in std::iter::once(Ok(first)).chain(parts) {
         writer.write_batch(&part?).map_err(refused)?;
     }
@@ -202,6 +211,30 @@ mod tests {
         };
         FILE.read_parquet_parts(to_parquet(frame()).unwrap(), &[V], take).unwrap();
         assert_eq!(bits(parquet), values.map(f64::to_bits));
+    }
+
+    // Arrow's readers go by these types: `large_string` can be filtered, `string_view` cannot.
+    #[test]
+    fn texts_of_parquet_are_large_strings() {
+        const NAME: Column = Column::text("name", "A name");
+        const NAMED: TableFile = TableFile { name: "named", about: "", columns: &[NAME, V] };
+        let frame = || NAMED.frame(vec![NAME.of(["a", "b"]), V.of([1.0, 2.0])]).unwrap();
+        let mut parts = Vec::new();
+        parts_to_parquet(&mut parts, [Ok::<_, TableError>(frame()), Ok(frame())]).unwrap();
+        let types = [("name", ArrowDataType::LargeUtf8), ("v", ArrowDataType::Float64)];
+        let fields = types.map(|(name, kind)| ArrowField::new(name.into(), kind, true));
+        let expected = schema_to_metadata_key(&fields.into_iter().map(|f| (f.name.clone(), f)).collect());
+        for bytes in [to_parquet(frame()).unwrap(), parts] {
+            let metadata = polars_parquet::read::read_metadata(&mut Cursor::new(&bytes)).unwrap();
+            assert_eq!(metadata.key_value_metadata.as_deref().unwrap(), std::slice::from_ref(&expected));
+            let mut names = Vec::new();
+            let take = |rows: Rows| {
+                names.extend(rows.texts(&NAME)?.into_iter().map(str::to_string));
+                Ok(())
+            };
+            NAMED.read_parquet_parts(bytes, &[NAME], take).unwrap();
+            assert_eq!(names[..2], ["a", "b"]);
+        }
     }
 
     #[test]

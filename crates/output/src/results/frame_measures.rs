@@ -338,6 +338,7 @@ mod tests {
             pooled: crate::score::Pooled::default(),
             done: 1,
             failed: 0,
+            not_there: 0,
         };
         let mut measures = [measure("a", ""), measure("b", "x=1"), measure("b", "x=2")];
         attach(&read(text.clone().into_bytes()).unwrap(), &mut measures);

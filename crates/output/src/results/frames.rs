@@ -51,7 +51,10 @@ pub const FILE: TableFile = TableFile {
 /// When a detection cannot be read from the store any more, or polars refuses.
 pub(super) fn write(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), ResultsError> {
     let cells = sorted_cells(outcome);
-    parts_to_parquet(file, in_parts(outcome, &cells).into_iter().map(|cells| frames_of(outcome, cells)))
+    parts_to_parquet(
+        file,
+        in_parts(outcome, &cells, |cell| cell).into_iter().map(|cells| frames_of(outcome, cells)),
+    )
 }
 
 fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, ResultsError> {

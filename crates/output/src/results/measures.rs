@@ -1,12 +1,13 @@
 //! `measures.csv`: everything pooled over sequences and runs.
 
 use super::ResultsError;
-use super::cells::{grouped, parse_point, some_text};
+use super::cells::{grouped, method_label, parse_point, some_text};
 use super::column::{
     Column, DETECTIONS, EVENTS, F_SCORE, FN, FP, FPR, METHOD, PARAMS, PRECISION, RECALL, SUITE, TN, TP,
     TRACKER, TableFile,
 };
 use super::frame::{TableError, to_csv};
+use super::manifest::FailedCell;
 use super::scores::{CellScore, sum_of_cells};
 use crate::detector::track_quality::Effort;
 use crate::engine::execute::judge::Judged;
@@ -88,6 +89,8 @@ pub struct Measure {
     pub done: usize,
     /// Cells that failed or whose data is missing although their sequence is there.
     pub failed: usize,
+    /// Those of them whose data is missing. The file does not tell them apart, the manifest does.
+    pub not_there: usize,
 }
 
 impl Measure {
@@ -120,6 +123,7 @@ pub(super) fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
                 pooled: pool_cells(outcome, &cells)?,
                 done: cells.iter().filter(|c| c.result.is_ok()).count(),
                 failed: cells.iter().filter(|c| c.has_failed()).count(),
+                not_there: 0,
             })
         })
         .collect()
@@ -171,6 +175,7 @@ pub fn by_attribute(scores: &[CellScore], attributes: &BTreeMap<String, Vec<Stri
                     pooled: Pooled::default(),
                     done: 0,
                     failed: 0,
+                    not_there: 0,
                 });
                 measures.len() - 1
             });
@@ -235,8 +240,18 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
         },
         done: done[i] as usize,
         failed: failed[i] as usize,
+        not_there: 0,
     };
     Ok((0..rows.len()).map(measure).collect())
+}
+
+/// Counts the cells of each measure whose data is not there.
+pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
+    for measure in measures {
+        let label = method_label(&measure.method, &measure.params);
+        let is_mine = |c: &&FailedCell| c.missing && c.tracker == measure.tracker && c.method == label;
+        measure.not_there = cells.iter().filter(is_mine).count();
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-//! `models/*.json`: what was trained or learned, one file for each method and tracker; one for all trackers (`*`) where a
-//! model was learned from the tracks of all of them.
+//! `models/*.json`: what was trained or learned, one file for each method, point of its grid and tracker; one for all
+//! trackers (`*`) where a model was learned from the tracks of all of them. A file of a learned model has the cut value of
+//! its grid point, `threshold`: points that share a model (the lengths L of AVU) differ in it.
 
 use super::ResultsError;
 use super::frame_measures::EVERY_TRACKER;
@@ -20,7 +21,11 @@ pub const FOLDER: &str = "models";
 pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), ResultsError> {
     for (k, model) in together(&outcome.models).iter().enumerate() {
         let tracker = if model.tracker == EVERY_TRACKER { "all" } else { &model.tracker };
-        let name = format!("{:03}-{}-{}.json", k + 1, slug(&model.method), slug(tracker));
+        let method = match model.params.as_str() {
+            "" => slug(&model.method),
+            point => format!("{}-{}", slug(&model.method), slug(point)),
+        };
+        let name = format!("{:03}-{method}-{}.json", k + 1, slug(tracker));
         let path = folder.join(FOLDER).join(name);
         store::write(&path, &to_json(&path, model)?)?;
     }

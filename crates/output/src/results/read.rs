@@ -62,6 +62,7 @@ impl Results {
         }
         let experiment = spec::parse_with(&spec.display().to_string(), &text, &catalog, None)?;
         let mut measures = read_table(folder, &manifest, measures::FILE.name, measures::read)?;
+        measures::count_not_there(&mut measures, &manifest.cells_failed);
         for measure in &mut measures {
             measure.pooled.chance = experiment.chance_of(&measure.method);
         }

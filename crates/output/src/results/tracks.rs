@@ -51,7 +51,7 @@ pub struct MethodSeries {
     pub alarm: Vec<bool>,
     /// Changes of the label: +1, -1, 0.
     pub changes: Vec<i32>,
-    /// Signal; empty for methods with a grid or without a signal.
+    /// Signal; empty for methods with a grid, which figures do not show, or without a signal.
     pub signal: Vec<f64>,
     /// Forecast, NaN where there is none.
     pub forecast: Vec<f64>,

@@ -79,8 +79,24 @@ pub struct Cell {
     pub best: bool,
     /// Whether it is the second best of ours in its row, if exactly one cell is the best.
     pub second: bool,
-    /// Cells that failed behind this number.
+    /// Cells without a result behind this number.
     pub failed: usize,
+}
+
+/// Says how many cells have no result because their data is not there, or because they failed.
+fn left_out(not_there: usize, failed: usize) -> Option<String> {
+    let cells = |n: usize| if n == 1 { "1 cell".to_string() } else { format!("{n} cells") };
+    let them = if not_there + failed == 1 { "it is" } else { "they are" };
+    match (not_there, failed) {
+        (0, 0) => None,
+        (n, 0) => Some(format!("The data of {} is not there; {them} left out.", cells(n))),
+        (0, n) => Some(format!("{} failed; {them} left out.", cells(n))),
+        (n, m) => Some(format!(
+            "The data of {} is not there, and {} failed; they are left out.",
+            cells(n),
+            cells(m)
+        )),
+    }
 }
 
 /// The pooled number of a tracker and method at a grid point, `None` where there is none; for claims.
@@ -151,15 +167,18 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         let group = make_group(&context, &[], label, Some(tracker), &place);
         groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
     }
-    let failed: usize = measures.iter().filter(|m| m.attribute.is_none()).map(|m| m.failed).sum();
+    let count =
+        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
+    let not_there = count(|m| m.not_there);
+    let left_out = left_out(not_there, count(|m| m.failed).saturating_sub(not_there));
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
     }
     caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
     caption.push('.');
-    if failed > 0 {
-        caption.push_str(&format!(" † {failed} cells have no result and are left out."));
+    if let Some(left_out) = left_out {
+        caption.push_str(&format!(" † {left_out}"));
     }
     let corner = match &table.rows {
         Side::Axis(axis) => axis.clone(),

@@ -35,20 +35,17 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
     text
 }
 
-/// A pass over a sequence in the format of OTB: one region per line, 1-based.
+/// A pass over a sequence in the format of OTB: one box per line, 1-based. The format has no word for a polygon: its
+/// upright bounding box is written, and no line has other than four numbers.
 pub fn otb(regions: &[Region], status: &[Status]) -> String {
-    lines(regions, status, |region| Base::One.from_zero(region))
+    boxes(regions, status, Base::One)
 }
 
 /// The rectangles of regions, one `x,y,w,h` per line.
 pub fn boxes(regions: &[Region], status: &[Status], base: Base) -> String {
-    lines(regions, status, |region| base.from_zero(&Region::Rect(region.rect())))
-}
-
-fn lines(regions: &[Region], status: &[Status], shown: impl Fn(&Region) -> Region) -> String {
     let line = |(region, status): (&Region, &Status)| match status {
         Status::Absent => format!("{ABSENT}\n"),
-        _ => numbers(&shown(region)) + "\n",
+        _ => numbers(&base.from_zero(&Region::Rect(region.rect()))) + "\n",
     };
     regions.iter().zip(status).map(line).collect()
 }
@@ -77,6 +74,8 @@ mod tests {
         let square = Region::Rect(Rect::new(0.1, -2.0, 3.0, 4.5));
         let turned = Region::Polygon(vec![(0.0, 0.0), (4.0, 1.0), (3.0, 5.0)]);
         use Status::{Failed, Initialized, Skipped, Tracked};
+        let mixed = [square.clone(), turned.clone()];
+        assert_eq!(otb(&mixed, &[Initialized, Tracked]), "1.1,-1,3,4.5\n1,1,4,5\n");
         let regions = [square.clone(), turned, square.clone(), square.clone(), square.clone()];
         let text = vot(&regions, &[Initialized, Tracked, Failed, Skipped, Tracked]);
         assert_eq!(text, "1\n0,0,4,1,3,5\n2\n0\n0.1,-2,3,4.5\n");

@@ -1,0 +1,158 @@
+//! Parquet files as other programs read them: the rows of `signals.parquet` of methods with a grid, and filters on texts in
+//! pyarrow and DuckDB.
+
+use crate::tools::{needs, output};
+use polars::prelude::{DataFrame, ParquetReader, SerReader};
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+const FRAMES: usize = 60;
+
+const LOCK: &str = r#"schema = 2
+
+[[suite]]
+name = "my-boxes"
+title = "A square that walks"
+format = "otb"
+source = "mine"
+licence = "mine"
+how_to_get = "ask me"
+sequence = [{ name = "Walk", folder = "frames/Walk" }]
+"#;
+
+const SPEC: &str = r#"schema = 1
+name = "mine/parquet"
+title = "Grids"
+protocol = "khalid2016/1"
+
+[suites]
+test = "my-boxes"
+
+[[tracker]]
+name = "replay"
+results = "T"
+label = "T"
+
+[[method]]
+name = "plain"
+signal = { kind = "box-motion" }
+detector = { kind = "level", above = 5.0 }
+
+[[method]]
+name = "levels"
+signal = { kind = "box-motion" }
+detector = { kind = "level", above = 5.0 }
+grid = { above = [1.0, 5.0, 9.0] }
+
+[[method]]
+name = "bins"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+grid = { bins = [4, 8] }
+
+[[method]]
+name = "forecasts"
+signal = { kind = "box-motion" }
+detector = { kind = "naive-forecast", window = 20, threshold = 5.0 }
+grid = { horizon = [1, 5] }
+
+[[table]]
+name = "t"
+rows = ["detections"]
+columns = "method"
+methods = ["plain"]
+"#;
+
+/// Runs the experiment and gives its results folder.
+fn results(root: &Path) -> PathBuf {
+    let write = |name: &str, text: &str| {
+        std::fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
+        std::fs::write(root.join(name), text).unwrap();
+    };
+    let boxes =
+        |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
+    write("datasets.lock", LOCK);
+    write("frames/Walk/groundtruth_rect.txt", &boxes(|t| t + 1));
+    std::fs::create_dir_all(root.join("frames/Walk/img")).unwrap();
+    for t in 0..FRAMES as u32 {
+        let inside = |u: u32, v: u32| (t..t + 9).contains(&u) && v < 9;
+        let pixel = |u, v| image::Rgb(if inside(u, v) { [250, 80, 10] } else { [u as u8, v as u8, 99] });
+        let image = image::RgbImage::from_fn(120, 12, pixel);
+        image.save(root.join(format!("frames/Walk/img/{:04}.png", t + 1))).unwrap();
+    }
+    write("results/T/Walk.txt", &boxes(|t| t + 1 + if t < 40 { 0 } else { 30 }));
+    write("spec.toml", SPEC);
+    let at = |name: &str| root.join(name).to_str().unwrap().to_owned();
+    let (spec, r, p) = (at("spec.toml"), at("r"), at("p"));
+    let run = ["run", &spec, "--results", &r, "--reports", &p, "--data-root", root.to_str().unwrap()];
+    let (code, said, told) = output(&run);
+    assert_eq!(code, 0, "{said}{told}");
+    root.join("r/mine/parquet")
+}
+
+fn table(path: &Path) -> DataFrame {
+    ParquetReader::new(Cursor::new(std::fs::read(path).unwrap())).finish().unwrap()
+}
+
+#[test]
+fn every_method_has_its_signal_once_where_its_grid_shares_it() {
+    let root = tempfile::tempdir().unwrap();
+    let table = table(&results(root.path()).join("signals.parquet"));
+    let texts = |name: &str| table.column(name).unwrap().str().unwrap().clone();
+    let (method, params) = (texts("method"), texts("params"));
+    let mut rows: BTreeMap<(&str, Option<&str>), usize> = BTreeMap::new();
+    for (method, params) in method.iter().zip(params.iter()) {
+        *rows.entry((method.unwrap(), params)).or_default() += 1;
+    }
+    let expected = [
+        ("bins", Some("bins=4")),
+        ("bins", Some("bins=8")),
+        ("forecasts", Some("horizon=1")),
+        ("forecasts", Some("horizon=5")),
+        ("levels", None),
+        ("plain", None),
+    ];
+    assert_eq!(rows, expected.into_iter().map(|key| (key, FRAMES)).collect());
+    let forecasts = table.column("forecast").unwrap().f64().unwrap().clone();
+    let foreseen = method.iter().zip(forecasts.iter()).filter_map(|(method, f)| f.and(method));
+    let foreseen: Vec<&str> = foreseen.collect();
+    assert!(foreseen.len() > FRAMES / 2 && foreseen.iter().all(|method| *method == "forecasts"));
+}
+
+/// Counts the rows of one method by the filters that people write, in both programs.
+const FILTERS: &str = r#"
+import duckdb, pyarrow.dataset, pyarrow.parquet, sys
+for file, column, value in [arg.split("|") for arg in sys.argv[1:]]:
+    read = pyarrow.parquet.read_table
+    select = f'select count(*) from read_parquet(?) where "{column}"'
+    found = {
+        read(file, filters=[(column, "=", value)]).num_rows,
+        read(file, filters=[(column, "in", [value])]).num_rows,
+        pyarrow.dataset.dataset(file).to_table(filter=pyarrow.dataset.field(column) == value).num_rows,
+        read(file).sort_by(column).column(column).to_pylist().count(value),
+        duckdb.execute(select + " = ?", [file, value]).fetchone()[0],
+        duckdb.execute(select + " like ?", [file, value]).fetchone()[0],
+    }
+    print(*found)
+"#;
+
+#[needs(pyarrow)]
+#[test]
+fn texts_are_filtered_in_pyarrow_and_duckdb() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = results(root.path());
+    let mut command = std::process::Command::new("python3");
+    command.args(["-c", FILTERS]).current_dir(&folder);
+    let asked = [
+        ("frames.parquet|method|plain", FRAMES),
+        ("signals.parquet|method|levels", FRAMES),
+        ("signals.parquet|params|horizon=5", FRAMES),
+        ("truth.parquet|sequence|Walk", FRAMES),
+        ("tables/t.parquet|column|plain", 1),
+    ];
+    let output = command.args(asked.map(|(what, _)| what)).output().unwrap();
+    let told =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert_eq!(told.lines().collect::<Vec<_>>(), asked.map(|(_, rows)| rows.to_string()));
+}
