@@ -142,12 +142,15 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
                 })
                 .collect(),
         };
+        // F is not what readings are judged by; it is drawn where nothing else is published.
+        let counted: Vec<&str> = g.statistics.iter().copied().filter(|s| !s.starts_with("f_")).collect();
+        let shown = if counted.is_empty() { &g.statistics } else { &counted };
         let dots = Dots {
             title: format!("{} on {}", g.of.1, g.of.0),
             note: "Dots with 95 % intervals over sequences are ours, the line is the published number"
                 .to_string(),
             rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
-            panels: g.statistics.iter().filter(|s| !s.starts_with("f_")).map(panel).collect(),
+            panels: shown.iter().map(panel).collect(),
         };
         let caption = format!(
             "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",
