@@ -243,7 +243,7 @@ mod tests {
         ("analysis uncertainty-model", "934aff386c64f2e2"),
         ("analysis cut-values", "0c486de33a3f6668"),
         ("analysis success", "f25e98d2fde8a01c"),
-        ("analysis resets", "9b0e02570b2863fe"),
+        ("analysis resets", "d1f1e9e19bba66cc"),
         ("analysis longterm", "05f633b7c34c8491"),
         ("analysis oxuva", "8c49bd1653c025f1"),
         ("analysis processing-time", "293d26ffa82b8225"),

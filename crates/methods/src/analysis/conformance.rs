@@ -14,7 +14,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("uncertainty-model", 2, "129873628bdc9b4f"),
     ("cut-values", 2, "202b3a37cfee1274"),
     ("success", 1, "48c57a1ce123ee66"),
-    ("resets", 1, "c14047f0b885a0b9"),
+    ("resets", 2, "28363e6ee86d3b8d"),
     ("longterm", 1, "4f85128efec37cf6"),
     ("oxuva", 1, "f2dd8e5a81d6a9d2"),
     ("processing-time", 1, "a21aa7671c76ccbc"),
