@@ -199,7 +199,7 @@ mod tests {
         ("tracker samf", "30de1ec9c8896d95"),
         ("tracker sparse-prototypes", "f677d8e597865229"),
         ("tracker ivt", "4b483e366b078a60"),
-        ("tracker adaptive-local-sparse", "799638e800046cc3"),
+        ("tracker adaptive-local-sparse", "e9500dd5a32960fd"),
         ("signal box-motion", "4d86d38076323bce"),
         ("signal companion-overlap", "c60301aa69ba7fdb"),
         ("signal confidence", "2a1c5d5462b9fe7e"),
