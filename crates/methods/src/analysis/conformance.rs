@@ -15,7 +15,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("cut-values", 2, "202b3a37cfee1274"),
     ("window-lengths", 1, "0595df1e64cb2c76"),
     ("success", 1, "48c57a1ce123ee66"),
-    ("resets", 1, "c14047f0b885a0b9"),
+    ("resets", 2, "28363e6ee86d3b8d"),
     ("collapsed-boxes", 1, "316ae4a1da3ad77a"),
     ("longterm", 1, "4f85128efec37cf6"),
     ("oxuva", 1, "f2dd8e5a81d6a9d2"),

@@ -4,25 +4,25 @@
 //! The measures are in [`crate::score::resets`]. Tracks of another protocol have no failures, and are then
 //! scored as one long run.
 //!
-//! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, and `eao` where a run is long enough.
-//! Tables: `overall`, `sequences`, `attributes`. Charts: `accuracy-robustness`, a point a tracker, with
+//! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, `eao` where a run is long enough, and
+//! `accuracy_of_attributes` and `failures_of_attributes` where frames have labels. Tables: `overall`, `sequences`,
+//! `attributes` (with the attribute `empty`, and the row `overall`: the mean over the attributes). Charts: `accuracy-robustness`, a point a tracker, with
 //! `robustness = exp(-S failures / frames)`, the chance to get through S frames; `expected-overlap`, E(N).
 
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::Areas;
 use crate::score::TrackerMetric;
+use crate::score::resets::attributes::{Weights, by_attribute, overall as of_attributes};
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
 use crate::score::trajectory::{Trajectory, mean};
-use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "resets",
-    version: 1,
+    version: 2,
     summary: "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
     example: "{}",
     build: |raw| Ok(Box::new(Resets::new(read_params(raw)?)?)),
@@ -45,11 +45,22 @@ pub struct Params {
     pub high: usize,
     /// Frames S of the robustness, above 0.
     pub sensitivity: f64,
+    /// Weights of the attributes in their mean: `frames`, by the numbers of frames that have them, as in published
+    /// results; or `equal`.
+    pub attribute_weights: Weights,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { areas: Areas::Exact, bounded: true, burn_in: 10, low: 108, high: 371, sensitivity: 30.0 }
+        Self {
+            areas: Areas::Exact,
+            bounded: true,
+            burn_in: 10,
+            low: 108,
+            high: 371,
+            sensitivity: 30.0,
+            attribute_weights: Weights::Frames,
+        }
     }
 }
 
@@ -72,10 +83,12 @@ impl Resets {
 }
 
 /// The numbers of the analysis, and the columns of `overall`.
-const OVERALL: [TrackerMetric; 4] = [
+const OVERALL: [TrackerMetric; 6] = [
     TrackerMetric::ACCURACY,
     TrackerMetric::ACCURACY_OF_SEQUENCES,
+    TrackerMetric::ACCURACY_OF_ATTRIBUTES,
     TrackerMetric::FAILURES,
+    TrackerMetric::FAILURES_OF_ATTRIBUTES,
     TrackerMetric::EAO,
 ];
 
@@ -118,7 +131,8 @@ impl Analysis for Resets {
         let tracks: Vec<(Trajectory<'_>, Measured)> =
             trajectories.iter().map(|c| (*c, rules.measure(c))).collect();
         let mut sequences = Vec::new();
-        for runs in tracks.chunk_by(|a, b| a.0.sequence == b.0.sequence) {
+        let repetitions: Vec<_> = tracks.chunk_by(|a, b| a.0.sequence == b.0.sequence).collect();
+        for runs in &repetitions {
             let measured: Vec<&Measured> = runs.iter().map(|r| &r.1).collect();
             if let Some((accuracy, failures)) = of_sequence(&measured) {
                 let (name, frames) = (runs[0].0.sequence, runs[0].1.frames as f64);
@@ -131,7 +145,15 @@ impl Analysis for Resets {
         let failures: f64 = sequences.iter().map(|s| s.failures).sum();
         let curve = expected_overlap(&tracks);
         let eao = expected_average_overlap(&curve, self.0.low, self.0.high);
-        let overall = [Some(accuracy), Some(plain), Some(failures), eao];
+        let attributes = by_attribute(&repetitions);
+        let (weighted_accuracy, weighted_failures) = of_attributes(&attributes, self.0.attribute_weights);
+        let overall =
+            [Some(accuracy), Some(plain), weighted_accuracy, Some(failures), weighted_failures, eao];
+        let mut attribute_rows: Vec<(String, Vec<Option<f64>>)> =
+            attributes.into_iter().map(|a| (a.name, vec![a.accuracy, Some(a.failures)])).collect();
+        if !attribute_rows.is_empty() {
+            attribute_rows.push(("overall".into(), vec![weighted_accuracy, weighted_failures]));
+        }
         let numbers = OVERALL.iter().zip(overall).filter_map(|(m, value)| Some((m.name.to_string(), value?)));
         let grid = |name: &str, corner: &str, columns: &[TrackerMetric], rows| Grid {
             name: name.into(),
@@ -156,7 +178,7 @@ impl Analysis for Resets {
             tables: vec![
                 grid("overall", "tracker", &OVERALL, vec![(String::new(), overall.to_vec())]),
                 grid("sequences", "sequence", &PARTS, sequences.iter().map(of_sequence).collect()),
-                grid("attributes", "attribute", &PARTS, attributes(&tracks)),
+                grid("attributes", "attribute", &PARTS, attribute_rows),
             ],
             charts: vec![
                 chart(
@@ -171,31 +193,11 @@ impl Analysis for Resets {
     }
 }
 
-/// Accuracy and failures on the frames of each attribute; failures are a mean over repetitions.
-fn attributes(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<(String, Vec<Option<f64>>)> {
-    let names: BTreeSet<&str> =
-        tracks.iter().flat_map(|(c, _)| c.frame_attributes.iter().map(|a| a.0.as_str())).collect();
-    let repetitions = tracks.iter().map(|(c, _)| c.run + 1).max().unwrap_or(1);
-    let row = |name: &str| {
-        let (mut overlaps, mut failures) = (Vec::new(), 0);
-        for (trajectory, measured) in tracks {
-            let Some((_, flags)) = trajectory.frame_attributes.iter().find(|a| a.0 == name) else { continue };
-            for t in (0..trajectory.len()).filter(|t| flags.get(*t) == Some(&true)) {
-                if measured.counts[t] {
-                    overlaps.push(measured.overlaps[t]);
-                }
-                failures += usize::from(trajectory.status[t] == Status::Failed);
-            }
-        }
-        (name.to_string(), vec![mean(overlaps), Some(failures as f64 / f64::from(repetitions))])
-    };
-    names.into_iter().map(row).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::region::{Rect, Region};
+    use crate::tracker::Status;
 
     // Worked by hand: two runs of four frames, shift 5 of 10 in the second (overlap 1/3), lost in the third frame of
     // the second run; the attribute is on in frames 2 and 3 (from 0).
@@ -224,9 +226,16 @@ mod tests {
         let population = Population { suite: "s", tracks: Vec::new(), trajectories, timings: vec![] };
         let findings = resets.analyze(&[population]).unwrap();
         let rows = &findings.tables[2].rows;
-        assert_eq!(rows.len(), 1);
-        assert!((rows[0].1[0].unwrap() - (1.0 / 3.0 + 1.0) / 2.0).abs() < 1e-12);
-        assert_eq!(rows[0].1[1], Some(0.5));
+        let names: Vec<&str> = rows.iter().map(|row| row.0.as_str()).collect();
+        assert_eq!(names, ["empty", "occlusion", "overall"]);
+        // In frame 1 both runs have 1/3; frame 0 is a start.
+        for ((_, row), (accuracy, failures)) in
+            rows.iter().zip([(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.5), (0.5, 0.25)])
+        {
+            assert!((row[0].unwrap() - accuracy).abs() < 1e-12);
+            assert_eq!(row[1], Some(failures));
+        }
+        assert_eq!(findings.number("failures_of_attributes"), Some(0.25));
         // First run (1/3 + 1/3 + 1) / 3, second 1/3.
         let accuracy = findings.number("accuracy").unwrap();
         assert!((accuracy - (5.0 / 9.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);

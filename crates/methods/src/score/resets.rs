@@ -16,12 +16,13 @@
 //! sequences of the mean over repetitions. Overlaps count on the frame where `bounded`. Low numbers of
 //! failures and high values of the rest are good.
 //!
-//! An attribute is a set of frames: its accuracy is the mean overlap over the frames of all sequences that
-//! have it and count, its failures are those in frames that have it.
+//! An attribute is a set of frames: see [`attributes`].
 //!
 //! Source: Kristan et al., The Visual Object Tracking VOT2014 and VOT2015 challenge results; agrees with
 //! vot-toolkit 0.7.4 on the same result files (tests). Deviations: `f64` throughout, where the toolkit sums
 //! EAO curves in `f32`. The interval of EAO is that of VOT2014 and VOT2015, 108 to 371 frames.
+
+pub mod attributes;
 
 use super::trajectory::{Trajectory, mean};
 use crate::region::Areas;

@@ -53,6 +53,22 @@ impl TrackerMetric {
         unit: "",
         formula: "mean overlap of the frames that count, sequences with equal weights",
     };
+    /// Accuracy of the reset protocol, a mean over attributes.
+    pub const ACCURACY_OF_ATTRIBUTES: Self = Self {
+        name: "accuracy_of_attributes",
+        heading: "accuracy (attributes)",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean over attributes, weighted by their numbers of frames, of the mean overlap of the frames that count",
+    };
+    /// Failures of the reset protocol, a mean over attributes.
+    pub const FAILURES_OF_ATTRIBUTES: Self = Self {
+        name: "failures_of_attributes",
+        heading: "failures (attributes)",
+        direction: LowerIsBetter,
+        unit: "failures",
+        formula: "mean over attributes, weighted by their numbers of frames, of the number of failures in them",
+    };
     /// Failures of the reset protocol.
     pub const FAILURES: Self = Self {
         name: "failures",
@@ -147,7 +163,9 @@ pub const TRACKER_METRICS: &[TrackerMetric] = &[
     TrackerMetric::PRECISION_20,
     TrackerMetric::ACCURACY,
     TrackerMetric::ACCURACY_OF_SEQUENCES,
+    TrackerMetric::ACCURACY_OF_ATTRIBUTES,
     TrackerMetric::FAILURES,
+    TrackerMetric::FAILURES_OF_ATTRIBUTES,
     TrackerMetric::EAO,
     TrackerMetric::LT_PRECISION,
     TrackerMetric::LT_RECALL,

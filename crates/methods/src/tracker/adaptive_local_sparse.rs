@@ -30,14 +30,24 @@
 //! Other choices and deviations:
 //! - Signs. In the authors' program a misspelt option makes all codes non-negative, also `c` and the errors of
 //!   the update, where the paper has no such bound. As the sign of a principal component is arbitrary, `c >= 0`
-//!   depends on how the components were computed. The default is the program's, whose published numbers are
-//!   known; the paper's is `update_sign = "free"`. On Woman the program's bound with our components loses the
-//!   target behind the car (frame 122) in 10 of 16 runs, no bound in 1 of 16; a test sequence, which chose
-//!   nothing here. Codes of candidates are non-negative either way.
+//!   depends on how the components were computed: those of the program change their signs from one update to the next
+//!   (LAPACK's, which follow from its reflections), so that a coefficient that the bound forbids is allowed soon
+//!   after; those of [`crate::num::incremental_pca`] keep theirs, and a look that the bound forbids is then never
+//!   learned. The default is the paper's, which no sign changes; `update_sign = "non-negative"` is the bound. Codes of
+//!   candidates are non-negative either way.
+//! - Grid. The program's template runs from `1 - w / 2` to `w / 2` around a center that is half a pixel right of and
+//!   below the box's, and its boxes do not. That is the default; `grid = "centered"` has the window in the box. The
+//!   difference is half a template pixel, for a target of 35 x 95 pixels 0.5 and 1.5 pixels.
 //! - Codes are found to `tolerance` by an active set ([`crate::num::lasso`]), theirs by LARS.
 //! - The answer to the first frame is the annotation, with confidence 9.
-//! - The grid of the template is centered; see [`crate::image::warp`]. Sides stay between 1 pixel and four
-//!   times the frame's longer side. A window without light has confidence 0.
+//! - Sides stay between 1 pixel and four times the frame's longer side. A window without light has confidence 0.
+//!
+//! Both were found by comparing runs on Woman (OTB, 550 frames) with what is known of the program's, and chosen by the
+//! sources. From the authors' own box (35 x 95 pixels around (222, 165)), from which their run never loses it, the
+//! default holds it in 18 of 20 runs (precision 1.0), with the centered grid in 9 of 10, with the bound in 1 of 4, with
+//! both, which was version 1, in 2 of 4. From OTB's box (21 x 95), from which the stored result of the
+//! benchmark's authors loses it (mean overlap .148), the default loses it in 4 of 6 runs (.148 to .158).
+//! Why two runs still lose it, behind the first or the second car, is not known.
 
 mod coding;
 #[cfg(test)]
@@ -45,7 +55,7 @@ mod tests;
 
 use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::warp::Geometry;
+use crate::image::warp::{Geometry, matrix};
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
@@ -62,6 +72,29 @@ const LEVEL: f32 = 1.0 / 255.0;
 /// Number of templates.
 const TEMPLATES: usize = 10;
 
+/// Where the template's pixels lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Grid {
+    /// Half a pixel of the template and half a pixel of the frame right of and below the box, as in the program.
+    Program,
+    /// In the box.
+    Centered,
+}
+
+impl Grid {
+    /// The geometry of the window for that of the box.
+    fn window(self, target: &Geometry) -> Geometry {
+        let [a, b, c, d] = matrix(target);
+        let mut window = *target;
+        if self == Self::Program {
+            window[0] += 0.5 + 0.5 * (a + b);
+            window[1] += 0.5 + 0.5 * (c + d);
+        }
+        window
+    }
+}
+
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -76,10 +109,11 @@ pub struct Params {
     pub tolerance: f64,
     /// Maximum number of rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
     pub rounds: usize,
-    /// Signs of the coefficients `c` and of the errors in the update of the templates: `non-negative` as in the
-    /// authors' program, which keeps the new template nearer to the mean and depends on the arbitrary signs
-    /// of the principal components; `free` as in the paper, which does not depend on them.
+    /// Signs of the coefficients `c` and of the errors in the update of the templates: `free` as in the paper;
+    /// `non-negative` as in the authors' program, which depends on the arbitrary signs of the principal components.
     pub update_sign: Sign,
+    /// Where the template's pixels lie: `program` as in the authors' program, or `centered` in the box.
+    pub grid: Grid,
     /// Exponent q of the weights, from 0.1 to 1000.
     pub weight_exponent: f64,
     /// Frames between updates, from 1 to 1000.
@@ -96,7 +130,8 @@ impl Default for Params {
             lambda: 0.01,
             tolerance: 1e-4,
             rounds: 1000,
-            update_sign: Sign::NonNegative,
+            update_sign: Sign::Free,
+            grid: Grid::Program,
             weight_exponent: 10.0,
             batch: 5,
             max_basis: 10,
@@ -132,7 +167,7 @@ impl AdaptiveLocalSparse {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "adaptive-local-sparse",
-    version: 1,
+    version: 2,
     summary: "sparse codes of local patches, pooled by their alignment (ASLA)",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(AdaptiveLocalSparse::new(read_params(raw)?)?)),
@@ -155,8 +190,9 @@ impl TrackerConfig for AdaptiveLocalSparse {
         let p = &self.0;
         let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        let gray = Gray::of_part(frame, &TEMPLATE.window([&estimate]));
-        TEMPLATE.sample(&gray, &estimate, LEVEL, &mut window);
+        let first = p.grid.window(&estimate);
+        let gray = Gray::of_part(frame, &TEMPLATE.window([&first]));
+        TEMPLATE.sample(&gray, &first, LEVEL, &mut window);
         let tracker = Tracking {
             params: p.clone(),
             candidates: Candidates::new(p.samples, p.noise),
@@ -278,12 +314,13 @@ impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         let Self { params, candidates, coder, work, rng, target } = self;
         candidates.draw(&target.estimate, &SideLimits::of(frame), rng);
-        let gray = Gray::of_part(frame, &TEMPLATE.window(&candidates.states));
+        let windows: Vec<Geometry> = candidates.states.iter().map(|g| params.grid.window(g)).collect();
+        let gray = Gray::of_part(frame, &TEMPLATE.window(&windows));
         let collecting = target.collecting();
         let mut window = vec![0.0; PIXELS];
         let (mut confidences, mut nearest) = (Vec::new(), (f64::INFINITY, 0));
-        for (k, candidate) in candidates.states.iter().enumerate() {
-            TEMPLATE.sample(&gray, candidate, LEVEL, &mut window);
+        for (k, place) in windows.iter().enumerate() {
+            TEMPLATE.sample(&gray, place, LEVEL, &mut window);
             if collecting {
                 let to_last = distance(&window, &target.last);
                 if to_last < nearest.0 {
@@ -299,7 +336,7 @@ impl Tracker for Tracking {
         let chosen = if collecting { nearest.1 } else { best };
         let posterior = candidates.moments(&weights, confidences[chosen]);
         target.estimate = candidates.states[chosen];
-        TEMPLATE.sample(&gray, &target.estimate, LEVEL, &mut window);
+        TEMPLATE.sample(&gray, &windows[chosen], LEVEL, &mut window);
         target.learn(window, params, coder, || rng.random());
         let region = TEMPLATE.region(&target.estimate);
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })

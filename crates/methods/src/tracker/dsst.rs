@@ -22,8 +22,9 @@
 //! upright rectangle with its center, the sides' ratio of its bounds and its own area, as in the VOT2014 entry.
 //!
 //! Deviations: the region is the first rectangle scaled and moved, without the release's rounding to whole pixels, which
-//! moves boxes with odd sides by half a pixel, and without the pixel that the entry adds to each side of a
-//! quadrilateral. Patches shrink bilinearly like the entry's; the release takes means of areas. For safety: windows are
+//! moves boxes with odd sides by half a pixel. `start = "vot2014"` starts in the pixel in which the entry did, which
+//! read coordinates of VOT as counted from 1, and with the pixel that it adds to each side of a quadrilateral. Patches
+//! shrink bilinearly like the entry's; the release takes means of areas. For safety: windows are
 //! at most 512 x 512 pixels in area (larger targets start at a scale above 1) and 4 x 4 pixels or more; the target stays
 //! in touch with the frame; the lower limit does not enlarge a target that starts below it; a scale sample has at least
 //! one cell.
@@ -37,6 +38,8 @@
 //! one 1 (5 when it shrinks by means of areas, as OpenCV does), 2, 4, 5 and 5 times; on Couple of OTB both have a
 //! precision of 0.107.
 
+mod start;
+
 use super::correlation::response::{MapOptions, ResponseMap};
 use super::correlation::{Peak, label, peak};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
@@ -47,6 +50,7 @@ use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_pl
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
+use start::{Start, upright};
 
 /// Gradient channels of the place's samples.
 const GRADIENTS: usize = 27;
@@ -75,6 +79,8 @@ pub struct Params {
     pub scale_label_width: f64,
     /// Largest area of a scale's sample, in square pixels, from 16 to 10000.
     pub scale_area: f64,
+    /// How the first region becomes whole pixels: `release` or `vot2014`.
+    pub start: Start,
     /// How the place's response map is read.
     pub response: MapOptions,
 }
@@ -90,6 +96,7 @@ impl Default for Params {
             scale_step: 1.02,
             scale_label_width: 0.25,
             scale_area: 512.0,
+            start: Start::Release,
             response: MapOptions::default(),
         }
     }
@@ -125,7 +132,7 @@ impl Dsst {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "dsst",
-    version: 3,
+    version: 4,
     summary: "correlation filters for the place and for the scale",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Dsst::new(read_params(raw)?)?)),
@@ -225,7 +232,8 @@ impl Target {
     fn new(p: &Params, frame: &Frame, region: &Region) -> Self {
         let first = upright(region);
         let (width, height) = (frame.width() as f64, frame.height() as f64);
-        let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
+        let (pixel, more) = p.start.pixel(region, &first);
+        let (w, h) = ((first.w + more).clamp(1.0, width), (first.h + more).clamp(1.0, height));
         let first_scale = (p.window * (w * h / MAX_WINDOW_AREA).sqrt()).max(1.0);
         let whole = |side: f64| (side / first_scale).round().max(1.0);
         let base = (whole(w), whole(h));
@@ -235,7 +243,6 @@ impl Target {
         let sample = ((base.0 * shrink) as usize, (base.1 * shrink) as usize);
         let sample = (sample.0.max(CELL), sample.1.max(CELL));
         let (cx, cy) = first.center();
-        let pixel = (cx.floor(), cy.floor());
         let sigma = p.label_width * (base.0 * base.1).sqrt();
         let place = label(size.0, size.1, sigma);
         let deviation = p.scale_label_width * (p.scales as f64).sqrt();
@@ -454,17 +461,6 @@ impl Filter {
         }
         self.denominator.iter_mut().zip(&self.squares).for_each(|(b, s)| *b += (*s - *b) * rate);
     }
-}
-
-/// The rectangle that a region starts as.
-fn upright(region: &Region) -> Rect {
-    let Region::Polygon(corners) = region else { return region.rect() };
-    let n = corners.len() as f64;
-    let mean = |k: fn(&(f64, f64)) -> f64| corners.iter().map(k).sum::<f64>() / n;
-    let Rect { w, h, .. } = region.bounds();
-    let factor = (region.area() / (w * h)).sqrt();
-    let (w, h) = (w * factor, h * factor);
-    Rect::new(mean(|c| c.0) - 0.5 * w, mean(|c| c.1) - 0.5 * h, w, h)
 }
 
 impl Tracker for Tracking {

@@ -14,11 +14,11 @@
 //! - `vot`, after the entry of the VOT2014 challenge, whose report names three scales, peaks between the cells and
 //!   an update of numerator and denominator, but no numbers; those are of the authors' later C++ release. The window is
 //!   resized so that its longer side has 96 pixels, in an even number of cells, plus a ring of cells that only serves
-//!   the gradients; gradients are of the strongest color.
+//!   the gradients; gradients are of the strongest color. It is a window of whole pixels, and the larger scale is only
+//!   tried where the smaller one is not better, both as in that release; `sampling` has other ways to read it.
 //!
-//! Windows begin at the whole pixel `floor(center) + 1 - floor(w / 2)`; resized ones are sampled around the
-//! center itself. The region keeps its size (times the scale) and its offset from the tracked pixel, while the
-//! release moves boxes with odd sides by half a pixel.
+//! Windows that keep their size begin at the whole pixel `floor(center) + 1 - floor(w / 2)`. The region keeps its size
+//! (times the scale) and its offset from the tracked pixel, while the release moves boxes with odd sides by half a pixel.
 //!
 //! Choices that the sources leave open, or made for safety: halved pixels are means of four (the release: a
 //! bicubic filter), and frames are halved again while the target has 400 pixels or more; the window has at least 3
@@ -29,15 +29,18 @@
 //! posterior of the center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is
 //! the response to the window that the filter has just learned; that of a window without contrast is 0.
 
+mod sampling;
+
 use super::correlation::response::{MapOptions, ResponseMap};
 use super::correlation::{FilterMemory, KernelFilter, Settings, Update, halvings, reduced};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
-use crate::image::patch::{Axis, Colors, Outside, Patch};
+use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, MAX_SIDE, Window};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use crate::region::{Rect, Region};
 use crate::saved;
+use sampling::Sampling;
 use serde::{Deserialize, Serialize};
 
 /// Source of the defaults.
@@ -80,6 +83,8 @@ pub struct Params {
     /// Longer side of the window in pixels, from 16 to 512, to which it is resized; 0 leaves it as it is. `tpami` 0,
     /// `vot` 96.
     pub template: Option<usize>,
+    /// How a resized window is read from the frame; `whole-pixels`, or `exact` or `area`.
+    pub sampling: Option<Sampling>,
     /// Deviation of the label in multiples of the target's mean side, from 0.01 to 1; `tpami` 0.1, `vot` 0.125.
     pub label_width: Option<f64>,
     /// Deviation `sigma` of the kernel, from 0.01 to 10; `tpami` 0.5 (`grey` 0.2), `vot` 0.6.
@@ -109,6 +114,7 @@ struct Checked {
     color: bool,
     window: f64,
     template: usize,
+    sampling: Sampling,
     label_width: f64,
     kernel_width: f64,
     lambda: f64,
@@ -144,6 +150,7 @@ impl Kcf {
             color: p.color.unwrap_or(vot),
             window: p.window.unwrap_or(2.5),
             template: p.template.unwrap_or(if vot { 96 } else { 0 }),
+            sampling: p.sampling.unwrap_or(Sampling::WholePixels),
             label_width: p.label_width.unwrap_or(by_preset(0.1, 0.1, 0.125)),
             kernel_width: p.kernel_width.unwrap_or(by_preset(0.5, 0.2, 0.6)),
             lambda: p.lambda.unwrap_or(1e-4),
@@ -177,7 +184,7 @@ impl Kcf {
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     kind: "kcf",
-    version: 3,
+    version: 4,
     summary: "kernelized correlation filter on oriented gradients or gray values",
     example: "{}",
     build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),
@@ -334,8 +341,7 @@ impl Target {
             let start = |c: f64, n: usize| c.floor() as i64 + 1 - (n / 2) as i64;
             Patch::cut(frame, &Window { x: start(cx, w), y: start(cy, h), w, h }, colors)
         } else {
-            let axis = |c: f64, n: usize| Axis::around(c, n as f64 * self.ratio * scale, n);
-            Patch::sampled(frame, &axis(cx, w), &axis(cy, h), Outside::Repeated, colors)
+            p.sampling.patch(frame, (cx, cy), (w, h), self.ratio * scale, colors)
         };
         patch.scale(1.0 / 255.0);
         if !hog {
@@ -377,6 +383,9 @@ impl Target {
                 best = Some((weight * peak.value, step, shift));
                 let cell = self.cell_side(p, self.scale * step);
                 self.filter.hand_over(peak, cell, &mut self.map);
+                if step < 1.0 {
+                    break;
+                }
             }
         }
         let Some((_, step, (dx, dy))) = best else {

@@ -64,11 +64,12 @@ pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(Str
         lines.push((row_heading(row), row.cells.iter().map(|c| (ours(c), c.best)).collect()));
     }
     if row.cells.iter().any(|c| c.published.is_some()) {
-        let who = group.published_tracker.as_deref().unwrap_or_default();
+        // With trackers as columns there is no one name.
+        let who = group.published_tracker.as_deref().map_or_else(String::new, |who| format!(" ({who})"));
         let plain = |f: &dyn Fn(&Cell) -> Option<String>| {
             row.cells.iter().map(|c| (f(c).unwrap_or_default(), false)).collect::<Vec<_>>()
         };
-        lines.push((format!("{} published ({who})", row.label), plain(&|c| c.published.clone())));
+        lines.push((format!("{} published{who}", row.label), plain(&|c| c.published.clone())));
         if row.cells.iter().any(|c| c.difference.is_some()) {
             lines.push((format!("{} difference", row.label), plain(&|c| c.difference.clone())));
         }

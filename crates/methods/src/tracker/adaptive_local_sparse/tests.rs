@@ -34,7 +34,12 @@ fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
 #[test]
 fn a_target_that_moves_by_whole_pixels_is_followed() {
     let frames: Vec<Frame> = (0..22).map(|t| scene(30 + 2 * t, 20 + t)).collect();
-    for text in ["{ samples = 100 }", "{ samples = 100, update_sign = \"free\" }"] {
+    let others = ["update_sign = \"non-negative\"", "grid = \"centered\""];
+    for text in ["{ samples = 100 }".to_string()]
+        .into_iter()
+        .chain(others.map(|o| format!("{{ samples = 100, {o} }}")))
+    {
+        let text = text.as_str();
         let states = track(text, &frames, 5);
         for (t, state) in (0..).map(f64::from).zip(&states) {
             let (x, y) = state.region.rect().center();
@@ -87,6 +92,14 @@ fn every_fifth_window_replaces_a_template() {
     normalize(&mut seen);
     let off = distance(&target.templates[9], &seen).sqrt();
     assert!(off > 0.0 && off < 0.1, "{off}");
+}
+
+// By hand: a box of 48 x 96 is 1.5 and 3 pixels a template pixel.
+#[test]
+fn the_programs_window_is_half_a_template_pixel_off() {
+    let target = [50.0, 60.0, 1.5, 0.0, 2.0, 0.0];
+    assert_eq!(Grid::Program.window(&target), [51.25, 62.0, 1.5, 0.0, 2.0, 0.0]);
+    assert_eq!(Grid::Centered.window(&target), target);
 }
 
 // By hand: cumulated 2, 6, 14, ... 510, 1022 of 1022.

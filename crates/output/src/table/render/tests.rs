@@ -43,6 +43,9 @@ fn markdown_shows_ours_published_and_difference() {
 | precision difference | +.010 | +.010 |
 ";
     assert_eq!(markdown(&sample()), expected);
+    let mut side_by_side = sample();
+    side_by_side.groups[0].published_tracker = None;
+    assert!(markdown(&side_by_side).contains("\n| precision published | .110 | .090 |\n"));
 }
 
 #[test]
