@@ -28,6 +28,7 @@ pub mod read;
 pub mod schema;
 pub mod table;
 pub mod wire;
+mod written_out;
 
 pub use error::SpecError;
 pub use name::check_experiment_name;

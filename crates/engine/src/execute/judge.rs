@@ -80,10 +80,9 @@ pub fn detect(
 ) -> Result<DetectorOutput, TrackingError> {
     let (signal, more) = (track.signal(signals.first), track.more(signals));
     let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
-    let pieces = fixed.restarts.pieces(&track.status);
-    if pieces.len() <= 1 {
+    let Some(pieces) = fixed.restarts.pieces(&track.status).filter(|pieces| pieces.len() > 1) else {
         return reverse::detect(&*fixed.detector, input, track.reversal.as_deref());
-    }
+    };
     let mut whole = DetectorOutput::default();
     for piece in pieces {
         let more: Vec<&[f64]> = more.iter().map(|series| &series[piece.clone()]).collect();
@@ -196,10 +195,9 @@ pub fn judge(
     let judged =
         |((cell, recipe), output): ((&PendingCell, _), Option<Result<DetectorOutput, CellError>>)| {
             let output = output.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
-            let score = cell.track.judge(cell.protocol, &output);
+            let (score, pieces) = cell.track.judge(cell.protocol, &output);
             let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
             let follows = output.quality.is_some();
-            let pieces = cell.track.pieces(cell.protocol);
             Ok(Judged { output: context.outputs.insert(recipe, output), score, effort, follows, pieces })
         };
     Ok(cells.iter().zip(&recipes).zip(outputs).map(judged).collect())

@@ -36,7 +36,7 @@ pub(super) struct LaneSignal {
     restarts: Option<RestartedSignal>,
 }
 
-/// What a signal needs that begins again with each restart of its tracker.
+/// A signal that begins again with each restart of its tracker.
 struct RestartedSignal {
     signal: Arc<dyn Signal>,
     run: TrackerRun,

@@ -5,7 +5,7 @@ use crate::detector::{DetectorOutput, Example};
 use crate::error::CellError;
 use crate::plan::{ExperimentPlan, SignalSet};
 use crate::region::Region;
-use crate::score::{Protocol, Restarts, TrackScore};
+use crate::score::{Protocol, TrackScore};
 use crate::tracker::Status;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -44,18 +44,16 @@ impl Track {
         signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect()
     }
 
-    /// The score of a detector's output by a protocol.
-    pub fn judge(&self, protocol: &Protocol, output: &DetectorOutput) -> TrackScore {
-        match self.pieces(protocol) {
-            None => (protocol.score)(&self.error, &output.alarm, &output.changes()),
-            Some(pieces) => protocol.judge(&self.error, &output.alarm, &output.changes(), &pieces),
-        }
-    }
-
-    /// The pieces that a protocol scores by themselves, where a restart begins a new track.
-    pub fn pieces(&self, protocol: &Protocol) -> Option<Vec<Range<usize>>> {
-        let is_anew = protocol.restarts == Restarts::NewTrack;
-        is_anew.then(|| protocol.restarts.pieces(&self.status))
+    /// The score of a detector's output by a protocol, with the pieces that were scored by themselves, where a restart
+    /// begins a new track.
+    pub fn judge(
+        &self,
+        protocol: &Protocol,
+        output: &DetectorOutput,
+    ) -> (TrackScore, Option<Vec<Range<usize>>>) {
+        let pieces = protocol.restarts.pieces(&self.status);
+        let score = protocol.judge(&self.error, &output.alarm, &output.changes(), pieces.as_deref());
+        (score, pieces)
     }
 
     /// The track with one of its signals, as training data.

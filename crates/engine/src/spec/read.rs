@@ -8,7 +8,7 @@ use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
 use super::table::{self, Published, Table, Words, inherit_published};
-use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire};
+use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire, written_out};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
@@ -95,7 +95,7 @@ impl Reader<'_> {
         mut document: Spanned<DeTable<'_>>,
     ) -> Result<Experiment, SpecError> {
         let tracker_params = split_tracker_params(source, &mut document)?;
-        complete_methods(source, &mut document)?;
+        written_out::complete_methods(source, &mut document)?;
         let methods_raw = array_of_tables(source, &document, "method")?;
         let whole = Spanned::new(document.span(), DeValue::Table(document.get_ref().clone()));
         let wire =
@@ -293,81 +293,6 @@ fn split_tracker_params<'i>(
         all.push(Spanned::new(span, params));
     }
     Ok(all)
-}
-
-/// Fills in `signal` and `detector` of methods that have neither, from the published method of their name, and of readings
-/// from the method that they are like.
-fn complete_methods<'i>(source: Source<'_>, document: &mut Spanned<DeTable<'i>>) -> Result<(), SpecError> {
-    let Some(methods) = document.get_mut().get_mut("method") else { return Ok(()) };
-    let span = methods.span();
-    let DeValue::Array(list) = methods.get_mut() else {
-        return Err(source.error(span, "methods are written as [[method]]"));
-    };
-    let mut known: Vec<(String, DeTable<'i>)> = Vec::new();
-    for item in list.iter_mut() {
-        let span = item.span();
-        let DeValue::Table(table) = item.get_mut() else { continue };
-        let Some(name) = table.get("name").and_then(|n| n.get_ref().as_str()).map(str::to_string) else {
-            continue;
-        };
-        if let Some(like) = table.get("like") {
-            complete_reading(source, like.clone(), table, &known)?;
-            known.push((name, table.clone()));
-            continue;
-        }
-        if !table.contains_key("signal") && !table.contains_key("detector") {
-            let published = super::builtin::method_tables();
-            let Some(method) = published.iter().find(|t| t.0 == name) else {
-                let names = published.iter().map(|t| t.0.as_str());
-                return Err(source.unknown(span, "published method", &name, names.clone()));
-            };
-            for (key, value) in method.1.get_ref() {
-                if key.get_ref() != "name" {
-                    table.insert(Spanned::new(span.clone(), key.get_ref().clone()), value.clone());
-                }
-            }
-        }
-        known.push((name, table.clone()));
-    }
-    Ok(())
-}
-
-/// Fills in what a reading takes from the method that it is like: one of the `known` ones, or a published one.
-fn complete_reading<'i>(
-    source: Source<'_>,
-    like: Spanned<DeValue<'i>>,
-    reading: &mut DeTable<'i>,
-    known: &[(String, DeTable<'i>)],
-) -> Result<(), SpecError> {
-    let Some(name) = like.get_ref().as_str() else {
-        return Err(source.error(like.span(), "`like` must be the name of a method"));
-    };
-    let published = super::builtin::method_tables();
-    let of_published = || published.iter().find(|t| t.0 == name).map(|t| t.1.get_ref());
-    let Some(base) = known.iter().find(|t| t.0 == name).map(|t| &t.1).or_else(of_published) else {
-        let before = known.iter().map(|t| t.0.as_str());
-        let names = before.chain(published.iter().map(|t| t.0.as_str()));
-        return Err(source.unknown(like.span(), "method before this one", name, names));
-    };
-    for (key, value) in base {
-        if !["signal", "detector", "grid"].contains(&key.get_ref().as_ref()) {
-            continue;
-        }
-        match (reading.get_mut(key.get_ref().as_ref()).map(Spanned::get_mut), value.get_ref()) {
-            (None, _) => {
-                reading.insert(Spanned::new(like.span(), key.get_ref().clone()), value.clone());
-            }
-            (Some(DeValue::Table(mine)), DeValue::Table(its)) if !mine.contains_key("kind") => {
-                for (key, value) in its {
-                    if !mine.contains_key(key.get_ref().as_ref()) {
-                        mine.insert(Spanned::new(like.span(), key.get_ref().clone()), value.clone());
-                    }
-                }
-            }
-            (Some(_), _) => {}
-        }
-    }
-    Ok(())
 }
 
 /// Tables of an array of tables, each with its place in the file.

@@ -1,4 +1,4 @@
-//! What the length L of the window does to AVU: how long changes last, how often s_t passes its cut value, how late, and
+//! Effects of the window length L on AVU: how long changes last, how often s_t passes its cut value, how late, and
 //! whether c_t of the tested tracks is distributed as that of the tracks that its model was learned from (SanMiguel and
 //! Cavallaro, CVIU 131, 2015, Eq. 8, 11 and 20, the text to Fig. 13).
 //!

@@ -1,4 +1,4 @@
-//! What a protocol makes of the restarts of a reset protocol: parts of one track, or the beginnings of new ones.
+//! Restarts of a reset protocol, which are parts of one track or the beginnings of new ones.
 //!
 //! A tracker that is run under a reset protocol fails in a frame f, is silent for the four frames that the protocol skips,
 //! and starts anew on the ground truth in f + 5 (see [`crate::tracker::protocol`]). Its box jumps there, and a detector that
@@ -21,7 +21,7 @@ use super::protocol::{Protocol, TrackScore};
 use crate::tracker::Status;
 use std::ops::Range;
 
-/// What a protocol makes of restarts.
+/// Restarts as a protocol sees them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Restarts {
     /// Signals and detectors go on; all frames are one track.
@@ -32,12 +32,9 @@ pub enum Restarts {
 }
 
 impl Restarts {
-    /// The pieces of a track whose frames have these statuses; all of it where restarts are part of it.
-    pub fn pieces(self, status: &[Status]) -> Vec<Range<usize>> {
-        match self {
-            Self::PartOfTrack => std::iter::once(0..status.len()).collect(),
-            Self::NewTrack => pieces(status),
-        }
+    /// The pieces of a track whose frames have these statuses; none where restarts are part of it.
+    pub fn pieces(self, status: &[Status]) -> Option<Vec<Range<usize>>> {
+        (self == Self::NewTrack).then(|| pieces(status))
     }
 }
 
@@ -64,17 +61,15 @@ pub fn counted(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
 }
 
 impl Protocol {
-    /// Scores the pieces of a track, from [`Restarts::pieces`]; frames count from the track's first.
+    /// Scores the pieces of a track, from [`Restarts::pieces`], or all of it without any; frames count from the track's first.
     pub fn judge(
         &self,
         error: &[f64],
         alarm: &[bool],
         changes: &[i32],
-        pieces: &[Range<usize>],
+        pieces: Option<&[Range<usize>]>,
     ) -> TrackScore {
-        if pieces.len() <= 1 && pieces.iter().all(|piece| *piece == (0..error.len())) {
-            return (self.score)(error, alarm, changes);
-        }
+        let Some(pieces) = pieces else { return (self.score)(error, alarm, changes) };
         let mut whole = TrackScore::default();
         for (k, piece) in pieces.iter().enumerate() {
             let mut alarm = alarm[piece.clone()].to_vec();
@@ -133,17 +128,18 @@ mod tests {
         assert_eq!(status.len(), 40);
         let error: Vec<f64> = (0..40).map(|t| if (15..20).contains(&t) { 1.0 } else { 0.2 }).collect();
         let alarm: Vec<bool> = (0..40).map(|t| [13, 17, 20, 21, 30].contains(&t)).collect();
-        let pieces = Restarts::NewTrack.pieces(&status);
-        let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], &pieces);
+        let pieces = Restarts::NewTrack.pieces(&status).unwrap();
+        let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], Some(&pieces));
         assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
         assert_eq!(s.matches, [(0, 0)]);
         assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 5 + 9 });
         assert_eq!(counted(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
         // As one track the restart alone finds the failure.
         let jump: Vec<bool> = (0..40).map(|t| t == 20).collect();
-        let as_one = khalid2016::PROTOCOL.judge(&error, &jump, &[], &Restarts::PartOfTrack.pieces(&status));
+        let as_one =
+            khalid2016::PROTOCOL.judge(&error, &jump, &[], Restarts::PartOfTrack.pieces(&status).as_deref());
         assert_eq!(as_one.counts.tp, 1);
-        let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], &pieces);
+        let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], Some(&pieces));
         assert_eq!(anew.counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 5 + 10 });
     }
 
@@ -160,7 +156,7 @@ mod tests {
             for protocol in PROTOCOLS {
                 let pieces = Restarts::NewTrack.pieces(&status);
                 let whole = (protocol.score)(&error, &alarm, &changes);
-                prop_assert_eq!(protocol.judge(&error, &alarm, &changes, &pieces), whole);
+                prop_assert_eq!(protocol.judge(&error, &alarm, &changes, pieces.as_deref()), whole);
             }
         }
     }

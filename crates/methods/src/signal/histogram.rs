@@ -120,7 +120,7 @@ pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
     }
 }
 
-/// What the two signals share of their parameters.
+/// Parameters that the two signals share.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
     /// Frame that a frame is compared with.

@@ -130,10 +130,9 @@ impl Trace {
 
     /// Events, detections and matches, computed again by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
-        match (protocol.restarts, self.pieces.as_slice()) {
-            (Restarts::PartOfTrack, _) | (_, []) => (protocol.score)(&self.error, &self.alarm, &self.changes),
-            (Restarts::NewTrack, pieces) => protocol.judge(&self.error, &self.alarm, &self.changes, pieces),
-        }
+        let is_in_pieces = protocol.restarts == Restarts::NewTrack && !self.pieces.is_empty();
+        let pieces = is_in_pieces.then_some(self.pieces.as_slice());
+        protocol.judge(&self.error, &self.alarm, &self.changes, pieces)
     }
 
     /// Word of an event: `lost` or `found`.

@@ -40,7 +40,7 @@ pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
 /// About how many rows of a file with a row for each frame are in memory at once; a row group has as many.
 const ROWS_AT_ONCE: usize = 1 << 17;
 
-/// What has a row for each frame of a cell in parts of about [`ROWS_AT_ONCE`] frames, at least one part.
+/// Parts of about [`ROWS_AT_ONCE`] frames, at least one, of a list whose items have a row for each frame of their cell.
 pub(super) fn in_parts<'c, T>(
     outcome: &Outcome<'_>,
     cells: &'c [T],

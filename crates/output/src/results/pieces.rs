@@ -3,7 +3,7 @@
 use super::column::{Column, FRAME, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
 use crate::engine::Outcome;
-use crate::score::Restarts;
+use crate::score::{Restarts, restarts};
 use crate::spec::Experiment;
 use std::collections::BTreeSet;
 
@@ -38,7 +38,7 @@ pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Op
         let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
             continue;
         };
-        let pieces = Restarts::NewTrack.pieces(&track.status);
+        let pieces = restarts::pieces(&track.status);
         let sequence = &outcome.sequences[cell.sequence];
         if pieces.iter().any(|piece| piece.len() < track.status.len()) {
             let number = |t: usize| i64::from(sequence.number(t));

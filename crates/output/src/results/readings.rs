@@ -138,7 +138,7 @@ fn share_error(metric: Metric, published: f64, counts: &Counts) -> f64 {
     unit * (share * (1.0 - share) / of.max(1) as f64).sqrt()
 }
 
-/// What one sequence adds to the numbers of a reading, over all runs.
+/// The part of one sequence in the numbers of a reading, over all runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Part {
     counts: Counts,
@@ -184,7 +184,7 @@ struct Reading<'a> {
     parts: BTreeMap<usize, Part>,
     counts: Counts,
     ours: Vec<Option<f64>>,
-    /// Of each statistic, our number in every bootstrap sample, NaN where it has none.
+    /// Our number of each statistic in every bootstrap sample, NaN where it has none.
     samples: Vec<Vec<f64>>,
 }
 

@@ -80,7 +80,7 @@ fn counts(
     fixed: &FixedDetector,
     protocol: &Protocol,
 ) -> Result<Counts, TrackingError> {
-    Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).counts)
+    Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).0.counts)
 }
 
 /// The candidate whose counts have the largest measure; the first among equals.
