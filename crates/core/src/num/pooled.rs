@@ -23,7 +23,7 @@
 mod draws;
 
 use super::seed;
-pub use draws::{Drawn, Draws};
+pub use draws::{Drawn, Draws, percentiles};
 use rand::Rng;
 
 /// Up to this number of pairs that differ, all patterns are counted (half of them, since the others mirror them).

@@ -1,21 +1,30 @@
 //! Conclusions as predicates over our numbers: `recall[DTEF] >= recall[NAIVE] && fpr[RAW] < 0.05`.
 //!
 //! ```text
-//! claim  = and { "||" and }          and    = not { "&&" not }        not = "!" not | compare
+//! claim  = "for all" axis [ "in" number { "," number } ] ":" claim | or
+//! or     = and { "||" and }          and    = not { "&&" not }        not = "!" not | compare
 //! compare = sum [ (">=" | "<=" | ">" | "<" | "==" | "!=") sum ]
 //! sum    = term { ("+" | "-") term } term   = factor { ("*" | "/") factor }
 //! factor = number | "-" factor | "(" claim ")" | metric "[" METHOD { "," TRACKER | axis "=" number } "]"
 //!        | "finding" "[" ANALYSIS "." NUMBER { "," TRACKER } "]"
 //! ```
 //!
+//! `for all length: recall[ARTE*] > recall[ARTE]` stands for the claim at each value of the axis: the methods that have
+//! it in their grid take that value, where they do not name one.
+//!
 //! A metric is pooled over the test suite; a finding is a number that an analysis computes. A claim that names no
-//! tracker is tested for every tracker. A missing value makes the claim untestable, never false.
+//! tracker is tested for every tracker. A missing value makes the claim untestable, never false. Whether a comparison
+//! can be told from chance is judged by [`Claim::judge`].
+
+mod judge;
+mod parse;
 
 use super::error::{Source, SpecError};
 use super::table::{FindingName, Words};
 use super::wire;
-use crate::plugin::unknown;
 use crate::score::Metric;
+pub use judge::{Compared, Judgement, Measured, Spread};
+use parse::parse;
 
 /// A checked conclusion.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +79,8 @@ impl std::fmt::Display for Reference {
 pub enum ClaimVerdict {
     /// The predicate is true.
     Holds,
+    /// Other sequences of the same kind might as well make it true as false.
+    Undecided,
     /// It is false.
     Fails,
     /// A number it needs has no value.
@@ -112,7 +123,8 @@ impl Op {
 }
 
 impl Claim {
-    /// Tests the claim for one tracker; `value` gives the number of a reference, if there is one.
+    /// Tests the claim on the numbers as they are, for one tracker; `value` gives the number of a reference, if there
+    /// is one. No outcome is undecided.
     pub fn test(&self, tracker: &str, value: &dyn Fn(&Reference) -> Option<f64>) -> ClaimVerdict {
         let bound = |r: &Reference| {
             let mut r = r.clone();
@@ -188,171 +200,11 @@ pub(super) fn read(source: Source<'_>, wire: &wire::Claim, words: &Words) -> Res
     Ok(Claim { text: wire.text.clone(), predicate, required: wire.required, expression })
 }
 
-fn parse(text: &str, words: &Words) -> Result<Expr, String> {
-    if text.len() > 4096 {
-        return Err("a claim has at most 4096 characters".to_string());
-    }
-    let mut parser = Parser { rest: text, words, depth: 0 };
-    let e = parser.binary(0)?;
-    if !parser.rest.trim_start().is_empty() {
-        return Err(format!("cannot read the claim from `{}` on", parser.rest.trim_start()));
-    }
-    if !is_truth(&e) {
-        return Err("a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`".to_string());
-    }
-    Ok(e)
-}
-
-fn is_truth(e: &Expr) -> bool {
-    match e {
-        Expr::Not(_) => true,
-        Expr::Binary(op, ..) => op.is_logic() || op.is_comparison(),
-        _ => false,
-    }
-}
-
-/// Operators, those that bind tighter last; where one spelling begins with another, the longer comes first.
-const LEVELS: [&[(&str, Op)]; 5] = [
-    &[("||", Op::Or)],
-    &[("&&", Op::And)],
-    &[
-        (">=", Op::GreaterEqual),
-        ("<=", Op::LessEqual),
-        ("==", Op::Equal),
-        ("!=", Op::NotEqual),
-        (">", Op::Greater),
-        ("<", Op::Less),
-    ],
-    &[("+", Op::Add), ("-", Op::Subtract)],
-    &[("*", Op::Multiply), ("/", Op::Divide)],
-];
-
-/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
-const MAX_DEPTH: usize = 64;
-
-struct Parser<'a> {
-    rest: &'a str,
-    words: &'a Words,
-    depth: usize,
-}
-
-impl Parser<'_> {
-    fn take(&mut self, token: &str) -> bool {
-        match self.rest.trim_start().strip_prefix(token) {
-            Some(rest) => {
-                self.rest = rest;
-                true
-            }
-            None => false,
-        }
-    }
-
-    fn binary(&mut self, level: usize) -> Result<Expr, String> {
-        let Some(operators) = LEVELS.get(level) else { return self.factor() };
-        let mut left = self.binary(level + 1)?;
-        while let Some((_, op)) = operators.iter().find(|(token, _)| self.take(token)) {
-            let right = self.binary(level + 1)?;
-            let wants_truth = op.is_logic();
-            if is_truth(&left) != wants_truth || is_truth(&right) != wants_truth {
-                return Err("`&&` and `||` join comparisons; the other signs join numbers".to_string());
-            }
-            left = Expr::Binary(*op, Box::new(left), Box::new(right));
-        }
-        Ok(left)
-    }
-
-    fn factor(&mut self) -> Result<Expr, String> {
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err("the claim is nested too deeply".to_string());
-        }
-        let e = self.factor_inner();
-        self.depth -= 1;
-        e
-    }
-
-    fn factor_inner(&mut self) -> Result<Expr, String> {
-        if self.take("(") {
-            let e = self.binary(0)?;
-            return if self.take(")") { Ok(e) } else { Err("a `)` is missing".to_string()) };
-        }
-        if self.take("!") {
-            let e = self.factor()?;
-            return if is_truth(&e) {
-                Ok(Expr::Not(Box::new(e)))
-            } else {
-                Err("`!` stands before a comparison in brackets".to_string())
-            };
-        }
-        if self.take("-") {
-            let e = self.factor()?;
-            return if is_truth(&e) {
-                Err("`-` stands before a number".to_string())
-            } else {
-                Ok(Expr::Negate(Box::new(e)))
-            };
-        }
-        let text = self.rest.trim_start();
-        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
-        let end = text.find(|c| !is_word(c)).unwrap_or(text.len());
-        let (word, rest) = text.split_at(end);
-        self.rest = rest;
-        if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
-            return word.parse().map(Expr::Number).map_err(|_| format!("`{word}` is not a number"));
-        }
-        if word.is_empty() {
-            return Err(format!("a number or a metric is missing before `{text}`"));
-        }
-        let metric = match word {
-            "finding" => None,
-            word => Some(Metric::from_name(word).ok_or_else(|| unknown("metric", word, Metric::names()))?),
-        };
-        if !self.take("[") {
-            return Err(format!("`{word}` needs a method, e.g. `{word}[DTEF]`"));
-        }
-        let Some((inside, rest)) = self.rest.split_once(']') else {
-            return Err("a `]` is missing".to_string());
-        };
-        self.rest = rest;
-        self.reference(metric, inside).map(Expr::Value)
-    }
-
-    fn reference(&self, metric: Option<Metric>, inside: &str) -> Result<Reference, String> {
-        let mut parts = inside.split(',').map(str::trim);
-        let subject = parts.next().unwrap_or_default().to_string();
-        let quantity = match metric {
-            None => {
-                Quantity::Finding(self.words.finding(&subject, |n| &n.numbers).map_err(|e| e.to_string())?)
-            }
-            Some(_) if !self.words.methods.contains(&subject) => {
-                return Err(unknown("method", &subject, self.words.methods.iter().map(String::as_str)));
-            }
-            Some(metric) => Quantity::Metric(metric, subject),
-        };
-        let mut r = Reference { quantity, tracker: None, point: Vec::new() };
-        for part in parts {
-            if let Some((axis, value)) = part.split_once('=').filter(|_| metric.is_some()) {
-                let axis = axis.trim().to_string();
-                if !self.words.axes.contains(&axis) {
-                    return Err(unknown("grid axis", &axis, self.words.axes.iter().map(String::as_str)));
-                }
-                let value = value.trim().parse().map_err(|_| format!("`{part}` has no number"))?;
-                r.point.push((axis, value));
-            } else if self.words.trackers.iter().any(|t| t == part) {
-                r.tracker = Some(part.to_string());
-            } else {
-                return Err(unknown("tracker", part, self.words.trackers.iter().map(String::as_str)));
-            }
-        }
-        r.point.sort_by(|a, b| a.0.cmp(&b.0));
-        Ok(r)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::analysis::Names;
+    use crate::spec::table::GridAxis;
     use proptest::prelude::*;
 
     fn words() -> Words {
@@ -360,7 +212,8 @@ mod tests {
         Words {
             methods: own(&["DTEF", "RAW", "ARTE*"]),
             trackers: own(&["ncc", "Struck"]),
-            axes: own(&["length"]),
+            axes: own(&["length", "width"]),
+            grids: vec![GridAxis { method: "ARTE*".into(), axis: "length".into(), values: vec![5.0, 1.0] }],
             sequences: vec![],
             drawn: vec![],
             with_signal: vec![],
@@ -394,6 +247,95 @@ mod tests {
         assert_eq!(verdict("!(1 > 2)"), ClaimVerdict::Holds);
         assert_eq!(verdict("finding[model.components] == 4"), ClaimVerdict::Holds);
         assert_eq!(verdict("recall[ARTE*, length=5, Struck] >= -.5 + 1.4"), ClaimVerdict::Holds);
+    }
+
+    #[test]
+    fn for_all_stands_for_the_claim_at_each_value() {
+        let same = |short: &str, long: &str| {
+            assert_eq!(parse(short, &words()).unwrap(), parse(long, &words()).unwrap(), "{short}");
+        };
+        same(
+            "for all length: recall[ARTE*] > recall[RAW] && fpr[ARTE*] < 1",
+            "(recall[ARTE*, length=1] > recall[RAW] && fpr[ARTE*, length=1] < 1)
+                && (recall[ARTE*, length=5] > recall[RAW] && fpr[ARTE*, length=5] < 1)",
+        );
+        same(
+            "for all length in 5: recall[ARTE*, length=1] <= recall[ARTE*, Struck]",
+            "recall[ARTE*, length=1] <= recall[ARTE*, length=5, Struck]",
+        );
+        same("1 < 2 || (for all length in 1: recall[ARTE*] > 0)", "1 < 2 || recall[ARTE*, length=1] > 0");
+        let e = |text: &str| parse(text, &words()).unwrap_err();
+        assert_eq!(
+            e("for all lenght: recall[ARTE*] > 0"),
+            "unknown grid axis `lenght`; did you mean `length`?"
+        );
+        assert_eq!(e("for all length: recall[RAW] > 0"), "nothing in the claim varies with `length`");
+        assert_eq!(e("for all width: recall[ARTE*] > 0"), "nothing in the claim varies with `width`");
+        assert_eq!(e("for all length in 5, 7: recall[ARTE*] > 0"), "no grid has length = 7; there are 1, 5");
+        assert_eq!(e("for all length recall[ARTE*] > 0"), "a `:` is missing after `for all AXIS`");
+        assert!(e("for all length: recall[ARTE*]").contains("comparison"));
+    }
+
+    /// The verdict for draws of recall[DTEF] and recall[RAW] that are paired.
+    fn judged(text: &str, dtef: &[f64], raw: &[f64]) -> ClaimVerdict {
+        let expression = parse(text, &words()).unwrap();
+        let claim = Claim { text: String::new(), predicate: text.into(), required: false, expression };
+        let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
+        let measured = |r: &Reference| match &r.quantity {
+            Quantity::Metric(_, m) if m == "DTEF" => Some((dtef, mean(dtef))),
+            Quantity::Metric(_, m) if m == "RAW" => Some((raw, mean(raw))),
+            _ => None,
+        };
+        let of = |(draws, value): (&[f64], f64)| Measured { value, spread: Spread::Draws(draws.to_vec()) };
+        claim.judge("ncc", &|r| measured(r).map(of)).verdict
+    }
+
+    #[test]
+    fn verdicts_know_uncertainty_by_hand() {
+        use ClaimVerdict::{Fails, Holds, Undecided, Untestable};
+        // Both move together: their difference is .1 to .2 in all samples although their ranges overlap.
+        let (a, b) = ([0.3, 0.5, 0.8, 0.9], [0.2, 0.3, 0.7, 0.7]);
+        assert_eq!(judged("recall[DTEF] > recall[RAW]", &a, &b), Holds);
+        assert_eq!(judged("recall[DTEF] <= recall[RAW]", &a, &b), Fails);
+        assert_eq!(judged("recall[DTEF] - 0.15 > recall[RAW]", &a, &b), Undecided);
+        assert_eq!(judged("!(recall[RAW] > recall[DTEF])", &a, &b), Holds);
+        // By Kleene's logic an undecided part decides nothing.
+        let (holds, open) = ("recall[DTEF] > recall[RAW]", "recall[DTEF] - 0.15 > recall[RAW]");
+        assert_eq!(judged(&format!("{holds} && {open}"), &a, &b), Undecided);
+        assert_eq!(judged(&format!("{holds} || {open}"), &a, &b), Holds);
+        assert_eq!(judged(&format!("{open} && recall[RAW] > 0.9"), &a, &b), Fails);
+        // Ties are undecided between measured numbers, not against a constant or of a number with itself.
+        assert_eq!(judged("recall[DTEF] >= recall[RAW]", &a, &a), Undecided);
+        assert_eq!(judged("recall[DTEF] >= recall[DTEF]", &a, &a), Holds);
+        assert_eq!(judged("recall[DTEF] == 1", &[1.0; 4], &a), Holds);
+        assert_eq!(judged("recall[DTEF] == 1", &[1.0, 1.0, 1.0, 0.5], &a), Undecided);
+        assert_eq!(judged("recall[DTEF] == 1", &a, &a), Fails);
+        assert_eq!(judged("recall[DTEF] != 1", &a, &a), Holds);
+        // Samples without a value are left out; where most have none there is no interval.
+        assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, 0.5, 0.6, 0.7], &a), Holds);
+        assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, f64::NAN, f64::NAN, 0.7], &a), Undecided);
+        assert!(matches!(judged("recall[DTEF] > recall[ARTE*]", &a, &a), Untestable(_)));
+    }
+
+    #[test]
+    fn bounds_without_samples_are_combined_as_if_independent() {
+        let text = "recall[DTEF] > recall[RAW]";
+        let expression = parse(text, &words()).unwrap();
+        let claim = Claim { text: String::new(), predicate: text.into(), required: false, expression };
+        let of = |r: &Reference| {
+            let dtef = matches!(&r.quantity, Quantity::Metric(_, m) if m == "DTEF");
+            let (value, low, high) = if dtef { (0.9, 0.86, 0.93) } else { (0.8, 0.77, 0.83) };
+            Some(Measured { value, spread: Spread::Bounds(low, high) })
+        };
+        let judgement = claim.judge("ncc", &of);
+        // .1 - sqrt(.04^2 + .03^2) and .1 + sqrt(.03^2 + .03^2).
+        let (low, high) = judgement.compared[0].bounds.unwrap();
+        assert!((low - 0.05).abs() < 1e-12 && (high - (0.1 + 0.0018_f64.sqrt())).abs() < 1e-12);
+        assert_eq!(judgement.verdict, ClaimVerdict::Holds);
+        assert_eq!(
+            (judgement.compared[0].left.as_str(), judgement.compared[0].right.as_str()),
+            ("recall[DTEF] >", "recall[RAW]")
+        );
     }
 
     #[test]

@@ -34,6 +34,15 @@ impl Draws {
         statistic: impl Fn(&[i64; N]) -> Option<f64>,
         level: f64,
     ) -> Option<(f64, f64)> {
+        percentiles(self.values(counts, statistic)?, self.samples, level)
+    }
+
+    /// A statistic of the summed counts of each sample, NaN where it has no value; `None` without units or samples.
+    pub fn values<const N: usize>(
+        &self,
+        counts: &[[i64; N]],
+        statistic: impl Fn(&[i64; N]) -> Option<f64>,
+    ) -> Option<Vec<f64>> {
         if self.picks.is_empty() || counts.len() != self.units {
             return None;
         }
@@ -49,15 +58,12 @@ impl Draws {
             })
             .collect();
         let mut values = Vec::with_capacity(self.samples);
-        let mut take = |sum: &[i64; N]| values.extend(statistic(sum).filter(|v| !v.is_nan()));
+        let mut take = |sum: &[i64; N]| values.push(statistic(sum).unwrap_or(f64::NAN));
         match narrow {
             Some(narrow) => self.sums(&narrow, |sum| take(&sum.map(i64::from))),
             None => self.sums(counts, &mut take),
         }
-        if 2 * values.len() < self.samples {
-            return None;
-        }
-        Some((quantile(&mut values, (1.0 - level) / 2.0), quantile(&mut values, (1.0 + level) / 2.0)))
+        Some(values)
     }
 
     /// Gives `take` the sum of each sample.
@@ -87,6 +93,16 @@ impl Drawn {
         let known = self.0.take().filter(is_same);
         &self.0.insert(known.unwrap_or_else(|| (seed, Draws::new(units, samples, seed)))).1
     }
+}
+
+/// The percentile interval at `level` of the values of so many samples; NaN is a sample without a value. `None` if fewer
+/// than half have one.
+pub fn percentiles(mut values: Vec<f64>, samples: usize, level: f64) -> Option<(f64, f64)> {
+    values.retain(|v| !v.is_nan());
+    if values.is_empty() || 2 * values.len() < samples {
+        return None;
+    }
+    Some((quantile(&mut values, (1.0 - level) / 2.0), quantile(&mut values, (1.0 + level) / 2.0)))
 }
 
 /// The quantile `q` in [0, 1] of values in any order, at least one, linear between them.

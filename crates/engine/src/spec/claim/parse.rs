@@ -1,0 +1,264 @@
+//! Reads the text of a claim.
+
+use super::super::table::Words;
+use super::{Expr, Op, Quantity, Reference};
+use crate::plugin::unknown;
+use crate::score::Metric;
+
+/// Most claims that one with `for all` stands for.
+const MAX_EXPANDED: usize = 256;
+
+pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, String> {
+    if text.len() > 4096 {
+        return Err("a claim has at most 4096 characters".to_string());
+    }
+    let mut parser = Parser { rest: text, words, depth: 0 };
+    let e = parser.quantified()?;
+    if !parser.rest.trim_start().is_empty() {
+        return Err(format!("cannot read the claim from `{}` on", parser.rest.trim_start()));
+    }
+    if !is_truth(&e) {
+        return Err("a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`".to_string());
+    }
+    Ok(e)
+}
+
+fn is_truth(e: &Expr) -> bool {
+    match e {
+        Expr::Not(_) => true,
+        Expr::Binary(op, ..) => op.is_logic() || op.is_comparison(),
+        _ => false,
+    }
+}
+
+/// Operators, those that bind tighter last; where one spelling begins with another, the longer comes first.
+const LEVELS: [&[(&str, Op)]; 5] = [
+    &[("||", Op::Or)],
+    &[("&&", Op::And)],
+    &[
+        (">=", Op::GreaterEqual),
+        ("<=", Op::LessEqual),
+        ("==", Op::Equal),
+        ("!=", Op::NotEqual),
+        (">", Op::Greater),
+        ("<", Op::Less),
+    ],
+    &[("+", Op::Add), ("-", Op::Subtract)],
+    &[("*", Op::Multiply), ("/", Op::Divide)],
+];
+
+/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
+const MAX_DEPTH: usize = 64;
+
+struct Parser<'a> {
+    rest: &'a str,
+    words: &'a Words,
+    depth: usize,
+}
+
+impl Parser<'_> {
+    fn take(&mut self, token: &str) -> bool {
+        match self.rest.trim_start().strip_prefix(token) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Reads `for all AXIS: claim` or `for all AXIS in 1, 5: claim`, or a claim without.
+    fn quantified(&mut self) -> Result<Expr, String> {
+        if !self.rest.trim_start().starts_with("for ") {
+            return self.binary(0);
+        }
+        self.take("for");
+        if !self.take("all") {
+            return Err("`for` begins `for all AXIS: ...`".to_string());
+        }
+        let Some((head, rest)) = self.rest.split_once(':') else {
+            return Err("a `:` is missing after `for all AXIS`".to_string());
+        };
+        self.rest = rest;
+        let (axis, chosen) = match head.trim().split_once(" in ") {
+            Some((axis, list)) => (axis.trim(), Some(numbers(list)?)),
+            None => (head.trim(), None),
+        };
+        if self.words.axes.iter().all(|known| known != axis) {
+            return Err(unknown("grid axis", axis, self.words.axes.iter().map(String::as_str)));
+        }
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err("the claim is nested too deeply".to_string());
+        }
+        let body = self.quantified()?;
+        self.depth -= 1;
+        if !is_truth(&body) {
+            return Err("`for all` stands before a comparison".to_string());
+        }
+        self.for_all(axis, chosen, &body)
+    }
+
+    /// The claim for each value of the axis: those asked for, or all in the grids of the methods that it speaks of.
+    fn for_all(&self, axis: &str, chosen: Option<Vec<f64>>, body: &Expr) -> Result<Expr, String> {
+        let mut references = Vec::new();
+        super::collect(body, &mut references);
+        let free: Vec<&[f64]> = references.iter().filter_map(|r| self.varies(r, axis)).collect();
+        if free.is_empty() {
+            return Err(format!("nothing in the claim varies with `{axis}`"));
+        }
+        let mut known = free.concat();
+        known.sort_by(f64::total_cmp);
+        known.dedup();
+        let values = match chosen {
+            None => known,
+            Some(values) => {
+                if let Some(wrong) = values.iter().find(|v| !known.contains(v)) {
+                    let known: Vec<String> = known.iter().map(f64::to_string).collect();
+                    return Err(format!("no grid has {axis} = {wrong}; there are {}", known.join(", ")));
+                }
+                values
+            }
+        };
+        if values.len() * references.len() > MAX_EXPANDED {
+            return Err(format!("`for all` makes more than {MAX_EXPANDED} numbers of the claim"));
+        }
+        let bound = values.iter().map(|v| self.bind(body, axis, *v));
+        let all = bound.reduce(|a, b| Expr::Binary(Op::And, Box::new(a), Box::new(b)));
+        all.ok_or_else(|| format!("`for all {axis}` has no values"))
+    }
+
+    /// The values of the axis in the grid of the method, where the reference does not fix one.
+    fn varies(&self, r: &Reference, axis: &str) -> Option<&[f64]> {
+        let Quantity::Metric(_, method) = &r.quantity else { return None };
+        let is_free = r.point.iter().all(|(fixed, _)| fixed != axis);
+        let grids = &self.words.grids;
+        let grid = grids.iter().find(|g| is_free && g.method == *method && g.axis == axis)?;
+        Some(&grid.values)
+    }
+
+    fn bind(&self, e: &Expr, axis: &str, value: f64) -> Expr {
+        let again = |e: &Expr| Box::new(self.bind(e, axis, value));
+        match e {
+            Expr::Number(v) => Expr::Number(*v),
+            Expr::Value(r) => {
+                let mut r = r.clone();
+                if self.varies(&r, axis).is_some() {
+                    r.point.push((axis.to_string(), value));
+                    r.point.sort_by(|a, b| a.0.cmp(&b.0));
+                }
+                Expr::Value(r)
+            }
+            Expr::Negate(a) => Expr::Negate(again(a)),
+            Expr::Not(a) => Expr::Not(again(a)),
+            Expr::Binary(op, a, b) => Expr::Binary(*op, again(a), again(b)),
+        }
+    }
+
+    fn binary(&mut self, level: usize) -> Result<Expr, String> {
+        let Some(operators) = LEVELS.get(level) else { return self.factor() };
+        let mut left = self.binary(level + 1)?;
+        while let Some((_, op)) = operators.iter().find(|(token, _)| self.take(token)) {
+            let right = self.binary(level + 1)?;
+            let wants_truth = op.is_logic();
+            if is_truth(&left) != wants_truth || is_truth(&right) != wants_truth {
+                return Err("`&&` and `||` join comparisons; the other signs join numbers".to_string());
+            }
+            left = Expr::Binary(*op, Box::new(left), Box::new(right));
+        }
+        Ok(left)
+    }
+
+    fn factor(&mut self) -> Result<Expr, String> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err("the claim is nested too deeply".to_string());
+        }
+        let e = self.factor_inner();
+        self.depth -= 1;
+        e
+    }
+
+    fn factor_inner(&mut self) -> Result<Expr, String> {
+        if self.take("(") {
+            let e = self.quantified()?;
+            return if self.take(")") { Ok(e) } else { Err("a `)` is missing".to_string()) };
+        }
+        if self.take("!") {
+            let e = self.factor()?;
+            return if is_truth(&e) {
+                Ok(Expr::Not(Box::new(e)))
+            } else {
+                Err("`!` stands before a comparison in brackets".to_string())
+            };
+        }
+        if self.take("-") {
+            let e = self.factor()?;
+            return if is_truth(&e) {
+                Err("`-` stands before a number".to_string())
+            } else {
+                Ok(Expr::Negate(Box::new(e)))
+            };
+        }
+        let text = self.rest.trim_start();
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        let end = text.find(|c| !is_word(c)).unwrap_or(text.len());
+        let (word, rest) = text.split_at(end);
+        self.rest = rest;
+        if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            return word.parse().map(Expr::Number).map_err(|_| format!("`{word}` is not a number"));
+        }
+        if word.is_empty() {
+            return Err(format!("a number or a metric is missing before `{text}`"));
+        }
+        let metric = match word {
+            "finding" => None,
+            word => Some(Metric::from_name(word).ok_or_else(|| unknown("metric", word, Metric::names()))?),
+        };
+        if !self.take("[") {
+            return Err(format!("`{word}` needs a method, e.g. `{word}[DTEF]`"));
+        }
+        let Some((inside, rest)) = self.rest.split_once(']') else {
+            return Err("a `]` is missing".to_string());
+        };
+        self.rest = rest;
+        self.reference(metric, inside).map(Expr::Value)
+    }
+
+    fn reference(&self, metric: Option<Metric>, inside: &str) -> Result<Reference, String> {
+        let mut parts = inside.split(',').map(str::trim);
+        let subject = parts.next().unwrap_or_default().to_string();
+        let quantity = match metric {
+            None => {
+                Quantity::Finding(self.words.finding(&subject, |n| &n.numbers).map_err(|e| e.to_string())?)
+            }
+            Some(_) if !self.words.methods.contains(&subject) => {
+                return Err(unknown("method", &subject, self.words.methods.iter().map(String::as_str)));
+            }
+            Some(metric) => Quantity::Metric(metric, subject),
+        };
+        let mut r = Reference { quantity, tracker: None, point: Vec::new() };
+        for part in parts {
+            if let Some((axis, value)) = part.split_once('=').filter(|_| metric.is_some()) {
+                let axis = axis.trim().to_string();
+                if !self.words.axes.contains(&axis) {
+                    return Err(unknown("grid axis", &axis, self.words.axes.iter().map(String::as_str)));
+                }
+                let value = value.trim().parse().map_err(|_| format!("`{part}` has no number"))?;
+                r.point.push((axis, value));
+            } else if self.words.trackers.iter().any(|t| t == part) {
+                r.tracker = Some(part.to_string());
+            } else {
+                return Err(unknown("tracker", part, self.words.trackers.iter().map(String::as_str)));
+            }
+        }
+        r.point.sort_by(|a, b| a.0.cmp(&b.0));
+        Ok(r)
+    }
+}
+
+/// The numbers of `1, 5, 10`.
+fn numbers(list: &str) -> Result<Vec<f64>, String> {
+    let number = |text: &str| text.trim().parse().map_err(|_| format!("`{}` is not a number", text.trim()));
+    list.split(',').map(number).collect()
+}
