@@ -134,6 +134,26 @@ pub struct FigureParams {
 /// Maximum number of video frames above a strip figure.
 const MAX_STILLS: usize = 12;
 
+impl Figure {
+    /// The figure that an experiment without tables and figures has: recall over precision where a method has a grid,
+    /// otherwise how soon events are found; none where no method reads a signal.
+    pub fn of_methods(words: &Words) -> Option<Self> {
+        let has_grid = |m: &&String| !words.drawn.contains(m);
+        let (name, word, params) = if words.methods.iter().any(|m| has_grid(&m)) {
+            let (metric, x_metric) = (Some(Metric::PRECISION), Some(Metric::RECALL));
+            let params =
+                FigureParams { metric, x_metric, methods: words.methods.clone(), ..FigureParams::default() };
+            ("precision-recall", "curve", params)
+        } else if words.with_signal.is_empty() {
+            return None;
+        } else {
+            ("delay", "delay", FigureParams { methods: words.drawn.clone(), ..FigureParams::default() })
+        };
+        let kind = FigureKind::from_word(word)?;
+        Some(Self { name: name.to_string(), caption: None, kind, params })
+    }
+}
+
 impl FigureKind {
     /// The kind with this word.
     pub fn from_word(word: &str) -> Option<&'static Self> {

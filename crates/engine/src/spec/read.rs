@@ -7,7 +7,7 @@ use super::figure::{Figure, read_figure};
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
-use super::table::{self, Published, Table, Words, inherit_published};
+use super::table::{self, GridAxis, Published, Table, Words, inherit_published};
 use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire, written_out};
 use crate::dataset::suite::Catalog;
 use crate::plugin::{self, RawParams};
@@ -122,8 +122,12 @@ impl Reader<'_> {
         check_roles(source, &wire, &methods, &suites)?;
 
         let words = words(self.catalog, &suites, &trackers, &methods, &analyses);
-        let tables = read_tables(source, &wire, &words)?;
-        let figures = read_figures(source, &wire, &words)?;
+        let mut tables = read_tables(source, &wire, &words)?;
+        let mut figures = read_figures(source, &wire, &words)?;
+        if tables.is_empty() && figures.is_empty() && !methods.is_empty() {
+            tables.push(Table::of_methods(&words));
+            figures.extend(Figure::of_methods(&words));
+        }
         let published = read_published(source, &wire, &tables)?;
         let published = inherit_published(published, &tables, &methods, &trackers);
         let claims =
@@ -219,11 +223,27 @@ fn words(
         methods: names(|_| true),
         trackers: trackers.iter().map(|t| t.label.clone()).collect(),
         axes: axes.into_iter().cloned().collect(),
+        grids: methods.iter().flat_map(grid_axes).collect(),
         sequences: catalog.suite(&suites[TEST]).map_or_else(|_| Vec::new(), |s| s.sequence_names()),
         drawn: names(|m| !m.has_grid()),
         with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),
         analyses: analyses.iter().map(|a| (a.name.clone(), a.names())).collect(),
     }
+}
+
+/// The axes of a method's grid.
+fn grid_axes(method: &Method) -> Vec<GridAxis> {
+    let mut axes: Vec<GridAxis> = Vec::new();
+    for (axis, value) in method.variants.iter().flat_map(|v| &v.point) {
+        match axes.iter_mut().find(|known| known.axis == *axis) {
+            Some(known) if known.values.contains(value) => {}
+            Some(known) => known.values.push(*value),
+            None => {
+                axes.push(GridAxis { method: method.name.clone(), axis: axis.clone(), values: vec![*value] })
+            }
+        }
+    }
+    axes
 }
 
 fn read_tables(source: Source<'_>, wire: &wire::Experiment, words: &Words) -> Result<Vec<Table>, SpecError> {

@@ -9,6 +9,7 @@ use crate::analysis::Names;
 use crate::direction::Direction;
 use crate::score::Metric;
 pub use published::{inherit_published, read_published};
+use serde::Serialize;
 use toml::Spanned;
 
 /// The quantity that varies along one side of a table.
@@ -49,6 +50,31 @@ pub struct Table {
     pub column: Option<String>,
     /// The table whose published numbers stand beside ours too.
     pub published: Option<String>,
+    /// The parts of it that LaTeX shows.
+    pub latex: Latex,
+}
+
+/// The parts of a table that LaTeX shows, and how wide they may be.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Latex {
+    /// The columns, in this order; all but anchors when empty.
+    pub columns: Vec<String>,
+    /// The width; as the table needs it when `None`.
+    pub width: Option<LatexWidth>,
+}
+
+/// Width of a LaTeX table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LatexWidth {
+    /// One of the two columns of a paper, 3.3 in.
+    Column,
+    /// The whole text, 7 in.
+    Text,
+}
+
+impl LatexWidth {
+    const WORDS: [(&'static str, Self); 2] = [("column", Self::Column), ("text", Self::Text)];
 }
 
 /// A row of numbers as a paper prints it.
@@ -72,6 +98,8 @@ pub struct Words {
     pub trackers: Vec<String>,
     /// Grid axes of all methods.
     pub axes: Vec<String>,
+    /// The values of each axis in the grid of each method.
+    pub grids: Vec<GridAxis>,
     /// Sequences of the test suite.
     pub sequences: Vec<String>,
     /// Methods without a grid: those whose series are kept for figures.
@@ -80,6 +108,17 @@ pub struct Words {
     pub with_signal: Vec<String>,
     /// Analyses with what they find out.
     pub analyses: Vec<(String, Names)>,
+}
+
+/// The values that an axis has in the grid of a method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridAxis {
+    /// The method.
+    pub method: String,
+    /// The axis.
+    pub axis: String,
+    /// Its values, each once, in any order.
+    pub values: Vec<f64>,
 }
 
 /// A product of an analysis: the analysis's name in the experiment, and the name of the table, chart or number.
@@ -158,6 +197,29 @@ pub(super) fn read_methods(
     Ok(words.methods.iter().filter(shown).cloned().collect())
 }
 
+/// What the table of an experiment without tables and figures shows.
+const DEFAULT_METRICS: [&str; 6] =
+    ["events", "precision", "recall", "f_score", "f_over_chance", "false_alarms_per_1000"];
+
+impl Table {
+    /// The table that an experiment without tables and figures has.
+    pub fn of_methods(words: &Words) -> Self {
+        Self {
+            name: "methods".to_string(),
+            caption: None,
+            rows: Side::Metrics(DEFAULT_METRICS.into_iter().filter_map(Metric::from_name).collect()),
+            columns: Side::Method,
+            metric: None,
+            methods: words.methods.clone(),
+            ranked: None,
+            shows: None,
+            column: None,
+            published: None,
+            latex: Latex::default(),
+        }
+    }
+}
+
 /// Checks a `[[table]]`.
 pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
     check_file_name(source, &wire.name)?;
@@ -200,6 +262,11 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         return Err(source.error(wire_columns.span(), "rows and columns are the same"));
     }
     let methods = read_methods(source, wire.methods.as_deref(), words)?;
+    let latex = match columns {
+        Side::Method => read_latex(source, wire, Some(&methods))?,
+        Side::Tracker => read_latex(source, wire, Some(&words.trackers))?,
+        _ => read_latex(source, wire, None)?,
+    };
     Ok(Table {
         name,
         caption: wire.caption.clone(),
@@ -211,6 +278,28 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
         shows: None,
         column: None,
         published: wire.published.as_ref().map(|t| t.get_ref().clone()),
+        latex,
+    })
+}
+
+/// Checks `latex = { columns, width }`.
+fn read_latex(source: Source<'_>, wire: &wire::Table, known: Option<&[String]>) -> Result<Latex, SpecError> {
+    let Some(latex) = &wire.latex else { return Ok(Latex::default()) };
+    let columns = latex.columns.iter().flatten();
+    if let Some(known) = known
+        && let Some(wrong) = columns.clone().find(|c| !known.contains(c.get_ref()))
+    {
+        let known = known.iter().map(String::as_str);
+        return Err(source.unknown(wrong.span(), "column", wrong.get_ref(), known));
+    }
+    let width = |word: &Spanned<String>| {
+        let known = LatexWidth::WORDS.iter().find(|(name, _)| name == word.get_ref()).map(|(_, w)| *w);
+        let words = LatexWidth::WORDS.map(|(name, _)| name);
+        known.ok_or_else(|| source.unknown(word.span(), "width", word.get_ref(), words))
+    };
+    Ok(Latex {
+        columns: columns.map(|c| c.get_ref().clone()).collect(),
+        width: latex.width.as_ref().map(width).transpose()?,
     })
 }
 
@@ -240,6 +329,7 @@ fn read_shown(
         shows: Some(finding),
         column: wire.column.as_ref().map(|c| c.get_ref().clone()),
         published: None,
+        latex: read_latex(source, wire, None)?,
     })
 }
 
@@ -316,5 +406,6 @@ fn read_leaderboard(
         shows: None,
         column: None,
         published: None,
+        latex: read_latex(source, wire, None)?,
     })
 }

@@ -203,6 +203,20 @@ pub struct Table {
     /// Another table, whose published numbers stand beside ours in this one too.
     #[schemars(with = "Option<String>")]
     pub published: Option<Spanned<String>>,
+    /// The parts of the table that LaTeX shows.
+    pub latex: Option<Latex>,
+}
+
+/// The parts of a table that LaTeX shows.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Latex {
+    /// Names of the columns, in this order; all but anchors if left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub columns: Option<Vec<Spanned<String>>>,
+    /// `column` (3.3 in) or `text` (7 in); as the table needs it if left out.
+    #[schemars(with = "Option<String>")]
+    pub width: Option<Spanned<String>>,
 }
 
 /// One `[[figure]]`.

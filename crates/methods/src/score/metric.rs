@@ -124,6 +124,12 @@ impl Metric {
         self.heading
     }
 
+    /// Name as the heading of a row or column: `False alarms per 1000 frames`.
+    pub fn title(self) -> String {
+        let mut letters = self.heading.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    }
+
     /// Whether larger or smaller is better.
     pub fn direction(self) -> Direction {
         self.direction
