@@ -6,8 +6,8 @@ use crate::cli::output::{self, Format, repeated, repeated::Column};
 use crate::engine::plan::{CellState, variants};
 use crate::engine::store::{self, Store};
 use crate::engine::{CellError, ExperimentPlan, Shard, ShardOutcome};
-use crate::report::claims::Finding;
-use crate::report::{self, WrittenReport};
+use crate::report::WrittenReport;
+use crate::report::claims::{self, ClaimCounts, Finding};
 use crate::results::manifest::FailedCell;
 use crate::results::{self, Results, unfinished};
 use crate::spec::Experiment;
@@ -114,11 +114,14 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
         text.push_str(&render::plain(layout));
         text.push('\n');
     }
-    for finding in &written.findings {
-        for tested in &finding.tested {
-            let who =
-                if tested.tracker.is_empty() { String::new() } else { format!(" [{}]", tested.tracker) };
-            text.push_str(&format!("{}{who}: {}\n", report::verdict_words(&tested.verdict), finding.text));
+    for view in written.findings.iter().map(claims::view) {
+        text.push_str(&format!("{}: {}\n", view.headline(), view.text));
+    }
+    for (what, checks) in [("claims", false), ("checks of the arithmetic", true)] {
+        let mine = written.findings.iter().filter(|f| f.is_check == checks);
+        let words = ClaimCounts::of(mine.map(Finding::overall)).words();
+        if !words.is_empty() {
+            text.push_str(&format!("{what}: {words}\n"));
         }
     }
     for line in unfinished::not_run(&results.manifest.not_run) {
@@ -165,7 +168,7 @@ pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(),
             results.experiment.name
         )));
     }
-    if let Some(unmet) = findings.iter().find(|f| f.required && !f.holds()) {
+    if let Some(unmet) = findings.iter().find(|f| f.required && !f.is_met()) {
         let message = format!("{}: required but not met: {}", results.experiment.name, unmet.text);
         return Err(Failure::expectation(message));
     }

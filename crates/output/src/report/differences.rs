@@ -46,6 +46,35 @@ fn pair_of(pairs: &[Pair], method: &str, other: &str) -> Option<Pair> {
     found.or_else(|| pairs.iter().find(|p| p.method == other && p.other == method).map(Pair::turned))
 }
 
+/// The best method in a sentence, with how sure that is; `None` for results without pairs.
+pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
+    let ranked = ranked(results);
+    let (first, second) = (ranked.first().filter(|_| !pairs.is_empty())?, ranked.get(1)?);
+    let style = Style::DEFAULT;
+    let shown = |m: &FrameMeasures| {
+        let bounds = m.auroc_low.zip(m.auroc_high);
+        let bounds = bounds.map(|(l, h)| format!(" (95 %: {} to {})", style.format(l), style.format(h)));
+        format!("{}{}", m.auroc.map_or_else(String::new, |v| style.format(v)), bounds.unwrap_or_default())
+    };
+    let mut text = format!(
+        "Lost frames are told from good ones best by {}: area under the ROC curve {} over all trackers together.",
+        first.name,
+        shown(first.measures)
+    );
+    if let Some(Difference { value: Some(value), bounds: Some((low, high)) }) =
+        pair_of(pairs, first.name, second.name).map(|pair| pair.auroc)
+    {
+        let apart = if low > 0.0 {
+            "which is more than chance"
+        } else {
+            "which these sequences cannot tell from chance"
+        };
+        let [value, low, high] = [value, low, high].map(|v| style.format_signed(v));
+        text.push_str(&format!(" It leads {} by {value} ({low} to {high}), {apart}.", second.name));
+    }
+    Some(text)
+}
+
 /// The table; `None` for results without pairs.
 pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
     let ranked = ranked(results);

@@ -3,6 +3,7 @@
 use crate::direction::Direction;
 use crate::results::Results;
 use crate::spec::TEST;
+use crate::spec::table::Latex;
 use crate::table::data_note;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 
@@ -18,14 +19,19 @@ pub fn table(name: &str, caption: String, corner: &str, columns: &[&str], groups
         caption,
         data: String::new(),
         corner: corner.into(),
-        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        columns: columns.iter().map(|c| (*c).into()).collect(),
+        latex: Latex::default(),
         groups,
     }
 }
 
 /// Rows with a heading.
 pub fn group(key: &str, label: String, rows: Vec<(String, Vec<Cell>)>) -> Group {
-    let row = |(label, cells)| Row { label, direction: Direction::Neither, cells };
+    let row = |(label, cells): (String, Vec<Cell>)| Row {
+        label: label.into(),
+        direction: Direction::Neither,
+        cells,
+    };
     Group {
         key: key.to_string(),
         label,

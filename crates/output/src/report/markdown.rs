@@ -21,6 +21,9 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
     for (name, value) in about.into_iter().chain([("Data", &page.data_note)]).filter(|a| !a.1.is_empty()) {
         line(&format!("**{name}:** {}", text(value)));
     }
+    for sentence in &page.verdict {
+        line(&format!("**{}**", text(sentence)));
+    }
     for warning in &page.warnings {
         line(&format!("> **Warning:** {}", text(warning)));
     }
@@ -39,7 +42,7 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
         let row = |c: &ClaimView| {
             let details: Vec<String> =
                 std::iter::once(&c.predicate).chain(&c.details).map(|d| text(d)).collect();
-            vec![text(&c.text), format!("**{}**", text(&c.headline)), details.join("<br>")]
+            vec![text(&c.text), format!("**{}**", text(&c.headline())), details.join("<br>")]
         };
         let rows: Vec<Vec<String>> = page.claims.iter().map(row).collect();
         line(&grid(&["claim".into(), "verdict".into(), "numbers".into()], &rows));

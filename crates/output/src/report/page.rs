@@ -21,17 +21,19 @@ pub struct Page {
     pub object: String,
     /// The data that were present: `12 of 21 targets present; missing: ...`; may be empty.
     pub data_note: String,
+    /// The answer of the page, in a sentence or two below the title.
+    pub verdict: Vec<String>,
     /// Warnings, at the head of the page.
     pub warnings: Vec<String>,
-    /// Paragraphs below the title.
+    /// What the numbers are and are not, in paragraphs behind the main table.
     pub summary: Vec<String>,
     /// The conclusions of the paper, and whether they hold here.
     pub claims: Vec<ClaimView>,
-    /// Tables.
+    /// Tables, the main one first.
     pub tables: Vec<TableLayout>,
     /// Origins of the cells of the first of these tables; may be empty.
     pub origins: Vec<TableOrigins>,
-    /// Figures.
+    /// Figures, the one that stands at the head first.
     pub figures: Vec<FigureView>,
     /// Whether the page shows figures from their files instead of embedding them.
     pub figures_beside: bool,
@@ -41,6 +43,8 @@ pub struct Page {
     pub series: String,
     /// Whether the page needs files beside it: series, stills, figures.
     pub beside: bool,
+    /// Whether the files of its tables are in the folder `tables` beside it.
+    pub downloads: bool,
     /// Cells without a result.
     pub failed: Vec<FailedCell>,
     /// Where the numbers come from: names and values.
@@ -58,8 +62,10 @@ pub struct FigureView {
     pub caption: String,
     /// The picture as made by [`crate::figure`]; it becomes part of the page.
     pub svg: String,
-    /// Its file beside the report, for Markdown: `figures/fig3.svg`.
+    /// Its file beside the report: `figures/fig3.svg`.
     pub file: String,
+    /// Endings of its files: `svg`, `png`.
+    pub endings: Vec<&'static str>,
 }
 
 /// A cell without a result.
@@ -107,7 +113,7 @@ impl Page {
             let expected = table.columns.len();
             let rows = table.groups.iter().flat_map(|g| &g.rows);
             if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
-                let (table, row, got) = (table.name.clone(), row.label.clone(), row.cells.len());
+                let (table, row, got) = (table.name.clone(), row.label.name.clone(), row.cells.len());
                 return Err(ReportError::Row { table, row, got, expected });
             }
         }

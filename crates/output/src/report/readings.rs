@@ -70,11 +70,46 @@ fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     groups
 }
 
+/// Most readings that the verdict names.
+const MAX_NAMED: usize = 6;
+
+/// The reading that the published numbers speak for, of each method, in a sentence; `None` where most methods are no
+/// readings.
+pub fn verdict(results: &Results, rows: &[Row]) -> Option<String> {
+    let methods = &results.experiment.methods;
+    if 2 * methods.iter().filter(|m| m.like.is_some()).count() <= methods.len() {
+        return None;
+    }
+    let groups = groups(rows);
+    let sentence = |g: &Group<'_>| {
+        let nearest = g.readings.first()?;
+        let of = |r: &Reading<'_>| r.discrepancy().map(|v| D.format(v));
+        let plain = g.readings.iter().find(|r| (r.tracker, r.method) == g.of)?;
+        Some(format!(
+            "{} on {}: {} ({}; as it is {})",
+            g.of.1,
+            g.of.0,
+            nearest.name(g.of),
+            of(nearest)?,
+            of(plain)?
+        ))
+    };
+    let named: Vec<String> = groups.iter().take(MAX_NAMED).filter_map(sentence).collect();
+    let more = groups.len().saturating_sub(MAX_NAMED);
+    let more = if more > 0 { format!("; {more} more below") } else { String::new() };
+    (!named.is_empty()).then(|| {
+        format!(
+            "Nearest to the published numbers, by the discrepancy in standard errors: {}{more}.",
+            named.join("; ")
+        )
+    })
+}
+
 fn heading(statistic: &str) -> String {
     match statistic {
-        "score_mean" => "mean score".to_string(),
-        "score_std" => "deviation of scores".to_string(),
-        other => Metric::from_name(other).map_or_else(|| other.to_string(), |m| m.heading().to_string()),
+        "score_mean" => "Mean score".to_string(),
+        "score_std" => "Deviation of scores".to_string(),
+        other => Metric::from_name(other).map_or_else(|| other.to_string(), |m| m.title()),
     }
 }
 

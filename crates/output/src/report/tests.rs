@@ -1,9 +1,11 @@
+use super::claims::Chip;
 use super::explain::{CellOrigin, TableOrigins};
 use super::sequences::{JudgedSeries, Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
 use crate::direction::Direction;
 use crate::figure::{Curve, Curves, Plot, Range, Style};
+use crate::spec::table::Latex;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use base64::Engine;
 use proptest::prelude::*;
@@ -31,6 +33,7 @@ fn figure(name: &str) -> FigureView {
         caption: "F-score against the threshold.".into(),
         svg: curves.to_svg().expect("a figure"),
         file: "figures/sweep.svg".into(),
+        endings: vec!["svg", "png"],
     }
 }
 
@@ -47,8 +50,16 @@ fn cell(ours: &str, published: &str, difference: &str, best: bool) -> Cell {
 }
 
 fn claim(text: &str, verdict: ClaimOutcome, detail: &str) -> ClaimView {
-    let (headline, predicate) = (verdict.words().to_string(), "a > b".to_string());
-    ClaimView { text: text.into(), verdict, headline, predicate, details: vec![detail.into()] }
+    let chip = Chip { tracker: detail.into(), verdict };
+    ClaimView {
+        text: text.into(),
+        verdict,
+        is_check: false,
+        counts: detail.into(),
+        predicate: "a > b".into(),
+        chips: vec![chip],
+        details: vec![detail.into()],
+    }
 }
 
 /// A page whose outside texts are all `name`.
@@ -65,6 +76,8 @@ fn page(name: &str) -> Page {
         paper: "Khalid, Cavallaro and Rinner, BMVC 2016".into(),
         object: "Table 1".into(),
         data_note: format!("12 of 21 targets present; missing: {name}"),
+        verdict: vec![format!("Largest F1 score: {name}.")],
+        downloads: true,
         warnings: vec![format!("thresholds were tuned on {name}")],
         summary: vec!["DTEF finds 30 of 42 failures.".into()],
         claims: vec![
@@ -78,6 +91,7 @@ fn page(name: &str) -> Page {
             data: "12 of 21 targets".into(),
             corner: "measure".into(),
             columns: vec!["DTEF".into(), "NAIVE".into(), name.into()],
+            latex: Latex::default(),
             groups: vec![Group {
                 label: name.into(),
                 key: String::new(),
@@ -222,9 +236,11 @@ fn an_empty_page_is_rendered() {
 fn markdown_by_hand() {
     let md = markdown(&page("a|b")).expect("a page");
     assert!(md.contains("| measure | DTEF | NAIVE | a&#124;b |\n|:--|--:|--:|--:|\n"));
-    assert!(md.contains("| P ↑ | **.120** | .113 |  |\n| P published (a&#124;b) | .110 | .111 | .087 |\n"));
+    assert!(md.contains("| P | **.120** | .113 |  |\n| P published (a&#124;b) | .110 | .111 | .087 |\n"));
     assert!(md.contains("![Sweep](<figures/sweep.svg>)"));
-    assert!(md.contains("| on D1 | **cannot be tested** | a &gt; b<br>D1 is not public |"));
+    assert!(
+        md.contains("| on D1 | **cannot be tested (D1 is not public)** | a &gt; b<br>D1 is not public |")
+    );
 }
 
 #[test]

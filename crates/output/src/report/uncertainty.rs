@@ -7,6 +7,8 @@
 //! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
+mod verdict;
+
 use super::layouts::{self, cell, group, of_suite, table};
 use super::pairs;
 use crate::analysis::Grid;
@@ -40,6 +42,8 @@ pub struct Uncertainty {
     pub ranks: Vec<(String, Ranks, String)>,
     /// Why tables or figures are missing.
     pub note: Option<String>,
+    /// The best method or tracker in a sentence, with how sure that is.
+    pub verdict: Option<String>,
 }
 
 /// The metric that a report is ordered by. Of the metrics in its tables of methods it is F, or else informedness, or else
@@ -77,10 +81,11 @@ enum Measured {
 const BILLION: f64 = 1e9;
 
 impl Measured {
-    fn name(&self) -> &str {
+    /// Its name for people.
+    fn title(&self) -> String {
         match self {
-            Self::Counted(metric) => metric.name(),
-            Self::Mean(column) => column,
+            Self::Counted(metric) => metric.title(),
+            Self::Mean(column) => column.clone(),
         }
     }
 
@@ -235,12 +240,12 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         all.push((String::new(), Measured::Counted(headline(experiment)), fields(results, scores)));
     }
     for (measured, field) in of_trackers {
-        all.push((format!("-{}", pairs::measure_name(measured.name())), measured, vec![field]));
+        all.push((format!("-{}", pairs::measure_name(&measured.title())), measured, vec![field]));
     }
     let suite = layouts::suite(results);
     let mut uncertainty = Uncertainty::default();
     let mut drawn = Drawn::default();
-    for (suffix, measured, fields) in &all {
+    for (k, (suffix, measured, fields)) in all.iter().enumerate() {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
         let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
@@ -248,6 +253,9 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         tables.iter_mut().for_each(|table| table.name.push_str(suffix));
         uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));
+        if k == 0 {
+            uncertainty.verdict = verdict::verdict(fields, measured, seed, &mut drawn);
+        }
         let diagram = diagram(fields, &ranked, measured, &suite);
         uncertainty.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
     }
@@ -330,13 +338,14 @@ fn intervals(
         "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
          sequences (percentiles of {DRAWS} samples), and the mean rank, 1 the best, over the sequences in which \
          all that are ranked have a value{}.",
-        measured.name(),
+        measured.title(),
         direction(measured),
         measured.way(),
         if is_counted { "; anchors and points of a grid are not ranked" } else { "" }
     );
     let who = if is_counted { "method" } else { "tracker" };
-    let columns = [measured.name(), "95 % from", "95 % to", "sequences", "mean rank"];
+    let title = measured.title();
+    let columns = [title.as_str(), "95 % from", "95 % to", "sequences", "mean rank"];
     table("uncertainty", caption, who, &columns, groups)
 }
 
@@ -437,7 +446,7 @@ fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
          samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
          ones), by itself and after Holm's correction for all pairs of its group. Of more than {MAX_COMPETITORS} methods, the \
          best is tested against each of the others.",
-        measured.name(),
+        measured.title(),
         direction(measured),
         measured.way(),
         pooled::EXACT_UP_TO
@@ -468,9 +477,9 @@ fn diagram(
     let caption = format!(
         "Mean ranks by {}, 1 the best; a bar joins methods that are less than the critical difference of Nemenyi's \
          test at 5 % apart, which these sequences cannot tell apart. {suite}",
-        measured.name()
+        measured.title()
     );
-    let note = format!("mean rank by {}, 1 the best", measured.name());
+    let note = format!("mean rank by {}, 1 the best", measured.title());
     Some((Ranks { title: String::new(), note, rankings }, caption))
 }
 

@@ -19,6 +19,7 @@ use crate::engine::store::{self, StoreError};
 use crate::figure::Plot;
 use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
+use crate::spec::Experiment;
 use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::{self, TableLayout};
@@ -68,8 +69,8 @@ const MAX_PAGE: usize = 5 << 20;
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
     let scores = results.scores()?;
     // All trackers together come first: that is what a leaderboard is asked for.
-    let mut layouts: Vec<TableLayout> =
-        differences::table(results, &results.frame_pairs()?).into_iter().collect();
+    let pairs = results.frame_pairs()?;
+    let mut layouts: Vec<TableLayout> = differences::table(results, &pairs).into_iter().collect();
     let of_readings = results.readings()?;
     let mut of_experiment = [readings::tables(results, &of_readings), table::layouts(results, &scores)];
     // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.
@@ -79,14 +80,22 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     }
     layouts.extend(of_experiment.into_iter().flatten());
     let own = layouts.len();
-    let Uncertainty { tables, ranks, note } = uncertainty::measure(results, &scores);
+    let Uncertainty { tables, ranks, note, verdict } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
     refuse_link(&results.folder.join("tables"))?;
-    let findings = claims::test(results);
+    let findings = claims::test(results, &scores);
     let mut page = page_frame(results);
     page.claims = findings.iter().map(claims::view).collect();
     let facts = facts::facts(results, &page.claims);
+    page.verdict = differences::verdict(results, &pairs)
+        .or(readings::verdict(results, &of_readings))
+        .or(verdict)
+        .into_iter()
+        .collect();
     table::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
+    // The page offers them, wherever the results are.
+    table::write_tables(folder, &results.experiment, &facts, &layouts)?;
+    page.downloads = true;
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
@@ -105,6 +114,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     for (name, ranks, caption) in ranks {
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
+    headline_first(&mut page.figures, &results.experiment);
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
     let mut collector = Collector::new(results);
@@ -123,6 +133,19 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
     Ok(WrittenReport { findings, tables: page.tables, scores })
+}
+
+/// Puts the figure at the head that answers what the page is about: of methods, how they compare, not what trackers or
+/// single tracks do.
+fn headline_first(figures: &mut [FigureView], experiment: &Experiment) {
+    let is_aside = |file: &str| {
+        let figure = experiment.figures.iter().find(|f| file == format!("figures/{}.svg", f.name));
+        figure.is_some_and(|f| ["chart", "strips", "machine"].contains(&f.kind.word))
+    };
+    let place = figures.iter().position(|f| !is_aside(&f.file));
+    if let Some(place) = place.filter(|_| !experiment.methods.is_empty()) {
+        figures[..=place].rotate_right(1);
+    }
 }
 
 /// Draws all figures, several at once.
@@ -156,7 +179,7 @@ fn keep_figure(
     let path = |ending: &str| format!("figures/{file}.{ending}");
     store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
     store::write_derived(&folder.join(path("png")), &png)?;
-    Ok(FigureView { file: path("svg"), name, caption, svg })
+    Ok(FigureView { file: path("svg"), endings: vec!["svg", "png"], name, caption, svg })
 }
 
 /// Copies the stills of the figures for the frame viewer.

@@ -121,5 +121,8 @@ fn write_table(folder: &Path, layout: &TableLayout) -> Result<(), ResultsError> 
     store::write_derived(&path("parquet"), &render::parquet(layout)?)?;
     store::write_derived(&path("tex"), latex::latex(layout).as_bytes())?;
     store::write_derived(&path("body.tex"), latex::body(layout).as_bytes())?;
+    if let Some(counts) = latex::counts(layout) {
+        store::write_derived(&path("counts.tex"), counts.as_bytes())?;
+    }
     Ok(())
 }

@@ -17,7 +17,7 @@ use crate::results::Measure;
 use crate::score::Metric;
 use crate::score::metric::Kind;
 use crate::spec::Experiment;
-use crate::spec::table::{Published, Side, Table};
+use crate::spec::table::{Latex, Published, Side, Table};
 use place::{Place, find, group_places, merge, steps};
 use serde::Serialize;
 
@@ -33,7 +33,9 @@ pub struct TableLayout {
     /// Heading of the first column.
     pub corner: String,
     /// Column headings.
-    pub columns: Vec<String>,
+    pub columns: Vec<Label>,
+    /// The parts of it that LaTeX shows.
+    pub latex: Latex,
     /// Groups in order.
     pub groups: Vec<Group>,
 }
@@ -57,11 +59,54 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Metric or grid value.
-    pub label: String,
+    pub label: Label,
     /// Whether higher or lower values of the row's metric are better.
     pub direction: Direction,
     /// Cells, one for each column.
     pub cells: Vec<Cell>,
+}
+
+/// Heading of a row or a column.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Label {
+    /// Its name in files for programs, macros and commands: `f_score`, `5`.
+    pub name: String,
+    /// How people read it: `F1 score ↑`, `length = 5`.
+    pub shown: String,
+    /// What stands under it.
+    pub kind: LabelKind,
+}
+
+/// What stands under a heading: pages and LaTeX tables show results first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LabelKind {
+    /// Results.
+    Result,
+    /// Counts that results are made from.
+    Count,
+    /// Numbers of an anchor.
+    Anchor,
+}
+
+impl<T: Into<String>> From<T> for Label {
+    fn from(name: T) -> Self {
+        let name = name.into();
+        Self { shown: name.clone(), name, kind: LabelKind::Result }
+    }
+}
+
+impl Label {
+    /// The heading of a metric, with an arrow for its direction.
+    pub fn of_metric(metric: Metric) -> Self {
+        let arrow = match metric.direction() {
+            Direction::HigherIsBetter => " ↑",
+            Direction::LowerIsBetter => " ↓",
+            Direction::Neither => "",
+        };
+        let (name, shown) = (metric.name().to_string(), format!("{}{arrow}", metric.title()));
+        Self { name, shown, kind: if metric.is_count() { LabelKind::Count } else { LabelKind::Result } }
+    }
 }
 
 /// One cell.
@@ -75,8 +120,10 @@ pub struct Cell {
     pub published: Option<String>,
     /// Ours minus published, both as printed.
     pub difference: Option<String>,
-    /// Whether it is the best of ours in its row; anchors do not compete.
+    /// Whether it is the best of ours in its row, as printed; anchors do not compete.
     pub best: bool,
+    /// Whether others are as good as this best one.
+    pub tied: bool,
     /// Whether it is the second best of ours in its row, if exactly one cell is the best.
     pub second: bool,
     /// Cells without a result behind this number.
@@ -99,15 +146,14 @@ fn left_out(not_there: usize, failed: usize) -> Option<String> {
     }
 }
 
-/// The pooled number of a tracker and method at a grid point, `None` where there is none; for claims.
-pub fn lookup(
-    measures: &[Measure],
+/// The pooled numbers of a tracker and method at a grid point, where there are any; for claims.
+pub fn measure_of<'a>(
+    measures: &'a [Measure],
     tracker: &str,
     method: &str,
     axes: &[(String, f64)],
-    metric: Metric,
-) -> Option<f64> {
-    find(measures, tracker, method, axes, None)?.value(metric)
+) -> Option<&'a Measure> {
+    find(measures, tracker, method, axes, None)
 }
 
 /// Whether a method is an anchor: a detector that looks at no signal.
@@ -180,19 +226,40 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     if let Some(left_out) = left_out {
         caption.push_str(&format!(" † {left_out}"));
     }
-    let corner = match &table.rows {
-        Side::Axis(axis) => axis.clone(),
-        Side::Attribute => "attribute".to_string(),
-        _ => "metric".to_string(),
+    let rows_are = match &table.rows {
+        Side::Axis(axis) => axis.as_str(),
+        Side::Attribute => "attribute",
+        Side::Method => "method",
+        Side::Tracker => "tracker",
+        Side::Metrics(_) => "metric",
+    };
+    let corner = match table.metric.filter(|_| !matches!(table.rows, Side::Metrics(_))) {
+        Some(metric) => format!("{} by {rows_are}", Label::of_metric(metric).shown),
+        None => rows_are.to_string(),
     };
     TableLayout {
         name: table.name.clone(),
         caption,
         data: data_note.to_string(),
         corner,
-        columns: columns.into_iter().map(|c| c.0).collect(),
+        columns: columns.iter().map(|(name, place)| heading(experiment, name, place, true)).collect(),
+        latex: table.latex.clone(),
         groups,
     }
+}
+
+/// The heading of a row or a column. A grid value has the name of its axis beside it where no corner names that.
+fn heading(experiment: &Experiment, name: &str, place: &Place, is_column: bool) -> Label {
+    if let Some(metric) = place.metric {
+        return Label::of_metric(metric);
+    }
+    let is_anchor = place.method.as_deref().is_some_and(|m| is_anchor(experiment, m));
+    let kind = if is_anchor { LabelKind::Anchor } else { LabelKind::Result };
+    let shown = match place.axes.as_slice() {
+        [(axis, value)] if is_column => format!("{axis} = {value}"),
+        _ => name.to_string(),
+    };
+    Label { name: name.to_string(), shown, kind }
 }
 
 /// Number of events of a tracker (of the only one when `None`) for the table's methods. All methods have the same
@@ -253,10 +320,12 @@ fn make_group(
                 .map(|(_, text)| text.clone())
         };
         let metric = row.metric.or(of_table).unwrap_or(Metric::F_SCORE);
-        let style = columns
-            .iter()
-            .find_map(|(c, _)| printed(c))
-            .map_or_else(|| Style::of_metric(metric), |text| Style::of(&text));
+        // As the paper prints the metric, for whichever tracker it does: a column has one rounding.
+        let first = || {
+            let of_row = published.iter().filter(|p| p.row == *row_label);
+            of_row.flat_map(|p| &p.values).map(|(_, text)| text.as_str()).next()
+        };
+        let style = first().map_or_else(|| Style::of_metric(metric), Style::of);
         let mut cells: Vec<Cell> = columns
             .iter()
             .map(|(column_label, column)| {
@@ -271,12 +340,13 @@ fn make_group(
             .collect();
         // Parts of a suite do not compete with each other.
         if columns.iter().all(|c| c.1.attribute.is_none()) {
-            mark_best(&mut cells, metric.direction(), |k| {
+            mark_best(&mut cells, metric.direction(), style, |k| {
                 let name = columns[k].1.method.as_deref();
                 name.is_some_and(|m| is_anchor(experiment, m))
             });
         }
-        Row { label: row_label.clone(), direction: metric.direction(), cells }
+        let label = heading(experiment, row_label, row, false);
+        Row { label, direction: metric.direction(), cells }
     });
     Group {
         key: label.clone(),
@@ -298,13 +368,14 @@ fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published:
     Cell { value, ours, published, difference, failed: measure.map_or(0, |m| m.failed), ..Cell::default() }
 }
 
-fn mark_best(cells: &mut [Cell], direction: Direction, is_anchor: impl Fn(usize) -> bool) {
+/// Marks the best cells and the second best one, by their numbers as they are printed.
+fn mark_best(cells: &mut [Cell], direction: Direction, style: Style, is_anchor: impl Fn(usize) -> bool) {
     let sign = match direction {
         Direction::HigherIsBetter => 1.0,
         Direction::LowerIsBetter => -1.0,
         Direction::Neither => return,
     };
-    let competing = |k: usize, c: &Cell| c.value.filter(|_| !is_anchor(k)).map(|v| sign * v);
+    let competing = |k: usize, c: &Cell| c.value.filter(|_| !is_anchor(k)).map(|v| sign * style.round(v));
     let best = cells.iter().enumerate().filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
     let count = cells.iter().enumerate().filter(|(k, c)| competing(*k, c).is_some()).count();
     if count < 2 {
@@ -315,6 +386,7 @@ fn mark_best(cells: &mut [Cell], direction: Direction, is_anchor: impl Fn(usize)
         cell.best = value.is_some() && value == best;
     }
     if cells.iter().filter(|c| c.best).count() > 1 {
+        cells.iter_mut().for_each(|cell| cell.tied = cell.best);
         return;
     }
     let rest = cells.iter().enumerate().filter(|(_, c)| !c.best);

@@ -14,7 +14,7 @@
 //! Metrics of frames ([`crate::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
-use super::layout::{Cell, Group, Row, TableLayout, is_anchor};
+use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
 use super::number::Style;
 use crate::direction::Direction;
 use crate::num::seed;
@@ -187,7 +187,9 @@ pub fn leaderboard(
                 ours: value.map(|v| style.format(v)),
                 ..Cell::default()
             };
-            Row { label: c.label.clone(), direction: Direction::Neither, cells: cells.map(cell).into() }
+            let kind = if c.is_anchor { LabelKind::Anchor } else { LabelKind::Result };
+            let label = Label { kind, ..c.label.as_str().into() };
+            Row { label, direction: Direction::Neither, cells: cells.map(cell).into() }
         });
         groups.push(Group {
             label: format!("{tracker} ({} sequences)", all[0].counts.len()),
@@ -202,7 +204,7 @@ pub fn leaderboard(
         caption.push('.');
     }
     let suite = &experiment.suites[TEST];
-    let name = metric.name();
+    let name = metric.title();
     let (beside, how) = if metric.is_of_frames() {
         let how = "low, high: bounds of its 95 % bootstrap interval over sequences, where it has one (equal methods share a \
                    rank; anchors have none)";
@@ -219,7 +221,8 @@ pub fn leaderboard(
         caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}."),
         data: data_note.to_string(),
         corner: "method".to_string(),
-        columns: ["rank", name, beside[0], beside[1]].map(String::from).into(),
+        columns: vec!["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()],
+        latex: table.latex.clone(),
         groups,
     }
 }

@@ -1,59 +1,29 @@
-//! `macros.tex`: a LaTeX command for every number of an experiment's tables and of the text around them, so that nobody
-//! types a number by hand.
+//! `macros.tex`: every number of an experiment's tables and of the text around them, so that nobody types a number by
+//! hand.
 //!
-//! The name of a command says which number it is and nothing else, so it stays the same when other numbers come
-//! and go: `\tf`, then experiment, table, group, row and column with an `X` between them, then `published` or
-//! `difference` where it is not our own number. Numbers of the text ([`Fact`]) have fewer parts than a cell, so the two
-//! are never confused. Letters other than `X` and `Z` are written as they are; see [`name`] for everything else. Different numbers have different names, and those of different experiments
-//! may be read into one document.
+//! One command gives them all: `\tf{khalid2016/table1/SP/recall/DTEF}` is the cell of the table `table1` of the
+//! experiment `khalid2016/table1`. The name says which number it is and nothing else, so it stays the same when other
+//! numbers come and go: experiment, table, group, row and column with `/` between them, then `published` or `difference`
+//! where it is not our own number; a group without a name is left out, and so is a table that is called like the last
+//! word of its experiment. Numbers of the text are behind `about`: `\tf{quickstart/about/targets/present}`. Those of
+//! several experiments may be read into one document; a name that is not known stops LaTeX with a message. See
+//! [`name`] for other characters.
 
 use super::latex::latex_escape;
 use super::layout::TableLayout;
-use crate::dataset::text::visible;
 use std::collections::BTreeMap;
 
 /// The file's name; no table may be called like it.
 pub const FILE: &str = "macros.tex";
 
-/// How digits are written behind a `Z`; no word is the beginning of another.
-const DIGITS: [&str; 10] = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
-
-/// The name of a command, without the backslash, for a list of names.
-///
-/// ASCII letters but `X` and `Z` are themselves, `X` stands between two parts. `Z` begins everything else:
-/// `Zone` is 1, `ZU` `_`, `ZH` `-`, `ZS` a blank, `ZP` `.`, `ZV` `/`, `ZE` `=`, `ZX` `X`, `ZZ` `Z`, and `ZO`
-/// with six letters from a (0) to p (15) the character of that number. No code is the beginning of another, so
-/// a name can be read back and no two lists have the same one.
+/// The name of a number for a list of names. Letters of ASCII, digits, blanks and `_-.=+*:[]` are themselves; everything
+/// else is its number in hexadecimal digits: `(7c)`. A part can be read back, so no two lists have the same name.
 pub fn name(parts: &[&str]) -> String {
-    let mut name = String::from("tf");
-    for (k, part) in parts.iter().enumerate() {
-        if k > 0 {
-            name.push('X');
-        }
-        for c in part.chars() {
-            match c {
-                'X' => name.push_str("ZX"),
-                'Z' => name.push_str("ZZ"),
-                c if c.is_ascii_alphabetic() => name.push(c),
-                '0'..='9' => {
-                    name.push('Z');
-                    name.push_str(DIGITS[(c as usize - '0' as usize).min(9)]);
-                }
-                '_' => name.push_str("ZU"),
-                '-' => name.push_str("ZH"),
-                ' ' => name.push_str("ZS"),
-                '.' => name.push_str("ZP"),
-                '/' => name.push_str("ZV"),
-                '=' => name.push_str("ZE"),
-                c => {
-                    name.push_str("ZO");
-                    let nibble = |shift: u32| char::from(b'a' + ((c as u32 >> shift) & 15) as u8);
-                    name.extend([20, 16, 12, 8, 4, 0].map(nibble));
-                }
-            }
-        }
-    }
-    name
+    let escape = |part: &&str| -> String {
+        let plain = |c: char| c.is_ascii_alphanumeric() || " _-.=+*:[]".contains(c);
+        part.chars().map(|c| if plain(c) { c.to_string() } else { format!("({:x})", c as u32) }).collect()
+    };
+    parts.iter().map(escape).collect::<Vec<_>>().join("/")
 }
 
 /// A number of the text around tables: how many targets there are, how many claims hold, what an analysis found.
@@ -65,54 +35,55 @@ pub struct Fact {
     pub shown: String,
 }
 
-/// All commands, each below a comment that says what it is: first those of the text, then table by table.
+/// The command that gives a number, and the one that stores it.
+const COMMANDS: &str = "\\providecommand{\\tf}[1]{\\ifcsname tf/#1\\endcsname\\csname tf/#1\\endcsname\\else\\errmessage{no \
+                        number of trackfail has the name #1}\\fi}\n\\providecommand{\\tfset}[2]{\\expandafter\\gdef\\csname \
+                        tf/#1\\endcsname{#2}}\n";
+
+/// All numbers: first those of the text, then table by table.
 pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
     let mut text = String::from(
-        "% Every number of the tables as a command, for \\input{macros}; write {} after it where a blank follows.\n",
+        "% Every number of the tables, for \\input{macros} and \\tf{NAME}, where NAME stands in this file.\n",
     );
-    if !facts.is_empty() {
-        text.push_str("\n% The text around the tables.\n");
-    }
+    text.push_str(COMMANDS);
+    let of_experiment: Vec<&str> = experiment.split('/').collect();
+    // Tables of analyses can have several rows of one name; names of the later ones end in a number.
+    let mut times: BTreeMap<String, usize> = BTreeMap::new();
+    let mut set = |text: &mut String, parts: &[&str], shown: &str| {
+        let plain = name(&[of_experiment.as_slice(), parts].concat());
+        let time = times.entry(plain.clone()).or_default();
+        *time += 1;
+        let again = if *time > 1 { format!("/{time}") } else { String::new() };
+        text.push_str(&format!("\\tfset{{{plain}{again}}}{{{}}}\n", number(shown)));
+    };
     for fact in facts {
-        let parts: Vec<&str> = fact.parts.iter().map(String::as_str).collect();
-        let whole = [&[experiment], parts.as_slice()].concat();
-        let about: Vec<String> = parts.iter().map(|p| visible(p)).collect();
-        text.push_str(&format!("% {}\n", about.join(", ")));
-        text.push_str(&format!("\\newcommand{{\\{}}}{{{}}}\n", name(&whole), number(&fact.shown)));
+        let parts: Vec<&str> =
+            std::iter::once("about").chain(fact.parts.iter().map(String::as_str)).collect();
+        set(&mut text, &parts, &fact.shown);
     }
-    // Tables of analyses can have several rows of one name; commands of the later ones end in a number.
-    let mut times: BTreeMap<Vec<&str>, usize> = BTreeMap::new();
     for layout in layouts {
-        text.push_str(&format!("\n% {}\n", visible(&layout.caption)));
+        let table = (of_experiment.last() != Some(&layout.name.as_str())).then_some(layout.name.as_str());
         for group in &layout.groups {
+            let key = (!group.key.is_empty()).then_some(group.key.as_str());
             for row in &group.rows {
                 for (cell, column) in row.cells.iter().zip(&layout.columns) {
-                    let place = vec![experiment, &layout.name, &group.key, &row.label, column.as_str()];
-                    let time = times.entry(place.clone()).or_default();
-                    *time += 1;
-                    let again = if *time > 1 { time.to_string() } else { String::new() };
-                    let kinds =
-                        [("", &cell.ours), ("published", &cell.published), ("difference", &cell.difference)];
+                    let place = table.into_iter().chain(key).chain([row.label.name.as_str(), &column.name]);
+                    let place: Vec<&str> = place.filter(|part| !part.is_empty()).collect();
+                    let kinds = [
+                        (None, &cell.ours),
+                        (Some("published"), &cell.published),
+                        (Some("difference"), &cell.difference),
+                    ];
                     for (kind, shown) in kinds {
                         let Some(shown) = shown else { continue };
-                        let mut parts = place.clone();
-                        parts.extend([kind, &again].into_iter().filter(|p| !p.is_empty()));
-                        let about = about(&layout.name, &group.key, &row.label, column, kind);
-                        text.push_str(&format!("% {about}\n"));
-                        text.push_str(&format!("\\newcommand{{\\{}}}{{{}}}\n", name(&parts), number(shown)));
+                        let parts: Vec<&str> = place.iter().copied().chain(kind).collect();
+                        set(&mut text, &parts, shown);
                     }
                 }
             }
         }
     }
     text
-}
-
-/// Says on one line what a number is.
-fn about(table: &str, group: &str, row: &str, column: &str, kind: &str) -> String {
-    let parts = [table, group, row, column, kind];
-    let words: Vec<String> = parts.into_iter().filter(|p| !p.is_empty()).map(visible).collect();
-    words.join(", ")
 }
 
 /// A printed number for text and formulas; its minus is not a hyphen.

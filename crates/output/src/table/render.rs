@@ -2,7 +2,6 @@
 
 use super::layout::{Cell, Group, Row, TableLayout};
 use crate::dataset::text::visible;
-use crate::direction::Direction;
 use crate::results::TableError;
 use crate::results::tables::{self, TableRow};
 
@@ -30,8 +29,8 @@ fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
                 cells.push(TableRow {
                     group: &group.label,
                     published_tracker: group.published_tracker.as_deref(),
-                    row: &row.label,
-                    column,
+                    row: &row.label.name,
+                    column: &column.name,
                     ours: cell.value,
                     published: cell.published.as_deref(),
                     difference: cell.difference.as_deref(),
@@ -42,36 +41,47 @@ fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
     cells
 }
 
-/// A row's heading with an arrow for the direction of its metric.
-pub fn row_heading(row: &Row) -> String {
-    match row.direction {
-        Direction::HigherIsBetter => format!("{} ↑", row.label),
-        Direction::LowerIsBetter => format!("{} ↓", row.label),
-        Direction::Neither => row.label.clone(),
-    }
-}
-
 fn ours(cell: &Cell) -> String {
     let mark = if cell.failed > 0 { "†" } else { "" };
     cell.ours.as_ref().map_or(String::new(), |text| format!("{text}{mark}"))
 }
 
+/// How a number stands among those of its row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mark {
+    Plain,
+    Best,
+    Tied,
+}
+
+impl Mark {
+    fn of(cell: &Cell) -> Self {
+        match (cell.best, cell.tied) {
+            (true, true) => Self::Tied,
+            (true, false) => Self::Best,
+            (false, _) => Self::Plain,
+        }
+    }
+}
+
 /// The lines of one row: ours, published and difference, as far as there are any. Each has its heading, and for every
 /// cell its text and whether it is the best.
-pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, bool)>)> {
+pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, Mark)>)> {
     let mut lines = Vec::new();
     if group.has_ours {
-        lines.push((row_heading(row), row.cells.iter().map(|c| (ours(c), c.best)).collect()));
+        let cells = row.cells.iter().map(|c| (ours(c), Mark::of(c)));
+        lines.push((row.label.shown.clone(), cells.collect()));
     }
     if row.cells.iter().any(|c| c.published.is_some()) {
         // With trackers as columns there is no one name.
         let who = group.published_tracker.as_deref().map_or_else(String::new, |who| format!(" ({who})"));
         let plain = |f: &dyn Fn(&Cell) -> Option<String>| {
-            row.cells.iter().map(|c| (f(c).unwrap_or_default(), false)).collect::<Vec<_>>()
+            row.cells.iter().map(|c| (f(c).unwrap_or_default(), Mark::Plain)).collect::<Vec<_>>()
         };
-        lines.push((format!("{} published{who}", row.label), plain(&|c| c.published.clone())));
+        let name = row.label.shown.trim_end_matches(['↑', '↓', ' ']);
+        lines.push((format!("{name} published{who}"), plain(&|c| c.published.clone())));
         if row.cells.iter().any(|c| c.difference.is_some()) {
-            lines.push((format!("{} difference", row.label), plain(&|c| c.difference.clone())));
+            lines.push((format!("{name} difference"), plain(&|c| c.difference.clone())));
         }
     }
     lines
@@ -103,7 +113,7 @@ pub fn markdown(layout: &TableLayout) -> String {
     let escape = markdown_escape;
     let mut text = format!("**{}**\n\n| {} |", escape(&layout.caption), escape(&layout.corner));
     for column in &layout.columns {
-        text.push_str(&format!(" {} |", escape(column)));
+        text.push_str(&format!(" {} |", escape(&column.shown)));
     }
     text.push_str("\n|:--|");
     text.push_str(&"--:|".repeat(layout.columns.len()));
@@ -116,9 +126,13 @@ pub fn markdown(layout: &TableLayout) -> String {
         for row in &group.rows {
             for (heading, cells) in lines(group, row) {
                 text.push_str(&format!("| {} |", escape(&heading)));
-                for (cell, best) in cells {
+                for (cell, mark) in cells {
                     let cell = escape(&cell);
-                    text.push_str(&if best { format!(" **{cell}** |") } else { format!(" {cell} |") });
+                    text.push_str(&match mark {
+                        Mark::Plain => format!(" {cell} |"),
+                        Mark::Best => format!(" **{cell}** |"),
+                        Mark::Tied => format!(" **{cell}** = |"),
+                    });
                 }
                 text.push('\n');
             }
@@ -131,15 +145,19 @@ pub fn markdown(layout: &TableLayout) -> String {
 pub fn plain(layout: &TableLayout) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
-    table.set_header(std::iter::once(layout.corner.clone()).chain(layout.columns.iter().cloned()));
+    let columns = layout.columns.iter().map(|c| c.shown.clone());
+    table.set_header(std::iter::once(layout.corner.clone()).chain(columns));
     for group in &layout.groups {
         if !group.label.is_empty() {
             table.add_row(vec![group.label.clone()]);
         }
         for row in &group.rows {
             for (heading, cells) in lines(group, row) {
-                let cells =
-                    cells.into_iter().map(|(text, best)| if best { format!("{text} *") } else { text });
+                let cells = cells.into_iter().map(|(text, mark)| match mark {
+                    Mark::Plain => text,
+                    Mark::Best => format!("{text} *"),
+                    Mark::Tied => format!("{text} ="),
+                });
                 table.add_row(std::iter::once(heading).chain(cells));
             }
         }

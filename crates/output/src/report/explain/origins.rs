@@ -69,7 +69,7 @@ pub fn origins(
             Some(CellOrigin {
                 number: format!(
                     "{} of {method} on {}{only} is {}",
-                    spot.metric.name(),
+                    spot.metric.title(),
                     spot.tracker,
                     ours.unwrap_or("without a value")
                 ),
@@ -83,7 +83,9 @@ pub fn origins(
         let of_group = |group: &Group| {
             let of_row = |row: &layout::Row| {
                 let cells = row.cells.iter().zip(&layout.columns);
-                cells.map(|(cell, column)| of_cell(group, &row.label, column, cell.ours.as_deref())).collect()
+                cells
+                    .map(|(cell, column)| of_cell(group, &row.label.name, &column.name, cell.ours.as_deref()))
+                    .collect()
             };
             group.rows.iter().map(of_row).collect()
         };

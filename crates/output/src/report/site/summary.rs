@@ -5,7 +5,7 @@ use super::standing::{Standing, standings};
 use crate::dataset::{DatasetError, synthetic, text};
 use crate::direction::Direction;
 use crate::engine::store;
-use crate::report::claims::{ClaimOutcome, Finding};
+use crate::report::claims::{ClaimCounts, Finding};
 use crate::report::files::SUMMARY;
 use crate::report::uncertainty;
 use crate::report::write::WrittenReport;
@@ -18,8 +18,9 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the summary's format.
-/// - 1: first version.
-pub const FORMAT: u32 = 1;
+/// - 1: first version;
+/// - 2: undecided claims, and checks beside claims.
+pub const FORMAT: u32 = 2;
 /// Maximum size of a summary that is read, in bytes.
 pub(super) const MAX_SUMMARY: u64 = 1 << 20;
 
@@ -39,6 +40,9 @@ pub struct Summary {
     pub object: String,
     /// Numbers of its claims by outcome.
     pub claims: ClaimCounts,
+    /// Numbers of its checks of the arithmetic by outcome.
+    #[serde(default)]
+    pub checks: ClaimCounts,
     /// The suite that the numbers are about.
     pub suite: String,
     /// How much of it was present, in words: `12 of 21 targets, 10 runs`.
@@ -56,18 +60,6 @@ pub struct Summary {
     /// Its methods on the leaderboard, for an experiment that asks for it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standings: Vec<Standing>,
-}
-
-/// Numbers of claims by outcome.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ClaimCounts {
-    /// Those that hold on every tracker.
-    pub hold: u64,
-    /// Those that do not hold on one.
-    pub do_not_hold: u64,
-    /// Those without the data or numbers for a test.
-    pub cannot_be_tested: u64,
 }
 
 /// The best method on a tracker by the metric that its report is ordered by, as printed.
@@ -88,21 +80,17 @@ pub struct Best {
 pub fn summary(results: &Results, scores: &[CellScore], findings: &[Finding]) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
-    let mut claims = ClaimCounts::default();
-    for finding in findings {
-        *(match finding.overall() {
-            ClaimOutcome::Holds => &mut claims.hold,
-            ClaimOutcome::DoesNotHold => &mut claims.do_not_hold,
-            ClaimOutcome::CannotBeTested => &mut claims.cannot_be_tested,
-        }) += 1;
-    }
+    let counts = |checks: bool| {
+        ClaimCounts::of(findings.iter().filter(|f| f.is_check == checks).map(Finding::overall))
+    };
     Summary {
         format: FORMAT,
         experiment: experiment.name.clone(),
         title: experiment.title.clone(),
         paper: experiment.paper.clone().unwrap_or_default(),
         object: experiment.object.clone().unwrap_or_default(),
-        claims,
+        claims: counts(false),
+        checks: counts(true),
         suite: suite.name.clone(),
         data: table::data_note(experiment, manifest),
         present: suite.present.len() as u64,

@@ -1,12 +1,13 @@
 use super::*;
 use crate::engine::observe::progress::{self, ObservedRun};
+use crate::report::claims::ClaimCounts;
 use crate::report::files::SUMMARY;
 
 const HOSTILE: &str =
     "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";
 
 fn a(name: &str) -> Summary {
-    let claims = ClaimCounts { hold: 2, do_not_hold: 1, cannot_be_tested: 0 };
+    let claims = ClaimCounts { hold: 2, undecided: 3, do_not_hold: 1, cannot_be_tested: 0 };
     let best = |tracker: &str, method: &str| Best {
         tracker: tracker.into(),
         metric: "f_score".into(),
@@ -139,7 +140,7 @@ fn summaries_that_cannot_be_read_give_warnings() {
     let warnings = write_index(dir.path()).unwrap();
     assert_eq!(warnings.len(), broken.len() + 2, "{warnings:#?}");
     assert!(warnings.iter().any(|t| t.contains("bad/none") && t.contains("`trackfail report bad/none`")));
-    assert!(warnings.iter().any(|t| t.contains("has format 2")));
+    assert!(warnings.iter().any(|t| t.contains("has format 3")));
     let page = page(dir.path());
     assert!(page.contains("1 experiment.") && page.contains("href=\"bad/5/index.html\""));
     assert_eq!(page.matches("is none of this program").count(), broken.len() - 1);

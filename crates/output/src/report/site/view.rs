@@ -2,8 +2,9 @@
 
 use super::LEADERBOARD;
 use super::collect::Site;
-use super::summary::{Best, ClaimCounts, Summary};
+use super::summary::{Best, Summary};
 use crate::engine::observe::progress::ObservedRun;
+use crate::report::claims::ClaimCounts;
 use crate::report::files::MARKDOWN;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
@@ -70,9 +71,10 @@ fn page(site: &Site, running: &[ObservedRun], now: Option<u64>) -> Result<String
 fn view<'s>(site: &'s Site, running: &'s [ObservedRun], now: Option<u64>) -> View<'s> {
     let mut total = ClaimCounts::default();
     for (_, summary) in &site.reports {
-        let ClaimCounts { hold, do_not_hold, cannot_be_tested } = summary.claims;
+        let ClaimCounts { hold, undecided, do_not_hold, cannot_be_tested } = summary.claims;
         let add = |sum: &mut u64, n: u64| *sum = sum.saturating_add(n);
         add(&mut total.hold, hold);
+        add(&mut total.undecided, undecided);
         add(&mut total.do_not_hold, do_not_hold);
         add(&mut total.cannot_be_tested, cannot_be_tested);
     }

@@ -38,6 +38,7 @@ function fillChoices() {
 
 /** Shows a track at a frame; by default at its first event or detection. */
 function open(s, t, m, f = null) {
+  stop();
   if (!rowOf(s, t)) t = Number(rows.find(row => row.dataset.s === String(s)).dataset.t);
   const can = methodsOf(rowOf(s, t));
   Object.assign(state, { s, t, m: can.includes(m) ? m : can[0] });
@@ -279,6 +280,7 @@ function step(by) {
     alarm ? "alarm" : "no alarm", ...(series.unannotated ? [] : here),
   ];
   readout.textContent = parts.join(" · ");
+  byId("link").hash = addressOf();
   const slider = strip.parentNode;
   slider.setAttribute("aria-valuenow", number(state.f));
   slider.setAttribute("aria-valuetext", readout.textContent);
@@ -290,6 +292,52 @@ function step(by) {
 
 function go(f) { state.f = f; step(0); }
 
+// A link leads to a sequence, a tracker, a method and a frame, all by their names.
+
+function addressOf() {
+  const names = {
+    sequence: series.sequences[state.s].name, tracker: series.trackers[state.t],
+    method: series.methods[state.m].name, frame: number(state.f),
+  };
+  return new URLSearchParams(names).toString();
+}
+
+/** Opens what the page's address names; says whether it names something that is there. */
+function follow() {
+  const asked = new URLSearchParams(location.hash.slice(1));
+  const s = series.sequences.findIndex(sequence => sequence.name === asked.get("sequence"));
+  if (s < 0 || !rows.some(row => row.dataset.s === String(s))) return false;
+  const t = series.trackers.indexOf(asked.get("tracker"));
+  const m = series.methods.findIndex(method => method.name === asked.get("method"));
+  const frame = Number(asked.get("frame") ?? NaN) - series.sequences[s].first;
+  open(s, t < 0 ? state.t : t, m < 0 ? state.m : m, Number.isInteger(frame) ? frame : null);
+  byId("viewer").hidden = false;
+  byId("viewer").scrollIntoView({ block: "start" });
+  return true;
+}
+window.addEventListener("hashchange", follow);
+
+// Playing goes on to the end of the track, or until something else is done.
+
+let player = null;
+function stop() {
+  clearInterval(player);
+  player = null;
+  byId("play").textContent = "▶ play";
+  byId("play").setAttribute("aria-pressed", "false");
+}
+function play() {
+  if (player !== null) { stop(); return; }
+  if (state.f >= view.error.length - 1) go(0);
+  byId("play").textContent = "❚❚ stop";
+  byId("play").setAttribute("aria-pressed", "true");
+  player = setInterval(() => {
+    step(1);
+    if (state.f >= view.error.length - 1) stop();
+  }, 1000 / Number(byId("speed").value));
+}
+byId("speed").addEventListener("change", () => { if (player !== null) { stop(); play(); } });
+
 /** To the next (1) or previous (-1) event or detection. */
 function jump(way) {
   const all = said().marks.flatMap(mark => [mark.event, mark.detection]).filter(f => f !== null);
@@ -300,10 +348,10 @@ function jump(way) {
 
 const actions = {
   first: () => go(0), back: () => step(-1), ahead: () => step(1),
-  last: () => go(view.error.length - 1), previous: () => jump(-1), next: () => jump(1),
+  last: () => go(view.error.length - 1), previous: () => jump(-1), next: () => jump(1), play,
 };
 const keys = {
-  ArrowLeft: "back", ArrowRight: "ahead", Home: "first", End: "last", n: "next", p: "previous",
+  ArrowLeft: "back", ArrowRight: "ahead", Home: "first", End: "last", n: "next", p: "previous", k: "play",
 };
 const viewer = byId("viewer");
 viewer.addEventListener("keydown", event => {
@@ -360,5 +408,5 @@ table.tBodies[0].addEventListener("click", event => {
 options(filter.tracker, ["", ...series.trackers.keys()], t => (t === "" ? "all" : series.trackers[t]), "");
 options(filter.method, ["", ...series.methods.keys()], m => (m === "" ? "all" : series.methods[m].name), "");
 for (const hidden of all("[data-js]")) hidden.hidden = false;
-open(...series.start);
+if (!follow()) open(...series.start);
 })();

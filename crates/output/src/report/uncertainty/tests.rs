@@ -38,7 +38,7 @@ fn intervals_and_ranks_by_hand() {
     let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
     let table = intervals(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), 1);
     let rows = &table.groups[0].rows;
-    assert_eq!(rows.iter().map(|r| r.label.as_str()).collect::<Vec<_>>(), LABELS);
+    assert_eq!(rows.iter().map(|r| r.label.name.as_str()).collect::<Vec<_>>(), LABELS);
     let f = |n: f64| Some(n / 7.0);
     assert_eq!(values(&rows[0]), [Some(0.0), Some(0.0), Some(0.0), Some(8.0), None]);
     assert_eq!(values(&rows[1]), [f(6.0), f(6.0), f(6.0), Some(8.0), Some(1.25)]);
@@ -58,7 +58,7 @@ const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 fn pairs_by_hand() {
     let table = duels(&[field()], &Measured::Counted(Metric::F_SCORE), 1);
     let rows = &table.groups[0].rows;
-    let labels: Vec<&str> = rows.iter().map(|r| r.label.as_str()).collect();
+    let labels: Vec<&str> = rows.iter().map(|r| r.label.name.as_str()).collect();
     assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
     let of = |k: usize| (rows[k].cells[3].value, rows[k].cells[4].value, rows[k].cells[5].value);
     assert_eq!(of(0), (Some(0.125), Some(0.25), Some(8.0)));
@@ -78,10 +78,10 @@ fn missing_values_stay_empty() {
     field.competitors.push(silent(true));
     assert!(rank(&field, &Measured::Counted(Metric::PRECISION)).is_none());
     let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::PRECISION), 1);
-    let row = table.groups[0].rows.iter().find(|r| r.label == "good against silent").unwrap();
+    let row = table.groups[0].rows.iter().find(|r| r.label.name == "good against silent").unwrap();
     assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
     let first = &table.groups[0].rows[1];
-    assert_eq!((first.label.as_str(), first.cells[0].value), ("good against bad", Some(0.5)));
+    assert_eq!((first.label.name.as_str(), first.cells[0].value), ("good against bad", Some(0.5)));
     assert_eq!(first.cells[4].value, Some(6.0 / 256.0), "three pairs have a p-value");
 
     let few = Field {
@@ -109,7 +109,7 @@ fn the_diagram_shows_those_that_compete() {
         diagram(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), "Suite s: 8 targets.").unwrap();
     let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
     assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
-    assert!(caption.starts_with("Mean ranks by f_score") && caption.ends_with("8 targets."));
+    assert!(caption.starts_with("Mean ranks by F1 score") && caption.ends_with("8 targets."));
     assert!(ranks.to_svg().is_ok());
     // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.
     let fewer = rank(&fields[0], &Measured::Counted(Metric::FP)).unwrap();

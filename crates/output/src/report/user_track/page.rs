@@ -60,7 +60,7 @@ impl UserVideo<'_> {
         };
         let page = Page {
             title: format!("Is the tracker on its target? {}", self.sequence.name),
-            summary: self.tracks.iter().filter_map(sentence).collect(),
+            verdict: self.tracks.iter().filter_map(sentence).collect(),
             sequences: packed.tallies(),
             series,
             provenance: self.facts.clone(),

@@ -1,9 +1,10 @@
 //! Tables that show what an analysis found.
 
-use super::{Cell, Group, Row, TableLayout, printed_for, published_for};
+use super::{Cell, Group, Label, Row, TableLayout, printed_for, published_for};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
+use crate::score::TrackerMetric;
 use crate::spec::Experiment;
 use crate::spec::table::{FindingName, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value};
@@ -41,7 +42,7 @@ pub fn analysed(
                 Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
             };
             let cells = grid.columns.iter().zip(values).map(cell).collect();
-            Row { label: label.clone(), direction: Direction::Neither, cells }
+            Row { label: label.as_str().into(), direction: Direction::Neither, cells }
         };
         Group {
             key: analysed.tracker.clone(),
@@ -65,7 +66,7 @@ pub fn analysed(
         groups = vec![Group { rows, ..ungrouped() }];
     } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
         let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
-            group.rows.iter_mut().for_each(|row| row.label.clone_from(&analysed.tracker));
+            group.rows.iter_mut().for_each(|row| row.label = analysed.tracker.as_str().into());
             group.rows
         };
         groups =
@@ -80,9 +81,20 @@ pub fn analysed(
         caption: format!("{caption} Suites: {suites}; {data_note}."),
         data: data_note.to_string(),
         corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
-        columns,
+        columns: columns.iter().map(|c| heading(c)).collect(),
+        latex: table.latex.clone(),
         groups,
     }
+}
+
+/// The heading of a column, with an arrow where it is a metric of trackers that has a direction.
+fn heading(column: &str) -> Label {
+    let arrow = match TrackerMetric::of_heading(column).map(|m| m.direction) {
+        Some(Direction::HigherIsBetter) => " ↑",
+        Some(Direction::LowerIsBetter) => " ↓",
+        _ => "",
+    };
+    Label { shown: format!("{column}{arrow}"), ..column.into() }
 }
 
 /// A group without heading and rows, for all trackers together.

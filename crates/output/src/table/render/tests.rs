@@ -1,4 +1,8 @@
 use super::*;
+use crate::direction::Direction;
+use crate::score::Metric;
+use crate::spec::table::Latex;
+use crate::table::layout::Label;
 
 pub fn sample() -> TableLayout {
     let cell = |ours: &str, published: &str, best| Cell {
@@ -7,6 +11,7 @@ pub fn sample() -> TableLayout {
         published: Some(published.into()),
         difference: Some("+.010".into()),
         best,
+        tied: false,
         second: false,
         failed: usize::from(best),
     };
@@ -16,13 +21,14 @@ pub fn sample() -> TableLayout {
         data: "12 of 21 targets".into(),
         corner: "metric".into(),
         columns: vec!["DT|EF".into(), "ARTE*".into()],
+        latex: Latex::default(),
         groups: vec![Group {
             label: "Struck (3 events)".into(),
             key: "Struck".into(),
             published_tracker: Some("SP".into()),
             has_ours: true,
             rows: vec![Row {
-                label: "precision".into(),
+                label: Label::of_metric(Metric::PRECISION),
                 direction: Direction::HigherIsBetter,
                 cells: vec![cell(".120", ".110", true), cell(".100", ".090", false)],
             }],
@@ -38,14 +44,14 @@ fn markdown_shows_ours_published_and_difference() {
 | metric | DT&#124;EF | ARTE\\* |
 |:--|--:|--:|
 | **Struck (3 events)** | | |
-| precision ↑ | **.120†** | .100 |
-| precision published (SP) | .110 | .090 |
-| precision difference | +.010 | +.010 |
+| Precision ↑ | **.120†** | .100 |
+| Precision published (SP) | .110 | .090 |
+| Precision difference | +.010 | +.010 |
 ";
     assert_eq!(markdown(&sample()), expected);
     let mut side_by_side = sample();
     side_by_side.groups[0].published_tracker = None;
-    assert!(markdown(&side_by_side).contains("\n| precision published | .110 | .090 |\n"));
+    assert!(markdown(&side_by_side).contains("\n| Precision published | .110 | .090 |\n"));
 }
 
 #[test]

@@ -1,0 +1,91 @@
+//! The best method or tracker in a sentence, with how sure that is.
+
+use super::{Competitor, DRAWS, Direction, Drawn, Field, LEVEL, MIN_SEQUENCES, Measured, duel};
+use crate::num::seed;
+
+/// Most trackers that are named one by one.
+const MAX_NAMED: usize = 4;
+
+/// The best of a field, and what tells it from the next.
+struct Best<'a> {
+    field: &'a str,
+    label: &'a str,
+    value: String,
+    /// With its bounds: `0.31 (95 %: 0.22 to 0.41)`.
+    shown: String,
+    /// The next one, with the difference and its bounds, and whether that is more than chance.
+    next: Option<(&'a str, String, bool)>,
+}
+
+/// `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` where nothing has a value.
+pub(super) fn verdict(fields: &[Field], measured: &Measured, seed: u64, drawn: &mut Drawn) -> Option<String> {
+    let best: Vec<Best<'_>> = fields.iter().filter_map(|f| best(f, measured, seed, drawn)).collect();
+    let most = if measured.direction() == Direction::LowerIsBetter { "Smallest" } else { "Largest" };
+    let title = measured.title();
+    if let [one] = best.as_slice() {
+        let on = if one.field.is_empty() { String::new() } else { format!(" on {}", one.field) };
+        let mut text = format!("{most} {title}{on}: {}, {}.", one.label, one.shown);
+        if let Some((next, difference, apart)) = &one.next {
+            let apart =
+                if *apart { "more than chance" } else { "which these sequences cannot tell from chance" };
+            text.push_str(&format!(" The next is {next}, behind by {difference}, {apart}."));
+        }
+        return Some(text);
+    }
+    let mut winners: Vec<(&str, Vec<String>)> = Vec::new();
+    for b in &best {
+        let on = format!("{} {}", b.field, b.value);
+        match winners.iter_mut().find(|(label, _)| *label == b.label) {
+            Some((_, fields)) => fields.push(on),
+            None => winners.push((b.label, vec![on])),
+        }
+    }
+    winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
+    let won = |(label, fields): &(&str, Vec<String>)| {
+        let named = fields.iter().take(MAX_NAMED).cloned().collect::<Vec<_>>().join(", ");
+        let more = if fields.len() > MAX_NAMED { ", ..." } else { "" };
+        format!("{label} on {} ({named}{more})", fields.len())
+    };
+    let won: Vec<String> = winners.iter().map(won).collect();
+    let apart = best.iter().filter(|b| b.next.as_ref().is_some_and(|n| n.2)).count();
+    let told = match apart {
+        0 => "on none of them is the lead more than chance".to_string(),
+        n => format!("on {n} of them the lead is more than chance"),
+    };
+    (!best.is_empty())
+        .then(|| format!("{most} {title}, of {} trackers: {}; {told}.", best.len(), won.join(", ")))
+}
+
+fn best<'a>(field: &'a Field, measured: &Measured, seed: u64, drawn: &mut Drawn) -> Option<Best<'a>> {
+    let of = |c: &[i64; 4]| measured.value(field.chance, c);
+    let signed = |v: f64| if measured.direction() == Direction::LowerIsBetter { -v } else { v };
+    let competing = field.competitors.iter().filter(|c| c.competes);
+    let mut all: Vec<(&Competitor, f64)> = competing.filter_map(|c| Some((c, of(&c.total())?))).collect();
+    // Equal ones stay in the order of the experiment.
+    all.sort_by(|a, b| signed(b.1).total_cmp(&signed(a.1)));
+    let (first, value) = *all.first()?;
+    let style = measured.style();
+    let seed = seed::seed(seed, &[&field.label]);
+    let counts: Vec<[i64; 4]> = first.counts.values().copied().collect();
+    let enough = counts.len() >= MIN_SEQUENCES;
+    let bounds = enough.then(|| drawn.of(counts.len(), DRAWS, seed).interval(&counts, of, LEVEL)).flatten();
+    let bounds =
+        bounds.map(|(low, high)| format!(" (95 %: {} to {})", style.format(low), style.format(high)));
+    let next = all.get(1).map(|(second, other)| {
+        let duel = duel((first, second), of, seed);
+        // The one behind has the smaller number of what is to be large, and the difference is shown as a distance.
+        let distance = |v: f64| if value >= *other { v } else { -v };
+        let bounds = duel.bounds.map(|(a, b)| {
+            let (a, b) = (distance(a), distance(b));
+            (a.min(b), a.max(b))
+        });
+        let shown =
+            bounds.map(|(a, b)| format!(" ({} to {})", style.format_signed(a), style.format_signed(b)));
+        let difference = style.format(style.round(value) - style.round(*other));
+        let difference = difference.trim_start_matches('-').to_string() + &shown.unwrap_or_default();
+        (second.label.as_str(), difference, bounds.is_some_and(|(low, _)| low > 0.0))
+    });
+    let value = style.format(value);
+    let shown = format!("{value}{}", bounds.unwrap_or_default());
+    Some(Best { field: &field.label, label: &first.label, value, shown, next })
+}
