@@ -102,10 +102,50 @@ pub struct Figure {
     pub name: String,
     /// Text below the figure.
     pub caption: Option<String>,
+    /// How wide it is in print.
+    pub width: Width,
     /// Content of the figure.
     pub kind: &'static FigureKind,
     /// The checked keys.
     pub params: FigureParams,
+}
+
+/// How wide a figure is in print.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Width {
+    /// One of the two columns of a page: 3.3 inches.
+    Column,
+    /// All the text of a page: 7 inches.
+    #[default]
+    Text,
+}
+
+impl Width {
+    const ALL: [Self; 2] = [Self::Column, Self::Text];
+
+    /// The word in experiment files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Column => "column",
+            Self::Text => "text",
+        }
+    }
+
+    /// Width in inches.
+    pub fn inches(self) -> f64 {
+        match self {
+            Self::Column => 3.3,
+            Self::Text => 7.0,
+        }
+    }
+
+    /// Checks `width`, which every kind of figure reads.
+    fn read(source: Source<'_>, wire: &wire::Figure) -> Result<Self, SpecError> {
+        let Some(word) = &wire.width else { return Ok(Self::default()) };
+        Self::ALL.into_iter().find(|width| width.word() == word.get_ref()).ok_or_else(|| {
+            source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word).into_iter())
+        })
+    }
 }
 
 /// The checked keys of a figure; those that its kind does not read are empty.
@@ -291,12 +331,28 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
     for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
         key.read(source, wire, words, &mut params)?;
     }
-    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind, params })
+    let width = Width::read(source, wire)?;
+    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), width, kind, params })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spec::read::parse;
+
+    #[test]
+    fn a_figure_is_as_wide_as_the_text_or_a_column() {
+        let read = |width: &str| {
+            let text = include_str!("../../../../experiments/sanmiguel2015/fig3.toml");
+            let text = text.replace("kind = \"strips\"", &format!("kind = \"strips\"{width}"));
+            let figures = parse("fig3.toml", &text).map(|e| e.figures);
+            figures.map(|f| f[0].width).map_err(|e| e.to_string())
+        };
+        assert_eq!(read(""), Ok(Width::Text));
+        assert_eq!(read("\nwidth = \"column\""), Ok(Width::Column));
+        let wrong = read("\nwidth = \"colum\"").unwrap_err();
+        assert!(wrong.contains("colum") && wrong.contains("`column`"), "{wrong}");
+    }
 
     #[test]
     fn every_kind_has_a_word_of_its_own_and_no_key_twice() {

@@ -3,11 +3,12 @@
 //!
 //! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
 //! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
-//! the same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are a
-//! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
+//! the same protocol. Anchors and most points of a grid have intervals, but no ranks and no tests: anchors are a
+//! reference, and a grid is a search for one method, which is ranked at its published parameters. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
 use super::layouts::{self, cell, group, of_suite, table};
+use super::operating;
 use super::pairs;
 use crate::analysis::Grid;
 use crate::direction::Direction;
@@ -21,6 +22,7 @@ use crate::score::chance::Chance;
 use crate::score::metric::Source;
 use crate::score::{Counts, Metric, Pooled, Protocol, TrackerMetric};
 use crate::spec::Experiment;
+use crate::spec::method::Variant;
 use crate::spec::table::Side;
 use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
@@ -84,6 +86,14 @@ impl Measured {
         }
     }
 
+    /// Name in running text.
+    fn heading(&self) -> &str {
+        match self {
+            Self::Counted(metric) => metric.heading(),
+            Self::Mean(column) => column,
+        }
+    }
+
     fn direction(&self) -> Direction {
         match self {
             Self::Counted(metric) => metric.direction(),
@@ -124,6 +134,8 @@ impl Measured {
 /// A method on one tracker, or a tracker.
 struct Competitor {
     label: String,
+    /// The method without its grid point, or the tracker.
+    name: String,
     /// Whether it is ranked and tested.
     competes: bool,
     /// Sequence -> counts of all runs.
@@ -146,9 +158,12 @@ struct Field {
     competitors: Vec<Competitor>,
 }
 
-fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
-    let experiment = &results.experiment;
-    let mut counts: BTreeMap<(String, String), BTreeMap<String, [i64; 4]>> = BTreeMap::new();
+/// Tracker and method, with its grid point -> sequence -> counts of all runs.
+pub(super) type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
+
+/// The counts of every method on every tracker, by sequence.
+pub(super) fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
+    let mut counts = UnitCounts::new();
     for row in scores {
         let key = (row.tracker.clone(), method_label(&row.method, &row.params));
         let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
@@ -157,6 +172,12 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
         let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
         sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
     }
+    counts
+}
+
+fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
+    let experiment = &results.experiment;
+    let mut counts = counts_of_sequences(scores);
     let mut fields = Vec::new();
     for tracker in &experiment.trackers {
         let methods = || experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
@@ -169,13 +190,16 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
         for protocol in &protocols {
             let mut competitors = Vec::new();
             for method in methods().filter(|m| m.protocol.name == protocol.name) {
-                let competes = method.variants.len() == 1 && !layout::is_anchor(experiment, &method.name);
+                let ranked = operating::ranked(experiment, method)
+                    .filter(|_| !layout::is_anchor(experiment, &method.name))
+                    .map(Variant::params);
                 for variant in &method.variants {
+                    let competes = ranked.as_ref() == Some(&variant.params());
                     let label = method_label(&method.name, &variant.params());
                     let Some(counts) = counts.remove(&(tracker.label.clone(), label.clone())) else {
                         continue;
                     };
-                    competitors.push(Competitor { label, competes, counts });
+                    competitors.push(Competitor { label, name: method.name.clone(), competes, counts });
                 }
             }
             let several = protocols.len() > 1;
@@ -204,7 +228,7 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
                 Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
             };
             let counts = table.rows.iter().filter_map(unit).collect();
-            Competitor { label: (*tracker).to_string(), competes: true, counts }
+            Competitor { label: (*tracker).to_string(), name: (*tracker).to_string(), competes: true, counts }
         };
         let competitors = tables.iter().map(competitor).collect();
         (
@@ -333,7 +357,7 @@ fn intervals(
         measured.name(),
         direction(measured),
         measured.way(),
-        if is_counted { "; anchors and points of a grid are not ranked" } else { "" }
+        if is_counted { "; anchors are not ranked, and of a grid only the published point" } else { "" }
     );
     let who = if is_counted { "method" } else { "tracker" };
     let columns = [measured.name(), "95 % from", "95 % to", "sequences", "mean rank"];
@@ -454,7 +478,7 @@ fn diagram(
 ) -> Option<(Ranks, String)> {
     let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
         let ranked = ranked.as_ref()?;
-        let rank = |c: &Competitor| Some((c.label.clone(), *ranked.mean_ranks.get(&c.label)?));
+        let rank = |c: &Competitor| Some((c.name.clone(), *ranked.mean_ranks.get(&c.label)?));
         Some(Ranking {
             label: format!("{} ({} sequences)", field.label, ranked.blocks),
             methods: field.competitors.iter().filter_map(rank).collect(),
@@ -470,7 +494,13 @@ fn diagram(
          test at 5 % apart, which these sequences cannot tell apart. {suite}",
         measured.name()
     );
-    let note = format!("mean rank by {}, 1 the best", measured.name());
+    let competing = || fields.iter().flat_map(|f| &f.competitors).filter(|c| c.competes);
+    let of_grid = if competing().any(|c| c.label != c.name) {
+        "; a method with a grid is at its published parameters"
+    } else {
+        ""
+    };
+    let note = format!("Mean rank by {}, 1 the best{of_grid}", measured.heading());
     Some((Ranks { title: String::new(), note, rankings }, caption))
 }
 

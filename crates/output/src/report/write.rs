@@ -16,7 +16,7 @@ use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
-use crate::figure::Plot;
+use crate::figure::{Files, Plot, WIDTH};
 use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::spec::figure::Figure;
@@ -90,11 +90,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
-    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks)) {
+    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks, &scores)) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
-                let picture = (drawn.svg, drawn.png);
-                page.figures.push(keep_figure(folder, (&figure.name, drawn.name), drawn.caption, picture)?);
+                let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
+                page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
             }
             FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
@@ -126,8 +126,13 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
 }
 
 /// Draws all figures, several at once.
-fn draw_all(results: &Results, tracks: &[TrackSeries]) -> Vec<Result<FigureOutcome, DrawError>> {
-    results.experiment.figures.par_iter().map(|figure| figures::draw(results, tracks, figure)).collect()
+fn draw_all(
+    results: &Results,
+    tracks: &[TrackSeries],
+    scores: &[CellScore],
+) -> Vec<Result<FigureOutcome, DrawError>> {
+    let draw = |figure| figures::draw(results, tracks, scores, figure);
+    results.experiment.figures.par_iter().map(draw).collect()
 }
 
 /// Draws a figure that reports make by themselves, under a name that no figure of the experiment has.
@@ -142,20 +147,21 @@ fn draw_own(
         name.push('_');
     }
     let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let (svg, png) = (figure.to_svg().map_err(fail)?, figure.to_png().map_err(fail)?);
-    keep_figure(folder, (&name, name.clone()), caption, (svg, png))
+    let files = figure.draw(WIDTH).map_err(fail)?;
+    keep_figure(folder, (&name, name.clone()), caption, files)
 }
 
-/// Writes a figure as SVG and PNG under a file name; returns how the page shows it, under a title and with a caption.
+/// Writes a figure as SVG, PNG and PDF under a file name; returns how the page shows it, under a title and with a caption.
 fn keep_figure(
     folder: &Path,
     (file, name): (&str, String),
     caption: String,
-    (svg, png): (String, Vec<u8>),
+    Files { svg, png, pdf }: Files,
 ) -> Result<FigureView, WriteError> {
     let path = |ending: &str| format!("figures/{file}.{ending}");
     store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
     store::write_derived(&folder.join(path("png")), &png)?;
+    store::write_derived(&folder.join(path("pdf")), &pdf)?;
     Ok(FigureView { file: path("svg"), name, caption, svg })
 }
 
