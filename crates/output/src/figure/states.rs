@@ -148,6 +148,7 @@ fn arrow(scene: &mut Scene, start: Point, end: Point, along: Point) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::style::WIDTH;
     use super::*;
 
     fn diagram() -> States {
@@ -172,7 +173,7 @@ mod tests {
         for word in ["one", "two", "three", "there", "back", "on", "and on", "round"] {
             assert_eq!(svg.matches(&format!(">\n{word}\n<")).count(), 1, "{word}");
         }
-        let scene = diagram().scene(crate::figure::WIDTH).unwrap();
+        let scene = diagram().scene(WIDTH).unwrap();
         // Two arrows of the same way share a line: three lines, two for the loop, and three boxes.
         assert_eq!(scene.items.iter().filter(|i| matches!(i, Item::Line { .. })).count(), 8);
         for item in &scene.items {

@@ -76,7 +76,9 @@ impl Place {
 
     /// The band between the bounds of a curve, cut off at the panel's upper and lower end.
     fn band(&self, scene: &mut Scene, curves: &Curves, curve: &Curve) {
-        let pairs: Vec<_> = curve.points.iter().zip(&curve.band).collect();
+        // From left to right, although a curve in the order of what is along y may turn back.
+        let mut pairs: Vec<_> = curve.points.iter().zip(&curve.band).collect();
+        pairs.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
         let known = |pair: &(&(f64, f64), &(f64, f64))| {
             curves.x.shows(pair.0.0) && curves.y.shows(pair.1.0) && curves.y.shows(pair.1.1)
         };

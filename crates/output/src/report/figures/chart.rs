@@ -46,9 +46,10 @@ fn chart(results: &Results, shows: &FindingName) -> Curves {
         let who = &analysed.tracker;
         let number = name.strip_prefix('[').and_then(|n| n.strip_suffix(']'));
         match number {
-            Some(number) if is_precision_recall => {
-                Some((format!("{who} (AP {}, F {number})", short(area(points))), points.clone()))
-            }
+            Some(number) if is_precision_recall => Some((
+                format!("{who} (AP {}, F {})", short(area(points)), number.trim_start_matches('0')),
+                points.clone(),
+            )),
             Some(number) => Some((format!("{who} [{number}]"), points.clone())),
             None => name.is_empty().then(|| (who.clone(), points.clone())),
         }

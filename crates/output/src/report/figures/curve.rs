@@ -2,7 +2,7 @@
 
 use super::bands::Bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::lines::{Line, Words, arrange, capitalized, drawing};
+use super::lines::{Line, arrange, capitalized, drawing, with_remark};
 use super::published;
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::report::operating;
@@ -17,8 +17,9 @@ fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let params = scope.params();
     let y = *scope.given("metric", params.metric.as_ref())?;
     let x = *scope.given("x", params.x_metric.as_ref())?;
-    let curves = curve(scope, y, x, &params.methods);
-    Ok(drawing(curves, format!("{} and {} have no value", y.name(), x.name())))
+    let (curves, remark) = curve(scope, y, x, &params.methods);
+    let drawing = drawing(curves, format!("{} and {} have no value", y.name(), x.name()));
+    Ok(with_remark(drawing, &remark))
 }
 
 /// Area under precision over recall, a sum of steps: of each point its precision, over the recall that it adds to the
@@ -49,22 +50,19 @@ struct At {
     is_published: bool,
 }
 
-/// Orders the points of a curve by what is along x, such as recall, so that it does not turn back where a threshold finds
-/// less than a stricter one. Of equal ones the highest is first.
-fn ordered(points: &mut [At]) {
-    let key = |at: &At| (at.point.0, -at.point.1);
+/// Orders the points of a curve by recall where that is one of the metrics, so that it does not turn back where a threshold
+/// finds less than a stricter one; else by what is along x. Of equal ones the best is first.
+fn ordered(points: &mut [At], y: Metric) {
+    let by_y = y == Metric::RECALL;
+    let key = |at: &At| if by_y { (at.point.1, at.point.0) } else { (at.point.0, -at.point.1) };
     points.sort_by(|a, b| {
         let (a, b) = (key(a), key(b));
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
 }
 
-const PUBLISHED: &str = "published parameters";
-const ELSE_BEST: &str = "published parameters, or the best point where none are published";
-const BEST: &str = "the best point";
-
 /// One metric over another: a curve for each tracker, method and combination of the axes after the first.
-fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> Curves {
+fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> (Curves, String) {
     let (results, experiment) = (scope.results, &scope.results.experiment);
     let best_by = headline(experiment);
     let mut bands = Bands::new(results, scope.scores);
@@ -95,7 +93,7 @@ fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> Curves 
     let is_precision_recall = (x, y) == (Metric::RECALL, Metric::PRECISION);
     let line = |(mut line, mut points): (Line, Vec<At>)| {
         points.retain(|at| at.point.0.is_finite() && at.point.1.is_finite());
-        ordered(&mut points);
+        ordered(&mut points, y);
         line.points = points.iter().map(|at| at.point).collect();
         if points.len() > 1 && !is_anchor(experiment, &line.method) {
             line.band = points.iter().map(|at| at.bounds).collect();
@@ -111,20 +109,29 @@ fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> Curves 
         line
     };
     let lines: Vec<Line> = groups.into_iter().map(line).collect();
-    let operating = match (has_published, has_best) {
-        (true, false) => PUBLISHED,
-        (true, true) => ELSE_BEST,
-        _ => BEST,
+    let best = best_by.heading();
+    let mut remark = match (has_published, has_best) {
+        (true, false) => " Rings are at the published parameters.".to_string(),
+        (true, true) => {
+            format!(
+                " Rings are at the published parameters, or where none are at the best {best} of these sequences."
+            )
+        }
+        (false, true) => format!(" Rings are at the best {best} of these sequences."),
+        (false, false) => String::new(),
     };
-    let words = Words { operating, band: "95 % interval, bootstrap over sequences" };
+    if is_precision_recall {
+        remark.push_str(
+            " AP is the area under the points in steps, from recall 0 to the largest one. Dashed lines have equal F.",
+        );
+    }
     let names = (capitalized(x.heading()), capitalized(y.heading()));
-    let axis = |name: &str, metric: Metric, side: fn(&(f64, f64)) -> f64| {
-        let all = lines.iter().flat_map(|l| &l.points).map(side);
-        CurveAxis { range: range(metric, all), ..CurveAxis::new(name) }
-    };
-    let (x_axis, y_axis) = (axis(&names.0, x, |p| p.0), axis(&names.1, y, |p| p.1));
-    let curves = arrange(experiment, &scope.note, (&names.0, &names.1), lines.clone(), words);
-    Curves { square: true, iso_f: is_precision_recall, x: x_axis, y: y_axis, ..curves }
+    let all = |side: fn(&(f64, f64)) -> f64| lines.iter().flat_map(|l| &l.points).map(side);
+    let bounds = lines.iter().flat_map(|l| &l.band).flat_map(|b| [b.0, b.1]).filter(|b| b.is_finite());
+    let x_axis = CurveAxis { range: range(x, all(|p| p.0)), ..CurveAxis::new(&names.0) };
+    let y_axis = CurveAxis { range: range(y, all(|p| p.1).chain(bounds)), ..CurveAxis::new(&names.1) };
+    let curves = arrange(experiment, &scope.note, (&names.0, &names.1), lines.clone());
+    (Curves { square: true, iso_f: is_precision_recall, x: x_axis, y: y_axis, ..curves }, remark)
 }
 
 /// Shares begin at 0 and end at 1, or before where there is nothing near; other values at what there is.
@@ -147,9 +154,9 @@ mod tests {
         At { point: (x, y), bounds: (f64::NAN, f64::NAN), worth: y, is_published: false }
     }
 
-    fn in_order(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    fn in_order(points: &[(f64, f64)], y: Metric) -> Vec<(f64, f64)> {
         let mut all: Vec<At> = points.iter().map(|p| at(p.0, p.1)).collect();
-        ordered(&mut all);
+        ordered(&mut all, y);
         all.into_iter().map(|at| at.point).collect()
     }
 
@@ -158,7 +165,9 @@ mod tests {
     fn points_are_in_the_order_of_recall() {
         let points = [(0.4, 0.2), (0.1, 0.9), (0.4, 0.5), (0.3, 0.6)];
         let expected = [(0.1, 0.9), (0.3, 0.6), (0.4, 0.5), (0.4, 0.2)];
-        assert_eq!(in_order(&points), expected);
+        assert_eq!(in_order(&points, Metric::PRECISION), expected);
+        let points = [(0.2, 0.4), (0.1, 0.4), (0.3, 0.2)];
+        assert_eq!(in_order(&points, Metric::RECALL), [(0.3, 0.2), (0.1, 0.4), (0.2, 0.4)]);
     }
 
     // By hand: .1 at .9, .2 more at .6 and .1 more at .5; the second point at .4 adds nothing.

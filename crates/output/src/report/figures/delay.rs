@@ -2,7 +2,7 @@
 
 use super::bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::lines::{Line, Words, arrange, drawing};
+use super::lines::{Line, arrange, drawing};
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::num::seed;
 use crate::results::TrackSeries;
@@ -41,8 +41,6 @@ fn bounds(scores: &[TrackScore], seed: u64) -> Vec<(f64, f64)> {
     (-tolerance..=tolerance).map(at).collect()
 }
 
-const WORDS: Words = Words { operating: "", band: "95 % interval, bootstrap over sequences" };
-
 /// One curve for each method without a grid, on every tracker that it runs on; first runs.
 fn delays(scope: &Scope<'_>) -> Curves {
     let (results, mut lines) = (scope.results, Vec::new());
@@ -68,7 +66,7 @@ fn delays(scope: &Scope<'_>) -> Curves {
     }
     let label = "Share of events found";
     let names = ("Frames after the event", label);
-    let curves = arrange(&results.experiment, &scope.note, names, lines, WORDS);
+    let curves = arrange(&results.experiment, &scope.note, names, lines);
     Curves { y: CurveAxis { range: Range::Fixed(0.0, 1.0), ..CurveAxis::new(label) }, ..curves }
 }
 

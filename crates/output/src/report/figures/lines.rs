@@ -36,15 +36,6 @@ const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which trackers are told apart by the line style.
 const MAX_DASHED: usize = 8;
 
-/// What single points are, for the legend.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Words {
-    /// Meaning of [`Sign::Operating`].
-    pub operating: &'static str,
-    /// Meaning of bands; empty without.
-    pub band: &'static str,
-}
-
 /// What tells the curves of a panel apart, and what the panels.
 #[derive(Debug, Clone, PartialEq)]
 enum Plan {
@@ -196,7 +187,7 @@ impl Arranged<'_> {
         self.plan == Plan::PanelOfMethod && self.is_anchor(line)
     }
 
-    fn legend(&self, words: Words) -> Vec<Entry> {
+    fn legend(&self) -> Vec<Entry> {
         let mut legend: Vec<Entry> = Vec::new();
         let panels = self.plan == Plan::PanelOfMethod;
         for line in self.lines.iter().filter(|l| !panels || self.is_shared(l)) {
@@ -240,7 +231,7 @@ impl Arranged<'_> {
             legend.push(Entry::new(Symbol::Line(other, None), "the other methods"));
         }
         if self.lines.iter().any(|l| l.operating.is_some()) {
-            legend.push(Entry::new(Symbol::Sign(Sign::Operating, Color::Gray), words.operating));
+            legend.push(Entry::new(Symbol::Sign(Sign::Operating, Color::Gray), "operating point"));
         }
         if self.lines.iter().any(|l| !l.published.is_empty()) {
             legend.push(Entry::new(Symbol::Sign(Sign::Published, Color::Gray), "published"));
@@ -266,19 +257,13 @@ fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
 }
 
 /// The curves on linear axes, arranged.
-pub fn arrange(
-    experiment: &Experiment,
-    note: &str,
-    (x, y): (&str, &str),
-    lines: Vec<Line>,
-    words: Words,
-) -> Curves {
+pub fn arrange(experiment: &Experiment, note: &str, (x, y): (&str, &str), lines: Vec<Line>) -> Curves {
     let plan = plan(experiment, &lines);
     let arranged = Arranged { experiment, lines, plan };
     let facets = arranged.facets();
-    let mut legend = arranged.legend(words);
+    let mut legend = arranged.legend();
     if facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.band).any(|b| b.0.is_finite()) {
-        legend.push(Entry::new(Symbol::Band(Color::Gray), words.band));
+        legend.push(Entry::new(Symbol::Band(Color::Gray), "95 % bootstrap interval"));
     }
     Curves { facets, legend, ..plain(note, x, y) }
 }
@@ -297,19 +282,43 @@ pub fn plain(note: &str, x: &str, y: &str) -> Curves {
     }
 }
 
+/// The sentence of a caption that says what bands are; empty without bands.
+pub fn remark_on_bands(curves: &Curves) -> &'static str {
+    let mut bands = curves.facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.band);
+    if bands.any(|b| b.0.is_finite()) {
+        " Bands are 95 % intervals, point by point, by bootstrap over sequences."
+    } else {
+        ""
+    }
+}
+
 /// The curves as a drawing, or `reason` where none of them has a value.
 pub fn drawing(curves: Curves, reason: String) -> Drawing {
     let mut points = curves.facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.points);
     if points.all(|p| p.1.is_nan() || p.0.is_nan()) {
         return Drawing::NoData(reason);
     }
-    Drawing::of(curves)
+    let remark = remark_on_bands(&curves).to_string();
+    Drawing::Plot { plot: Box::new(curves), remark }
 }
 
-/// A name for an axis or a heading: its first letter is a capital.
+/// The same with a sentence more in its caption.
+pub fn with_remark(drawing: Drawing, more: &str) -> Drawing {
+    match drawing {
+        Drawing::Plot { plot, remark } => Drawing::Plot { plot, remark: remark + more },
+        none => none,
+    }
+}
+
+/// A name for an axis or a heading: a word begins with a capital, a symbol stays as it is.
 pub fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if second.is_ascii_lowercase() => {
+            first.to_uppercase().chain(letters).collect()
+        }
+        _ => text.to_string(),
+    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::bands::Bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::lines::{Line, Words, arrange, capitalized, drawing};
+use super::lines::{Line, arrange, capitalized, drawing, with_remark};
 use super::published;
-use crate::figure::{Color, Curves, Dash, Entry, Style, Symbol};
+use crate::figure::{Color, Curves, Dash, Entry, Sign, Style, Symbol};
 use crate::report::operating;
 use crate::results::Measure;
 use crate::score::Metric;
@@ -17,11 +17,10 @@ fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let metric = *scope.given("metric", params.metric.as_ref())?;
     let x = scope.given("x", params.x_axis.as_ref())?;
     let curves = sweep(scope, metric, x, &params.methods);
-    Ok(drawing(curves, format!("{} has no value for any {x}", metric.name())))
+    let has_ring = curves.facets.iter().flat_map(|f| &f.signs).any(|s| s.0 == Sign::Operating);
+    let remark = if has_ring { " Rings are at the published parameters." } else { "" };
+    Ok(with_remark(drawing(curves, format!("{} has no value for any {x}", metric.name())), remark))
 }
-
-const WORDS: Words =
-    Words { operating: "published parameters", band: "95 % interval, bootstrap over sequences" };
 
 /// The published value of the axis for each method: upright lines, equal ones once.
 fn uprights(scope: &Scope<'_>, x: &str, methods: &[String]) -> Vec<f64> {
@@ -74,7 +73,7 @@ fn sweep(scope: &Scope<'_>, metric: Metric, x: &str, methods: &[String]) -> Curv
         (line.points, line.band) = order.iter().map(|k| (line.points[*k], line.band[*k])).unzip();
     }
     let names = (capitalized(x), capitalized(metric.heading()));
-    let mut curves = arrange(experiment, &scope.note, (&names.0, &names.1), lines, WORDS);
+    let mut curves = arrange(experiment, &scope.note, (&names.0, &names.1), lines);
     let style = Style { width: 1.1, ..Style::new(Color::Gray, Dash::Dashed) };
     for at in uprights(scope, x, methods).into_iter().filter(|at| ends.contains(at)) {
         curves.facets.iter_mut().for_each(|f| f.uprights.push((at, style)));
