@@ -27,6 +27,7 @@ mod raw_plugin;
 pub mod read;
 pub mod schema;
 pub mod table;
+pub mod width;
 pub mod wire;
 mod written_out;
 

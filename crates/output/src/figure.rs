@@ -1,13 +1,13 @@
-//! Figures: plain data in, SVG text or PNG bytes out; no files, no knowledge of methods.
+//! Figures: plain data in; SVG text, PNG and PDF bytes out; no files, no knowledge of methods.
 //!
-//! Every figure is a [`Plot`]: it is laid out once, in points, as a scene of lines, texts and pictures, and the scene is
-//! drawn as SVG and as a bitmap. Both outputs therefore show the same, and the same data gives the same bytes. A figure
-//! is [`WIDTH`] points wide unless it has more than four columns; at the width of a page its smallest text is about 8 pt.
+//! Every figure is a [`Plot`]: it is laid out once, in units of 0.7 pt, as a scene of lines, texts and pictures, and the
+//! scene is drawn as SVG, as a bitmap and as PDF. All outputs therefore show the same, and the same data gives the same
+//! bytes. A figure is [`WIDTH`] or [`COLUMN`] wide, 7 or 3.3 inches in print, and its smallest text there 7.7 pt.
 //!
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
-//! common color deficiencies can tell apart; line styles and markers differ as well.
+//! common color deficiencies can tell apart; markers differ as well. Values in order have the colors of viridis.
 //!
-//! Files in the order in which they use each other: error, style, font, scene, raster, draw, axes, heading, legend,
+//! Files in the order in which they use each other: error, style, font, scene, raster, pdf, draw, axes, heading, legend,
 //! panel; then one for each figure: strip, curve, ranks, states; and annotated, which draws on video frames.
 
 mod annotated;
@@ -20,6 +20,7 @@ mod font;
 mod heading;
 mod legend;
 mod panel;
+mod pdf;
 mod ranks;
 mod raster;
 mod scene;
@@ -29,15 +30,16 @@ mod style;
 
 pub use annotated::{AnnotatedBox, annotate};
 pub use axes::Range;
-pub use curve::{Curve, Curves};
+pub use curve::{Curve, CurveAxis, Curves, Facet, Sign};
 pub use dots::{Dot, DotPanel, Dots};
-pub use draw::Plot;
+pub use draw::{Files, Plot};
 pub use error::FigureError;
+pub use legend::{Entry, Marker, Symbol};
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};
 pub use ranks::{Ranking, Ranks};
 pub use states::{Arrow, States};
 pub use strip::{BoxStyle, LOST, Still, Strip};
-pub use style::{Color, Dash, Style, WIDTH};
+pub use style::{COLUMN, Color, Dash, PER_INCH, Style, WIDTH};
 
 #[cfg(test)]
 mod tests;

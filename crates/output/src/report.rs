@@ -11,6 +11,7 @@
 //! | [`finished`] | finds the experiments that have results |
 //! | [`trace`] | follows a method frame by frame |
 //! | [`stills`] | finds the video frames that figures show |
+//! | `operating` | finds the published point of a method's grid |
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
@@ -35,6 +36,7 @@ pub mod finished;
 mod html;
 mod layouts;
 mod markdown;
+mod operating;
 pub mod page;
 pub mod pairs;
 mod provenance;

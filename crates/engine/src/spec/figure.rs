@@ -11,6 +11,7 @@ pub use panel::Panel;
 use super::error::{Source, SpecError};
 use super::name::check_file_name;
 use super::table::{FindingName, Words, grid_axis, metric, read_methods};
+use super::width::Width;
 use super::wire;
 use crate::score::Metric;
 use panel::read_panel;
@@ -102,6 +103,8 @@ pub struct Figure {
     pub name: String,
     /// Text below the figure.
     pub caption: Option<String>,
+    /// How wide it is in print.
+    pub width: Width,
     /// Content of the figure.
     pub kind: &'static FigureKind,
     /// The checked keys.
@@ -150,7 +153,7 @@ impl Figure {
             ("delay", "delay", FigureParams { methods: words.drawn.clone(), ..FigureParams::default() })
         };
         let kind = FigureKind::from_word(word)?;
-        Some(Self { name: name.to_string(), caption: None, kind, params })
+        Some(Self { name: name.to_string(), caption: None, width: Width::default(), kind, params })
     }
 }
 
@@ -311,12 +314,28 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
     for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
         key.read(source, wire, words, &mut params)?;
     }
-    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), kind, params })
+    let width = Width::read(source, wire.width.as_ref())?.unwrap_or_default();
+    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), width, kind, params })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spec::read::parse;
+
+    #[test]
+    fn a_figure_is_as_wide_as_the_text_or_a_column() {
+        let read = |width: &str| {
+            let text = include_str!("../../../../experiments/sanmiguel2015/fig3.toml");
+            let text = text.replace("kind = \"strips\"", &format!("kind = \"strips\"{width}"));
+            let figures = parse("fig3.toml", &text).map(|e| e.figures);
+            figures.map(|f| f[0].width).map_err(|e| e.to_string())
+        };
+        assert_eq!(read(""), Ok(Width::Text));
+        assert_eq!(read("\nwidth = \"column\""), Ok(Width::Column));
+        let wrong = read("\nwidth = \"colum\"").unwrap_err();
+        assert!(wrong.contains("colum") && wrong.contains("`column`"), "{wrong}");
+    }
 
     #[test]
     fn every_kind_has_a_word_of_its_own_and_no_key_twice() {

@@ -4,6 +4,7 @@ mod published;
 
 use super::error::{Source, SpecError};
 use super::name::check_file_name;
+use super::width::Width;
 use super::wire;
 use crate::analysis::Names;
 use crate::direction::Direction;
@@ -60,21 +61,7 @@ pub struct Latex {
     /// The columns, in this order; all but anchors when empty.
     pub columns: Vec<String>,
     /// The width; as the table needs it when `None`.
-    pub width: Option<LatexWidth>,
-}
-
-/// Width of a LaTeX table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LatexWidth {
-    /// One of the two columns of a paper, 3.3 in.
-    Column,
-    /// The whole text, 7 in.
-    Text,
-}
-
-impl LatexWidth {
-    const WORDS: [(&'static str, Self); 2] = [("column", Self::Column), ("text", Self::Text)];
+    pub width: Option<Width>,
 }
 
 /// A row of numbers as a paper prints it.
@@ -292,14 +279,9 @@ fn read_latex(source: Source<'_>, wire: &wire::Table, known: Option<&[String]>) 
         let known = known.iter().map(String::as_str);
         return Err(source.unknown(wrong.span(), "column", wrong.get_ref(), known));
     }
-    let width = |word: &Spanned<String>| {
-        let known = LatexWidth::WORDS.iter().find(|(name, _)| name == word.get_ref()).map(|(_, w)| *w);
-        let words = LatexWidth::WORDS.map(|(name, _)| name);
-        known.ok_or_else(|| source.unknown(word.span(), "width", word.get_ref(), words))
-    };
     Ok(Latex {
         columns: columns.map(|c| c.get_ref().clone()).collect(),
-        width: latex.width.as_ref().map(width).transpose()?,
+        width: Width::read(source, latex.width.as_ref())?,
     })
 }
 

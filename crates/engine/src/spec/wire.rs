@@ -231,6 +231,9 @@ pub struct Figure {
     pub kind: Spanned<String>,
     /// Text below the figure.
     pub caption: Option<String>,
+    /// `text` (7 inches, as wide as a page of text; the default) or `column` (3.3 inches, one of two columns).
+    #[schemars(with = "Option<String>")]
+    pub width: Option<Spanned<String>>,
     /// strips: label of the tracker; the first one if left out.
     #[schemars(with = "Option<String>")]
     pub tracker: Option<Spanned<String>>,

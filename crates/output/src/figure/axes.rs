@@ -5,7 +5,7 @@ use super::font;
 use super::scene::{Anchor, Area, Point, Scene, Stroke};
 use super::style::{Dash, INK, SMALL, SOFT};
 
-/// Length of a tick mark, in points.
+/// Length of a tick mark, in units.
 const TICK: f64 = 3.5;
 /// Maximum absolute value that is drawn; larger ones would overflow the arithmetic of ranges.
 const MAX_VALUE: f64 = 1e100;
@@ -13,20 +13,25 @@ const MAX_VALUE: f64 = 1e100;
 /// Which values an axis shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
-    /// All finite values, with a little room.
+    /// All finite values; the ends are ticks.
     Auto,
-    /// From 0 to the largest finite value, with a little room.
+    /// From 0, and all finite values; the ends are ticks.
     FromZero,
     /// Between these two; lines are cut off outside.
     Fixed(f64, f64),
 }
 
 impl Range {
-    /// Lower and upper end for the values; `log` axes take only values above 0.
+    /// Lower and upper end for the values on an axis of about `max` ticks; `log` axes take only values above 0.
     ///
     /// # Errors
     /// [`FigureError::Range`] for a fixed range whose ends are not finite, not in order, or not above 0 where `log`.
-    pub fn resolve(self, values: impl Iterator<Item = f64>, log: bool) -> Result<(f64, f64), FigureError> {
+    pub fn resolve(
+        self,
+        values: impl Iterator<Item = f64>,
+        log: bool,
+        max: usize,
+    ) -> Result<(f64, f64), FigureError> {
         let (mut lo, mut hi) = values
             .filter(|v| usable(*v) && (!log || *v > 0.0))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -45,8 +50,32 @@ impl Range {
             let room = if lo == 0.0 { 1.0 } else { lo.abs() * 0.2 };
             (lo, hi) = (lo - room, hi + room);
         }
-        Ok((lo, hi))
+        Ok(enclosed(lo, hi, log, max))
     }
+}
+
+/// The nearest ticks that enclose a range, so that what is highest can be read off; a logarithmic axis of a decade and
+/// more ends at powers of ten.
+fn enclosed(lo: f64, hi: f64, log: bool, max: usize) -> (f64, f64) {
+    if log && (hi / lo).log10() >= 1.0 {
+        let power = |v: f64| 10.0_f64.powf(v);
+        let (below, above) = (power((lo.log10() + 1e-9).floor()), power((hi.log10() - 1e-9).ceil()));
+        return if below > 0.0 && usable(above) { (below.min(lo), above.max(hi)) } else { (lo, hi) };
+    }
+    let (mut from, mut to) = (lo, hi);
+    // The wider range may have wider steps, whose ticks lie farther out again.
+    for _ in 0..3 {
+        let step = linear_step(from, to, max);
+        let (below, above) = ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step);
+        if !step.is_normal() || !usable(below) || !usable(above) || (log && below <= 0.0) {
+            return (lo, hi);
+        }
+        if (below, above) == (from, to) {
+            break;
+        }
+        (from, to) = (below, above);
+    }
+    (from.min(lo), to.max(hi))
 }
 
 /// Whether a value can be drawn.
@@ -77,6 +106,11 @@ impl Axis {
         Self { whole: true, ..self }
     }
 
+    /// Lower and upper end.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.lo, self.hi)
+    }
+
     /// The place of a value. Values far outside stay near the page, so that clipping is exact.
     pub fn place(&self, v: f64) -> f64 {
         let share = if self.log {
@@ -104,15 +138,20 @@ impl Axis {
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten inside `lo..=hi`.
-fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
+/// The distance of ticks for `lo..=hi`: 1, 2 or 5 times a power of ten.
+fn linear_step(lo: f64, hi: f64, max: usize) -> f64 {
     let raw = (hi - lo) / max.max(1) as f64;
     let power = 10.0_f64.powf(raw.log10().floor());
     let steps = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1].map(|m| m * power);
     // The largest step that is not too dense, or a smaller one where that leaves fewer than two ticks.
     let inside = |step: f64| (hi / step + 1e-6).floor() - (lo / step - 1e-6).ceil() + 1.0;
     let coarse = steps.iter().rposition(|s| *s >= raw * 0.999_999).unwrap_or(0);
-    let step = steps[coarse..].iter().copied().find(|s| inside(*s) >= 2.0).unwrap_or(power * 0.1);
+    steps[coarse..].iter().copied().find(|s| inside(*s) >= 2.0).unwrap_or(power * 0.1)
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten inside `lo..=hi`.
+fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
+    let step = linear_step(lo, hi, max);
     let slack = step * 1e-6;
     let first = (lo / step - 1e-6).ceil();
     // A range as narrow as neighboring floats has one tick, at its lower end.
@@ -164,17 +203,41 @@ pub fn label_width(ticks: &[(f64, String)]) -> f64 {
     ticks.iter().map(|t| font::width(&t.1, SMALL)).fold(0.0, f64::max)
 }
 
-/// Draws the frame of a plot with its ticks; labels stand left and below.
-pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, label_x: bool) {
+/// Which labels a frame has beside its ticks.
+#[derive(Debug, Clone, Copy)]
+pub struct Labelled {
+    /// Below it.
+    pub x: bool,
+    /// On its left.
+    pub y: bool,
+}
+
+/// Draws the frame of a plot with ticks; labels stand left and below.
+pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, labels: Labelled) {
+    let rows = y.ticks(max_ticks_y(area.h));
+    frame_of_rows(scene, area, x, y, &rows, labels);
+}
+
+/// The same with given ticks on the vertical axis, such as the names of rows.
+pub fn frame_of_rows(
+    scene: &mut Scene,
+    area: &Area,
+    x: &Axis,
+    y: &Axis,
+    rows: &[(f64, String)],
+    labels: Labelled,
+) {
     let stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
     scene.line(vec![(l, t), (l, b), (r, b)], stroke);
     let inside = |at: f64, from: f64, to: f64| (from - 0.01..=to + 0.01).contains(&at);
-    for (v, text) in y.ticks(max_ticks_y(area.h)) {
-        let at = y.place(v);
+    for (v, text) in rows {
+        let at = y.place(*v);
         if inside(at, t, b) {
             scene.line(vec![(l - TICK, at), (l, at)], stroke);
-            scene.text(&text, (l - TICK - 3.0, at), SMALL, Anchor::End, INK);
+            if labels.y {
+                scene.text(text, (l - TICK - 3.0, at), SMALL, Anchor::End, INK);
+            }
         }
     }
     let ticks = x.ticks(max_ticks_x(area.w));
@@ -186,7 +249,7 @@ pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, label_x: bool) 
         }
         scene.line(vec![(at, b), (at, b + TICK)], stroke);
         let half = font::width(text, SMALL) / 2.0;
-        if label_x && at - half >= free {
+        if labels.x && at - half >= free {
             let at = at.min(scene.width - half - 1.0);
             scene.text(text, (at, b + TICK + 8.5), SMALL, Anchor::Middle, INK);
             free = at + half + 5.0;
@@ -200,11 +263,11 @@ pub fn max_ticks_y(length: f64) -> usize {
 }
 
 /// Number of ticks a horizontal axis of this length takes.
-fn max_ticks_x(length: f64) -> usize {
+pub fn max_ticks_x(length: f64) -> usize {
     ((length / 44.0) as usize).clamp(2, 12)
 }
 
-/// A polyline without the points that cannot be seen: of those within a quarter point across, the first, lowest, highest
+/// A polyline without the points that cannot be seen: of those within a quarter unit across, the first, lowest, highest
 /// and last are kept.
 pub fn thinned(points: &[Point]) -> Vec<Point> {
     let column = |p: &Point| (p.0 * 4.0).floor();
@@ -254,13 +317,18 @@ mod tests {
 
     #[test]
     fn ranges() {
-        let of = |r: Range, v: &[f64]| r.resolve(v.iter().copied(), false);
+        let of = |r: Range, v: &[f64]| r.resolve(v.iter().copied(), false, 5);
         assert_eq!(of(Range::Auto, &[2.0, f64::NAN, 5.0, f64::INFINITY]), Ok((2.0, 5.0)));
         assert_eq!(of(Range::FromZero, &[2.0, 5.0]), Ok((0.0, 5.0)));
+        // Ticks enclose the data.
+        assert_eq!(of(Range::Auto, &[0.12, 0.385]), Ok((0.1, 0.4)));
+        assert_eq!(of(Range::FromZero, &[0.385]), Ok((0.0, 0.4)));
+        assert_eq!(of(Range::Auto, &[-4.5, 2.0]), Ok((-6.0, 2.0)));
+        assert_eq!(Range::Auto.resolve([0.02, 3.0].into_iter(), true, 5), Ok((0.01, 10.0)));
         assert_eq!(of(Range::Auto, &[]), Ok((0.0, 1.0)));
         assert_eq!(of(Range::Fixed(1.0, 1.0), &[]), Err(FigureError::Range { from: 1.0, to: 1.0 }));
-        assert_eq!(Range::Auto.resolve([-1.0, 0.0, 3.0, 4.0].into_iter(), true), Ok((3.0, 4.0)));
-        assert!(Range::Fixed(0.0, 1.0).resolve([].into_iter(), true).is_err());
+        assert_eq!(Range::Auto.resolve([-1.0, 0.0, 3.0, 4.0].into_iter(), true, 5), Ok((3.0, 4.0)));
+        assert!(Range::Fixed(0.0, 1.0).resolve([].into_iter(), true, 5).is_err());
     }
 
     #[test]

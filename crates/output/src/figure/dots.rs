@@ -7,7 +7,7 @@ use super::error::FigureError;
 use super::font;
 use super::heading::heading;
 use super::scene::{Anchor, Area, Item, Scene, Stroke};
-use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT};
 
 /// A value with its bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,36 +42,50 @@ pub struct Dots {
     pub panels: Vec<DotPanel>,
 }
 
-/// Height of a row, in points.
+/// Height of a row, in units.
 const ROW: f64 = 17.0;
-/// Room for the names of rows, in points.
+/// Least and most room for the names of rows, in units.
+const LEAST_NAMES: f64 = 60.0;
 const NAMES: f64 = 176.0;
-/// Room between two panels, in points.
-const GAP: f64 = 12.0;
-/// Height of a panel's heading of two lines, in points.
+/// Least width of a panel, in units.
+const LEAST: f64 = 80.0;
+/// Room between two panels, in units.
+const GAP: f64 = 18.0;
+/// About the number of ticks of a panel.
+const TICKS: usize = 3;
+/// Height of a panel's heading of two lines, in units.
 const HEADING: f64 = 30.0;
 const GRID: Stroke = Stroke { rgb: [0xDD, 0xDD, 0xDD], width: 0.7, dash: Dash::Solid };
 
 impl Plot for Dots {
-    fn scene(&self) -> Result<Scene, FigureError> {
+    fn scene(&self, width: f64) -> Result<Scene, FigureError> {
         if self.rows.is_empty() || self.panels.is_empty() {
             return Err(FigureError::Empty("a dot plot needs a row and a panel"));
         }
-        let mut scene = Scene::new(&self.title, WIDTH);
-        let top = heading(&mut scene, &self.title, &self.note) + HEADING;
-        let bottom = top + ROW * self.rows.len() as f64;
-        for (k, name) in self.rows.iter().enumerate() {
-            let y = top + ROW * (k as f64 + 0.5);
-            let name = font::fit(name, MEDIUM, NAMES - 8.0);
-            scene.text(&name, (MARGIN + NAMES - 8.0, y), MEDIUM, Anchor::End, INK);
+        let mut scene = Scene::new(&self.title, width);
+        let mut y = heading(&mut scene, &self.title, &self.note);
+        let longest = self.rows.iter().map(|name| font::width(name, MEDIUM)).fold(0.0, f64::max);
+        let names = (longest + 8.0).clamp(LEAST_NAMES.min(width / 3.0), NAMES.min(width / 3.0));
+        let room = width - 2.0 * MARGIN - names;
+        // Panels that have no room beside each other stand below, with the names of the rows again.
+        let most = (((room + GAP) / (LEAST + GAP)) as usize).max(1);
+        let count = self.panels.len().div_ceil(self.panels.len().div_ceil(most));
+        let w = (room - GAP * (count - 1) as f64) / count as f64;
+        for panels in self.panels.chunks(count) {
+            let top = y + HEADING;
+            let bottom = top + ROW * self.rows.len() as f64;
+            for (k, name) in self.rows.iter().enumerate() {
+                let y = top + ROW * (k as f64 + 0.5);
+                let name = font::fit(name, MEDIUM, names - 8.0);
+                scene.text(&name, (MARGIN + names - 8.0, y), MEDIUM, Anchor::End, INK);
+            }
+            for (k, panel) in panels.iter().enumerate() {
+                let x = MARGIN + names + k as f64 * (w + GAP);
+                draw_panel(&mut scene, panel, &Area { x, y: top, w, h: bottom - top })?;
+            }
+            y = bottom + 28.0;
         }
-        let count = self.panels.len() as f64;
-        let width = (WIDTH - 2.0 * MARGIN - NAMES - GAP * (count - 1.0)) / count;
-        for (k, panel) in self.panels.iter().enumerate() {
-            let x = MARGIN + NAMES + k as f64 * (width + GAP);
-            draw_panel(&mut scene, panel, &Area { x, y: top, w: width, h: bottom - top })?;
-        }
-        scene.height = bottom + 24.0 + MARGIN / 2.0;
+        scene.height = y - 4.0 + MARGIN / 2.0;
         Ok(scene)
     }
 }
@@ -81,7 +95,7 @@ fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area) -> Result<(), Fi
         [Some(value), bounds.map(|b| b.0), bounds.map(|b| b.1)].into_iter().flatten()
     };
     let known = panel.values.iter().flatten().copied().flat_map(ends).chain(panel.mark);
-    let range = Range::Auto.resolve(known.filter(|v| usable(*v)), false)?;
+    let range = Range::Auto.resolve(known.filter(|v| usable(*v)), false, TICKS)?;
     let axis = Axis::new(range, (area.x, area.right()), 6.0, false);
     for (k, line) in font::wrap(&panel.label, SMALL, area.w, 2).iter().enumerate() {
         let y = area.y - HEADING + 8.0 + 12.0 * k as f64;
@@ -96,7 +110,7 @@ fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area) -> Result<(), Fi
         Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid },
     );
     // Two or three ticks whose labels fit beside each other.
-    let ticks = axis.ticks(3);
+    let ticks = axis.ticks(TICKS);
     let mut free = f64::NEG_INFINITY;
     for (value, label) in &ticks {
         let x = axis.place(*value);
@@ -148,7 +162,7 @@ mod tests {
             rows: vec!["as printed".into(), "x<y".into()],
             panels: vec![panel("recall", Some(0.7)), panel("precision", None)],
         };
-        let scene = dots.scene().unwrap();
+        let scene = dots.scene(crate::figure::WIDTH).unwrap();
         let circles = scene.items.iter().filter(|i| matches!(i, Item::Circle { .. })).count();
         let red = Color::Vermilion.rgb();
         let marks = scene

@@ -1,18 +1,20 @@
-//! Figures as files; SVG is drawn with plotters.
+//! Figures as files: SVG, drawn with plotters, and with it PNG and PDF.
 //!
 //! plotters' coordinates are integers, so the SVG is drawn [`FINE`] times as large, and its view box shrinks it. Stills
 //! are not drawn with plotters, which makes a rectangle of every pixel, but embedded as PNG.
 
 use super::error::FigureError;
 use super::font;
+use super::pdf;
 use super::raster;
-use super::scene::{Anchor, Item, Picture, Point, Scene, dashes};
+use super::scene::{Anchor, BAND, Item, Picture, Point, Scene, dashes};
+use super::style::{PER_INCH, WIDTH};
 use ::image::imageops::{FilterType, resize};
 use ::image::{RgbImage, codecs::png};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::coord::Shift;
 use plotters::prelude::{
-    Circle, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor,
+    Circle, Color, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, PathElement, Polygon, RGBColor,
     Rectangle, SVGBackend, ShapeStyle, Text,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -21,35 +23,66 @@ use std::fmt::Write;
 
 /// A figure: something that is laid out as a scene, and drawn from it.
 pub trait Plot {
-    /// Lays the figure out.
+    /// Lays the figure out in a width, in units; [`WIDTH`] is that of a page's text.
     ///
     /// # Errors
     /// See [`FigureError`].
     #[doc(hidden)]
-    fn scene(&self) -> Result<Scene, FigureError>;
+    fn scene(&self, width: f64) -> Result<Scene, FigureError>;
 
-    /// The figure as SVG.
+    /// The figure in all its formats, as wide as it is asked for.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    fn draw(&self, width: f64) -> Result<Files, FigureError> {
+        let scene = self.scene(width)?;
+        device_size(&scene)?;
+        Ok(Files { svg: svg(&scene)?, png: raster::png(&scene)?, pdf: pdf::pdf(&scene)? })
+    }
+
+    /// The figure as SVG, as wide as a page's text.
     ///
     /// # Errors
     /// See [`FigureError`].
     fn to_svg(&self) -> Result<String, FigureError> {
-        svg(&self.scene()?)
+        svg(&self.scene(WIDTH)?)
     }
 
-    /// The figure as a PNG file, two pixels a point.
+    /// The figure as a PNG file of 206 pixels an inch, as wide as a page's text.
     ///
     /// # Errors
     /// See [`FigureError`].
     fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        let scene = self.scene()?;
+        let scene = self.scene(WIDTH)?;
         device_size(&scene)?;
         raster::png(&scene)
     }
+
+    /// The figure as a PDF file of one page, as wide as a page's text.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    fn to_pdf(&self) -> Result<Vec<u8>, FigureError> {
+        let scene = self.scene(WIDTH)?;
+        device_size(&scene)?;
+        pdf::pdf(&scene)
+    }
 }
 
-/// Units of the SVG per point.
+/// A figure in all its formats.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Files {
+    /// SVG text.
+    pub svg: String,
+    /// PNG bytes.
+    pub png: Vec<u8>,
+    /// PDF bytes.
+    pub pdf: Vec<u8>,
+}
+
+/// Units of the SVG's view box per unit of the scene.
 const FINE: f64 = 4.0;
-/// Maximum length of a side in points.
+/// Maximum length of a side in units.
 const MAX_SIDE: f64 = 8000.0;
 
 fn failed(e: impl std::fmt::Display) -> FigureError {
@@ -86,6 +119,11 @@ fn shape<DB: DrawingBackend>(page: &DrawingArea<DB, Shift>, item: &Item) -> Resu
         Item::Circle { center, radius, rgb } => page
             .draw(&Circle::new(device(*center), (radius * FINE).round() as i32, fill(*rgb)))
             .map_err(failed),
+        Item::Band { upper, lower, rgb: [r, g, b] } => {
+            let corners: Vec<_> = upper.iter().chain(lower.iter().rev()).map(|&p| device(p)).collect();
+            let style = ShapeStyle::from(RGBColor(*r, *g, *b).mix(BAND)).filled();
+            page.draw(&Polygon::new(corners, style)).map_err(failed)
+        }
         Item::Line { .. } | Item::Text { .. } => Ok(()),
     }
 }
@@ -139,8 +177,8 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
          <title>{}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n",
-        scene.width.ceil(),
-        scene.height.ceil(),
+        inches(scene.width),
+        inches(scene.height),
         escape(&scene.title),
     );
     for picture in &scene.pictures {
@@ -163,13 +201,19 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     Ok(out)
 }
 
+/// A length in inches, as SVG has it.
+fn inches(units: f64) -> String {
+    let text = format!("{:.3}", units.ceil() / PER_INCH);
+    format!("{}in", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
 /// Text as XML character data.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The still as it is embedded: at most three of its pixels a point; more would only cost bytes.
-fn reduced(picture: &Picture) -> RgbImage {
+/// The still as it is embedded: at most three of its pixels a unit; more would only cost bytes.
+pub fn reduced(picture: &Picture) -> RgbImage {
     let Some(image) = raster::pixels(picture) else { return RgbImage::new(1, 1) };
     let (w, h) = ((picture.area.w * 3.0).ceil() as u32, (picture.area.h * 3.0).ceil() as u32);
     if image.width() <= w || image.height() <= h {

@@ -25,13 +25,13 @@ pub enum FigureError {
         to: f64,
     },
     /// The figure has more rows or columns than a picture can hold.
-    #[error("the figure would be {width} x {height} points; at most {limit} in either direction are drawn")]
+    #[error("the figure would be {width} x {height} units; at most {limit} in either direction are drawn")]
     TooLarge {
-        /// Width in points.
+        /// Width in units.
         width: u32,
-        /// Height in points.
+        /// Height in units.
         height: u32,
-        /// Limit in points.
+        /// Limit in units.
         limit: u32,
     },
     /// The drawing backend or the PNG encoder failed.

@@ -8,12 +8,23 @@ use std::sync::LazyLock;
 pub const FAMILY: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 
 /// Distance from the middle of the small letters to the base line, in em (half of DejaVu's x height).
-const HALF_EX: f64 = 0.2735;
+pub const HALF_EX: f64 = 0.2735;
 
-static FACE: LazyLock<FontRef<'static>> = LazyLock::new(|| {
-    FontRef::try_from_slice(include_bytes!("../../../../assets/fonts/DejaVuSans.ttf"))
-        .expect("the font in assets/ is a font")
-});
+/// The file of the font.
+pub const BYTES: &[u8] = include_bytes!("../../../../assets/fonts/DejaVuSans.ttf");
+
+static FACE: LazyLock<FontRef<'static>> =
+    LazyLock::new(|| FontRef::try_from_slice(BYTES).expect("the font in assets/ is a font"));
+
+/// Number of a character's glyph in the font; 0, an empty box, where it has none.
+pub fn glyph(c: char) -> u16 {
+    FACE.glyph_id(c).0
+}
+
+/// Width of a glyph where an em is `size`.
+pub fn glyph_width(glyph: u16, size: f64) -> f64 {
+    f64::from(FACE.as_scaled(scale(size)).h_advance(ab_glyph::GlyphId(glyph)))
+}
 
 /// The scale that makes one em `size` units.
 fn scale(size: f64) -> PxScale {

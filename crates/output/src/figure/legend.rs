@@ -1,31 +1,37 @@
 //! Legends: symbols with names, laid out in rows.
 
+use super::curve::{Sign, draw_sign};
 use super::font;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use super::style::{CASING, Dash, INK, SMALL, Style};
+use super::style::{CASING, Color, Dash, INK, SMALL, Style};
 
-/// Height of one row, in points.
+/// Height of one row, in units.
 pub const ROW: f64 = 16.0;
-/// Width of a symbol, in points.
+/// Width of a symbol, in units.
 const SYMBOL: f64 = 22.0;
-/// Between symbol and name, and between entries, in points.
+/// Between symbol and name, and between entries, in units.
 const GAPS: (f64, f64) = (5.0, 14.0);
 
 /// The shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
+    /// A disk.
     Circle,
+    /// A square on its side.
     Square,
+    /// A triangle, its tip up.
     Triangle,
+    /// A square on its corner.
     Diamond,
 }
 
 impl Marker {
+    /// The marker of the `i`-th of several series; they repeat after four.
     pub fn nth(i: usize) -> Self {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
     }
 
-    pub fn draw(self, scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
+    pub(super) fn draw(self, scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
         let item = match self {
             Self::Circle => Item::Circle { center: (x, y), radius: 3.0, rgb },
             Self::Square => Item::Rect { area: Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }, rgb },
@@ -44,18 +50,43 @@ impl Marker {
 /// The symbol before a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
+    /// A line, perhaps with a mark.
     Line(Style, Option<Marker>),
+    /// A mark alone.
+    Mark(Color, Marker),
+    /// A filled area.
     Patch([u8; 3]),
-    Upright(Stroke),
+    /// A band around a line.
+    Band(Color),
+    /// An upright line.
+    Upright(Style),
+    /// The triangle of a detection.
     Detection([u8; 3]),
-    Outline { rgb: [u8; 3], dash: Dash },
+    /// The line around a box.
+    Outline {
+        /// Its color.
+        rgb: [u8; 3],
+        /// Its line style.
+        dash: Dash,
+    },
+    /// The sign of a point.
+    Sign(Sign, Color),
 }
 
 /// A symbol and its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
+    /// The symbol.
     pub symbol: Symbol,
+    /// What it stands for.
     pub name: String,
+}
+
+impl Entry {
+    /// A symbol with its name.
+    pub fn new(symbol: Symbol, name: impl Into<String>) -> Self {
+        Self { symbol, name: name.into() }
+    }
 }
 
 /// The triangle that marks a detection, its tip down at `(x, y)`.
@@ -121,13 +152,21 @@ impl Symbol {
                     marker.draw(scene, (middle, y), style.color.rgb());
                 }
             }
+            Self::Mark(color, marker) => marker.draw(scene, (middle, y), color.rgb()),
+            Self::Sign(sign, color) => draw_sign(scene, sign, (middle, y), color),
+            Self::Band(color) => {
+                let edge = |dy: f64| vec![(x + 2.0, y + dy), (x + SYMBOL - 2.0, y + dy)];
+                scene.items.push(Item::Band { upper: edge(-5.0), lower: edge(5.0), rgb: color.rgb() });
+            }
             Self::Patch(rgb) => {
                 scene.items.push(Item::Rect {
                     area: Area { x: x + 3.0, y: y - 5.0, w: SYMBOL - 6.0, h: 10.0 },
                     rgb,
                 });
             }
-            Self::Upright(stroke) => scene.line(vec![(middle, y - 6.0), (middle, y + 6.0)], stroke),
+            Self::Upright(style) => {
+                scene.line(vec![(middle, y - 6.0), (middle, y + 6.0)], Stroke::of(&style));
+            }
             Self::Detection(rgb) => detection(scene, (middle, y + 3.0), rgb),
             Self::Outline { rgb, dash } => {
                 let (l, r, t, b) = (x + 2.0, x + SYMBOL - 2.0, y - 5.5, y + 5.5);

@@ -49,8 +49,12 @@ pub struct Panel {
     pub frames: FrameAxis,
     /// The vertical axis.
     pub range: Range,
+    /// Names of values on the vertical axis, in place of numbers; numbers where it is empty.
+    pub names: Vec<(f64, String)>,
     /// The lines, the first at the back.
     pub series: Vec<Series>,
+    /// Whether a legend names the lines, where there are several.
+    pub legend: bool,
     /// Levels that values are compared with.
     pub thresholds: Vec<Threshold>,
     /// Shaded runs of frames: where the target is lost (O_t = 1).
@@ -69,7 +73,9 @@ impl Panel {
             label: label.to_owned(),
             frames,
             range: Range::Auto,
+            names: Vec::new(),
             series: Vec::new(),
+            legend: true,
             thresholds: Vec::new(),
             spans: Vec::new(),
             events: Vec::new(),
@@ -93,10 +99,12 @@ pub fn spans_where(flags: &[bool]) -> Vec<std::ops::Range<usize>> {
 /// Shade of the frames where the target is lost.
 pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
 /// Line of a true failure.
-pub const EVENT: Stroke = Stroke { rgb: [0x1A, 0x1A, 0x1A], width: 1.0, dash: Dash::Dotted };
-/// Height of the band for detections, in points.
+pub const EVENT: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
+/// Height of the band for detections, in units.
 const BAND: f64 = 8.0;
-/// Between the ends of the range and the frame, in points.
+/// Room for the names of rows, in units.
+const MAX_NAME: f64 = 90.0;
+/// Between the ends of the range and the frame, in units.
 const ROOM: f64 = 4.0;
 
 /// The layout of a panel for a width, to be drawn when the heights of its row are known.
@@ -110,7 +118,8 @@ pub struct PanelLayout<'a> {
 }
 
 impl<'a> PanelLayout<'a> {
-    pub fn new(panel: &'a Panel, width: f64) -> Result<Self, FigureError> {
+    /// The layout in an area of this size, its labels aside.
+    pub fn new(panel: &'a Panel, (width, height): (f64, f64)) -> Result<Self, FigureError> {
         if panel.frames.count == 0 {
             return Err(FigureError::Empty("a panel has no frames"));
         }
@@ -121,8 +130,9 @@ impl<'a> PanelLayout<'a> {
             }
         }
         let values = panel.series.iter().flat_map(|s| &s.values).copied();
-        let y_range = panel.range.resolve(values.chain(panel.thresholds.iter().map(|t| t.value)), false)?;
-        let named = panel.series.len() > 1;
+        let values = values.chain(panel.thresholds.iter().map(|t| t.value));
+        let y_range = panel.range.resolve(values, false, axes::max_ticks_y(height))?;
+        let named = panel.series.len() > 1 && panel.legend;
         let mut entries: Vec<Entry> = Vec::new();
         for s in panel.series.iter().filter(|s| named && !s.name.is_empty()) {
             entries.push(Entry { symbol: Symbol::Line(s.style, None), name: s.name.clone() });
@@ -165,10 +175,18 @@ impl<'a> PanelLayout<'a> {
         Axis::new(self.y_range, (area.bottom(), area.y + self.band()), ROOM, false)
     }
 
+    /// Ticks of the vertical axis: names, or numbers.
+    fn rows(&self, area: &Area) -> Vec<(f64, String)> {
+        if self.panel.names.is_empty() {
+            return self.y_axis(area).ticks(axes::max_ticks_y(area.h));
+        }
+        let fit = |(at, name): &(f64, String)| (*at, font::fit(name, SMALL, MAX_NAME));
+        self.panel.names.iter().map(fit).collect()
+    }
+
     /// Width of the widest tick label on the left for a plot of this height.
     pub fn labels(&self, height: f64) -> f64 {
-        let area = Area { x: 0.0, y: 0.0, w: 1.0, h: height };
-        axes::label_width(&self.y_axis(&area).ticks(axes::max_ticks_y(height)))
+        axes::label_width(&self.rows(&Area { x: 0.0, y: 0.0, w: 1.0, h: height }))
     }
 
     /// Draws the plot in `area` and caption and legend above it, from `left` on.
@@ -201,7 +219,7 @@ impl<'a> PanelLayout<'a> {
             scene.items.push(Item::Rect { area, rgb: SHADE });
         }
         for &t in self.panel.events.iter().filter(|t| **t < count) {
-            scene.line(vec![(x_of(t), area.y), (x_of(t), area.bottom())], EVENT);
+            scene.line(vec![(x_of(t), area.y), (x_of(t), area.bottom())], Stroke::of(&EVENT));
         }
         for t in self.panel.thresholds.iter().filter(|t| axes::usable(t.value)) {
             let y = y_axis.place(t.value);
@@ -227,7 +245,8 @@ impl<'a> PanelLayout<'a> {
             let middle = (area.x + area.w / 2.0, area.y + area.h / 2.0);
             scene.text("no values", middle, SMALL, Anchor::Middle, SOFT);
         }
-        axes::frame(scene, area, &x_axis, &y_axis, label_x);
+        let labels = axes::Labelled { x: label_x, y: true };
+        axes::frame_of_rows(scene, area, &x_axis, &y_axis, &self.rows(area), labels);
     }
 }
 
@@ -255,7 +274,7 @@ mod tests {
     fn a_series_of_the_wrong_length_is_an_error() {
         let mut panel = Panel::new("y", FrameAxis { first: 1, count: 3 });
         panel.series.push(Series { name: "a".into(), values: vec![0.0; 2], style: Style::nth(0) });
-        let error = PanelLayout::new(&panel, 100.0).err();
+        let error = PanelLayout::new(&panel, (100.0, 100.0)).err();
         assert_eq!(error, Some(FigureError::Length { series: "a".into(), got: 2, expected: 3 }));
     }
 }

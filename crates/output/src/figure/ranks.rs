@@ -5,7 +5,7 @@ use super::draw::Plot;
 use super::error::FigureError;
 use super::font;
 use super::heading::heading;
-use super::scene::{Anchor, Item, Scene, Stroke};
+use super::scene::{Anchor, Item, Point, Scene, Stroke};
 use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 
 /// Methods ranked on the same blocks.
@@ -30,17 +30,23 @@ pub struct Ranks {
     pub rankings: Vec<Ranking>,
 }
 
-/// Height of a line of names, in points.
+/// Height of a line of names, in units.
 const LINE: f64 = 17.0;
-/// Distance between two bars, in points.
+/// Distance between two bars, in units.
 const BAR: f64 = 7.0;
-/// Room for names on either side, in points.
-const NAMES: f64 = 190.0;
+/// Most room for names on either side, as a share of the width.
+const NAMES: f64 = 0.37;
+/// Room beside a name and its rank, in units.
+const BESIDE: f64 = 36.0;
+/// More rankings than these stand in two columns.
+const MANY: usize = 2;
+/// Room between the columns, in units.
+const GAP: f64 = 16.0;
 const THIN: Stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
 const AXIS: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
 
 impl Plot for Ranks {
-    fn scene(&self) -> Result<Scene, FigureError> {
+    fn scene(&self, width: f64) -> Result<Scene, FigureError> {
         let is_ranking = |r: &Ranking| {
             let last = r.methods.len() as f64;
             let in_order = r.methods.iter().all(|(_, rank)| (1.0..=last).contains(rank));
@@ -49,22 +55,33 @@ impl Plot for Ranks {
         if self.rankings.is_empty() || !self.rankings.iter().all(is_ranking) {
             return Err(FigureError::Empty("a ranking needs two methods with ranks from 1 to their number"));
         }
-        let mut scene = Scene::new(&self.title, WIDTH);
+        let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
-        for ranking in &self.rankings {
-            y = draw_one(&mut scene, ranking, y) + 14.0;
+        let columns = if self.rankings.len() > MANY && width >= WIDTH { 2 } else { 1 };
+        let w = (width - 2.0 * MARGIN - GAP * (columns - 1) as f64) / columns as f64;
+        for rankings in self.rankings.chunks(columns) {
+            let mut bottom = y;
+            for (k, ranking) in rankings.iter().enumerate() {
+                let left = MARGIN + k as f64 * (w + GAP);
+                bottom = bottom.max(draw_one(&mut scene, ranking, (left, y), w));
+            }
+            y = bottom + 14.0;
         }
         scene.height = y + MARGIN / 2.0;
         Ok(scene)
     }
 }
 
-/// Draws a ranking below `top`; returns the first free line below it.
-fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
-    let room = scene.width - 2.0 * MARGIN;
-    scene.text(&font::fit(&ranking.label, MEDIUM, room), (MARGIN, top + 9.0), MEDIUM, Anchor::Start, INK);
+/// Draws a ranking of a width from its upper left corner on; returns the first free line below it.
+fn draw_one(scene: &mut Scene, ranking: &Ranking, (left, top): Point, width: f64) -> f64 {
+    let label = font::fit(ranking.label.trim(), MEDIUM, width);
+    scene.text(&label, (left, top + 9.0), MEDIUM, Anchor::Start, INK);
     let count = ranking.methods.len();
-    let (from, to) = (MARGIN + NAMES, scene.width - MARGIN - NAMES);
+    let widths = ranking.methods.iter();
+    let widths =
+        widths.map(|(name, rank)| font::width(name, MEDIUM) + font::width(&format!("{rank:.2}"), SMALL));
+    let side = (widths.fold(0.0, f64::max) + BESIDE).min(NAMES * width);
+    let (from, to) = (left + side, left + width - side);
     let place = |rank: f64| from + (rank - 1.0) / (count - 1) as f64 * (to - from);
 
     // The critical difference as a length, cut off where it is longer than the axis.
@@ -79,7 +96,7 @@ fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
 
     let axis = y + 38.0;
     scene.line(vec![(from, axis), (to, axis)], AXIS);
-    let every = count.div_ceil(12);
+    let every = count.div_ceil(((to - from) / 28.0) as usize).max(1);
     for rank in (1..=count).step_by(every) {
         let x = place(rank as f64);
         scene.line(vec![(x, axis - 5.0), (x, axis)], AXIS);
@@ -103,15 +120,15 @@ fn draw_one(scene: &mut Scene, ranking: &Ranking, top: f64) -> f64 {
         let is_left = k < half;
         let line = if is_left { k } else { count - 1 - k };
         let (x, y) = (place(*rank), names + LINE * line as f64);
-        let (side, anchor) = if is_left { (from - 10.0, Anchor::End) } else { (to + 10.0, Anchor::Start) };
-        scene.line(vec![(x, axis), (x, y), (side, y)], THIN);
+        let (end, anchor) = if is_left { (from - 10.0, Anchor::End) } else { (to + 10.0, Anchor::Start) };
+        scene.line(vec![(x, axis), (x, y), (end, y)], THIN);
         scene.items.push(Item::Circle { center: (x, axis), radius: 2.6, rgb: Color::Blue.rgb() });
         let rank = format!("{rank:.2}");
         let beside = font::width(&rank, SMALL) + 8.0;
-        let name = font::fit(name, MEDIUM, NAMES - 14.0 - beside);
+        let name = font::fit(name, MEDIUM, side - 14.0 - beside);
         let towards = if is_left { -1.0 } else { 1.0 };
-        scene.text(&name, (side + 4.0 * towards, y), MEDIUM, anchor, INK);
-        let after = side + towards * (12.0 + font::width(&name, MEDIUM));
+        scene.text(&name, (end + 4.0 * towards, y), MEDIUM, anchor, INK);
+        let after = end + towards * (12.0 + font::width(&name, MEDIUM));
         scene.text(&rank, (after, y), SMALL, anchor, SOFT);
     }
     names + LINE * half as f64
@@ -159,7 +176,7 @@ mod tests {
         for word in ["DTEF", "RAW", "x&lt;y", "1.20", "3.70", "critical difference 9.00", "NCC"] {
             assert_eq!(svg.matches(&format!(">\n{word}\n<")).count(), 1, "{word}");
         }
-        let scene = figure.scene().unwrap();
+        let scene = figure.scene(WIDTH).unwrap();
         for item in &scene.items {
             let inside = |x: f64, y: f64| (0.0..=WIDTH).contains(&x) && (0.0..=scene.height).contains(&y);
             match item {

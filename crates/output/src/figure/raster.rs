@@ -1,16 +1,17 @@
-//! Draws a scene as a bitmap of two pixels a point.
+//! Draws a scene as a bitmap of two pixels a unit: 206 pixels an inch.
 //!
 //! The coverage of a pixel is exact for shapes with edges along the axes, and the clamped distance to the edge for
 //! others. A line is one shape, so that its color is not laid on twice where its segments meet.
 
 use super::error::FigureError;
 use super::font;
-use super::scene::{Anchor, Area, Item, Picture, Point, Scene, Stroke, dashes};
+use super::scene::{Anchor, Area, BAND, Item, Picture, Point, Scene, Stroke, dashes};
+use super::style::PER_INCH;
 use crate::image::Frame;
 use ::image::imageops::{FilterType, resize};
 use ::image::{ExtendedColorType, ImageEncoder, RgbImage, codecs::png};
 
-/// Pixels per point.
+/// Pixels per unit.
 const SCALE: f64 = 2.0;
 
 /// Draws the scene, whose size has been checked, as a PNG file.
@@ -24,7 +25,23 @@ pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
         canvas.item(item);
     }
     let size = (canvas.w as u32, canvas.h as u32);
-    encode(&canvas.rgb, size, png::CompressionType::Fast, png::FilterType::Up)
+    let mut png = encode(&canvas.rgb, size, png::CompressionType::Fast, png::FilterType::Up)?;
+    // Behind the signature and the header, which has a fixed length.
+    png.splice(33..33, density());
+    Ok(png)
+}
+
+/// The chunk of a PNG that says how many pixels a meter has, so that programs show the figure in its width in print.
+fn density() -> Vec<u8> {
+    let per_meter = (SCALE * PER_INCH / 0.0254).round() as u32;
+    let mut chunk = b"pHYs".to_vec();
+    chunk.extend(per_meter.to_be_bytes());
+    chunk.extend(per_meter.to_be_bytes());
+    chunk.push(1);
+    let bit = |sum: u32, _| if sum & 1 == 1 { (sum >> 1) ^ 0xEDB8_8320 } else { sum >> 1 };
+    let check = !chunk.iter().fold(u32::MAX, |sum, byte| (0..8).fold(sum ^ u32::from(*byte), bit));
+    let length = chunk.len() as u32 - 4;
+    length.to_be_bytes().into_iter().chain(chunk).chain(check.to_be_bytes()).collect()
 }
 
 /// Draws items over a frame, two of whose pixels are a point.
@@ -124,7 +141,7 @@ impl Canvas {
                 }
             }
             Item::Rect { area, rgb } => self.rect(area, *rgb),
-            Item::Polygon { corners, rgb } => self.polygon(corners, *rgb),
+            Item::Polygon { corners, rgb } => self.polygon(corners, *rgb, 1.0),
             Item::Circle { center, radius, rgb } => {
                 let ((x, y), radius) = (scaled(*center), radius * SCALE);
                 let reach = radius + 1.0;
@@ -133,6 +150,11 @@ impl Canvas {
                     let (dx, dy) = (u as f64 + 0.5 - x, v as f64 + 0.5 - y);
                     radius + 0.5 - (dx * dx + dy * dy).sqrt()
                 });
+            }
+            Item::Band { upper, lower, rgb } => {
+                for (above, below) in upper.windows(2).zip(lower.windows(2)) {
+                    self.polygon(&[above[0], above[1], below[1], below[0]], *rgb, BAND);
+                }
             }
             Item::Text { text, at, size, anchor, upwards, rgb } => {
                 let (x, y) = scaled(*at);
@@ -161,8 +183,8 @@ impl Canvas {
         self.fill(pixels, rgb, |x, y| share(x, left, right) * share(y, top, bottom));
     }
 
-    /// A convex polygon.
-    fn polygon(&mut self, corners: &[Point], rgb: [u8; 3]) {
+    /// A convex polygon of an opacity from 0 to 1.
+    fn polygon(&mut self, corners: &[Point], rgb: [u8; 3], opacity: f64) {
         let corners: Vec<Point> = corners.iter().map(|&p| scaled(p)).collect();
         let next = |k: usize| corners[(k + 1) % corners.len()];
         let doubled: f64 = corners.iter().enumerate().map(|(k, a)| a.0 * next(k).1 - next(k).0 * a.1).sum();
@@ -182,7 +204,7 @@ impl Canvas {
         self.fill(pixels, rgb, |x, y| {
             let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
             let outside = edges.iter().map(|(nx, ny, d)| nx * x + ny * y - d);
-            0.5 - outside.fold(f64::NEG_INFINITY, f64::max)
+            opacity * (0.5 - outside.fold(f64::NEG_INFINITY, f64::max)).min(1.0)
         });
     }
 

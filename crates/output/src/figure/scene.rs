@@ -1,4 +1,4 @@
-//! The scene of a figure: lines, shapes, texts and pictures, in points from the top left corner.
+//! The scene of a figure: lines, shapes, texts and pictures, in units of 0.7 pt from the top left corner.
 
 use super::font;
 use super::style::{Dash, Style};
@@ -31,11 +31,37 @@ impl Stroke {
 
 #[derive(Debug, Clone)]
 pub enum Item {
-    Line { points: Vec<Point>, stroke: Stroke },
-    Rect { area: Area, rgb: [u8; 3] },
-    Polygon { corners: Vec<Point>, rgb: [u8; 3] },
-    Circle { center: Point, radius: f64, rgb: [u8; 3] },
-    Text { text: String, at: Point, size: f64, anchor: Anchor, upwards: bool, rgb: [u8; 3] },
+    Line {
+        points: Vec<Point>,
+        stroke: Stroke,
+    },
+    Rect {
+        area: Area,
+        rgb: [u8; 3],
+    },
+    Polygon {
+        corners: Vec<Point>,
+        rgb: [u8; 3],
+    },
+    Circle {
+        center: Point,
+        radius: f64,
+        rgb: [u8; 3],
+    },
+    /// What lies between two lines over the same places from left to right, see-through.
+    Band {
+        upper: Vec<Point>,
+        lower: Vec<Point>,
+        rgb: [u8; 3],
+    },
+    Text {
+        text: String,
+        at: Point,
+        size: f64,
+        anchor: Anchor,
+        upwards: bool,
+        rgb: [u8; 3],
+    },
 }
 
 /// A rectangle of the page.
@@ -76,6 +102,9 @@ impl Area {
         (t0 <= t1).then_some(((a.0 + t0 * dx, a.1 + t0 * dy), (a.0 + t1 * dx, a.1 + t1 * dy)))
     }
 }
+
+/// Opacity of a [`Item::Band`].
+pub const BAND: f64 = 0.18;
 
 /// A frame and the area that it fills; pictures lie under everything else.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@ use super::error::FigureError;
 use super::font;
 use super::heading::heading;
 use super::scene::{Anchor, Item, Point, Scene, Stroke};
-use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT};
 
 /// An arrow.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,28 +31,28 @@ pub struct States {
     pub arrows: Vec<Arrow>,
 }
 
-/// Half the height of a box, in points.
+/// Half the height of a box, in units.
 const HALF: f64 = 16.0;
-/// Room beside a name in its box, in points.
+/// Room beside a name in its box, in units.
 const ROOM: f64 = 14.0;
-/// Distance of an arrow from the line between the middles of its boxes, in points.
+/// Distance of an arrow from the line between the middles of its boxes, in units.
 const APART: f64 = 7.0;
 /// Stroke of arrows.
 const LINE_STYLE: Stroke = Stroke { rgb: INK, width: 1.2, dash: Dash::Solid };
-/// Height of a line of a label, in points.
+/// Height of a line of a label, in units.
 const LINE: f64 = 14.0;
 
 impl Plot for States {
-    fn scene(&self) -> Result<Scene, FigureError> {
+    fn scene(&self, width: f64) -> Result<Scene, FigureError> {
         let n = self.states.len();
         let is_known = |a: &Arrow| a.from < n && a.to < n;
         if n == 0 || !self.arrows.iter().all(is_known) {
             return Err(FigureError::Empty("a state diagram needs states, and arrows between them"));
         }
-        let mut scene = Scene::new(&self.title, WIDTH);
+        let mut scene = Scene::new(&self.title, width);
         let top = heading(&mut scene, &self.title, &self.note);
-        let (rx, ry) = (0.3 * WIDTH, 110.0);
-        let center = (WIDTH / 2.0, top + HALF + 8.0 + ry);
+        let (rx, ry) = (0.3 * width, 110.0);
+        let center = (width / 2.0, top + HALF + 8.0 + ry);
         let place = |i: usize| {
             let angle = std::f64::consts::TAU * i as f64 / n as f64;
             (center.0 + rx * angle.sin(), center.1 - ry * angle.cos())
@@ -112,12 +112,16 @@ impl Plot for States {
 impl States {
     /// Draws the lines of a label beside `at`, on the side that `normal` points to.
     fn label(&self, scene: &mut Scene, lines: &[&str], at: Point, normal: Point) {
-        let height = LINE * lines.len() as f64;
-        let anchor = match normal.0 {
-            x if x > 0.3 => Anchor::Start,
-            x if x < -0.3 => Anchor::End,
-            _ => Anchor::Middle,
+        let left = at.0 + 8.0 * normal.0;
+        let right = scene.width - left;
+        let (anchor, room) = match normal.0 {
+            x if x > 0.3 => (Anchor::Start, right),
+            x if x < -0.3 => (Anchor::End, left),
+            _ => (Anchor::Middle, 2.0 * left.min(right)),
         };
+        let lines: Vec<String> =
+            lines.iter().flat_map(|line| font::wrap(line, SMALL, room - MARGIN, 3)).collect();
+        let height = LINE * lines.len() as f64;
         let (x, y) = (at.0 + 8.0 * normal.0, at.1 + (8.0 + height / 2.0) * normal.1);
         for (k, line) in lines.iter().enumerate() {
             let y = y - height / 2.0 + LINE * (k as f64 + 0.5);
@@ -144,6 +148,7 @@ fn arrow(scene: &mut Scene, start: Point, end: Point, along: Point) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::style::WIDTH;
     use super::*;
 
     fn diagram() -> States {
@@ -168,7 +173,7 @@ mod tests {
         for word in ["one", "two", "three", "there", "back", "on", "and on", "round"] {
             assert_eq!(svg.matches(&format!(">\n{word}\n<")).count(), 1, "{word}");
         }
-        let scene = diagram().scene().unwrap();
+        let scene = diagram().scene(WIDTH).unwrap();
         // Two arrows of the same way share a line: three lines, two for the loop, and three boxes.
         assert_eq!(scene.items.iter().filter(|i| matches!(i, Item::Line { .. })).count(), 8);
         for item in &scene.items {

@@ -11,7 +11,7 @@ use super::heading::heading;
 use super::legend::{Entry, Rows, Symbol};
 use super::panel::{EVENT, Panel, PanelLayout, SHADE};
 use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
-use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL, WIDTH};
+use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL};
 use crate::image::Frame;
 use crate::region::Region;
 
@@ -66,7 +66,7 @@ pub struct Strip {
     pub title: String,
     /// Note under the title, such as `12 of 21 targets`; may be empty.
     pub note: String,
-    /// Frames above the grid, five a row; may be empty.
+    /// Frames above the grid, five a row or, in a column, two; may be empty.
     pub stills: Vec<Still>,
     /// A heading a column; may be empty.
     pub headings: Vec<String>,
@@ -79,20 +79,25 @@ pub struct Strip {
 /// Meaning of shaded frames where there is ground truth.
 pub const LOST: &str = "target lost (Oₜ = 1)";
 
-const STILLS_PER_ROW: usize = 5;
+/// Least width of a column of panels, and of a still, in units.
+const LEAST_PANEL: f64 = 165.0;
+const LEAST_STILL: f64 = 140.0;
 const GAP: f64 = 16.0;
 
 impl Plot for Strip {
-    fn scene(&self) -> Result<Scene, FigureError> {
-        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+    fn scene(&self, width: f64) -> Result<Scene, FigureError> {
+        let most = ((width / LEAST_PANEL) as usize).max(1);
+        let blocks = self.blocks(most);
+        let columns = blocks.iter().flat_map(|b| &b.rows).map(Vec::len).max().unwrap_or(0);
         if columns == 0 && self.stills.is_empty() {
             return Err(FigureError::Empty("neither stills nor panels"));
         }
-        let width = WIDTH.max(columns as f64 * WIDTH / 4.0);
         let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
         y = self.draw_stills(&mut scene, y);
-        y = self.draw_grid(&mut scene, columns, y)?;
+        for block in blocks.iter().filter(|_| columns > 0) {
+            y = block.draw(&mut scene, columns, y)?;
+        }
         let key = Rows::new(&self.key(), width - 2.0 * MARGIN);
         key.draw(&mut scene, (MARGIN, y));
         scene.height = y + key.height() + MARGIN;
@@ -124,8 +129,24 @@ impl Strip {
         out
     }
 
+    /// The panels in blocks of at most `most` columns, so that they stay readable.
+    fn blocks(&self, most: usize) -> Vec<Block<'_>> {
+        if self.headings.is_empty() {
+            let rows = self.rows.iter().flat_map(|row| row.chunks(most).map(|part| part.iter().collect()));
+            return vec![Block { headings: &[], rows: rows.collect() }];
+        }
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let block = |first: usize| {
+            let part = |length: usize| first.min(length)..(first + most).min(length);
+            let rows = self.rows.iter().map(|row| row[part(row.len())].iter().collect()).collect();
+            Block { headings: &self.headings[part(self.headings.len())], rows }
+        };
+        (0..columns).step_by(most).map(block).collect()
+    }
+
     fn draw_stills(&self, scene: &mut Scene, mut y: f64) -> f64 {
-        let a_row = self.stills.len().clamp(3, STILLS_PER_ROW);
+        let most = ((scene.width / LEAST_STILL) as usize).max(1);
+        let a_row = self.stills.len().max(3).min(most);
         let gap = 6.0;
         let w = (scene.width - 2.0 * MARGIN - gap * (a_row - 1) as f64) / a_row as f64;
         for row in self.stills.chunks(a_row) {
@@ -154,11 +175,17 @@ impl Strip {
         }
         y
     }
+}
 
-    fn draw_grid(&self, scene: &mut Scene, columns: usize, mut y: f64) -> Result<f64, FigureError> {
-        if columns == 0 {
-            return Ok(y);
-        }
+/// Panels whose columns belong together.
+struct Block<'s> {
+    headings: &'s [String],
+    rows: Vec<Vec<&'s Panel>>,
+}
+
+impl Block<'_> {
+    /// Draws the panels below `y`, each as wide as in `columns` columns; returns the first free line below them.
+    fn draw(&self, scene: &mut Scene, columns: usize, mut y: f64) -> Result<f64, FigureError> {
         let gap = if columns > 3 { 10.0 } else { GAP };
         let column = (scene.width - 2.0 * MARGIN - gap * (columns - 1) as f64) / columns as f64;
         let height = match columns {
@@ -169,7 +196,7 @@ impl Strip {
         };
         let mut grid: Vec<Vec<PanelLayout<'_>>> = Vec::new();
         for row in &self.rows {
-            grid.push(row.iter().map(|p| PanelLayout::new(p, column)).collect::<Result<_, _>>()?);
+            grid.push(row.iter().map(|&p| PanelLayout::new(p, (column, height))).collect::<Result<_, _>>()?);
         }
         if columns > 2 {
             for row in &mut grid {
@@ -207,8 +234,9 @@ impl Strip {
             }
             y += 20.0;
         }
+        // Every row has the room of the highest legend, so that a legend does not shift the panels below it.
+        let head = grid.iter().flatten().map(PanelLayout::head).fold(0.0, f64::max);
         for (r, row) in grid.iter().enumerate() {
-            let head = row.iter().map(PanelLayout::head).fold(0.0, f64::max);
             y += head + 4.0;
             let mut foot: f64 = 8.0;
             for (c, panel) in row.iter().enumerate() {

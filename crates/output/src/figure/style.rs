@@ -1,14 +1,21 @@
 //! Sizes, colors and line styles that all figures share.
 
-/// Width of a figure with up to four columns, in points (CSS pixels).
+use plotters::style::RGBColor;
+use plotters::style::colors::colormaps::ViridisRGB;
+
+/// Width of a figure as wide as the text of a page, 7 inches, in units.
 pub const WIDTH: f64 = 720.0;
-/// Margin around the page, in points.
+/// Units of an inch; a unit is 0.7 pt.
+pub const PER_INCH: f64 = WIDTH / 7.0;
+/// Width of a figure in one of two columns, 3.3 inches, in units.
+pub const COLUMN: f64 = 3.3 * PER_INCH;
+/// Margin around the page, in units.
 pub const MARGIN: f64 = 8.0;
-/// Size of tick labels, captions and legends, in points.
+/// Size of tick labels, captions and legends, in units: 7.7 pt in print.
 pub const SMALL: f64 = 11.0;
-/// Size of axis names and headings, in points.
+/// Size of axis names and headings, in units: 8.4 pt in print.
 pub const MEDIUM: f64 = 12.0;
-/// Size of a figure's title, in points.
+/// Size of a figure's title, in units: 9.8 pt in print.
 pub const LARGE: f64 = 14.0;
 /// Black for text.
 pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
@@ -38,6 +45,8 @@ pub enum Color {
     Black,
     /// `#6E6E6E`, for marks in the background.
     Gray,
+    /// Red, green and blue, of a map for ordered values.
+    Mapped([u8; 3]),
 }
 
 impl Color {
@@ -53,7 +62,16 @@ impl Color {
             Self::Yellow => [0xF0, 0xE4, 0x42],
             Self::Black => [0x00, 0x00, 0x00],
             Self::Gray => [0x6E, 0x6E, 0x6E],
+            Self::Mapped(rgb) => rgb,
         }
+    }
+
+    /// The `i`-th of `n` colors for values in order: those of viridis (van der Walt, Smith, 2015), from dark to light,
+    /// without its end, which is too light for lines on white.
+    pub fn ordered(i: usize, n: usize) -> Self {
+        let share = if n > 1 { i as f64 / (n - 1) as f64 } else { 0.0 };
+        let RGBColor(r, g, b) = ViridisRGB::get_color(0.85 * share);
+        Self::Mapped([r, g, b])
     }
 }
 
@@ -75,7 +93,7 @@ impl Color {
 pub enum Dash {
     /// Unbroken.
     Solid,
-    /// Dashes of 5 points.
+    /// Dashes of 5 units.
     Dashed,
     /// Dots.
     Dotted,
@@ -84,7 +102,12 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// Alternating lengths of strokes and gaps in points; empty for an unbroken line. Round caps add the line's width to
+    /// The `i`-th of the line styles; they repeat after four.
+    pub fn nth(i: usize) -> Self {
+        [Self::Solid, Self::Dashed, Self::DashDot, Self::Dotted][i % 4]
+    }
+
+    /// Alternating lengths of strokes and gaps in units; empty for an unbroken line. Round caps add the line's width to
     /// every stroke.
     pub(super) fn pattern(self) -> &'static [f64] {
         match self {
@@ -103,7 +126,7 @@ pub struct Style {
     pub color: Color,
     /// Line style.
     pub dash: Dash,
-    /// Width in points.
+    /// Width in units.
     pub width: f64,
 }
 
@@ -113,7 +136,7 @@ impl Style {
         Self { color, dash, width: 1.4 }
     }
 
-    /// Style of the `i`-th of several equal series; the first 28 differ.
+    /// Style of the `i`-th of several equal series: another color each, and dashes from the eighth on; the first 28 differ.
     pub fn nth(i: usize) -> Self {
         const COLORS: [Color; 7] = [
             Color::Blue,
@@ -124,15 +147,27 @@ impl Style {
             Color::Black,
             Color::Sky,
         ];
-        const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-        // 7 and 4 have no common divisor, so the pairs repeat only after 28.
-        Self::new(COLORS[i % COLORS.len()], DASHES[i % DASHES.len()])
+        Self::new(COLORS[i % COLORS.len()], Dash::nth(i / COLORS.len()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    // Values of matplotlib 3.10: matplotlib.colormaps["viridis"](0.0), (0.425) and (0.85), in 255ths; plotters has nine
+    // colors of the map and mixes those between.
+    #[test]
+    fn ordered_colors_are_those_of_viridis() {
+        let near = |color: Color, expected: [u8; 3]| {
+            let rgb = color.rgb();
+            assert!(rgb.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 6), "{rgb:?} {expected:?}");
+        };
+        near(Color::ordered(0, 3), [68, 1, 84]);
+        near(Color::ordered(1, 3), [38, 130, 142]);
+        near(Color::ordered(2, 3), [165, 219, 54]);
+        assert_eq!(Color::ordered(0, 1), Color::ordered(0, 5));
+    }
 
     #[test]
     fn the_first_28_styles_differ() {

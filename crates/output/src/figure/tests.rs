@@ -116,70 +116,87 @@ fn five() -> Strip {
 }
 
 fn sweep() -> Curves {
-    let series = [5, 10, 25, 50].into_iter().enumerate().map(|(i, l)| Curve {
-        name: format!("l = {l}"),
-        points: (3..=9)
-            .map(|k| (f64::from(k) * 0.001, 0.3 - 0.004 * (f64::from(k) - 4.0 - i as f64).powi(2)))
-            .collect(),
-        style: Style::nth(i),
-    });
+    let curve = |(i, l): (usize, i32)| {
+        let f = |k: i32| 0.3 - 0.004 * (f64::from(k) - 4.0 - i as f64).powi(2);
+        let points: Vec<(f64, f64)> = (3..=9).map(|k| (f64::from(k) * 0.001, f(k))).collect();
+        let band = points.iter().map(|p| (p.1 - 0.02, p.1 + 0.03)).collect();
+        let curve = Curve { band, ..Curve::new(points, Style::nth(i), Marker::nth(i)) };
+        (Entry::new(Symbol::Line(curve.style, curve.marker), format!("l = {l}")), curve)
+    };
+    let (mut legend, series): (Vec<Entry>, Vec<Curve>) =
+        [5, 10, 25, 50].into_iter().enumerate().map(curve).unzip();
+    let published = Style::new(Color::Gray, Dash::Dashed);
+    legend.push(Entry::new(Symbol::Upright(published), "published τ₁ = 0.004"));
+    let facet = Facet {
+        label: "window 20".into(),
+        signs: vec![
+            (Sign::Operating, (0.004, 0.3), Color::Blue),
+            (Sign::Published, (0.005, 0.2), Color::Gray),
+        ],
+        names: vec![("best".into(), (0.006, 0.28))],
+        uprights: vec![(0.004, published)],
+        series,
+        ..Facet::default()
+    };
     Curves {
         title: "F-score on D1 against the threshold".into(),
         note: "Δt₂ = 20; 20 sequences, 42 failures".into(),
-        x_label: "τ₁".into(),
-        y_label: "F-score".into(),
-        x_log: false,
-        y_log: false,
-        x_range: Range::Auto,
-        y_range: Range::Auto,
+        x: CurveAxis::new("τ₁"),
+        y: CurveAxis::new("F-score"),
         square: false,
-        series: series.collect(),
-        marks: vec![("published τ₁ = 0.004".into(), 0.004)],
+        iso_f: false,
+        facets: vec![facet],
+        legend,
     }
 }
 
 fn receiver() -> Curves {
-    let curve = |name: &str, power: f64, i| Curve {
-        name: name.into(),
-        points: (0..=200).map(|k| f64::from(k) / 200.0).map(|x| (x, x.powf(power))).collect(),
-        style: Style::nth(i),
+    let curve = |(i, power): (usize, f64)| {
+        let points = (0..=200).map(|k| f64::from(k) / 200.0).map(|x| (x, x.powf(power))).collect();
+        Curve::new(points, Style::nth(i), Marker::nth(i))
     };
-    let series =
-        vec![curve("DTEF", 0.2, 0), curve("NAIVE", 0.3, 1), curve("RAW", 0.5, 2), curve("random", 1.0, 3)];
+    let series = [0.2, 0.3, 0.5, 1.0].into_iter().enumerate().map(curve).collect();
+    let share = |label: &str| CurveAxis { range: Range::Fixed(0.0, 1.0), ..CurveAxis::new(label) };
     Curves {
         title: "Receiver operating curves".into(),
-        x_label: "false positive rate".into(),
-        y_label: "recall".into(),
-        x_range: Range::Fixed(0.0, 1.0),
-        y_range: Range::Fixed(0.0, 1.0),
+        x: share("false positive rate"),
+        y: share("recall"),
         square: true,
-        series,
-        marks: vec![],
+        facets: vec![Facet { series, ..Facet::default() }],
         ..sweep()
     }
 }
 
-type Drawn = (&'static str, Result<String, FigureError>, Result<Vec<u8>, FigureError>);
+/// Five panels of precision over recall.
+fn panels_of_methods() -> Curves {
+    let [facet] = receiver().facets.try_into().expect("one panel");
+    let behind = facet.series.iter().map(|c| c.points.clone()).collect();
+    let facet = Facet { label: "DTEF, AP .41".into(), behind, ..facet };
+    Curves { iso_f: true, facets: vec![facet; 5], ..receiver() }
+}
 
-fn all() -> Vec<Drawn> {
+/// Every figure in both widths.
+fn all() -> Vec<(&'static str, Files)> {
+    let points = (-4..=2).map(|k| (10.0_f64.powi(k), f64::from(k * k))).collect();
+    let series = vec![Curve::new(points, Style::nth(0), Marker::Circle)];
     let logarithmic = Curves {
-        x_log: true,
-        y_log: false,
-        series: vec![Curve {
-            name: "RAW".into(),
-            points: (-4..=2).map(|k| (10.0_f64.powi(k), f64::from(k * k))).collect(),
-            style: Style::nth(0),
-        }],
+        x: CurveAxis { log: true, ..CurveAxis::new("τ₁") },
+        facets: vec![Facet { series, ..Facet::default() }],
         ..sweep()
     };
-    vec![
-        ("three", three().to_svg(), three().to_png()),
-        ("four", four().to_svg(), four().to_png()),
-        ("five", five().to_svg(), five().to_png()),
-        ("sweep", sweep().to_svg(), sweep().to_png()),
-        ("receiver", receiver().to_svg(), receiver().to_png()),
-        ("logarithmic", logarithmic.to_svg(), logarithmic.to_png()),
-    ]
+    let plots: [(&str, &dyn Plot); 7] = [
+        ("three", &three()),
+        ("four", &four()),
+        ("five", &five()),
+        ("sweep", &sweep()),
+        ("receiver", &receiver()),
+        ("panels", &panels_of_methods()),
+        ("logarithmic", &logarithmic),
+    ];
+    let draw = |(name, plot): (&'static str, &dyn Plot)| {
+        [WIDTH, COLUMN].map(|width| (name, plot.draw(width).expect("a figure")))
+    };
+    plots.into_iter().flat_map(draw).collect()
 }
 
 /// Counts elements and texts of a well-formed document; panics where it is not well-formed.
@@ -240,8 +257,7 @@ fn assert_on_page(scene: &scene::Scene) {
 
 #[test]
 fn svg_is_well_formed_offline_and_without_ids() {
-    for (name, svg, _) in all() {
-        let svg = svg.expect("a figure");
+    for (name, Files { svg, .. }) in all() {
         let (elements, texts) = parse(&svg);
         assert!(elements > 20 && texts.len() > 5, "{name}");
         assert_eq!(svg.matches("http").count(), 1, "{name}: only the namespace");
@@ -263,9 +279,9 @@ fn stills_are_embedded_under_their_boxes() {
 }
 
 #[test]
-fn the_png_has_two_pixels_a_point() {
+fn the_png_has_two_pixels_a_unit() {
     let figure = three();
-    let scene = figure.scene().expect("a layout");
+    let scene = figure.scene(WIDTH).expect("a layout");
     let image = ::image::load_from_memory(&figure.to_png().expect("a figure")).expect("a PNG").to_rgb8();
     assert_eq!(f64::from(image.width()), 2.0 * scene.width);
     assert_eq!(f64::from(image.height()), 2.0 * scene.height.ceil());
@@ -297,22 +313,28 @@ fn hostile_and_long_names_stay_text_and_on_the_page() {
             panel.series.iter_mut().for_each(|s| s.name = name.into());
             panel.thresholds.iter_mut().for_each(|t| t.name = name.into());
         }
-        assert_on_page(&strip.scene().expect("a layout"));
+        assert_on_page(&strip.scene(WIDTH).expect("a layout"));
         let svg = strip.to_svg().expect("a figure");
         parse(&svg);
         assert!(!svg.contains("<script"));
 
         let mut curves = sweep();
         curves.title = name.into();
-        curves.x_label = name.into();
-        curves.y_label = name.into();
-        curves.series.iter_mut().for_each(|s| s.name = name.into());
-        curves.marks[0].0 = name.into();
-        assert_on_page(&curves.scene().expect("a layout"));
+        curves.x.label = name.into();
+        curves.y.label = name.into();
+        curves.legend.iter_mut().for_each(|e| e.name = name.into());
+        curves.facets[0].label = name.into();
+        curves.facets[0].names[0].0 = name.into();
+        assert_on_page(&curves.scene(WIDTH).expect("a layout"));
+        assert_on_page(&curves.scene(COLUMN).expect("a layout"));
         parse(&curves.to_svg().expect("a figure"));
     }
     for figure in [three(), four(), five()] {
-        assert_on_page(&figure.scene().expect("a layout"));
+        assert_on_page(&figure.scene(WIDTH).expect("a layout"));
+        assert_on_page(&figure.scene(COLUMN).expect("a layout"));
+    }
+    for figure in [sweep(), receiver(), panels_of_methods()] {
+        assert_on_page(&figure.scene(COLUMN).expect("a layout"));
     }
 }
 
@@ -360,7 +382,7 @@ fn boxes_far_outside_do_not_leave_their_still() {
     for still in &mut strip.stills {
         still.boxes.push((Region::Rect(Rect::new(-1e7, -40.0, 1e9, 60.0)), BoxStyle::State));
     }
-    let scene = strip.scene().expect("a layout");
+    let scene = strip.scene(WIDTH).expect("a layout");
     let first = scene.pictures[0].area;
     let top = scene.items.iter().filter_map(|item| match item {
         scene::Item::Line { points, .. } if points.iter().all(|p| p.1 <= first.bottom() + 1e-6) => {
@@ -383,7 +405,7 @@ fn boxes_far_outside_do_not_leave_their_still() {
 fn nothing_to_draw_is_an_error() {
     let empty = Strip { stills: vec![], rows: vec![vec![]], ..three() };
     assert!(matches!(empty.to_svg(), Err(FigureError::Empty(_))));
-    let no_points = Curves { series: vec![], ..sweep() };
+    let no_points = Curves { facets: vec![], ..sweep() };
     assert!(matches!(no_points.to_png(), Err(FigureError::Empty(_))));
     let mut no_frames = three();
     no_frames.rows[0][0].frames.count = 0;
@@ -395,8 +417,112 @@ fn nothing_to_draw_is_an_error() {
 
 #[test]
 fn the_same_data_gives_the_same_bytes() {
-    for (a, b) in all().into_iter().zip(all()) {
-        assert!(a.1.is_ok() && a.2.is_ok(), "{}: {:?}", a.0, a.1.err());
-        assert_eq!(a, b);
+    assert_eq!(all(), all());
+}
+
+/// The frames of panels: the lines that go down and to the right around each.
+fn frames(scene: &scene::Scene) -> Vec<(f64, f64, f64, f64)> {
+    let corner = |item: &scene::Item| match item {
+        scene::Item::Line { points, .. } => match points[..] {
+            [(l, t), (x, b), (r, y)] if l == x && b == y && t < b && l < r => Some((l, t, r, b)),
+            _ => None,
+        },
+        _ => None,
+    };
+    scene.items.iter().filter_map(corner).collect()
+}
+
+#[test]
+fn a_legend_does_not_move_or_shrink_panels() {
+    for figure in [sweep(), receiver(), panels_of_methods()] {
+        let entry = |k| Entry::new(Symbol::Patch([0; 3]), format!("a long name of a curve, number {k}"));
+        let with = Curves { legend: (0..20).map(entry).collect(), ..figure.clone() };
+        let without = Curves { legend: vec![], ..figure };
+        for width in [WIDTH, COLUMN] {
+            let of = |c: &Curves| frames(&c.scene(width).expect("a layout"));
+            assert_eq!(of(&with), of(&without));
+            assert_eq!(of(&with).len(), with.facets.len());
+        }
     }
+    // In strips a panel without a legend is as far from the next as one with.
+    let mut strip = five();
+    strip.rows = vec![strip.rows[0].clone(), strip.rows[1].clone(), strip.rows[0].clone()];
+    let tops: Vec<f64> = frames(&strip.scene(WIDTH).expect("a layout")).iter().map(|f| f.1).collect();
+    assert!((tops[0] - tops[2] - (tops[2] - tops[4])).abs() < 1e-9, "{tops:?}");
+}
+
+#[test]
+fn panels_are_alike_and_share_their_labels() {
+    for (width, columns) in [(WIDTH, 3), (COLUMN, 2)] {
+        let scene = panels_of_methods().scene(width).expect("a layout");
+        let frames = frames(&scene);
+        let (w, h) = (frames[0].2 - frames[0].0, frames[0].3 - frames[0].1);
+        for f in &frames {
+            assert!((f.2 - f.0 - w).abs() < 1e-9 && (f.3 - f.1 - h).abs() < 1e-9 && f.2 < width);
+        }
+        assert_eq!(frames.iter().filter(|f| f.1 == frames[0].1).count(), columns);
+        let texts = |wanted: &str| {
+            let is_it =
+                |item: &&scene::Item| matches!(item, scene::Item::Text { text, .. } if text == wanted);
+            scene.items.iter().filter(is_it).count()
+        };
+        // A name for each axis, and 0.4 at the left of each row and below each column.
+        assert_eq!((texts("recall"), texts("false positive rate")), (1, 1));
+        assert!(texts("0.0") == 5_usize.div_ceil(columns) + columns, "{}", texts("0.0"));
+    }
+}
+
+#[test]
+fn figures_are_seven_or_three_and_a_third_inches_wide_with_letters_of_seven_points() {
+    let plots: [&dyn Plot; 4] = [&three(), &four(), &sweep(), &panels_of_methods()];
+    for plot in plots {
+        for (width, inches) in [(WIDTH, "7in"), (COLUMN, "3.301in")] {
+            let files = plot.draw(width).expect("a figure");
+            assert!(files.svg.contains(&format!("width=\"{inches}\"")), "{}", &files.svg[..200]);
+            // The box of a view has four units each of 0.7 points.
+            let sizes =
+                files.svg.split("font-size=\"").skip(1).filter_map(|s| s.split('"').next()?.parse().ok());
+            let smallest = sizes.fold(f64::INFINITY, f64::min) / 4.0 * 0.7;
+            assert!(smallest > 7.0, "{smallest} pt");
+            let image = ::image::load_from_memory(&files.png).expect("a PNG");
+            assert_eq!(f64::from(image.width()), 2.0 * width.ceil());
+            // 8100 pixels a meter, 206 an inch.
+            let density = files.png.windows(4).position(|w| w == b"pHYs").expect("a density") + 4;
+            assert_eq!(files.png[density..density + 4], 8100_u32.to_be_bytes());
+            assert!(files.pdf.starts_with(b"%PDF"));
+        }
+    }
+}
+
+#[test]
+fn many_columns_stand_below_each_other() {
+    let mut strip = four();
+    for row in &mut strip.rows {
+        row.extend(row.clone());
+    }
+    strip.headings = (0..8).map(|k| format!("sequence {k}")).collect();
+    let (wide, narrow) = (strip.scene(WIDTH).expect("a layout"), strip.scene(COLUMN).expect("a layout"));
+    assert_eq!((wide.width, narrow.width), (WIDTH, COLUMN));
+    let lefts = |scene: &scene::Scene| {
+        let mut lefts: Vec<i64> = frames(scene).iter().map(|f| f.0 as i64).collect();
+        assert_eq!(lefts.len(), 24);
+        lefts.sort_unstable();
+        lefts.dedup();
+        lefts.len()
+    };
+    assert_eq!((lefts(&wide), lefts(&narrow)), (4, 2));
+}
+
+#[test]
+fn rows_have_names_in_place_of_numbers() {
+    let mut strip = three();
+    let panel = &mut strip.rows[0][0];
+    panel.names = vec![(0.2, "EmpTh".into()), (0.8, "AVU".into())];
+    let (_, texts) = parse(&strip.to_svg().expect("a figure"));
+    for name in ["EmpTh", "AVU"] {
+        assert_eq!(texts.iter().filter(|t| *t == name).count(), 1);
+    }
+    strip.rows[0].truncate(1);
+    let (_, texts) = parse(&strip.to_svg().expect("a figure"));
+    assert!(!texts.iter().any(|t| t == "0.5"), "{texts:?}");
 }

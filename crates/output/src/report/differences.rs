@@ -3,6 +3,7 @@
 //! The numbers are those of `frame_pairs.csv`; see [`crate::results::frame_pairs`] for the statistics.
 
 use super::layouts::{self, cell, group, of_suite};
+use crate::figure::{Dot, DotPanel, Dots};
 use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::frame_pairs::{Difference, Pair};
@@ -73,6 +74,38 @@ pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
         text.push_str(&format!(" It leads {} by {value} ({low} to {high}), {apart}.", second.name));
     }
     Some(text)
+}
+
+/// Most methods of the figure.
+const MAX_ROWS: usize = 16;
+
+/// The best methods with their intervals, as a figure with its caption; `None` for results without pairs.
+pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
+    let ranked = ranked(results);
+    let shown = &ranked[..ranked.len().min(MAX_ROWS)];
+    let dot = |m: &Ranked<'_>| {
+        let bounds = m.measures.auroc_low.zip(m.measures.auroc_high);
+        m.measures.auroc.map(|value| Dot { value, bounds })
+    };
+    let panel = DotPanel {
+        label: "all trackers together".to_string(),
+        mark: None,
+        values: shown.iter().map(dot).collect(),
+    };
+    let caption = format!(
+        "Area under the ROC curve of lost frames against good ones, all trackers together, with 95 % bootstrap intervals over \
+         sequences; the best {} of {} methods. {}",
+        shown.len(),
+        ranked.len(),
+        layouts::suite(results)
+    );
+    let dots = Dots {
+        title: String::new(),
+        note: "Area under the ROC curve, larger is better, with 95 % intervals over sequences".to_string(),
+        rows: shown.iter().map(|m| m.name.to_string()).collect(),
+        panels: vec![panel],
+    };
+    (!pairs.is_empty() && shown.len() > 1).then_some((dots, caption))
 }
 
 /// The table; `None` for results without pairs.

@@ -3,6 +3,7 @@
 //! Every kind is a file below and a line in [`DRAWERS`]; what its word is and which keys it reads is a line in
 //! [`FIGURE_KINDS`](crate::spec::figure::FIGURE_KINDS), because experiment files are checked without results.
 
+mod bands;
 mod chart;
 mod curve;
 mod delay;
@@ -10,12 +11,14 @@ mod drawer;
 mod lines;
 mod machine;
 mod panels;
+mod published;
 mod strips;
 mod sweep;
 
 pub use drawer::{DrawError, Drawer, Drawing, Scope};
 
-use crate::results::{Results, TrackSeries};
+use crate::figure::{Files, PER_INCH};
+use crate::results::{CellScore, Results, TrackSeries};
 use crate::spec::figure::Figure;
 use crate::table;
 
@@ -29,10 +32,8 @@ pub struct DrawnFigure {
     pub name: String,
     /// Caption, with the data it rests on.
     pub caption: String,
-    /// SVG text.
-    pub svg: String,
-    /// PNG bytes.
-    pub png: Vec<u8>,
+    /// The figure in all formats.
+    pub files: Files,
 }
 
 /// Outcome of drawing a figure that an experiment asks for.
@@ -49,26 +50,31 @@ pub fn show_tracks(figures: &[Figure]) -> bool {
     figures.iter().any(shows)
 }
 
-/// Draws one figure; `tracks` are those of [`Results::all_tracks`].
+/// Draws one figure; `tracks` are those of [`Results::all_tracks`], `scores` those of [`Results::scores`].
 ///
 /// # Errors
 /// When results cannot be read or the drawing fails.
-pub fn draw(results: &Results, tracks: &[TrackSeries], figure: &Figure) -> Result<FigureOutcome, DrawError> {
+pub fn draw(
+    results: &Results,
+    tracks: &[TrackSeries],
+    scores: &[CellScore],
+    figure: &Figure,
+) -> Result<FigureOutcome, DrawError> {
     let note = table::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let (name, kind) = (figure.name.clone(), figure.kind.word);
     let Some(drawer) = DRAWERS.iter().find(|d| d.word == kind) else {
         return Err(DrawError::Kind { name, kind });
     };
-    let scope = Scope { results, tracks, figure, note };
+    let scope = Scope { results, tracks, scores, figure, note };
     let (plot, remark) = match (drawer.draw)(&scope)? {
         Drawing::Plot { plot, remark } => (plot, remark),
         Drawing::NoData(reason) => return Ok(FigureOutcome::NoData(reason)),
     };
     let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let (svg, png) = (plot.to_svg().map_err(fail)?, plot.to_png().map_err(fail)?);
+    let files = plot.draw(figure.width.inches() * PER_INCH).map_err(fail)?;
     let caption = format!("{} ({}.{remark})", figure.caption.as_deref().unwrap_or(&name), scope.note);
-    Ok(FigureOutcome::Drawn(DrawnFigure { name, caption, svg, png }))
+    Ok(FigureOutcome::Drawn(DrawnFigure { name, caption, files }))
 }
 
 #[cfg(test)]

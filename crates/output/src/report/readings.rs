@@ -7,6 +7,7 @@ use crate::figure::{Dot, DotPanel, Dots};
 use crate::results::Results;
 use crate::results::readings::{DISCREPANCY, Row};
 use crate::score::Metric;
+use crate::spec::Experiment;
 use crate::table::layout::{Cell, TableLayout};
 use crate::table::number::Style;
 use std::collections::BTreeMap;
@@ -70,14 +71,18 @@ fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     groups
 }
 
+/// Whether an experiment is about readings: most of its methods are.
+pub fn are_the_answer(experiment: &Experiment) -> bool {
+    2 * experiment.methods.iter().filter(|m| m.like.is_some()).count() > experiment.methods.len()
+}
+
 /// Most readings that the verdict names.
 const MAX_NAMED: usize = 6;
 
 /// The reading that the published numbers speak for, of each method, in a sentence; `None` where most methods are no
 /// readings.
 pub fn verdict(results: &Results, rows: &[Row]) -> Option<String> {
-    let methods = &results.experiment.methods;
-    if 2 * methods.iter().filter(|m| m.like.is_some()).count() <= methods.len() {
+    if !are_the_answer(&results.experiment) {
         return None;
     }
     let groups = groups(rows);

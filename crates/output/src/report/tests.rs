@@ -4,7 +4,7 @@ use super::sequences::{JudgedSeries, Method, Sequence, Sequences, Tallies, Tally
 use super::write::small_enough;
 use super::*;
 use crate::direction::Direction;
-use crate::figure::{Curve, Curves, Plot, Range, Style};
+use crate::figure::{Curve, CurveAxis, Curves, Entry, Facet, Marker, Plot, Style, Symbol};
 use crate::spec::table::Latex;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use base64::Engine;
@@ -15,18 +15,16 @@ const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror=
 
 fn figure(name: &str) -> FigureView {
     let points = (1..=9).map(|k| (f64::from(k), f64::from(k * k))).collect();
+    let series = vec![Curve::new(points, Style::nth(0), Marker::nth(0))];
     let curves = Curves {
         title: name.into(),
         note: String::new(),
-        x_label: "threshold".into(),
-        y_label: "F-score".into(),
-        x_log: false,
-        y_log: false,
-        x_range: Range::Auto,
-        y_range: Range::Auto,
+        x: CurveAxis::new("threshold"),
+        y: CurveAxis::new("F-score"),
         square: false,
-        series: vec![Curve { name: name.into(), points, style: Style::nth(0) }],
-        marks: vec![],
+        iso_f: false,
+        facets: vec![Facet { series, ..Facet::default() }],
+        legend: vec![Entry::new(Symbol::Line(Style::nth(0), None), name)],
     };
     FigureView {
         name: name.into(),

@@ -3,18 +3,19 @@
 //!
 //! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
 //! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
-//! the same protocol. Anchors and the points of a grid have intervals, but no ranks and no tests: anchors are a
-//! reference, and a grid is a search for one method. See [`crate::num::pooled`] and [`crate::num::ranks`]
+//! the same protocol. Anchors and most points of a grid have intervals, but no ranks and no tests: anchors are a
+//! reference, and a grid is a search for one method, which is ranked at its published parameters. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
 mod verdict;
 
 use super::layouts::{self, cell, group, of_suite, table};
+use super::operating;
 use super::pairs;
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
-use crate::figure::{Ranking, Ranks};
+use crate::figure::{Dots, Ranking, Ranks};
 use crate::num::pooled::{self, Drawn, Draws};
 use crate::num::{ranks, seed};
 use crate::results::Results;
@@ -23,6 +24,7 @@ use crate::score::chance::Chance;
 use crate::score::metric::Source;
 use crate::score::{Counts, Metric, Pooled, Protocol, TrackerMetric};
 use crate::spec::Experiment;
+use crate::spec::method::Variant;
 use crate::spec::table::Side;
 use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
@@ -44,6 +46,8 @@ pub struct Uncertainty {
     pub note: Option<String>,
     /// The best method or tracker in a sentence, with how sure that is.
     pub verdict: Option<String>,
+    /// All of them with their intervals, as a figure with its caption.
+    pub headline: Option<(Dots, String)>,
 }
 
 /// The metric that a report is ordered by. Of the metrics in its tables of methods it is F, or else informedness, or else
@@ -129,6 +133,8 @@ impl Measured {
 /// A method on one tracker, or a tracker.
 struct Competitor {
     label: String,
+    /// The method without its grid point, or the tracker.
+    name: String,
     /// Whether it is ranked and tested.
     competes: bool,
     /// Sequence -> counts of all runs.
@@ -151,9 +157,12 @@ struct Field {
     competitors: Vec<Competitor>,
 }
 
-fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
-    let experiment = &results.experiment;
-    let mut counts: BTreeMap<(String, String), BTreeMap<String, [i64; 4]>> = BTreeMap::new();
+/// Tracker and method, with its grid point -> sequence -> counts of all runs.
+pub(super) type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
+
+/// The counts of every method on every tracker, by sequence.
+pub(super) fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
+    let mut counts = UnitCounts::new();
     for row in scores {
         let key = (row.tracker.clone(), method_label(&row.method, &row.params));
         let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
@@ -162,6 +171,12 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
         let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
         sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
     }
+    counts
+}
+
+fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
+    let experiment = &results.experiment;
+    let mut counts = counts_of_sequences(scores);
     let mut fields = Vec::new();
     for tracker in &experiment.trackers {
         let methods = || experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
@@ -174,13 +189,16 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
         for protocol in &protocols {
             let mut competitors = Vec::new();
             for method in methods().filter(|m| m.protocol.name == protocol.name) {
-                let competes = method.variants.len() == 1 && !layout::is_anchor(experiment, &method.name);
+                let ranked = operating::ranked(experiment, method)
+                    .filter(|_| !layout::is_anchor(experiment, &method.name))
+                    .map(Variant::params);
                 for variant in &method.variants {
+                    let competes = ranked.as_ref() == Some(&variant.params());
                     let label = method_label(&method.name, &variant.params());
                     let Some(counts) = counts.remove(&(tracker.label.clone(), label.clone())) else {
                         continue;
                     };
-                    competitors.push(Competitor { label, competes, counts });
+                    competitors.push(Competitor { label, name: method.name.clone(), competes, counts });
                 }
             }
             let several = protocols.len() > 1;
@@ -209,7 +227,7 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
                 Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
             };
             let counts = table.rows.iter().filter_map(unit).collect();
-            Competitor { label: (*tracker).to_string(), competes: true, counts }
+            Competitor { label: (*tracker).to_string(), name: (*tracker).to_string(), competes: true, counts }
         };
         let competitors = tables.iter().map(competitor).collect();
         (
@@ -249,13 +267,14 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
         let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
+        if k == 0 {
+            uncertainty.verdict = verdict::verdict(fields, measured, seed, &mut drawn);
+            uncertainty.headline = verdict::dots(fields, &tables[0], measured, &suite);
+        }
         let duels = duels(fields, measured, seed);
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         tables.iter_mut().for_each(|table| table.name.push_str(suffix));
         uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));
-        if k == 0 {
-            uncertainty.verdict = verdict::verdict(fields, measured, seed, &mut drawn);
-        }
         let diagram = diagram(fields, &ranked, measured, &suite);
         uncertainty.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
     }
@@ -341,7 +360,7 @@ fn intervals(
         measured.title(),
         direction(measured),
         measured.way(),
-        if is_counted { "; anchors and points of a grid are not ranked" } else { "" }
+        if is_counted { "; anchors are not ranked, and of a grid only the published point" } else { "" }
     );
     let who = if is_counted { "method" } else { "tracker" };
     let title = measured.title();
@@ -463,7 +482,7 @@ fn diagram(
 ) -> Option<(Ranks, String)> {
     let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
         let ranked = ranked.as_ref()?;
-        let rank = |c: &Competitor| Some((c.label.clone(), *ranked.mean_ranks.get(&c.label)?));
+        let rank = |c: &Competitor| Some((c.name.clone(), *ranked.mean_ranks.get(&c.label)?));
         Some(Ranking {
             label: format!("{} ({} sequences)", field.label, ranked.blocks),
             methods: field.competitors.iter().filter_map(rank).collect(),
@@ -479,7 +498,13 @@ fn diagram(
          test at 5 % apart, which these sequences cannot tell apart. {suite}",
         measured.title()
     );
-    let note = format!("mean rank by {}, 1 the best", measured.title());
+    let competing = || fields.iter().flat_map(|f| &f.competitors).filter(|c| c.competes);
+    let of_grid = if competing().any(|c| c.label != c.name) {
+        "; a method with a grid is at its published parameters"
+    } else {
+        ""
+    };
+    let note = format!("Mean rank by {}, 1 the best{of_grid}", measured.title());
     Some((Ranks { title: String::new(), note, rankings }, caption))
 }
 

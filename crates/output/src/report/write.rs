@@ -16,7 +16,7 @@ use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use crate::engine::store::{self, StoreError};
-use crate::figure::Plot;
+use crate::figure::{Files, Plot, WIDTH};
 use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::spec::Experiment;
@@ -74,13 +74,13 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let of_readings = results.readings()?;
     let mut of_experiment = [readings::tables(results, &of_readings), table::layouts(results, &scores)];
     // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.
-    let methods = &results.experiment.methods;
-    if 2 * methods.iter().filter(|m| m.like.is_some()).count() <= methods.len() {
+    let readings_first = readings::are_the_answer(&results.experiment);
+    if !readings_first {
         of_experiment.reverse();
     }
     layouts.extend(of_experiment.into_iter().flatten());
     let own = layouts.len();
-    let Uncertainty { tables, ranks, note, verdict } = uncertainty::measure(results, &scores);
+    let Uncertainty { tables, ranks, note, verdict, headline } = uncertainty::measure(results, &scores);
     layouts.extend(tables);
     refuse_link(&results.folder.join("tables"))?;
     let findings = claims::test(results, &scores);
@@ -99,22 +99,28 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
-    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks)) {
+    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks, &scores)) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
-                let picture = (drawn.svg, drawn.png);
-                page.figures.push(keep_figure(folder, (&figure.name, drawn.name), drawn.caption, picture)?);
+                let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
+                page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
             }
             FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
         }
     }
-    for (name, dots, caption) in readings::figures(&of_readings) {
+    let of_readings = readings::figures(&of_readings);
+    let is_about_readings = readings_first && !of_readings.is_empty();
+    for (name, dots, caption) in of_readings {
         page.figures.push(draw_own(results, folder, name, &dots, caption)?);
+    }
+    let headline = differences::dots(results, &pairs).or(headline).filter(|_| !is_about_readings);
+    if let Some((dots, caption)) = headline {
+        page.figures.push(draw_own(results, folder, HEADLINE.to_string(), &dots, caption)?);
     }
     for (name, ranks, caption) in ranks {
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
-    headline_first(&mut page.figures, &results.experiment);
+    headline_first(&mut page.figures, &results.experiment, is_about_readings);
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
     let mut collector = Collector::new(results);
@@ -135,22 +141,39 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     Ok(WrittenReport { findings, tables: page.tables, scores })
 }
 
-/// Puts the figure at the head that answers what the page is about: of methods, how they compare, not what trackers or
-/// single tracks do.
-fn headline_first(figures: &mut [FigureView], experiment: &Experiment) {
-    let is_aside = |file: &str| {
+/// Name of the figure of all methods with their intervals.
+const HEADLINE: &str = "headline";
+
+/// Puts the figure at the head that answers what the page is about. Of methods that is how they compare over a grid, else
+/// all of them with their intervals; readings have figures of their own; else it is the first one.
+fn headline_first(figures: &mut [FigureView], experiment: &Experiment, is_about_readings: bool) {
+    let is_sweep = |file: &str| {
         let figure = experiment.figures.iter().find(|f| file == format!("figures/{}.svg", f.name));
-        figure.is_some_and(|f| ["chart", "strips", "machine"].contains(&f.kind.word))
+        figure.is_some_and(|f| ["sweep", "curve"].contains(&f.kind.word))
     };
-    let place = figures.iter().position(|f| !is_aside(&f.file));
-    if let Some(place) = place.filter(|_| !experiment.methods.is_empty()) {
+    let own = experiment.figures.len();
+    let place = if is_about_readings {
+        (figures.len() > own).then(|| figures.len().min(own))
+    } else if experiment.methods.is_empty() {
+        None
+    } else {
+        let headline = format!("figures/{HEADLINE}");
+        let place = figures.iter().position(|f| is_sweep(&f.file));
+        place.or_else(|| figures.iter().position(|f| f.file.starts_with(&headline)))
+    };
+    if let Some(place) = place.filter(|place| *place < figures.len()) {
         figures[..=place].rotate_right(1);
     }
 }
 
 /// Draws all figures, several at once.
-fn draw_all(results: &Results, tracks: &[TrackSeries]) -> Vec<Result<FigureOutcome, DrawError>> {
-    results.experiment.figures.par_iter().map(|figure| figures::draw(results, tracks, figure)).collect()
+fn draw_all(
+    results: &Results,
+    tracks: &[TrackSeries],
+    scores: &[CellScore],
+) -> Vec<Result<FigureOutcome, DrawError>> {
+    let draw = |figure| figures::draw(results, tracks, scores, figure);
+    results.experiment.figures.par_iter().map(draw).collect()
 }
 
 /// Draws a figure that reports make by themselves, under a name that no figure of the experiment has.
@@ -165,21 +188,22 @@ fn draw_own(
         name.push('_');
     }
     let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let (svg, png) = (figure.to_svg().map_err(fail)?, figure.to_png().map_err(fail)?);
-    keep_figure(folder, (&name, name.clone()), caption, (svg, png))
+    let files = figure.draw(WIDTH).map_err(fail)?;
+    keep_figure(folder, (&name, name.clone()), caption, files)
 }
 
-/// Writes a figure as SVG and PNG under a file name; returns how the page shows it, under a title and with a caption.
+/// Writes a figure as SVG, PNG and PDF under a file name; returns how the page shows it, under a title and with a caption.
 fn keep_figure(
     folder: &Path,
     (file, name): (&str, String),
     caption: String,
-    (svg, png): (String, Vec<u8>),
+    Files { svg, png, pdf }: Files,
 ) -> Result<FigureView, WriteError> {
     let path = |ending: &str| format!("figures/{file}.{ending}");
     store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
     store::write_derived(&folder.join(path("png")), &png)?;
-    Ok(FigureView { file: path("svg"), endings: vec!["svg", "png"], name, caption, svg })
+    store::write_derived(&folder.join(path("pdf")), &pdf)?;
+    Ok(FigureView { file: path("svg"), endings: vec!["svg", "pdf", "png"], name, caption, svg })
 }
 
 /// Copies the stills of the figures for the frame viewer.

@@ -14,7 +14,7 @@
 use super::layout::{Group, LabelKind, TableLayout};
 use super::render::{Mark, lines};
 use crate::dataset::text::visible;
-use crate::spec::table::LatexWidth;
+use crate::spec::width::Width;
 
 /// Comment that says what the preamble of a document with the table needs.
 const NEEDS: &str = "% needs \\usepackage{booktabs,graphicx,siunitx}\n";
@@ -307,22 +307,17 @@ impl Part {
     }
 }
 
-/// Columns of a paper in points: 3.3 in and 7 in.
-const WIDTHS: [f64; 2] = [238.0, 505.0];
-
 /// The width that a table is made for: what the experiment says, or a column where it fits.
-fn width(layout: &TableLayout, part: &Part) -> LatexWidth {
-    layout.latex.width.unwrap_or_else(|| match part.fit(WIDTHS[0]).1.as_slice() {
-        [] | [_] => LatexWidth::Column,
-        _ => LatexWidth::Text,
+fn width(layout: &TableLayout, part: &Part) -> Width {
+    layout.latex.width.unwrap_or_else(|| match part.fit(points(Width::Column)).1.as_slice() {
+        [] | [_] => Width::Column,
+        _ => Width::Text,
     })
 }
 
-fn points(width: LatexWidth) -> f64 {
-    match width {
-        LatexWidth::Column => WIDTHS[0],
-        LatexWidth::Text => WIDTHS[1],
-    }
+/// A width in points of TeX.
+fn points(width: Width) -> f64 {
+    72.27 * width.inches()
 }
 
 /// The rows that a paper shows; where a table has nothing but counts, these.
@@ -357,7 +352,7 @@ pub fn counts(layout: &TableLayout) -> Option<String> {
 fn floating(layout: &TableLayout, part: &Part, caption: &str, label: &str) -> String {
     let width = width(layout, part);
     // A table* goes over both columns of a paper that has two.
-    let float = if width == LatexWidth::Column { "table" } else { "table*" };
+    let float = if width == Width::Column { "table" } else { "table*" };
     format!(
         "{NEEDS}\\begin{{{float}}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{label}}}\n{}\\end{{{float}}}\n",
         latex_escape(caption),

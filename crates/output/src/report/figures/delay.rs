@@ -1,8 +1,10 @@
 //! `delay`: how soon after an event it is found, as the share of events that a detection matched by then.
 
+use super::bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::lines::{drawing, plain};
-use crate::figure::{Curves, Range};
+use super::lines::{Line, arrange, drawing};
+use crate::figure::{CurveAxis, Curves, Range};
+use crate::num::seed;
 use crate::results::TrackSeries;
 use crate::score::TrackScore;
 use crate::score::khalid2016::TOLERANCE;
@@ -26,10 +28,23 @@ fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
     (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
 }
 
+/// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each.
+fn bounds(scores: &[TrackScore], seed: u64) -> Vec<(f64, f64)> {
+    let tolerance = TOLERANCE as i64;
+    let at = |d: i64| {
+        let unit = |s: &TrackScore| {
+            let found = s.delays().filter(|delay| *delay <= d).count();
+            [found as i64, s.events.len() as i64]
+        };
+        bands::ratio(&scores.iter().map(unit).collect::<Vec<_>>(), seed)
+    };
+    (-tolerance..=tolerance).map(at).collect()
+}
+
 /// One curve for each method without a grid, on every tracker that it runs on; first runs.
 fn delays(scope: &Scope<'_>) -> Curves {
-    let (results, mut curves) = (scope.results, Vec::new());
-    let several = results.experiment.trackers.len() > 1;
+    let (results, mut lines) = (scope.results, Vec::new());
+    let seed = seed::seed(results.manifest.seed, &["delays", &results.experiment.name]);
     for tracker in &results.experiment.trackers {
         for method in &scope.params().methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
@@ -39,12 +54,20 @@ fn delays(scope: &Scope<'_>) -> Curves {
             };
             let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
             let scores: Vec<TrackScore> = tracks.filter_map(score).collect();
-            let name = if several { format!("{method}, {}", tracker.label) } else { method.clone() };
-            curves.extend(found_by(&scores).map(|points| (name, points)));
+            let Some(points) = found_by(&scores) else { continue };
+            lines.push(Line {
+                method: method.clone(),
+                tracker: tracker.label.clone(),
+                points,
+                band: bounds(&scores, seed),
+                ..Line::default()
+            });
         }
     }
-    let label = "frames after the event";
-    Curves { y_range: Range::Fixed(0.0, 1.0), ..plain(&scope.note, label, "share of events found", curves) }
+    let label = "Share of events found";
+    let names = ("Frames after the event", label);
+    let curves = arrange(&results.experiment, &scope.note, names, lines);
+    Curves { y: CurveAxis { range: Range::Fixed(0.0, 1.0), ..CurveAxis::new(label) }, ..curves }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The panels of a strip figure.
 
+use crate::detector::Condition;
 use crate::figure::{Color, Dash, FrameAxis, Panel, Range, Series, Style, Threshold, spans_where};
 use crate::report::stills;
 use crate::results::{Results, TrackSeries};
@@ -73,31 +74,38 @@ impl Over<'_> {
         Panel { series, events: self.judged(method).events, ..self.blank(&format!("{symbol} ({method})")) }
     }
 
-    /// Lanes from above in the order of the methods; an alarm lifts a method's line.
+    /// Lanes with the names of the methods, the first at the top; an alarm lifts a method's line.
     fn labels(&self, methods: &[String]) -> Panel {
+        let base = |i: usize| (methods.len() - 1 - i) as f64;
         let lane = |(i, method): (usize, &String)| {
-            let base = (methods.len() - 1 - i) as f64;
             let alarm = self.track.method(method).map(|m| m.alarm.clone()).unwrap_or_default();
-            let height = |t: usize| base + if alarm.get(t) == Some(&true) { 0.75 } else { 0.1 };
+            let height = |t: usize| base(i) + if alarm.get(t) == Some(&true) { 0.75 } else { 0.1 };
             let values = (0..self.track.error.len()).map(height).collect();
-            Series { name: method.clone(), values, style: Style::nth(i) }
+            Series { name: method.clone(), values, style: lane_style(i) }
         };
         Panel {
             range: Range::Fixed(0.0, methods.len() as f64),
+            names: methods.iter().enumerate().map(|(i, m)| (base(i) + 0.4, m.clone())).collect(),
             series: methods.iter().enumerate().map(lane).collect(),
+            legend: false,
             events: methods.first().map_or(Vec::new(), |m| self.judged(m).events),
-            ..self.blank("label")
+            ..self.blank("alarm")
         }
     }
 
+    /// Rows with the names of the conditions, the best at the top. Lines of several methods lie a little apart.
     fn conditions(&self, methods: &[String]) -> Panel {
+        let apart = |i: usize| 0.05 * ((methods.len() - 1) as f64 / 2.0 - i as f64);
         let lane = |(i, method): (usize, &String)| {
             let values = self.track.method(method).map(|m| m.condition.clone()).filter(|c| !c.is_empty());
             let values = values.unwrap_or_else(|| vec![f64::NAN; self.track.error.len()]);
-            Series { name: method.clone(), values, style: Style::nth(i) }
+            let values = values.into_iter().map(|v| v + apart(i)).collect();
+            Series { name: method.clone(), values, style: lane_style(i) }
         };
+        let all = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
         Panel {
-            range: Range::Fixed(-0.1, 1.1),
+            range: Range::Fixed(-0.15, 1.15),
+            names: all.map(|c| (c.level(), c.name().to_string())).into(),
             series: methods.iter().enumerate().map(lane).collect(),
             ..self.blank("condition")
         }
@@ -114,7 +122,7 @@ impl Over<'_> {
         let mut drawn = self.blank(&labels.join(", "));
         for (i, method) in methods.iter().enumerate() {
             let Some(m) = self.track.method(method) else { continue };
-            let style = Style::nth(i);
+            let style = lane_style(i);
             drawn.series.push(Series { name: method.clone(), values: m.score.clone(), style });
             let record = self.results.manifest.method(method);
             let threshold = record.and_then(|r| r.thresholds.get(self.tracker));
@@ -134,6 +142,11 @@ impl Over<'_> {
         }
         drawn
     }
+}
+
+/// Color of the `i`-th of several methods over the same frames; their lines are whole, as they step up and down.
+fn lane_style(i: usize) -> Style {
+    Style { dash: Dash::Solid, ..Style::nth(i) }
 }
 
 /// The letter of the signal that a method reads.

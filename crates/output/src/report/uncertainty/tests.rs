@@ -7,7 +7,12 @@ const CHANCE: Chance = Chance::within(5);
 /// A competitor with true and false positives and misses, sequence by sequence.
 fn competitor(label: &str, competes: bool, counts: &[[i64; 3]]) -> Competitor {
     let of = |(k, c): (usize, &[i64; 3])| (format!("s{k:02}"), [c[0], c[1], c[2], 90]);
-    Competitor { label: label.into(), competes, counts: counts.iter().enumerate().map(of).collect() }
+    Competitor {
+        label: label.into(),
+        name: label.into(),
+        competes,
+        counts: counts.iter().enumerate().map(of).collect(),
+    }
 }
 
 fn field() -> Field {
@@ -123,7 +128,7 @@ fn trackers_are_compared_by_their_mean() {
     let tracker = |label: &str, values: [f64; 4]| {
         let unit = |(k, v): (usize, f64)| (format!("s{k}"), [(v * BILLION).round() as i64, 1, 0, 0]);
         let counts = values.into_iter().enumerate().map(unit).collect();
-        Competitor { label: label.into(), competes: true, counts }
+        Competitor { label: label.into(), name: label.into(), competes: true, counts }
     };
     let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
     let field = Field { label: String::new(), chance: Chance::within(0), competitors: vec![a, b] };

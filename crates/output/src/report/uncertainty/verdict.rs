@@ -1,7 +1,9 @@
-//! The best method or tracker in a sentence, with how sure that is.
+//! The best method or tracker in a sentence and as a figure, with how sure that is.
 
 use super::{Competitor, DRAWS, Direction, Drawn, Field, LEVEL, MIN_SEQUENCES, Measured, duel};
+use crate::figure::{Dot, DotPanel, Dots};
 use crate::num::seed;
+use crate::table::layout::{Group, TableLayout};
 
 /// Most trackers that are named one by one.
 const MAX_NAMED: usize = 4;
@@ -88,4 +90,54 @@ fn best<'a>(field: &'a Field, measured: &Measured, seed: u64, drawn: &mut Drawn)
     let value = style.format(value);
     let shown = format!("{value}{}", bounds.unwrap_or_default());
     Some(Best { field: &field.label, label: &first.label, value, shown, next })
+}
+
+/// Most methods of the figure.
+const MAX_ROWS: usize = 16;
+
+/// Those that compete with their intervals, the best at the top, a panel for each tracker; `table` holds the numbers.
+pub(super) fn dots(
+    fields: &[Field],
+    table: &TableLayout,
+    measured: &Measured,
+    suite: &str,
+) -> Option<(Dots, String)> {
+    let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
+    let number = |group: &Group, label: &str, k: usize| {
+        group.rows.iter().find(|r| r.label.name == label)?.cells.get(k)?.value
+    };
+    let mut rows: Vec<(&str, f64)> = Vec::new();
+    for (field, group) in fields.iter().zip(&table.groups) {
+        for label in field.competitors.iter().filter(|c| c.competes).map(|c| c.label.as_str()) {
+            if let Some(value) = number(group, label, 0)
+                && rows.iter().all(|known| known.0 != label)
+            {
+                rows.push((label, sign * value));
+            }
+        }
+    }
+    rows.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let more = rows.len().saturating_sub(MAX_ROWS);
+    rows.truncate(MAX_ROWS);
+    if rows.len() < 2 {
+        return None;
+    }
+    let panel = |(field, group): (&Field, &Group)| {
+        let dot = |label: &&str| {
+            let bounds = number(group, label, 1).zip(number(group, label, 2));
+            Some(Dot { value: number(group, label, 0)?, bounds })
+        };
+        let values = rows.iter().map(|(label, _)| dot(label)).collect();
+        DotPanel { label: field.label.clone(), mark: None, values }
+    };
+    let panels: Vec<DotPanel> = fields.iter().zip(&table.groups).map(panel).collect();
+    let which = if measured.direction() == Direction::LowerIsBetter { "smaller" } else { "larger" };
+    let note = format!("{}, {which} is better, with 95 % intervals over sequences", measured.title());
+    let left_out = if more > 0 { format!(" {more} more are in the tables.") } else { String::new() };
+    let caption = format!(
+        "{} with 95 % bootstrap intervals over sequences, those that overlap by much are not told apart.{left_out} {suite}",
+        measured.title()
+    );
+    let rows = rows.into_iter().map(|(label, _)| label.to_string()).collect();
+    Some((Dots { title: String::new(), note, rows, panels }, caption))
 }

@@ -1,0 +1,55 @@
+//! Bootstrap bands: intervals over sequences of the values that a curve is made of.
+
+use crate::num::pooled::{Drawn, Draws};
+use crate::num::seed;
+use crate::report::uncertainty::{UnitCounts, counts_of_sequences};
+use crate::results::{CellScore, Measure, Results, method_label};
+use crate::score::metric::Source;
+use crate::score::{Counts, Metric, Pooled};
+use crate::table::leaderboard::MIN_SEQUENCES;
+
+/// Level of the intervals.
+pub const LEVEL: f64 = 0.95;
+/// Number of samples: for a drawing, fewer than for a table.
+const DRAWS: usize = 2000;
+
+/// The counts of every cell, by sequence.
+pub struct Bands<'r> {
+    results: &'r Results,
+    counts: UnitCounts,
+    seed: u64,
+    drawn: Drawn,
+}
+
+impl<'r> Bands<'r> {
+    /// Counts that intervals are drawn from.
+    pub fn new(results: &'r Results, scores: &[CellScore]) -> Self {
+        let seed = seed::seed(results.manifest.seed, &["bands", &results.experiment.name]);
+        Self { results, counts: counts_of_sequences(scores), seed, drawn: Drawn::default() }
+    }
+
+    /// Bounds of a metric's value; NaN where there are none: for metrics that are not of counts, and with few sequences.
+    pub fn bounds(&mut self, measure: &Measure, metric: Metric) -> (f64, f64) {
+        let key = (measure.tracker.clone(), method_label(&measure.method, &measure.params));
+        let units = self.counts.get(&key).filter(|u| u.len() >= MIN_SEQUENCES);
+        let Some(units) = units.filter(|_| metric.source() == Source::Counts) else {
+            return (f64::NAN, f64::NAN);
+        };
+        let chance = self.results.experiment.chance_of(&measure.method);
+        let value = |c: &[i64; 4]| {
+            let [tp, fp, fn_, tn] = c.map(|c| u64::try_from(c).unwrap_or(0));
+            metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
+        };
+        let units: Vec<[i64; 4]> = units.values().copied().collect();
+        let draws = self.drawn.of(units.len(), DRAWS, self.seed);
+        draws.interval(&units, value, LEVEL).unwrap_or((f64::NAN, f64::NAN))
+    }
+}
+
+/// Bounds of the ratio of two counts, summed over units; NaN where there are none.
+pub fn ratio(units: &[[i64; 2]], seed: u64) -> (f64, f64) {
+    let of = |c: &[i64; 2]| (c[1] > 0).then(|| c[0] as f64 / c[1] as f64);
+    let enough = units.len() >= MIN_SEQUENCES;
+    let bounds = enough.then(|| Draws::new(units.len(), DRAWS, seed).interval(units, of, LEVEL));
+    bounds.flatten().unwrap_or((f64::NAN, f64::NAN))
+}

@@ -1,0 +1,95 @@
+//! The point of a method's grid at which its paper operates it: figures mark it, and the method is ranked with it.
+
+use crate::spec::Experiment;
+use crate::spec::builtin;
+use crate::spec::method::{Method, Variant};
+use serde_json::Value;
+
+/// The papers, by their names in experiments, with the methods that they propose.
+const OWN: [(&str, &[&str]); 2] = [("khalid2016", &["DTEF"]), ("sanmiguel2015", &["AVU", "ARTE*"])];
+
+/// Published values of the parameters that a method's grid varies: axis and value, `None` where one is not published.
+pub fn published(method: &Method) -> Option<Vec<(String, f64)>> {
+    let name = method.like.as_deref().unwrap_or(&method.name);
+    let known = builtin::published_method(name)?.ok()?;
+    let known = known.variants.first()?;
+    let mut params = vec![known.detector.example().detector.params()];
+    params.extend(known.signals().map(|s| s.signal.params()));
+    let value = |axis: &String| {
+        let value = params.iter().find_map(|p| p.get(axis).and_then(Value::as_f64))?;
+        Some((axis.clone(), value))
+    };
+    method.variants.first()?.point.iter().map(|(axis, _)| value(axis)).collect()
+}
+
+/// The variant of a method with a grid at the published parameters.
+pub fn variant(method: &Method) -> Option<&Variant> {
+    let published = published(method)?;
+    method.variants.iter().find(|v| v.point == published)
+}
+
+/// The variant with which a method is ranked: its only one; of a grid the published one or, of a method that the
+/// experiment's paper proposes, the one nearest to it. (The best one would be chosen by what ranks it.)
+pub fn ranked<'m>(experiment: &Experiment, method: &'m Method) -> Option<&'m Variant> {
+    if let [only] = method.variants.as_slice() {
+        return Some(only);
+    }
+    let own = OWN.iter().find(|(paper, _)| experiment.paper.as_deref() == Some(*paper));
+    let is_own = own.is_some_and(|(_, methods)| methods.contains(&method.name.as_str()));
+    variant(method).or_else(|| nearest(method).filter(|_| is_own))
+}
+
+/// The variant with the smallest sum of differences to the published values, each as a share of the value.
+fn nearest(method: &Method) -> Option<&Variant> {
+    let published = published(method)?;
+    let distance = |v: &Variant| -> f64 {
+        let pairs = v.point.iter().zip(&published);
+        pairs.map(|((_, at), (_, printed))| (at - printed).abs() / printed.abs().max(f64::MIN_POSITIVE)).sum()
+    };
+    // The first of equally near ones.
+    method.variants.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::read::parse;
+
+    fn experiment(paper: &str, methods: &str) -> Experiment {
+        let text = format!(
+            "schema = 1\nname = \"a\"\ntitle = \"a\"\n{paper}\nprotocol = \"khalid2016/1\"\n\
+             [suites]\ntest = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n{methods}"
+        );
+        parse("a.toml", &text).unwrap()
+    }
+
+    fn ranked_params(paper: &str, methods: &str) -> Vec<Option<String>> {
+        let experiment = experiment(paper, methods);
+        experiment.methods.iter().map(|m| ranked(&experiment, m).map(Variant::params)).collect()
+    }
+
+    #[test]
+    fn a_grid_is_ranked_at_its_published_point_alone() {
+        let methods = "[[method]]\nname = \"DTEF\"\ngrid = { horizon = [5, 10], threshold = [0.003, 0.004] }\n\
+             [[method]]\nname = \"CovF\"\ngrid = { above = [2.0, 2.5] }\n[[method]]\nname = \"RAW\"\n\
+             [[method]]\nname = \"own\"\nsignal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\" }\n\
+             grid = { below = [0.5, 0.88] }\n";
+        let expected = [Some("horizon=5;threshold=0.004"), None, Some(""), None];
+        assert_eq!(ranked_params("", methods), expected.map(|p| p.map(String::from)));
+    }
+
+    #[test]
+    fn the_papers_own_method_is_always_ranked() {
+        let methods = "[[method]]\nname = \"DTEF\"\ngrid = { threshold = [0.002, 0.005, 0.008] }\n\
+             [[method]]\nname = \"NAIVE\"\ngrid = { threshold = [0.002, 0.005, 0.008] }\n";
+        let expected = [Some("threshold=0.005".to_string()), None];
+        assert_eq!(ranked_params("paper = \"khalid2016\"", methods), expected);
+        assert_eq!(ranked_params("", methods), [None, None]);
+    }
+
+    #[test]
+    fn own_methods_are_published_ones() {
+        let known = builtin::method_names();
+        assert!(OWN.iter().flat_map(|(_, methods)| *methods).all(|m| known.contains(m)));
+    }
+}
