@@ -72,12 +72,18 @@ fn summary(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> S
         .map(|a| experiment.trackers.iter().filter(|tracker| a.runs_on(&tracker.label)).count())
         .sum();
     match args.shard {
+        None if analyses == 0 => line("analyses", "none".to_string()),
         None => line("analyses", format!("{analyses}, each analysis on each of its trackers counted")),
         Some(_) => {
             line("analyses", "none in a share; they are left to the run behind the shares".to_string())
         }
     }
-    line("time", time_left(&left, threads(args)));
+    let time = if args.force {
+        "all of it is computed again (--force)".to_string()
+    } else {
+        time_left(&left, threads(args))
+    };
+    line("time", time);
     lines.join("\n") + "\n"
 }
 

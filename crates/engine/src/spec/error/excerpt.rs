@@ -16,23 +16,28 @@ const BEFORE: usize = 40;
 ///
 /// Empty for a line without text.
 pub fn excerpt(text: &str, line: usize, span: &Range<usize>) -> String {
-    let before = text.get(..span.start).unwrap_or_default();
-    let start = before.rfind('\n').map_or(0, |at| at + 1);
-    let shown = text.get(start..).unwrap_or_default().lines().next().unwrap_or_default();
-    if shown.trim().is_empty() {
+    let (Some(before), Some(after)) = (text.get(..span.start), text.get(span.start..)) else {
+        return String::new();
+    };
+    // Of a very long line only what can be shown is looked at. A tab would take the mark to another column.
+    let plain = |c: char| if c.is_whitespace() { ' ' } else { c };
+    let mut left: Vec<char> =
+        before.chars().rev().take_while(|c| *c != '\n').take(WIDTH + 1).map(plain).collect();
+    let right: String = after.chars().take_while(|c| *c != '\n').take(WIDTH).map(plain).collect();
+    if left.len() + right.chars().count() > WIDTH {
+        left.truncate(BEFORE);
+    }
+    let part: String = left.iter().rev().copied().chain(right.chars().take(WIDTH - left.len())).collect();
+    if part.trim().is_empty() {
         return String::new();
     }
-    let first = before[start..].chars().count();
-    let marked = text.get(span.clone()).unwrap_or_default().lines().next().unwrap_or_default();
-    let marked = marked.chars().count().max(1);
-    let skipped = if shown.chars().count() > WIDTH { first.saturating_sub(BEFORE) } else { 0 };
-    // A tab would take the mark to another column.
-    let plain = |c: char| if c.is_whitespace() { ' ' } else { c };
-    let part: String = shown.chars().skip(skipped).take(WIDTH).map(plain).collect();
-    let marked = marked.min(part.chars().count().saturating_sub(first - skipped).max(1));
+    let marked =
+        after.char_indices().take(WIDTH).take_while(|(k, c)| span.start + k < span.end && *c != '\n');
+    let room = part.chars().count().saturating_sub(left.len());
+    let marked = marked.count().min(room).max(1);
     let number = line.to_string();
     let gap = " ".repeat(number.len());
-    let below = " ".repeat(first - skipped) + &"^".repeat(marked);
+    let below = " ".repeat(left.len()) + &"^".repeat(marked);
     format!("{number} | {}\n{gap} | {below}", part.trim_end())
 }
 
