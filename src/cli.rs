@@ -3,6 +3,7 @@
 //! [`Failure`] lists the exit codes.
 
 pub mod compare;
+pub mod completions;
 pub mod data;
 pub mod detect;
 pub mod explain;
@@ -10,15 +11,19 @@ mod export;
 pub mod fetch;
 pub mod list;
 mod live;
+pub mod man;
 pub mod merge;
 pub mod monitor;
+pub mod new;
 pub mod output;
 pub mod render;
 pub mod report;
 pub mod run;
+pub mod schema;
 pub mod serve;
 pub mod serve_trax;
 pub mod slurm;
+mod times;
 pub mod why;
 
 use crate::dataset::suite::Catalog;
@@ -71,6 +76,14 @@ enum Verb {
     Why(why::Args),
     /// Trace a number of a table down to its sequences, events, detections and frames
     Explain(explain::Args),
+    /// Write a commented minimal experiment that runs
+    New(new::Args),
+    /// Print the JSON Schema of experiment files
+    Schema,
+    /// Print a script that lets a shell complete this program's words
+    Completions(completions::Args),
+    /// Write manual pages
+    Man(man::Args),
 }
 
 impl Cli {
@@ -94,6 +107,10 @@ impl Cli {
             Verb::ServeTrax(args) => serve_trax::run(args),
             Verb::Why(args) => why::run(args),
             Verb::Explain(args) => explain::run(args),
+            Verb::New(args) => new::run(args),
+            Verb::Schema => schema::run(),
+            Verb::Completions(args) => completions::run(args),
+            Verb::Man(args) => man::run(args),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `trackfail list {experiments,suites,methods,trackers,signals,detectors,analyses,protocols}`
+//! `trackfail list [experiments|suites|methods|trackers|signals|detectors|analyses|protocols]`
 
 use super::output::{self, Format};
 use super::{Failure, run};
@@ -17,13 +17,14 @@ use crate::spec::builtin;
 use crate::tracker::TRACKERS;
 use crate::tracker::process::{self, Programs, Role};
 use crate::tracker::protocol::RunProtocol;
+use clap::ValueEnum;
 use std::path::PathBuf;
 
 /// Arguments of `list`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The list to print
-    what: What,
+    /// The list to print; without it, the lists that there are
+    what: Option<What>,
     /// Format of the list
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -40,13 +41,21 @@ pub struct Args {
 /// Lists that can be shown.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum What {
+    /// Experiments that come with the program, and how much of each is computed here
     Experiments,
+    /// Suites of sequences to test and to train on
     Suites,
+    /// Methods that have a name: a signal with a detector
     Methods,
+    /// Kinds of trackers, with their parameters
     Trackers,
+    /// Kinds of signals, with their parameters
     Signals,
+    /// Kinds of detectors, with their parameters
     Detectors,
+    /// Kinds of analyses, with their parameters
     Analyses,
+    /// Rules by which alarms, boxes and confidences are scored, and trackers are run
     Protocols,
 }
 
@@ -57,11 +66,27 @@ enum What {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let plugin = ["kind", "version", "summary", "parameters"];
     let print = |headings: &[&str], rows: Vec<Vec<String>>| output::print(args.format, headings, &rows);
-    match args.what {
+    let Some(what) = args.what else {
+        let row = |what: &What| {
+            let value = what.to_possible_value()?;
+            Some(vec![value.get_name().to_string(), value.get_help()?.to_string()])
+        };
+        return print(&["list", "content"], What::value_variants().iter().filter_map(row).collect());
+    };
+    match what {
+        What::Experiments if args.format == Format::Table => {
+            let row = |[name, title, _, suite, cells, cached, stale, _, results]: [String; 9]| {
+                let stale = if stale == "0" { String::new() } else { format!(", {stale} stale") };
+                let finished = if results == "none" { "" } else { "finished, " };
+                vec![name, title, suite, format!("{finished}{cached} of {cells} cells cached{stale}")]
+            };
+            let rows = experiments(args)?.into_iter().map(row).collect();
+            print(&["experiment", "title", "suite", "state"], rows)
+        }
         What::Experiments => {
             let headings =
                 ["experiment", "title", "object", "suite", "cells", "cached", "stale", "missing", "results"];
-            print(&headings, experiments(args)?)
+            print(&headings, experiments(args)?.into_iter().map(Vec::from).collect())
         }
         What::Suites => {
             let catalog = super::catalog(&args.data_roots.folders()?)?;
@@ -88,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
+fn experiments(args: &Args) -> Result<Vec<[String; 9]>, Failure> {
     let finished = finished::names(&args.results);
     let roots = args.data_roots.folders()?;
     let catalog = super::catalog(&roots)?;
@@ -104,7 +129,7 @@ fn experiments(args: &Args) -> Result<Vec<Vec<String>>, Failure> {
         let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
         let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));
         let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
-        rows.push(vec![
+        rows.push([
             e.name.clone(),
             e.title.clone(),
             e.object.clone().unwrap_or_default(),

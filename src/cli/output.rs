@@ -5,7 +5,7 @@ pub mod repeated;
 use super::Failure;
 use crate::dataset::text::is_plain;
 use crate::results;
-use comfy_table::{Table, presets};
+use comfy_table::{ContentArrangement, Table, presets};
 use std::io::Write;
 
 /// How a list is printed.
@@ -20,12 +20,36 @@ pub enum Format {
     Json,
 }
 
-/// Prints rows under headings; a reader that stops listening is no error.
+/// Prints rows under headings; a reader that stops listening is no error. On a terminal a table is as wide as that, with
+/// long fields on several lines.
 ///
 /// # Errors
 /// When stdout cannot be written to.
 pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<(), Failure> {
-    write(&text(format, headings, rows)?)
+    match (format, terminal_width()) {
+        (Format::Table, Some(width)) => write(&table(headings, rows, Some(width))),
+        _ => write(&text(format, headings, rows)?),
+    }
+}
+
+/// Columns of the terminal that stdout is.
+fn terminal_width() -> Option<u16> {
+    terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| width.0)
+}
+
+/// Rows under headings, aligned, and at most so wide.
+fn table(headings: &[&str], rows: &[Vec<String>], width: Option<u16>) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header(headings.iter().copied());
+    if let Some(width) = width {
+        table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
+    }
+    for row in rows {
+        table.add_row(row);
+    }
+    let shown = table.to_string();
+    let trimmed: Vec<&str> = shown.lines().map(str::trim_end).collect();
+    trimmed.join("\n") + "\n"
 }
 
 /// Rows under headings, as text.
@@ -34,16 +58,7 @@ pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<
 /// When the rows do not fit the headings.
 pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<String, Failure> {
     Ok(match format {
-        Format::Table => {
-            let mut table = Table::new();
-            table.load_preset(presets::NOTHING).set_header(headings.iter().copied());
-            for row in rows {
-                table.add_row(row);
-            }
-            let shown = table.to_string();
-            let trimmed: Vec<&str> = shown.lines().map(str::trim_end).collect();
-            trimmed.join("\n") + "\n"
-        }
+        Format::Table => table(headings, rows, None),
         Format::Csv => {
             let bytes = results::texts_to_csv(headings, rows);
             String::from_utf8_lossy(&bytes.map_err(Failure::io)?).into_owned()
@@ -108,6 +123,22 @@ pub fn note(line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_table_fits_the_terminal_and_keeps_every_word() {
+        let summary =
+            "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold";
+        let rows = [["arma-forecast", "1", summary, "horizon, order, scheme, start, threshold, window"]];
+        let rows = rows.map(|row| row.map(str::to_string).to_vec());
+        let headings = ["kind", "version", "summary", "parameters"];
+        for width in [60, 80, 132] {
+            let shown = table(&headings, &rows, Some(width));
+            assert!(shown.lines().all(|line| line.chars().count() <= usize::from(width)), "{shown}");
+            assert!(shown.contains("arma-forecast") && shown.lines().count() > 2, "{shown}");
+            summary.split(' ').for_each(|word| assert!(shown.contains(word), "{word}\n{shown}"));
+        }
+        assert_eq!(table(&headings, &rows, None).lines().count(), 2);
+    }
 
     #[test]
     fn no_escape_sequence_reaches_the_terminal() {

@@ -1,9 +1,10 @@
 //! `trackfail run [SPEC...]`: parse, load, plan, run, write, report.
 
+mod dry_run;
 mod print;
 
 use super::output::Format;
-use super::{Failure, export};
+use super::{Failure, export, times};
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
 use crate::engine::observe::progress::{self, ProgressPublisher, ProgressWatch};
 use crate::engine::store::{self, Store};
@@ -13,7 +14,7 @@ use crate::report::{WrittenReport, stills};
 use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -42,9 +43,12 @@ pub struct Args {
     /// Run without missing sequences; tables say how many there were
     #[arg(long)]
     allow_missing: bool,
-    /// Only list the cells and whether they are cached, stale, missing or absent
+    /// Only tell what would be computed and how long it may take; with --shard also which shares are done
     #[arg(long)]
     dry_run: bool,
+    /// With --dry-run: list every cell and whether it is cached, stale, missing or absent
+    #[arg(long, short, requires = "dry_run")]
+    verbose: bool,
     /// Compute everything again, and report what differs from the store
     #[arg(long)]
     force: bool,
@@ -165,11 +169,11 @@ pub(super) fn stop_on_signals() -> Stop {
 /// Runs one experiment: load, plan, run, write, report.
 fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(), Failure> {
     let start = Instant::now();
-    let suites = load(args, experiment)?;
+    let suites = load(experiment, &args.data_roots.given, args.allow_missing)?;
     let plan = ExperimentPlan::new(experiment, suites, &args.data_roots.given, &limits.stop)
         .map_err(|e| run_failure(experiment, e))?;
     if args.dry_run {
-        return print::dry_run(args, &plan);
+        return dry_run::run(args, &plan);
     }
     let store = Store::open(&args.results).map_err(|e| run_failure(experiment, e.into()))?;
     let progress = Progress::start(args, &plan);
@@ -302,8 +306,15 @@ fn write(
 }
 
 /// Loads the suites of an experiment.
-fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>, Failure> {
-    let suites = engine::execute::load(experiment, &args.data_roots.given)
+///
+/// # Errors
+/// [`Failure::Data`] for sequences that cannot be read, and for missing ones unless they may be.
+pub(super) fn load(
+    experiment: &Experiment,
+    data_roots: &[PathBuf],
+    allow_missing: bool,
+) -> Result<BTreeMap<String, Loaded>, Failure> {
+    let suites = engine::execute::load(experiment, data_roots)
         .map_err(|e| Failure::data(super::within(&experiment.name, e)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];
@@ -311,19 +322,19 @@ fn load(args: &Args, experiment: &Experiment) -> Result<BTreeMap<String, Loaded>
             return Err(Failure::data(format!("{name}/{}: {}", broken.name, broken.error)));
         }
         if let Some(first) = suite.missing.first()
-            && (!args.allow_missing || suite.sequences.is_empty())
+            && (!allow_missing || suite.sequences.is_empty())
         {
-            return Err(Failure::data(missing_message(args, name, suite, first)));
+            return Err(Failure::data(missing_message(data_roots, name, suite, first)));
         }
     }
     Ok(suites)
 }
 
 /// Says which sequences of a suite are missing, why, and how to get them.
-fn missing_message(args: &Args, suite: &str, loaded: &Loaded, first: &Missing) -> String {
+fn missing_message(data_roots: &[PathBuf], suite: &str, loaded: &Loaded, first: &Missing) -> String {
     let names: Vec<&str> = loaded.missing.iter().map(|m| m.name.as_str()).collect();
     let names = names.join(", ");
-    let roots: Vec<String> = args.data_roots.given.iter().map(|root| root.display().to_string()).collect();
+    let roots: Vec<String> = data_roots.iter().map(|root| root.display().to_string()).collect();
     let reason = match roots.as_slice() {
         [] => format!("are missing: {NO_DATA_ROOT}.\nThey are {names}"),
         roots => format!("are missing under {}: {names}", roots.join(" and ")),
@@ -338,7 +349,18 @@ fn missing_message(args: &Args, suite: &str, loaded: &Loaded, first: &Missing) -
 fn progress_bar(args: &Args, name: &str) -> ProgressBar {
     // indicatif draws nothing when stderr is no terminal.
     let target = if args.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames, {per_sec}, {eta} left");
+    let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+        let rate = times::rate(state.per_sec());
+        let _ = if rate.is_empty() { Ok(()) } else { write!(to, ", {rate}") };
+    };
+    // Nothing is told of the time before there is a rate.
+    let left = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+        let known =
+            state.pos() > 0 && state.len().is_some_and(|all| state.pos() < all) && state.per_sec() > 0.0;
+        let _ = if known { write!(to, ", {} left", times::span(state.eta().as_secs_f64())) } else { Ok(()) };
+    };
+    let style = ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames{rate}{left}");
+    let style = style.map(|style| style.with_key("rate", rate).with_key("left", left));
     let bar = ProgressBar::with_draw_target(None, target).with_prefix(name.to_string());
     match style {
         Ok(style) => bar.with_style(style),

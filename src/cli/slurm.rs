@@ -4,11 +4,13 @@
 //! that submits both; with `--submit` does so itself. All paths must be on a file system that the
 //! cluster's nodes share. Results are the bytes of a plain `trackfail run`.
 
+mod estimate;
 pub mod script;
 pub mod value;
 
 use super::{Failure, output, run::read_spec};
 use crate::engine::store;
+use crate::spec::Experiment;
 use script::{ClusterRun, REPORT, SHARDS, SUBMIT};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -56,55 +58,82 @@ pub struct Args {
     /// Account to charge
     #[arg(long, value_name = "NAME", value_parser = Setting::account)]
     account: Option<Setting>,
+    /// Largest number of tasks that run at once; all without it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    throttle: Option<u16>,
+    /// A further option of sbatch, such as --gres=gpu:1; may be given more than once
+    #[arg(long = "sbatch-arg", value_name = "OPTION", allow_hyphen_values = true, value_parser = Word::sbatch_option)]
+    sbatch: Vec<Word>,
+    /// A command that every job runs first, such as `module load ffmpeg`; may be given more than once
+    #[arg(long, value_name = "COMMAND", value_parser = Word::command)]
+    before: Vec<Word>,
     /// Folder of the scripts, and of the jobs' logs
     #[arg(long, value_name = "FOLDER", default_value = "slurm")]
     output: PathBuf,
+    /// Replace scripts that are there and differ
+    #[arg(long)]
+    force: bool,
     /// Submit the jobs too
     #[arg(long)]
     submit: bool,
 }
 
-/// Runs the verb. Scripts of the same names in the folder are replaced.
+/// Runs the verb. Experiments and data are checked before anything is written.
 ///
 /// # Errors
-/// `Usage` for a wrong experiment or a path that cannot stand in a script, `Data` for a data root that
-/// is no folder, `Io` for what the file system or sbatch refuses.
+/// `Usage` for a wrong experiment, a path that cannot stand in a script and scripts that are there, `Data` for data that is
+/// missing, `Io` for what the file system or sbatch refuses.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plan = plan(args)?;
+    let (plan, experiments) = plan(args)?;
     let scripts =
         [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())];
+    let folder = Path::new(plan.folder.text());
+    let differs = |(name, text): &&(&str, String)| {
+        let there = folder.join(name);
+        there.symlink_metadata().is_ok() && std::fs::read(there).ok().is_none_or(|old| old != text.as_bytes())
+    };
+    if let Some((name, _)) = scripts.iter().find(differs).filter(|_| !args.force) {
+        let path = folder.join(name);
+        let message = format!("{} is there already, for other jobs; --force replaces it", path.display());
+        return Err(Failure::usage(message));
+    }
+    let estimate = estimate::estimate(args, &experiments)?;
     for (name, text) in scripts {
-        let path = Path::new(plan.folder.text()).join(name);
+        let path = folder.join(name);
         store::write(&path, text.as_bytes()).map_err(Failure::io)?;
     }
     if !args.submit {
         let folder = &plan.folder;
-        return output::write(&format!("scripts: {}\nsubmit:  sh {folder}/{SUBMIT}\n", folder.text()));
+        return output::write(&format!(
+            "scripts: {}\nsubmit:  sh {folder}/{SUBMIT}\ntime:    {estimate}\n",
+            folder.text()
+        ));
     }
     let shards = submit(&plan.sbatch_arguments(SHARDS, None)).map_err(Failure::io)?;
     let report = submit(&plan.sbatch_arguments(REPORT, Some(&shards))).map_err(|e| {
         Failure::io(format!("the array is in the queue as job {shards}, but its report is not: {e}"))
     })?;
-    output::write(&format!("shards: job {shards}\nreport: job {report}\n"))
+    output::write(&format!("shards: job {shards}\nreport: job {report}\ntime:   {estimate}\n"))
 }
 
 /// Checks every argument that appears in a script.
-fn plan(args: &Args) -> Result<ClusterRun, Failure> {
+fn plan(args: &Args) -> Result<(ClusterRun, Vec<Experiment>), Failure> {
     let data_roots = args.data_roots.folders()?;
     let catalog = super::catalog(&data_roots)?;
-    let mut specs = Vec::new();
+    let (mut specs, mut experiments) = (Vec::new(), Vec::new());
     let programs = super::programs(args.plugins.as_deref())?;
     for name in &args.specs {
-        read_spec(name, &catalog, &programs)?;
+        experiments.push(read_spec(name, &catalog, &programs)?);
         let is_file = Path::new(name).is_file();
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }
     let program = std::env::current_exe().map_err(|e| Failure::io(format!("path of this program: {e}")))?;
     let folder = std::path::absolute(&args.output).map_err(|e| unusable(&args.output, &e))?;
-    Ok(ClusterRun {
+    let run = ClusterRun {
         program: Word::path(&program).map_err(usage)?,
         specs,
         shards: args.shards,
+        throttle: args.throttle,
         results: absolute(&args.results)?,
         reports: absolute(&args.reports)?,
         data_roots: data_roots.iter().map(|root| absolute(root)).collect::<Result<_, _>>()?,
@@ -116,8 +145,11 @@ fn plan(args: &Args) -> Result<ClusterRun, Failure> {
         cpus: args.cpus,
         partition: args.partition.clone(),
         account: args.account.clone(),
+        sbatch: args.sbatch.clone(),
+        before: args.before.clone(),
         folder: Word::log_folder(&folder).map_err(usage)?,
-    })
+    };
+    Ok((run, experiments))
 }
 
 fn absolute(path: &Path) -> Result<Word, Failure> {

@@ -71,7 +71,9 @@ fn every_shell_block_is_run_or_says_why_not() {
             assert!(languages.contains(&&*block.language), "{}: `{}`", block.place, block.language);
             let known = block.comment.is_none()
                 || block.marked("not-run").is_some_and(|reason| reason.len() > 10)
-                || block.marked("needs").is_some_and(|need| ["real data", "ffmpeg"].contains(&need))
+                || block
+                    .marked("needs")
+                    .is_some_and(|need| ["real data", "ffmpeg", "GNU parallel"].contains(&need))
                 || block
                     .comment
                     .as_deref()
@@ -113,7 +115,12 @@ fn run(block: &Block, folder: &Path) {
         block.text.replace("cargo run --release -- ", "trackfail ").replace("cargo run -- ", "trackfail ");
     let script = format!("set -eu\ntrackfail() {{ \"$PROGRAM\" \"$@\"; }}\n{text}");
     let mut shell = Command::new("sh");
-    shell.args(["-c", &script]).current_dir(folder).env("PROGRAM", env!("CARGO_BIN_EXE_trackfail"));
+    let program = Path::new(env!("CARGO_BIN_EXE_trackfail"));
+    shell.args(["-c", &script]).current_dir(folder).env("PROGRAM", program);
+    // Programs that a block runs may run this one.
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let own = std::iter::once(program.parent().unwrap().to_path_buf());
+    shell.env("PATH", std::env::join_paths(own.chain(std::env::split_paths(&path))).unwrap());
     shell.env_remove("TRACKFAIL_DATA").env_remove("TRACKFAIL_PLUGINS");
     let output = shell.output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr);
@@ -153,6 +160,22 @@ fn shell_blocks_that_need_ffmpeg_run() {
     let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("ffmpeg")).collect();
     assert!(!blocks.is_empty());
     blocks.iter().for_each(|block| run(block, folder.path()));
+}
+
+#[cfg(unix)]
+#[needs(parallel)]
+#[test]
+fn shell_blocks_that_need_gnu_parallel_run() {
+    let folder = working_folder();
+    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("GNU parallel")).collect();
+    assert!(!blocks.is_empty());
+    blocks.iter().for_each(|block| run(block, folder.path()));
+    // Nothing was left to the last run but tables and report.
+    let shards = ["run", "my.toml", "--results", "shared", "--dry-run", "--shard", "1/4", "--format", "csv"];
+    let told = trackfail().current_dir(folder.path()).args(shards).output().unwrap();
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert_eq!(told.matches(",done,").count(), 4, "{told}");
 }
 
 #[test]

@@ -35,3 +35,4 @@ mod tables;
 mod tools;
 mod track_quality;
 mod user_suites;
+mod verbs;

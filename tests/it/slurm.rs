@@ -102,7 +102,8 @@ fn jobs_are_submitted_alike_by_the_program_and_by_the_script() {
     std::fs::create_dir(&root).unwrap();
     let output = slurm(&root, Some(RECORD_CALL), &["--submit"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "shards: job 41\nreport: job 41\n");
+    let told = text(&output.stdout);
+    assert!(told.starts_with("shards: job 41\nreport: job 41\ntime:   about "), "{told}");
     let folder = root.join("slurm").to_str().unwrap().to_string();
     let chdir = format!("--chdir={folder}");
     let record = root.join("record");
@@ -137,6 +138,49 @@ fn the_same_arguments_give_the_same_scripts() {
         assert!(script.contains("    --results '/") && script.contains("/r' \\\n"), "{script}");
         assert!(script.ends_with("    --jobs 4\n"), "{script}");
     }
+}
+
+#[test]
+fn scripts_for_other_jobs_are_replaced_only_when_asked() {
+    let root = tempfile::tempdir().unwrap();
+    let run = |more: &[&str]| slurm(root.path(), None, more);
+    let script = || std::fs::read_to_string(root.path().join("slurm").join(SHARDS)).unwrap();
+    assert!(run(&[]).status.success());
+    let first = script();
+    let refused = run(&["--cpus", "2"]);
+    let told = text(&refused.stderr);
+    assert!(
+        refused.status.code() == Some(2) && told.contains("is there already, for other jobs; --force"),
+        "{told}"
+    );
+    assert_eq!(script(), first);
+    assert!(run(&[]).status.success(), "the same scripts may be written again");
+    let more = [
+        "--cpus",
+        "2",
+        "--force",
+        "--throttle",
+        "2",
+        "--sbatch-arg=--qos=long",
+        "--before",
+        "module load ffmpeg",
+    ];
+    let output = run(&more);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("for the longest share on 2 cores, from a few frames of"),
+        "{}",
+        text(&output.stdout)
+    );
+    for words in [
+        "#SBATCH --array=1-3%2\n",
+        "#SBATCH --output=shard-%A_%a.log\n",
+        "\nset -e\nmodule load ffmpeg\nset -eu\n",
+    ] {
+        assert!(script().contains(words), "{}", script());
+    }
+    let submit = std::fs::read_to_string(root.path().join("slurm").join(SUBMIT)).unwrap();
+    assert_eq!(submit.matches(" '--qos=long' ").count(), 2, "{submit}");
 }
 
 #[test]
@@ -181,6 +225,11 @@ fn wrong_arguments_are_refused_before_anything_is_written() {
     refused(2, &["--output", "a\\b"], "name another --output");
     refused(2, &["--output", ""], "a value is required");
     refused(3, &["--data-root", "nowhere"], "the data root is no folder");
+    refused(3, &["khalid2016/table1"], "sequences of suite otb-dtef20 are missing");
+    refused(2, &["--throttle", "0"], "0 is not in 1..");
+    refused(2, &["--sbatch-arg=--array=1-9"], "which are set already");
+    refused(2, &["--sbatch-arg", "gpu"], "want an option of sbatch");
+    refused(2, &["--before", "module load a\nrm b"], "a control character");
     for shards in ["0", "1001", "-1", "two"] {
         let output = trackfail().args(["slurm", "quickstart", "--shards", shards]).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{shards}");

@@ -6,13 +6,14 @@ mod scripts;
 
 use crate::tools::{assert_same_files, needs, trackfail};
 use cluster::{Cluster, wait_for};
-use scripts::{HOSTILE, calls, executable, expected, plan};
+use scripts::{HOSTILE, calls, executable, expected, plan, word};
 use std::process::Command;
-use trackfail::cli::slurm::script::{REPORT, SHARDS, SUBMIT};
+use trackfail::cli::slurm::script::{ClusterRun, REPORT, SHARDS, SUBMIT};
 
 /// Numbers of the array's and the report's job, read from the program's output.
 fn job_numbers(told: &str) -> [String; 2] {
-    let numbers: Vec<_> = told.lines().filter_map(|l| l.rsplit(' ').next()).map(str::to_string).collect();
+    let jobs = told.lines().filter(|line| line.contains(": job "));
+    let numbers: Vec<_> = jobs.filter_map(|l| l.rsplit(' ').next()).map(str::to_string).collect();
     numbers.try_into().unwrap_or_else(|_| panic!("{told}"))
 }
 
@@ -46,7 +47,12 @@ fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
     std::fs::create_dir_all(&folder).unwrap();
     let program = root.join("program");
     executable(&program, TASK);
-    let plan = plan(&program, root.to_str().unwrap());
+    let plan = ClusterRun {
+        throttle: Some(2),
+        sbatch: vec![word("--comment=it's \"mine\" $HOME")],
+        before: vec![word("module() { echo \"loads $1\"; }"), word("module it")],
+        ..plan(&program, root.to_str().unwrap())
+    };
     for (name, script) in
         [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())]
     {
@@ -64,11 +70,13 @@ fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
     let logged = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     for share in ["1", "2", "3"] {
         assert_eq!(calls(&std::fs::read(call(share)).unwrap()), [expected(&plan, Some(share))]);
-        let line = format!("this is {share} in {}\n", folder.display());
-        assert!(logged(&format!("shard-{share}.log")).contains(&line));
+        let line = format!("loads it\nthis is {share} in {}\n", folder.display());
+        assert!(logged(&format!("shard-{shards}_{share}.log")).contains(&line));
     }
     assert_eq!(calls(&std::fs::read(call("report")).unwrap()), [expected(&plan, None)]);
-    assert_eq!(logged("report.log"), format!("this is report in {}\n", folder.display()));
+    let line = format!("loads it\nthis is report in {}\n", folder.display());
+    assert_eq!(logged(&format!("report-{report}.log")), line);
+    assert_eq!(cluster.comments(&report), [r#"it's "mine" $HOME"#]);
     let codes = [("1", "0:0"), ("2", "4:0"), ("3", "130:0")].map(|(i, c)| (i.to_string(), c.to_string()));
     assert_eq!(cluster.exit_codes(&shards), std::collections::BTreeMap::from(codes));
     assert_eq!(cluster.exit_codes(&report).into_values().collect::<Vec<_>>(), ["0:0"]);
@@ -94,10 +102,10 @@ fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
     for (name, more) in [("shared", vec![]), ("separate", vec!["--separate"])] {
         let jobs = job_numbers(&in_folder(name, &[&submit[..], &[name], &more].concat()));
         cluster.wait_until_idle();
-        let codes = jobs.map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
+        let codes = jobs.clone().map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
         assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
         // The report job computes nothing.
-        let log = std::fs::read_to_string(root.join(name).join("report.log")).unwrap();
+        let log = std::fs::read_to_string(root.join(name).join(format!("report-{}.log", jobs[1]))).unwrap();
         assert!(log.contains("tracks 0 computed, 78 cached; signals 0 computed, 198 cached"), "{log}");
         for folder in ["results/quickstart", "reports"] {
             assert_same_files(&root.join(name).join(folder), &root.join("plain").join(folder));

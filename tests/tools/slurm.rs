@@ -21,6 +21,7 @@ pub fn plan(program: &Path, root: &str) -> ClusterRun {
         program: path(program),
         specs: vec![word("quickstart"), word(&format!("{root}/a.toml"))],
         shards: 3,
+        throttle: None,
         results: word(&format!("{root}/results")),
         reports: word(&format!("{root}/reports")),
         plugins: None,
@@ -32,6 +33,8 @@ pub fn plan(program: &Path, root: &str) -> ClusterRun {
         cpus: 1,
         partition: None,
         account: None,
+        sbatch: Vec::new(),
+        before: Vec::new(),
         folder: word(&format!("{root}/slurm")),
     }
 }

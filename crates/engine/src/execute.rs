@@ -17,12 +17,14 @@
 //! | [`train`] | trained parameters and learned models |
 //! | [`analyse`](mod@analyse) | analyses of signals and tracks |
 //! | [`timing`] | processing times |
+//! | [`estimate`] | what is left to be done, and how long it may take |
 //! | [`run`](mod@run), [`run_shard`](mod@run_shard) | a whole experiment, or a shard of it |
 
 pub mod analyse;
 pub mod context;
 pub mod cores;
 pub mod detector_outputs;
+pub mod estimate;
 pub mod frame_loop;
 pub mod judge;
 pub mod lane;

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema |
 //! | `extend` | files that say only how they differ from another, put together to one text |
-//! | [`read`] | the way from the text to checked plugins |
+//! | [`read`] | the way from the text to checked plugins; `recover` lets it go on after an error |
 //! | [`method`], [`analysis`], [`table`], [`figure`], [`claim`] | the parts of an experiment |
 //! | [`name`], [`limits`], [`error`] | what names may be, how large a file may be, where it is wrong |
 //! | [`builtin`] | experiments and methods that come with the program |
@@ -25,6 +25,7 @@ pub mod name;
 pub mod programs;
 mod raw_plugin;
 pub mod read;
+mod recover;
 pub mod schema;
 pub mod table;
 pub mod width;

@@ -14,7 +14,7 @@ pub struct Need {
 }
 
 /// Everything that a test may need.
-pub const NEEDS: [Need; 11] = [
+pub const NEEDS: [Need; 12] = [
     Need {
         name: "real_data",
         what: "real data (set TRACKFAIL_DATA to a data root, or to a list of them)",
@@ -30,6 +30,11 @@ pub const NEEDS: [Need; 11] = [
         name: "slurm",
         what: "munged, slurmctld, slurmd and sbatch (Debian: slurm-wlm and munge)",
         is_met: || ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().all(is_on_path),
+    },
+    Need {
+        name: "parallel",
+        what: "GNU parallel (Debian: parallel)",
+        is_met: || runs("parallel", &["--will-cite", "true", ":::", "1"]),
     },
     Need { name: "python", what: "python3", is_met: || runs("python3", &["-c", "import json"]) },
     Need {

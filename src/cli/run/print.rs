@@ -2,10 +2,9 @@
 
 use super::Args;
 use crate::cli::Failure;
-use crate::cli::output::{self, Format, repeated, repeated::Column};
-use crate::engine::plan::{CellState, variants};
+use crate::cli::output::{self, Format};
 use crate::engine::store::{self, Store};
-use crate::engine::{CellError, ExperimentPlan, Shard, ShardOutcome};
+use crate::engine::{CellError, Shard, ShardOutcome};
 use crate::report::WrittenReport;
 use crate::report::claims::{self, ClaimCounts, Finding};
 use crate::results::manifest::FailedCell;
@@ -36,6 +35,20 @@ fn without_result(missing: bool) -> &'static str {
     if missing { "not there" } else { "failed" }
 }
 
+/// A cell of a share without a result; its name is `sequence/tracker/run/method`, or that of a track.
+fn of_share((cell, reason): &(String, CellError)) -> FailedCell {
+    let mut parts = cell.rsplitn(4, '/').map(str::to_string);
+    let (method, run, tracker) = (parts.next(), parts.next(), parts.next());
+    FailedCell {
+        sequence: parts.next().unwrap_or_default(),
+        tracker: tracker.unwrap_or_default(),
+        run: run.and_then(|run| run.parse().ok()).unwrap_or(0),
+        method: method.unwrap_or_default(),
+        missing: !matches!(reason, CellError::Failed(_)),
+        reason: reason.to_string(),
+    }
+}
+
 /// Prints what a share has computed.
 ///
 /// # Errors
@@ -51,12 +64,16 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
         ),
     );
     let is_broken = |e: &CellError| matches!(e, CellError::Failed(_));
-    for (cell, reason) in done.failed.iter().take(MAX_LISTED) {
-        note(args, &format!("{}: {cell}: {reason}", without_result(!is_broken(reason))));
+    let groups = unfinished::groups(&done.failed.iter().map(of_share).collect::<Vec<_>>());
+    for group in groups.iter().take(MAX_LISTED) {
+        note(args, &format!("{}: {group}", without_result(group.missing)));
     }
     let broken: Vec<&(String, CellError)> = done.failed.iter().filter(|(_, e)| is_broken(e)).collect();
     if let Some((cell, reason)) = broken.first() {
-        let message = format!("{name}: {} cells failed, the first: {cell}: {reason}", broken.len());
+        let message = match groups.iter().find(|group| group.count == broken.len() && group.count > 1) {
+            Some(all) => format!("{name}: {all}"),
+            None => format!("{name}: {} cells failed, the first: {cell}: {reason}", broken.len()),
+        };
         return Err(Failure::cells(message));
     }
     match done.failed.first().filter(|_| !args.allow_missing) {
@@ -66,35 +83,6 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
         }
         None => Ok(()),
     }
-}
-
-/// Prints the cells of a plan and their states in the store.
-pub fn dry_run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
-    let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
-    store_problems(&store);
-    let states = plan.states(&store);
-    let (cells, variants): (_, Vec<_>) = (plan.cells_of_sequence(), variants(plan.experiment).collect());
-    let trackers = &plan.experiment.trackers;
-    let runs = plan.jobs.iter().map(|job| job.run + 1).max().unwrap_or(0);
-    let columns = [
-        ("sequence", plan.test().sequences.iter().map(|s| s.sequence.name.clone()).collect()),
-        ("tracker", trackers.iter().map(|t| t.label.clone()).collect()),
-        ("run", (0..runs).map(|run| run.to_string()).collect()),
-        ("method", variants.iter().map(|(method, _)| method.name.clone()).collect()),
-        ("params", variants.iter().map(|(_, variant)| variant.params()).collect()),
-        ("state", CellState::ALL.iter().map(|state| state.word().to_string()).collect()),
-    ]
-    .map(|(heading, values)| Column { heading, values });
-    let row = |(k, state): (usize, &CellState)| {
-        let (sequence, (j, variant)) = (k / cells.len(), cells[k % cells.len()]);
-        let job = plan.jobs[j];
-        [sequence, job.tracker, job.run as usize, variant, variant, *state as usize]
-    };
-    repeated::print(args.format, &columns, states.iter().enumerate().map(row))?;
-    let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
-    let counts = CellState::ALL.map(|s| format!("{} {}", count(s), s.word()));
-    note(args, &format!("{}: {}", plan.experiment.name, counts.join(", ")));
-    Ok(())
 }
 
 /// Prints the rows of `measures.csv`, each behind the name of the experiment.
@@ -130,8 +118,7 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
     }
     let groups = unfinished::groups(&results.manifest.cells_failed);
     for group in groups.iter().take(MAX_LISTED) {
-        let what = without_result(group.missing);
-        text.push_str(&format!("{what}: {}: {}\n", group.cells, group.reason));
+        text.push_str(&format!("{}: {group}\n", without_result(group.missing)));
     }
     if groups.len() > MAX_LISTED {
         text.push_str(&format!("without a result: {} more, see scores.csv\n", groups.len() - MAX_LISTED));
@@ -152,8 +139,16 @@ pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(),
     let message = |cells: &[&FailedCell], what: &str| {
         let first = cells.first()?;
         let FailedCell { sequence, tracker, method, reason, .. } = first;
-        let place = format!("{sequence}, {tracker}, {method}: {reason}");
-        Some(format!("{name}: {} of {all} cells {what}, the first: {place}", cells.len()))
+        let owned: Vec<FailedCell> = cells.iter().map(|cell| (*cell).clone()).collect();
+        Some(match unfinished::groups(&owned).as_slice() {
+            [same] if same.count > 1 && !same.missing => {
+                format!("{name}: {} of {all} cells {what}: {} ({})", cells.len(), same.reason, same.cells)
+            }
+            _ => {
+                let place = format!("{sequence}, {tracker}, {method}: {reason}");
+                format!("{name}: {} of {all} cells {what}, the first: {place}", cells.len())
+            }
+        })
     };
     if let Some(broken) = message(&broken, "failed") {
         return Err(Failure::cells(broken));

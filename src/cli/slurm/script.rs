@@ -28,6 +28,8 @@ pub struct ClusterRun {
     pub specs: Vec<Word>,
     /// Tasks of the array, at least 1.
     pub shards: u16,
+    /// Largest number of tasks that run at once, unless all may.
+    pub throttle: Option<u16>,
     /// Folder of results.
     pub results: Word,
     /// Folder of reports.
@@ -50,6 +52,10 @@ pub struct ClusterRun {
     pub partition: Option<Setting>,
     /// Account, unless the user's default.
     pub account: Option<Setting>,
+    /// Further arguments of sbatch, for both jobs.
+    pub sbatch: Vec<Word>,
+    /// Commands that both jobs run first, as they are.
+    pub before: Vec<Word>,
     /// Folder of the scripts and logs; the jobs' working directory.
     pub folder: Word,
 }
@@ -65,8 +71,9 @@ impl ClusterRun {
             format!("It is told to stop {NOTICE} s before its time is up, keeps what it has and exits 130."),
             format!("To resume after any loss, run {SUBMIT} again: finished cells are not computed twice."),
         ];
-        let array = format!("--array=1-{n}");
-        let mut text = self.head(&note, &[&array, "--job-name=trackfail-shards", "--output=shard-%a.log"]);
+        let at_once = self.throttle.map_or_else(String::new, |most| format!("%{most}"));
+        let array = format!("--array=1-{n}{at_once}");
+        let mut text = self.head(&note, &[&array, "--job-name=trackfail-shards", "--output=shard-%A_%a.log"]);
         let results = if self.separate {
             format!("{}/\"$SLURM_ARRAY_TASK_ID\"", self.shard_folders())
         } else {
@@ -86,7 +93,7 @@ impl ClusterRun {
             "of a task that was stopped are computed here, so nothing is missing. To stop everything,".into(),
             format!("cancel this job with the array; to resume, run {SUBMIT} again."),
         ];
-        let mut text = self.head(&note, &["--job-name=trackfail-report", "--output=report.log"]);
+        let mut text = self.head(&note, &["--job-name=trackfail-report", "--output=report-%j.log"]);
         if self.separate {
             text.push_str(&self.merge());
         }
@@ -97,8 +104,9 @@ impl ClusterRun {
 
     /// The text of [`SUBMIT`].
     pub fn submit_script(&self) -> String {
+        let own: String = self.sbatch.iter().map(|word| format!(" {word}")).collect();
         let command = |more: &str, script: &str| {
-            format!("sbatch --parsable --chdir={}{more} {}/{script}", self.folder, self.folder)
+            format!("sbatch --parsable --chdir={}{own}{more} {}/{script}", self.folder, self.folder)
         };
         // On a federation sbatch answers `job;cluster`.
         format!(
@@ -119,14 +127,17 @@ impl ClusterRun {
     pub fn sbatch_arguments(&self, script: &str, after: Option<&str>) -> Vec<String> {
         let folder = self.folder.text();
         let mut arguments = vec!["--parsable".to_string(), format!("--chdir={folder}")];
+        arguments.extend(self.sbatch.iter().map(|word| word.text().to_string()));
         arguments.extend(after.map(|job| format!("--dependency=afterany:{job}")));
         arguments.push(format!("{folder}/{script}"));
         arguments
     }
 
     /// Everything down to `set -eu`. sbatch reads its lines only above the first command.
+    ///
+    /// Clusters define `module` and its kin for bash, and not all of them bear unset variables.
     fn head(&self, note: &[String], own: &[&str]) -> String {
-        let mut text = "#!/bin/sh\n".to_string();
+        let mut text = if self.before.is_empty() { "#!/bin/sh\n" } else { "#!/bin/bash\n" }.to_string();
         for line in note {
             push_line(&mut text, format_args!("# {line}"));
         }
@@ -146,6 +157,12 @@ impl ClusterRun {
         }
         if let Some(account) = &self.account {
             push_line(&mut text, format_args!("#SBATCH --account={account}"));
+        }
+        if !self.before.is_empty() {
+            push_line(&mut text, format_args!("set -e"));
+        }
+        for command in &self.before {
+            push_line(&mut text, format_args!("{}", command.text()));
         }
         text.push_str("set -eu\n");
         text
@@ -204,6 +221,7 @@ mod tests {
             program: word("/opt/trackfail"),
             specs: vec![word("quickstart"), word("/home/ann/it's mine.toml")],
             shards: 3,
+            throttle: None,
             results: word("/scratch/ann/results"),
             reports: word("/scratch/ann/reports"),
             data_roots: vec![word("/data")],
@@ -215,6 +233,8 @@ mod tests {
             cpus: 2,
             partition: Some(Setting::partition("short,long").unwrap()),
             account: Some(Setting::account("vision").unwrap()),
+            sbatch: Vec::new(),
+            before: Vec::new(),
             folder: word("/home/ann/jobs"),
         }
     }
@@ -255,7 +275,7 @@ exec '/opt/trackfail' run \
 # To resume after any loss, run submit.sh again: finished cells are not computed twice.
 #SBATCH --array=1-3
 #SBATCH --job-name=trackfail-shards
-#SBATCH --output=shard-%a.log
+#SBATCH --output=shard-%A_%a.log
 COMMON
     --shard "$SLURM_ARRAY_TASK_ID"/3 \
     --results '/scratch/ann/results' \
@@ -269,7 +289,7 @@ COMMON
 # of a task that was stopped are computed here, so nothing is missing. To stop everything,
 # cancel this job with the array; to resume, run submit.sh again.
 #SBATCH --job-name=trackfail-report
-#SBATCH --output=report.log
+#SBATCH --output=report-%j.log
 COMMON
     --results '/scratch/ann/results' \
     --reports '/scratch/ann/reports' \
@@ -293,6 +313,26 @@ printf 'report: job %s\n' "${report%%;*}"
         assert_eq!(plan().shards_script(), SHARDS_TEXT.replace("COMMON\n", COMMON));
         assert_eq!(plan().report_script(), REPORT_TEXT.replace("COMMON\n", COMMON));
         assert_eq!(plan().submit_script(), SUBMIT_TEXT);
+    }
+
+    #[test]
+    fn what_a_cluster_wants_besides_is_in_both_jobs() {
+        let more = ClusterRun {
+            throttle: Some(2),
+            sbatch: vec![word("--constraint=a|b"), word("--comment=it's mine")],
+            before: vec![word("module load ffmpeg/6"), word("source \"$HOME/env\"")],
+            ..plan()
+        };
+        let before =
+            "#SBATCH --account=vision\nset -e\nmodule load ffmpeg/6\nsource \"$HOME/env\"\nset -eu\nexec ";
+        for script in [more.shards_script(), more.report_script()] {
+            assert!(script.starts_with("#!/bin/bash\n") && script.contains(before), "{script}");
+        }
+        assert!(more.shards_script().contains("#SBATCH --array=1-3%2\n"));
+        let words = r"--chdir='/home/ann/jobs' '--constraint=a|b' '--comment=it'\''s mine'";
+        assert_eq!(more.submit_script().matches(words).count(), 2, "{}", more.submit_script());
+        let arguments = more.sbatch_arguments(REPORT, Some("7"));
+        assert_eq!(arguments[2..5], ["--constraint=a|b", "--comment=it's mine", "--dependency=afterany:7"]);
     }
 
     const SEPARATE_TEXT: &str = r#"set -eu

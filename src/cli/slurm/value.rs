@@ -38,6 +38,11 @@ pub enum ValueError {
     /// No amount of memory.
     #[error("want a whole number above 0 and K, M, G or T, as in 2G")]
     Memory,
+    /// An argument of sbatch that is none, or that the scripts give.
+    #[error(
+        "want an option of sbatch such as --gres=gpu:1, and none of --array, --chdir, --dependency, --output, --parsable, --signal and --wrap, which are set already"
+    )]
+    Option,
     /// No name of a partition or account.
     #[error("want a name of letters, digits, `_`, `.` and `-`")]
     Name,
@@ -81,6 +86,28 @@ impl Word {
         Ok(word)
     }
 
+    /// An option of sbatch, unless the scripts give it themselves or could not do with it.
+    ///
+    /// # Errors
+    /// [`ValueError::Option`], and as [`Word::new`].
+    pub fn sbatch_option(text: &str) -> Result<Self, ValueError> {
+        let taken = ["--array", "--chdir", "--dependency", "--output", "--parsable", "--signal", "--wrap"];
+        let name = text.split('=').next().unwrap_or_default();
+        let short = ["-a", "-D", "-d", "-o"].iter().any(|own| name.starts_with(own));
+        if !text.starts_with('-') || text.len() < 2 || taken.contains(&name) || short {
+            return Err(ValueError::Option);
+        }
+        Self::new(text)
+    }
+
+    /// A line of shell commands.
+    ///
+    /// # Errors
+    /// [`ValueError::Control`].
+    pub fn command(text: &str) -> Result<Self, ValueError> {
+        Self::new(text)
+    }
+
     /// The text without quotes.
     pub fn text(&self) -> &str {
         &self.0
@@ -108,6 +135,11 @@ impl Setting {
             Some(s) if !(SHORTEST..=LONGEST).contains(&s) => Err(ValueError::TimeRange),
             Some(_) => Ok(Self(text.to_string())),
         }
+    }
+
+    /// Seconds of a time limit.
+    pub fn seconds(&self) -> Option<u64> {
+        seconds(&self.0)
     }
 
     /// Memory of a job; a number alone is in MiB. SLURM takes 0 for all there is, so it is refused.
@@ -238,6 +270,20 @@ mod tests {
         for text in ["", "0", "0G", "G", "2GB", "2 G", "-2G", "2.5G", "2G\n", "2G#"] {
             assert_eq!(Setting::memory(text), Err(ValueError::Memory), "{text}");
         }
+    }
+
+    #[test]
+    fn options_of_sbatch_are_not_those_of_the_scripts() {
+        for text in ["--gres=gpu:1", "--exclusive", "--qos=short", "-q", "--comment=a b", "--constraint=a|b"]
+        {
+            assert_eq!(Word::sbatch_option(text).unwrap().text(), text);
+        }
+        for text in
+            ["", "-", "gpu", "--array=1-9", "--output=x", "-o", "-ox", "-a1-3", "--wrap=ls", "--chdir=/"]
+        {
+            assert_eq!(Word::sbatch_option(text), Err(ValueError::Option), "{text}");
+        }
+        assert!(matches!(Word::sbatch_option("--comment=a\nb"), Err(ValueError::Control(_))));
     }
 
     #[test]

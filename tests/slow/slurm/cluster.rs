@@ -141,6 +141,13 @@ impl Cluster {
         jobs.lines().filter_map(code).collect()
     }
 
+    /// Comments of a job that is done.
+    pub fn comments(&self, job: &str) -> Vec<String> {
+        let jobs = self.output(Command::new("scontrol").args(["show", "job", job]));
+        let comment = |line: &str| line.trim().strip_prefix("Comment=").map(str::to_string);
+        jobs.lines().filter_map(comment).collect()
+    }
+
     /// Logs of the daemons.
     fn logs(&self) -> String {
         let log = |name: &str| {

@@ -8,6 +8,7 @@ use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
 use crate::error::RunError;
 use crate::limits::RunLimits;
+use crate::observe::costs::CostTally;
 use crate::observe::progress::ProgressWatch;
 use crate::observe::tally::Tally;
 use crate::plan::{ExperimentPlan, Job, recipes};
@@ -58,6 +59,8 @@ pub struct Context<'a> {
     pub cores: Cores,
     /// Outputs of detectors in memory.
     pub outputs: DetectorOutputCache,
+    /// Counts what trackers with their signals cost.
+    pub costs: Arc<CostTally>,
 }
 
 impl<'a> Context<'a> {
@@ -81,6 +84,7 @@ impl<'a> Context<'a> {
             frames,
             cores: Cores::new(rayon::current_num_threads()),
             outputs: DetectorOutputCache::default(),
+            costs: Arc::new(CostTally::new(plan)),
         }
     }
 

@@ -13,6 +13,7 @@ use crate::limits::{Interrupted, RunLimits};
 use crate::spec::method::SignalChoice;
 use crate::tracker::TrackerState;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// One task of a pass: a track, signals on it, or both.
 #[derive(Clone)]
@@ -39,6 +40,8 @@ pub struct Pass {
     pub tasks: Vec<Task>,
     /// Called once a frame, for progress.
     pub on_frame: Arc<dyn Fn() + Send + Sync>,
+    /// Called with the time of each step of a task; the number of tasks stands for the decoding of frames.
+    pub spent: Arc<dyn Fn(usize, Duration) + Send + Sync>,
     /// The cores of the run.
     pub cores: Cores,
 }
@@ -67,6 +70,7 @@ pub fn pass(pass: Pass, limits: &RunLimits) -> Result<Vec<Result<PassOutput, Cel
 struct PassObserver<'a> {
     watch: &'a Watchdog,
     on_frame: &'a (dyn Fn() + Send + Sync),
+    spent: &'a (dyn Fn(usize, Duration) + Send + Sync),
     collector: Collector,
 }
 
@@ -80,7 +84,10 @@ impl FrameObserver for PassObserver<'_> {
         lane: usize,
         work: impl FnOnce() -> Result<T, TrackingError>,
     ) -> Result<T, TrackingError> {
-        self.watch.step(lane, work)
+        let start = Instant::now();
+        let done = self.watch.step(lane, work);
+        (self.spent)(lane, start.elapsed());
+        done
     }
 
     fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
@@ -111,7 +118,7 @@ impl Pass {
         };
         let mut lanes: Vec<_> = self.tasks.iter().enumerate().map(lane).collect();
         let collector = Collector::new(self.tasks.iter().map(|task| task.signals.len()));
-        let observer = PassObserver { watch, on_frame: &*self.on_frame, collector };
+        let observer = PassObserver { watch, on_frame: &*self.on_frame, spent: &*self.spent, collector };
         run_frames_on(&self.cores, &self.sequence, &self.frames, &mut lanes, &observer)?;
         let collected = observer.collector.into_collected();
         let output = |((lane, collected), task): ((Result<Lane, TrackingError>, _), &Task)| {

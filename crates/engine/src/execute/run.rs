@@ -82,6 +82,7 @@ pub fn run<'s>(
         }
     }
     let tracks = tracks.swap_remove(0);
+    context.costs.keep(plan, store);
     let mut digests = BTreeMap::new();
     for suite in &plan.suites {
         let names = suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone()));

@@ -96,5 +96,6 @@ pub fn run_shard(
     let done = cells.iter().filter(|(_, result)| result.is_ok()).count();
     let failed = cells.into_iter().filter_map(|(name, result)| Some((name, result.err()?)));
     let failed = failed.filter(|(_, e)| e.is_failure()).collect();
+    context.costs.keep(plan, store);
     Ok(ShardOutcome { done, failed, tally: context.tally })
 }

@@ -16,6 +16,7 @@ use crate::store::{self, Name};
 use crate::tracker::{Status, TrackerState};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Largest number of tracks in one pass, to limit memory.
 const MAX_TASKS: usize = 64;
@@ -151,15 +152,24 @@ fn compute(
         }
     }
     let (signals, tasks): (Vec<Vec<usize>>, Vec<Task>) = tasks.into_iter().unzip();
+    let tracker = |(k, task): (&usize, &Task)| {
+        let job = found[*k].as_ref().ok().map(|found| found.job);
+        job.filter(|_| task.states.is_none()).map(|job| context.plan.jobs[job].tracker)
+    };
+    let tracked: Vec<Option<usize>> = places.iter().zip(&tasks).map(tracker).collect();
     let one = Pass {
         sequence: planned.sequence.clone(),
         frames: context.frames.clone(),
         signals: context.plan.signals.clone(),
         tasks,
         on_frame: context.on_frame.clone(),
+        spent: spent(context, suite, tracked.clone()),
         cores: context.cores.clone(),
     };
     let mut outputs = pass(one, &context.options.limits)?;
+    for (tracker, _) in tracked.iter().zip(&outputs).filter(|(_, output)| output.is_ok()) {
+        tracker.iter().for_each(|t| context.costs.add_frames(suite, *t, planned.sequence.len()));
+    }
     if let Err(e) = unchanged(context, planned, &places, found) {
         outputs = outputs.into_iter().map(|_| Err(e.clone())).collect();
     }
@@ -177,6 +187,22 @@ fn compute(
         };
     }
     context.put(records)
+}
+
+/// Counts the time of each task whose tracker is run, and for each of them its part of the decoding.
+fn spent(
+    context: &Context<'_>,
+    suite: usize,
+    trackers: Vec<Option<usize>>,
+) -> Arc<dyn Fn(usize, Duration) + Send + Sync> {
+    let costs = context.costs.clone();
+    Arc::new(move |lane, time| match trackers.get(lane) {
+        Some(tracker) => tracker.iter().for_each(|t| costs.add_time(suite, *t, time)),
+        None => {
+            let part = time / u32::try_from(trackers.len().max(1)).unwrap_or(u32::MAX);
+            trackers.iter().flatten().for_each(|t| costs.add_time(suite, *t, part));
+        }
+    })
 }
 
 /// Completes a cached track with the output of the pass, and adds new records for the store.

@@ -15,7 +15,7 @@ use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe, Stage};
 use crate::tracker::RunContext;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -196,6 +196,13 @@ impl<'a> ExperimentPlan<'a> {
     /// Whether a job's track is needed on a suite.
     pub fn wants(&self, suite: usize, job: usize) -> bool {
         self.demands.iter().any(|d| d.is_for(&self.suites[suite].name, self.jobs[job]))
+    }
+
+    /// Indices of the signals that are read from the tracks of a tracker on a suite.
+    pub fn signals_on(&self, suite: usize, tracker: usize) -> BTreeSet<usize> {
+        let suite = &self.suites[suite].name;
+        let mine = self.demands.iter().filter(|d| d.tracker == tracker && d.suite == suite);
+        mine.filter_map(|d| d.signal).collect()
     }
 
     /// Whether a signal is needed, and can be computed, on a job's track.

@@ -1,4 +1,9 @@
-//! Errors of experiment files: the file, the line, what is wrong and the nearest valid word.
+//! Errors of experiment files: the file, the line with a mark below what is wrong, and the nearest valid word.
+
+mod excerpt;
+mod plain_words;
+
+pub(super) use plain_words::{FIRST_NUMBER, in_plain_words};
 
 use crate::dataset::text::shorten_to;
 use crate::plugin::{ParamError, nearest, unknown};
@@ -6,9 +11,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeTable;
 
-/// The first thing that is wrong with an experiment file.
+/// What is wrong with an experiment file: one thing, and what else was found behind it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}: {message}")]
 pub struct SpecError {
     /// The file as the user named it.
     pub file: String,
@@ -16,11 +20,91 @@ pub struct SpecError {
     pub line: usize,
     /// Explanation of the error, with what is valid instead.
     pub message: String,
+    /// The line of the file and a mark below the place, on two lines; empty where there is none.
+    pub excerpt: String,
+    /// Everything else that is wrong with it.
+    pub others: Vec<SpecError>,
+}
+
+impl SpecError {
+    /// An error of a whole file.
+    pub(super) fn of_file(file: String, message: String) -> Self {
+        Self { file, line: 1, message, excerpt: String::new(), others: Vec::new() }
+    }
+}
+
+/// Largest number of errors that are told at once.
+pub(super) const MAX_ERRORS: usize = 20;
+
+impl std::fmt::Display for SpecError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if !self.others.is_empty() {
+            writeln!(f, "{}: {} errors", self.file, 1 + self.others.len())?;
+        }
+        for (k, error) in std::iter::once(self).chain(&self.others).take(MAX_ERRORS).enumerate() {
+            let Self { file, line, message, excerpt, .. } = error;
+            if k > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{file}:{line}: {message}")?;
+            if !excerpt.is_empty() {
+                write!(f, "\n{excerpt}")?;
+            }
+        }
+        match (1 + self.others.len()).saturating_sub(MAX_ERRORS) {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more"),
+        }
+    }
+}
+
+/// Errors of a reading that goes on after them, so that all are told at once.
+#[derive(Default)]
+pub(super) struct Errors(Vec<SpecError>);
+
+impl Errors {
+    /// Keeps an error, and those behind it, each once.
+    pub fn push(&mut self, mut error: SpecError) {
+        let others = std::mem::take(&mut error.others);
+        for error in std::iter::once(error).chain(others) {
+            if !self.0.contains(&error) {
+                self.0.push(error);
+            }
+        }
+    }
+
+    /// The value of a part that is right; of one that is wrong, the error is kept.
+    pub fn keep<T>(&mut self, read: Result<T, SpecError>) -> Option<T> {
+        read.map_err(|error| self.push(error)).ok()
+    }
+
+    /// Whether nothing is wrong so far.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether there are as many errors as are told.
+    pub fn is_full(&self) -> bool {
+        self.0.len() >= MAX_ERRORS
+    }
+
+    /// Success if nothing is wrong.
+    ///
+    /// # Errors
+    /// All errors, in the order of the files.
+    pub fn check(mut self) -> Result<(), SpecError> {
+        self.0.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+        let mut all = self.0.into_iter();
+        match all.next() {
+            None => Ok(()),
+            Some(first) => Err(SpecError { others: all.collect(), ..first }),
+        }
+    }
 }
 
 /// Longest word of the file and longest message that are shown, in characters. The search for the nearest word
 /// takes time and memory that grow with its length.
-const MAX_WORD: usize = 64;
+pub(super) const MAX_WORD: usize = 64;
 const MAX_MESSAGE: usize = 2000;
 
 /// A text that is being read, with what turns byte ranges of it into lines of files.
@@ -47,15 +131,29 @@ impl<'a> Source<'a> {
     /// An error at a byte range.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
         let start = span.start.min(self.text.len());
+        let span = start..span.end.clamp(start, self.text.len());
         let message = shorten_to(&message.into(), MAX_MESSAGE);
         match self.map {
-            Some(map) => map.error(start, message),
-            None => SpecError {
-                file: self.file.to_string(),
-                line: self.line(start),
-                message: message + self.note,
-            },
+            Some(map) => map.error(span, message),
+            None => {
+                let line = self.line(start);
+                SpecError {
+                    file: self.file.to_string(),
+                    line,
+                    message: message + self.note,
+                    excerpt: excerpt::excerpt(self.text, line, &span),
+                    others: Vec::new(),
+                }
+            }
         }
+    }
+
+    /// The key whose value begins at a byte, where it stands right before it.
+    pub(super) fn key_of(&self, value: usize) -> Option<&'a str> {
+        let before = self.text.get(..value)?.trim_end().strip_suffix('=')?.trim_end();
+        let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let start = before.rfind(|c| !is_bare(c)).map_or(0, |at| at + 1);
+        before.get(start..).filter(|key| !key.is_empty())
     }
 
     /// Line of a byte, from 1; of a text of one file.
@@ -70,12 +168,34 @@ impl<'a> Source<'a> {
 
     /// An error of the TOML reader, with the nearest valid word for unknown ones.
     pub fn toml(&self, e: &toml::de::Error, fallback: Range<usize>) -> SpecError {
-        self.error(e.span().unwrap_or(fallback), with_hint(e.message()))
+        let span = e.span().unwrap_or(fallback);
+        let key = self.key_of(span.start);
+        let first =
+            || FIRST_NUMBER.iter().find(|(known, _)| Some(*known) == key).map_or(0, |(_, first)| *first);
+        let message = in_plain_words(e.message(), key, first);
+        self.error(span, message.unwrap_or_else(|| with_hint(e.message())))
+    }
+
+    /// Everything that the TOML reader does not understand.
+    ///
+    /// # Errors
+    /// At least one of it.
+    pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'a>>, SpecError> {
+        let (document, wrong) = DeTable::parse_recoverable(self.text);
+        let mut errors = Errors::default();
+        let mut last = 0;
+        for error in wrong.iter().take(MAX_ERRORS).map(|e| self.toml(e, 0..0)) {
+            // What is told of the rest of a line follows from its first error.
+            if error.line != std::mem::replace(&mut last, error.line) {
+                errors.push(error);
+            }
+        }
+        errors.check().map(|()| document)
     }
 
     /// An error of a plugin's parameters, at the parameter where the plugin names one.
     pub fn params(&self, e: &ParamError, table: &Spanned<DeTable<'_>>) -> SpecError {
-        let named = || table.get_ref().get_key_value(e.key?).map(|(key, _)| key.span());
+        let named = || table.get_ref().get_key_value(e.key?).map(|(_, value)| value.span());
         let span = e.span.clone().or_else(named).unwrap_or_else(|| table.span());
         self.error(span, with_hint(&e.message))
     }
@@ -133,14 +253,14 @@ pub(super) struct Piece {
 }
 
 impl SourceMap {
-    fn error(&self, position: usize, message: String) -> SpecError {
-        let after = self.pieces.partition_point(|piece| piece.start <= position);
+    fn error(&self, span: Range<usize>, message: String) -> SpecError {
+        let after = self.pieces.partition_point(|piece| piece.start <= span.start);
         let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
-            return SpecError { file: String::new(), line: 1, message };
+            return SpecError::of_file(String::new(), message);
         };
-        let offset = if piece.copied { position - piece.start } else { 0 };
+        let (offset, length) = if piece.copied { (span.start - piece.start, span.len()) } else { (0, 0) };
         let place = piece.origin + offset;
-        self.files[piece.file].source().error(place..place, message)
+        self.files[piece.file].source().error(place..place + length, message)
     }
 }
 

@@ -166,10 +166,15 @@ impl FigureKind {
     fn reads(&self, key: FigureKey) -> bool {
         self.required.contains(&key) || self.optional.contains(&key)
     }
+
+    /// Whether it reads a key of the file, with whichever meaning.
+    pub(super) fn reads_word(&self, word: &str) -> bool {
+        FigureKey::ALL.iter().any(|key| key.word() == word && self.reads(*key))
+    }
 }
 
 impl FigureKey {
-    const ALL: [Self; 10] = [
+    pub(super) const ALL: [Self; 10] = [
         Self::Metric,
         Self::XAxis,
         Self::XMetric,
@@ -299,8 +304,7 @@ pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Re
         return Err(source.unknown(wire.kind.span(), "figure kind", word, known));
     };
     // A key that the kind does not read would have no effect.
-    let is_read = |key: FigureKey| FigureKey::ALL.iter().any(|k| k.word() == key.word() && kind.reads(*k));
-    for key in FigureKey::ALL.into_iter().filter(|key| !is_read(*key)) {
+    for key in FigureKey::ALL.into_iter().filter(|key| !kind.reads_word(key.word())) {
         if let Some(place) = key.place(wire) {
             return Err(source.error(place, format!("a `{word}` figure has no `{}`", key.word())));
         }

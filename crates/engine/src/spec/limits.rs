@@ -32,7 +32,7 @@ const MAX_CELLS: usize = 1_000_000;
 /// # Errors
 /// The file cannot be read, is larger, or is not UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String, SpecError> {
-    let whole = |message: String| SpecError { file: path.display().to_string(), line: 1, message };
+    let whole = |message: String| SpecError::of_file(path.display().to_string(), message);
     let bytes = text::read_at_most(path, MAX_BYTES as u64).map_err(|e| match e {
         crate::dataset::DatasetError::Io { source, .. } => whole(source.to_string()),
         _ => whole(format!("an experiment file has at most {MAX_BYTES} bytes")),

@@ -3,7 +3,9 @@
 
 mod training;
 
-use super::error::{Source, SpecError};
+pub(super) use training::can_be_maximised;
+
+use super::error::{Errors, Source, SpecError};
 use super::limits::MAX_DETECTORS;
 use super::raw_plugin::RawPlugin;
 use crate::detector::{DETECTORS, Detector};
@@ -257,9 +259,18 @@ pub fn read(
         return Err(source
             .error(span, format!("method `{name}` has no detector, and no published method has that name")));
     };
+    let mut errors = Errors::default();
     let signals = signals.into_iter().map(|t| RawPlugin::read(source, programs, t, "signal", SIGNALS));
-    let signals: Vec<RawPlugin<'_, dyn Signal>> = signals.collect::<Result<_, _>>()?;
-    let detector = RawPlugin::read(source, programs, detector, "detector", DETECTORS)?;
+    let signals: Vec<RawPlugin<'_, dyn Signal>> = signals.filter_map(|read| errors.keep(read)).collect();
+    let detector = errors.keep(RawPlugin::read(source, programs, detector, "detector", DETECTORS));
+    if let Some(detector) = detector.as_ref().filter(|_| !errors.is_empty()) {
+        // A grid may give what the detector lacks.
+        if grid.is_none() && detector.training(source)?.is_none() {
+            errors.keep(detector.build(source, Vec::new()));
+        }
+    }
+    errors.check()?;
+    let Some(detector) = detector else { return Err(source.error(span, "the method has no detector")) };
     let axes = match &grid {
         None => Vec::new(),
         Some(grid) => read_axes(source, grid, &detector, signals.first())?,
@@ -401,20 +412,24 @@ fn build_variant<'i>(
             restarts: Restarts::default(),
         })
     };
+    let mut errors = Errors::default();
     let signals: Vec<SignalChoice> =
-        signals.iter().enumerate().map(built).collect::<Result<_, SpecError>>()?;
-    let mut signals = signals.into_iter();
-    let (signal, more_signals) = (signals.next(), signals.collect::<Vec<_>>());
-    let detector = match detector.training(source)? {
-        Some((key, train)) => training::train_choice(source, detector, &key, &train, set(false))?,
+        signals.iter().enumerate().filter_map(|raw| errors.keep(built(raw))).collect();
+    let choose = || match detector.training(source)? {
+        Some((key, train)) => training::train_choice(source, detector, &key, &train, set(false)),
         None => {
             let fixed = detector.fixed(Arc::from(detector.build(source, set(false))?));
-            match fixed.detector.learner() {
+            Ok(match fixed.detector.learner() {
                 Some(_) => DetectorChoice::Learned(fixed),
                 None => DetectorChoice::Given(fixed),
-            }
+            })
         }
     };
+    let detector = errors.keep(choose());
+    errors.check()?;
+    let Some(detector) = detector else { return Err(source.error(span, "the method has no detector")) };
+    let mut signals = signals.into_iter();
+    let (signal, more_signals) = (signals.next(), signals.collect::<Vec<_>>());
     if detector.example().detector.needs_signal() && signal.is_none() {
         return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
     }

@@ -129,7 +129,7 @@ struct Wired {
 /// A file that cannot be read, and the first thing that is wrong with it.
 pub fn read(path: &Path) -> Result<Programs, SpecError> {
     let file = path.display().to_string();
-    let whole = |message: String| SpecError { file: file.clone(), line: 1, message };
+    let whole = |message: String| SpecError::of_file(file.clone(), message);
     let bytes = text::read_at_most(path, MAX_BYTES).map_err(|e| match e {
         DatasetError::Io { source, .. } => whole(source.to_string()),
         DatasetError::Content { message, .. } => whole(message),
@@ -317,7 +317,7 @@ deterministic = true
             ("\"lines\"", "\"trax\"", 7, "goes with protocol = \"lines\""),
             ("\"polygon\"", "\"mask\"", 7, "unknown variant `mask`"),
             ("[\"./bin/track\", \"--fast\"]", "[]", 2, "a program and its arguments"),
-            ("[\"./bin/track\", \"--fast\"]", "\"./bin/track --fast\"", 2, "expected a sequence"),
+            ("[\"./bin/track\", \"--fast\"]", "\"./bin/track --fast\"", 2, "`command` must be a list"),
             ("\"--fast\"", "\"a\\u0000\"", 2, "a program and its arguments"),
             ("version = \"1\"\n", "", 1, "missing field `version`"),
             ("version = \"1\"", "version = \"\"", 4, "1 to 64 characters"),

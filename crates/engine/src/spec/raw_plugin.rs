@@ -1,6 +1,7 @@
 //! Plugins of an experiment file: the tables of their parameters, checked and bound to the programs that they name.
 
 use super::error::{Source, SpecError};
+use super::recover;
 use crate::analysis::Analysis;
 use crate::detector::Detector;
 use crate::plugin::{self, Entry, ParamError, RawParams};
@@ -82,7 +83,7 @@ impl<'i, T: ?Sized + Bind> RawPlugin<'i, T> {
         set: Vec<(&str, Spanned<DeValue<'_>>)>,
     ) -> Result<Box<T>, SpecError> {
         let table = self.with(set);
-        build_entry(self.entry, &table, self.programs).map_err(|e| source.params(&e, &table))
+        recover::build(source, self.entry, &table, self.programs)
     }
 
     /// The table with some values set.

@@ -1,38 +1,38 @@
-//! Reads the text of an experiment file into a checked [`Experiment`]. Reading ends at the first error.
+//! Reads the text of an experiment file into a checked [`Experiment`]. Reading goes on after an error: whoever refers to a
+//! part that is wrong still finds its name, and what follows only from an error is not told.
+
+mod trackers;
 
 use super::analysis::{self, Analysis};
-use super::error::{Source, SpecError};
+use super::error::{Errors, Source, SpecError};
 use super::extend::{self, Place};
 use super::figure::{Figure, read_figure};
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
+use super::recover::{self, Shape};
 use super::table::{self, GridAxis, Published, Table, Words, inherit_published};
-use super::{Experiment, OTHERS, TEST, Tracker, claim, raw_plugin, wire, written_out};
+use super::{Experiment, OTHERS, TEST, claim, wire, written_out};
 use crate::dataset::suite::Catalog;
-use crate::plugin::{self, RawParams};
 use crate::score::{self, Protocol};
-use crate::tracker::TRACKERS;
 use crate::tracker::process::Programs;
-use crate::tracker::protocol::RunProtocol;
-use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Version of the format.
-const SCHEMA: u32 = 1;
+pub(super) const SCHEMA: u32 = 1;
 
 /// Largest number of repetitions of a tracker.
-const MAX_RUNS: u32 = 1000;
+pub(super) const MAX_RUNS: u32 = 1000;
 
 /// Reads and checks an experiment on built-in suites, which can extend built-in experiments only; `file` names it in
 /// messages. Programs that it names are not looked for and cannot be run.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// Everything that is wrong.
 pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     parse_with(file, text, &Catalog::default(), None)
 }
@@ -77,13 +77,13 @@ impl Reader<'_> {
         if text.len() > MAX_BYTES {
             return Err(source.error(0..0, format!("an experiment file has at most {MAX_BYTES} bytes")));
         }
-        let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
+        let document = source.syntax()?;
         if extend::is_complete(document.get_ref()) {
-            return self.check(source, text, document);
+            return self.check(source, without_directive(text), document);
         }
         let whole = extend::complete(file, text, place)?;
         let source = Source::merged(file, &whole.text, &whole.map);
-        let document = DeTable::parse(&whole.text).map_err(|e| source.toml(&e, 0..0))?;
+        let document = source.syntax()?;
         self.check(source, &whole.text, document)
     }
 
@@ -94,44 +94,66 @@ impl Reader<'_> {
         text: &str,
         mut document: Spanned<DeTable<'_>>,
     ) -> Result<Experiment, SpecError> {
-        let tracker_params = split_tracker_params(source, &mut document)?;
-        written_out::complete_methods(source, &mut document)?;
+        let mut errors = Errors::default();
+        let mut params = trackers::split_params(source, &mut document)?;
+        let incomplete = written_out::complete_methods(source, &mut document, &mut errors)?;
+        let Some(Shape { wire, cut, items }) = recover::read_shape(source, &mut document, &mut errors) else {
+            return Err(errors.check().err().unwrap_or_else(|| source.error(0..0, "cannot be read")));
+        };
+        let kept: BTreeSet<usize> = places(&document, "tracker").iter().map(|place| place.start).collect();
+        params.retain(|table| kept.contains(&table.span().start));
         let methods_raw = array_of_tables(source, &document, "method")?;
-        let whole = Spanned::new(document.span(), DeValue::Table(document.get_ref().clone()));
-        let wire =
-            wire::Experiment::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
 
         if *wire.schema.get_ref() != SCHEMA {
             let message =
                 format!("schema {} is not known; this program reads {SCHEMA}", wire.schema.get_ref());
-            return Err(source.error(wire.schema.span(), message));
+            errors.push(source.error(wire.schema.span(), message));
         }
-        name::check_experiment_name(wire.name.get_ref())
-            .map_err(|e| source.error(wire.name.span(), e.to_string()))?;
-        limits::check_lists(source, &wire)?;
-        let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
-        let suites = read_suites(source, &wire, self.catalog)?;
-        let trackers = read_trackers(source, &wire, tracker_params, self.programs)?;
-        let methods = read_methods(source, self.programs, &wire, &methods_raw, protocol, &trackers)?;
-        let analyses = read_analyses(source, self.programs, &wire, &document, &suites, &trackers, &methods)?;
-        if methods.is_empty() && analyses.is_empty() {
-            return Err(source.error(wire.method.span(), "there is no [[method]]"));
+        let name = name::check_experiment_name(wire.name.get_ref());
+        errors.keep(name.map_err(|e| source.error(wire.name.span(), e.to_string())));
+        // Nothing is built from lists that are too long.
+        if errors.keep(limits::check_lists(source, &wire)).is_none() {
+            return Err(errors.check().err().unwrap_or_else(|| source.error(0..0, "too much")));
         }
-        let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
-        limits::check_work(source, wire.method.span(), runs, &methods)?;
-        check_roles(source, &wire, &methods, &suites)?;
+        let protocol = wire.protocol.as_ref().map(|p| read_protocol(source, p));
+        // Where the protocol is wrong, methods are not told that they have none.
+        let in_place = Some(&score::PROTOCOLS[0]).filter(|_| cut.contains("protocol"));
+        let protocol = protocol.map(|read| errors.keep(read).unwrap_or(&score::PROTOCOLS[0])).or(in_place);
+        let suites = read_suites(source, &wire, self.catalog, cut.contains("suites"), &mut errors);
+        let known = Known { programs: self.programs, labels: labels(&wire), suites: &suites };
+        let trackers = trackers::read_trackers(source, &wire, params, &known, &mut errors);
+        if wire.tracker.get_ref().is_empty() && !cut.contains("tracker") {
+            errors.push(source.error(wire.tracker.span(), "there is no [[tracker]]"));
+        }
+        let raw: Vec<_> = wire.method.get_ref().iter().zip(&methods_raw).collect();
+        let is_wrong = |place: &Range<usize>| incomplete.contains(place) || items.contains(place);
+        let right: Vec<_> = raw.iter().filter(|(_, table)| !is_wrong(&table.span())).copied().collect();
+        let methods = read_methods(source, &right, protocol, &known, &mut errors);
+        let analyses = read_analyses(source, &wire, &document, &known, (&items, &mut errors))?;
+        if raw.is_empty() && wire.analysis.is_empty() && cut.is_empty() {
+            errors.push(source.error(wire.method.span(), "there is no [[method]]"));
+        }
+        if errors.is_empty() {
+            let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
+            limits::check_work(source, wire.method.span(), runs, &methods)?;
+        }
 
-        let words = words(self.catalog, &suites, &trackers, &methods, &analyses);
-        let mut tables = read_tables(source, &wire, &words)?;
-        let mut figures = read_figures(source, &wire, &words)?;
-        if tables.is_empty() && figures.is_empty() && !methods.is_empty() {
+        let words = words(self.catalog, &wire, &suites, &known, &methods, &analyses);
+        let parts = Parts::of(&wire, &analyses, words.sequences.is_empty(), |key| {
+            places(&document, key).iter().map(|place| items.contains(place)).collect()
+        });
+        let mut tables = read_tables(source, &wire, &words, &parts, &mut errors);
+        let mut figures = read_figures(source, &wire, &words, &parts, &mut errors);
+        if wire.table.is_empty() && wire.figure.is_empty() && errors.is_empty() && !methods.is_empty() {
             tables.push(Table::of_methods(&words));
             figures.extend(Figure::of_methods(&words));
         }
-        let published = read_published(source, &wire, &tables)?;
+        let published = read_published(source, &wire, &tables, &parts, &mut errors);
         let published = inherit_published(published, &tables, &methods, &trackers);
-        let claims =
-            wire.claim.iter().map(|c| claim::read(source, c, &words)).collect::<Result<Vec<_>, _>>()?;
+        let claims = parts.whole("claim", &wire.claim).map(|(_, claim)| claim);
+        let claims = claims.filter(|c| parts.is_readable(c.holds.get_ref()));
+        let claims = claims.filter_map(|c| errors.keep(claim::read(source, c, &words))).collect();
+        errors.check()?;
         Ok(Experiment {
             name: wire.name.into_inner(),
             title: wire.title,
@@ -155,76 +177,172 @@ impl Reader<'_> {
     }
 }
 
+/// A text without the line that tells editors where its schema is, which is no part of the experiment.
+pub(super) fn without_directive(text: &str) -> &str {
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("#:schema ") => rest,
+        _ => text,
+    }
+}
+
+/// Places of the items of a list.
+fn places(document: &Spanned<DeTable<'_>>, key: &str) -> Vec<Range<usize>> {
+    match document.get_ref().get(key).map(Spanned::get_ref) {
+        Some(DeValue::Array(list)) => list.iter().map(Spanned::span).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Labels of all trackers, whether or not they are right.
+fn labels(wire: &wire::Experiment) -> Vec<String> {
+    wire.tracker.get_ref().iter().map(|t| t.label.as_ref().unwrap_or(&t.name).get_ref().clone()).collect()
+}
+
+/// What items refer to.
+struct Known<'a> {
+    programs: Option<&'a Programs>,
+    /// Labels of trackers.
+    labels: Vec<String>,
+    /// Role -> suite.
+    suites: &'a BTreeMap<String, String>,
+}
+
+/// Parts of a wrong experiment that are not known, so that what refers to them cannot be checked.
+struct Parts {
+    /// `NAME.` of analyses that are wrong.
+    analyses: Vec<String>,
+    /// Whether the sequences are not known.
+    no_sequences: bool,
+    /// Of each list whether its items have lost something.
+    cut: BTreeMap<&'static str, Vec<bool>>,
+}
+
+impl Parts {
+    fn of(
+        wire: &wire::Experiment,
+        analyses: &[Analysis],
+        no_sequences: bool,
+        cut: impl Fn(&str) -> Vec<bool>,
+    ) -> Self {
+        let is_wrong = |name: &&String| analyses.iter().all(|a| a.name != **name);
+        let names = wire.analysis.iter().map(|a| a.name.get_ref());
+        let analyses = names.filter(is_wrong).map(|name| format!("{name}.")).collect();
+        let lists = ["table", "figure", "published", "claim"];
+        Self { analyses, no_sequences, cut: lists.map(|key| (key, cut(key))).into() }
+    }
+
+    /// The items of a list that have lost nothing, each with its number.
+    fn whole<'w, T>(&self, key: &str, items: &'w [T]) -> impl Iterator<Item = (usize, &'w T)> {
+        let cut = self.cut.get(key).cloned().unwrap_or_default();
+        items.iter().enumerate().filter(move |(k, _)| !cut.get(*k).is_some_and(|cut| *cut))
+    }
+
+    fn is_readable(&self, text: &str) -> bool {
+        !self.analyses.iter().any(|name| text.contains(name.as_str()))
+    }
+
+    fn shown(&self, shows: Option<&Spanned<String>>) -> bool {
+        shows.is_none_or(|shows| self.is_readable(shows.get_ref()))
+    }
+}
+
 fn read_methods(
     source: Source<'_>,
-    programs: Option<&Programs>,
-    wire: &wire::Experiment,
-    tables: &[Spanned<DeTable<'_>>],
+    raw: &[(&wire::Method, &Spanned<DeTable<'_>>)],
     protocol: Option<&'static Protocol>,
-    trackers: &[Tracker],
-) -> Result<Vec<Method>, SpecError> {
+    known: &Known<'_>,
+    errors: &mut Errors,
+) -> Vec<Method> {
     let mut methods: Vec<Method> = Vec::new();
     let mut room = MAX_DETECTORS;
-    for (m, table) in wire.method.get_ref().iter().zip(tables) {
+    for (k, (m, table)) in raw.iter().enumerate() {
         let name = m.name.get_ref();
-        check_label(source, &m.name)?;
-        check_unique(source, "method", &m.name, methods.iter().map(|m| m.name.as_str()))?;
-        let its_own = m.protocol.as_ref().map(|p| read_protocol(source, p)).transpose()?;
+        errors.keep(check_label(source, &m.name));
+        let before = raw[..k].iter().map(|(m, _)| m.name.get_ref().as_str());
+        if errors.keep(check_unique(source, "method", &m.name, before)).is_none() {
+            continue;
+        }
+        let its_own = m.protocol.as_ref().map(|p| read_protocol(source, p));
+        let its_own = its_own.map(|read| errors.keep(read).unwrap_or(&score::PROTOCOLS[0]));
         let Some(scored_by) = its_own.or(protocol) else {
             let message = format!("`{name}` has no `protocol`, and neither has the experiment");
-            return Err(source.error(m.name.span(), message));
+            errors.push(source.error(m.name.span(), message));
+            continue;
         };
-        let mut method = method::read(source, programs, name, table, scored_by, room)?;
+        let trackers = m.trackers.as_ref().map(|t| read_labels(source, t, &known.labels));
+        let trackers = trackers.and_then(|read| errors.keep(read));
+        let read = method::read(source, known.programs, name, table, scored_by, room);
+        let Some(mut method) = errors.keep(read) else { continue };
         method.like = m.like.as_ref().map(|like| like.get_ref().clone());
-        method.trackers = m.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
+        method.trackers = trackers;
+        errors.keep(check_roles(source, m, &method, known.suites));
         room -= method.detectors();
         methods.push(method);
     }
-    Ok(methods)
+    methods
 }
 
 fn read_analyses(
     source: Source<'_>,
-    programs: Option<&Programs>,
     wire: &wire::Experiment,
     document: &Spanned<DeTable<'_>>,
-    suites: &BTreeMap<String, String>,
-    trackers: &[Tracker],
-    methods: &[Method],
+    known: &Known<'_>,
+    (cut, errors): (&[Range<usize>], &mut Errors),
 ) -> Result<Vec<Analysis>, SpecError> {
     let mut analyses: Vec<Analysis> = Vec::new();
-    for (a, table) in wire.analysis.iter().zip(array_of_tables(source, document, "analysis")?) {
-        check_file_name(source, &a.name)?;
-        check_unique(source, "analysis", &a.name, analyses.iter().map(|a| a.name.as_str()))?;
-        let mut analysis = analysis::read(source, programs, a, &table, suites)?;
-        analysis.trackers = a.trackers.as_ref().map(|t| read_labels(source, t, trackers)).transpose()?;
-        let known = || methods.iter().filter(|m| !m.has_grid()).map(|m| m.name.as_str());
-        if let Some(wrong) = analysis.plugin.timed().0.iter().find(|name| !known().any(|k| k == *name)) {
-            return Err(source.unknown(table.span(), "method without a grid", wrong, known()));
+    let all = wire.method.get_ref().iter();
+    let without_grid: Vec<&str> =
+        all.filter(|m| m.grid.is_none()).map(|m| m.name.get_ref().as_str()).collect();
+    for (k, (a, table)) in
+        wire.analysis.iter().zip(array_of_tables(source, document, "analysis")?).enumerate()
+    {
+        if cut.contains(&table.span()) {
+            continue;
+        }
+        errors.keep(check_file_name(source, &a.name));
+        let before = wire.analysis[..k].iter().map(|a| a.name.get_ref().as_str());
+        if errors.keep(check_unique(source, "analysis", &a.name, before)).is_none() {
+            continue;
+        }
+        let trackers = a.trackers.as_ref().map(|t| read_labels(source, t, &known.labels));
+        let trackers = trackers.and_then(|read| errors.keep(read));
+        let read = analysis::read(source, known.programs, a, &table, known.suites);
+        let Some(mut analysis) = errors.keep(read) else { continue };
+        analysis.trackers = trackers;
+        let names = || without_grid.iter().copied();
+        if let Some(wrong) = analysis.plugin.timed().0.iter().find(|name| !names().any(|k| k == *name)) {
+            errors.push(source.unknown(table.span(), "method without a grid", wrong, names()));
         }
         analyses.push(analysis);
     }
     Ok(analyses)
 }
 
-/// The names that tables, figures and claims may refer to.
+/// The names that tables, figures and claims may refer to. A method that is wrong has its name and its axes.
 fn words(
     catalog: &Catalog,
+    wire: &wire::Experiment,
     suites: &BTreeMap<String, String>,
-    trackers: &[Tracker],
+    known: &Known<'_>,
     methods: &[Method],
     analyses: &[Analysis],
 ) -> Words {
+    let is_wrong = |m: &&wire::Method| methods.iter().all(|right| right.name != *m.name.get_ref());
+    let wrong: Vec<&wire::Method> = wire.method.get_ref().iter().filter(is_wrong).collect();
+    let points = methods.iter().flat_map(|m| &m.variants).flat_map(|v| v.point.iter().map(|(axis, _)| axis));
     let axes: BTreeSet<&String> =
-        methods.iter().flat_map(|m| &m.variants).flat_map(|v| v.point.iter().map(|(axis, _)| axis)).collect();
-    let names =
-        |keep: fn(&Method) -> bool| methods.iter().filter(|m| keep(m)).map(|m| m.name.clone()).collect();
+        points.chain(wrong.iter().flat_map(|m| &m.grid).flat_map(|g| g.keys())).collect();
+    let names = |keep: fn(&Method) -> bool| -> Vec<String> {
+        let right = |m: &&wire::Method| methods.iter().find(|r| r.name == *m.name.get_ref()).is_none_or(keep);
+        wire.method.get_ref().iter().filter(right).map(|m| m.name.get_ref().clone()).collect()
+    };
+    let sequences = suites.get(TEST).and_then(|name| catalog.suite(name).ok());
     Words {
         methods: names(|_| true),
-        trackers: trackers.iter().map(|t| t.label.clone()).collect(),
+        trackers: known.labels.clone(),
         axes: axes.into_iter().cloned().collect(),
         grids: methods.iter().flat_map(grid_axes).collect(),
-        sequences: catalog.suite(&suites[TEST]).map_or_else(|_| Vec::new(), |s| s.sequence_names()),
+        sequences: sequences.map_or_else(Vec::new, |suite| suite.sequence_names()),
         drawn: names(|m| !m.has_grid()),
         with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),
         analyses: analyses.iter().map(|a| (a.name.clone(), a.names())).collect(),
@@ -246,73 +364,70 @@ fn grid_axes(method: &Method) -> Vec<GridAxis> {
     axes
 }
 
-fn read_tables(source: Source<'_>, wire: &wire::Experiment, words: &Words) -> Result<Vec<Table>, SpecError> {
+fn read_tables(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    words: &Words,
+    parts: &Parts,
+    errors: &mut Errors,
+) -> Vec<Table> {
     let mut tables: Vec<Table> = Vec::new();
-    for t in &wire.table {
-        check_unique(source, "table", &t.name, tables.iter().map(|t| t.name.as_str()))?;
-        if let Some(other) = t.published.as_ref().filter(|o| tables.iter().all(|t| t.name != *o.get_ref())) {
-            let before = tables.iter().map(|t| t.name.as_str());
-            return Err(source.unknown(other.span(), "table before this one", other.get_ref(), before));
+    for (k, t) in parts.whole("table", &wire.table).filter(|(_, t)| parts.shown(t.shows.as_ref())) {
+        let before = || wire.table[..k].iter().map(|t| t.name.get_ref().as_str());
+        if errors.keep(check_unique(source, "table", &t.name, before())).is_none() {
+            continue;
         }
-        tables.push(table::read_table(source, t, words)?);
+        if let Some(other) = t.published.as_ref().filter(|o| !before().any(|name| name == o.get_ref())) {
+            errors.push(source.unknown(other.span(), "table before this one", other.get_ref(), before()));
+        }
+        tables.extend(errors.keep(table::read_table(source, t, words)));
     }
-    Ok(tables)
+    tables
 }
 
 fn read_figures(
     source: Source<'_>,
     wire: &wire::Experiment,
     words: &Words,
-) -> Result<Vec<Figure>, SpecError> {
+    parts: &Parts,
+    errors: &mut Errors,
+) -> Vec<Figure> {
     let mut figures: Vec<Figure> = Vec::new();
-    for f in &wire.figure {
-        check_unique(source, "figure", &f.name, figures.iter().map(|f| f.name.as_str()))?;
-        figures.push(read_figure(source, f, words)?);
+    let known =
+        |f: &wire::Figure| parts.shown(f.shows.as_ref()) && (f.sequences.is_empty() || !parts.no_sequences);
+    for (k, f) in parts.whole("figure", &wire.figure).filter(|(_, f)| known(f)) {
+        let before = wire.figure[..k].iter().map(|f| f.name.get_ref().as_str());
+        if errors.keep(check_unique(source, "figure", &f.name, before)).is_none() {
+            continue;
+        }
+        figures.extend(errors.keep(read_figure(source, f, words)));
     }
-    Ok(figures)
+    figures
 }
 
+/// The published numbers of tables that are right.
 fn read_published(
     source: Source<'_>,
     wire: &wire::Experiment,
     tables: &[Table],
-) -> Result<Vec<Published>, SpecError> {
+    parts: &Parts,
+    errors: &mut Errors,
+) -> Vec<Published> {
     let mut published: Vec<Published> = Vec::new();
-    for p in &wire.published {
-        check_label(source, &p.tracker)?;
-        let row = table::read_published(source, p, tables)?;
+    let is_wrong = |name: &String| {
+        wire.table.iter().any(|t| t.name.get_ref() == name) && tables.iter().all(|t| t.name != *name)
+    };
+    for (_, p) in parts.whole("published", &wire.published).filter(|(_, p)| !is_wrong(p.table.get_ref())) {
+        errors.keep(check_label(source, &p.tracker));
+        let Some(row) = errors.keep(table::read_published(source, p, tables)) else { continue };
         if published.iter().any(|k| (&k.table, &k.tracker, &k.row) == (&row.table, &row.tracker, &row.row)) {
             let message = format!("`{}` of {} stands there twice", row.row, row.tracker);
-            return Err(source.error(p.row.span(), message));
+            errors.push(source.error(p.row.span(), message));
+            continue;
         }
         published.push(row);
     }
-    Ok(published)
-}
-
-/// Takes the parameters of the plugin out of every `[[tracker]]`.
-fn split_tracker_params<'i>(
-    source: Source<'_>,
-    document: &mut Spanned<DeTable<'i>>,
-) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
-    let Some(trackers) = document.get_mut().get_mut("tracker") else { return Ok(Vec::new()) };
-    let span = trackers.span();
-    let DeValue::Array(list) = trackers.get_mut() else {
-        return Err(source.error(span, "trackers are written as [[tracker]]"));
-    };
-    let mut all = Vec::new();
-    for item in list.iter_mut() {
-        let span = item.span();
-        let DeValue::Table(table) = item.get_mut() else {
-            return Err(source.error(span, "trackers are written as [[tracker]]"));
-        };
-        let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            ["name", "label", "like", "runs", "training_runs", "protocol"].contains(&key.get_ref().as_ref())
-        });
-        *table = known;
-        all.push(Spanned::new(span, params));
-    }
-    Ok(all)
+    published
 }
 
 /// Tables of an array of tables, each with its place in the file.
@@ -343,122 +458,57 @@ fn read_protocol(source: Source<'_>, name: &Spanned<String>) -> Result<&'static 
 fn read_labels(
     source: Source<'_>,
     list: &[Spanned<String>],
-    trackers: &[Tracker],
+    labels: &[String],
 ) -> Result<Vec<String>, SpecError> {
-    let known = || trackers.iter().map(|t| t.label.as_str());
-    if let Some(wrong) = list.iter().find(|name| !known().any(|k| k == name.get_ref())) {
-        return Err(source.unknown(wrong.span(), "tracker", wrong.get_ref(), known()));
+    if let Some(wrong) = list.iter().find(|name| !labels.contains(name.get_ref())) {
+        return Err(source.unknown(
+            wrong.span(),
+            "tracker",
+            wrong.get_ref(),
+            labels.iter().map(String::as_str),
+        ));
     }
     Ok(list.iter().map(|name| name.get_ref().clone()).collect())
 }
 
+/// The suite of each role, also of those that are wrong; `cut` tells that some could not be read at all.
 fn read_suites(
     source: Source<'_>,
     wire: &wire::Experiment,
     catalog: &Catalog,
-) -> Result<BTreeMap<String, String>, SpecError> {
+    cut: bool,
+    errors: &mut Errors,
+) -> BTreeMap<String, String> {
     let mut suites = BTreeMap::new();
     for (role, suite) in wire.suites.get_ref() {
         if !catalog.names().any(|known| known == suite.get_ref()) {
-            return Err(source.unknown(suite.span(), "suite", suite.get_ref(), catalog.names()));
+            errors.push(source.unknown(suite.span(), "suite", suite.get_ref(), catalog.names()));
         }
         if role == OTHERS {
             let message = "`others` is no role: it stands for the test suite without the sequence and the tracker at hand";
-            return Err(source.error(suite.span(), message));
+            errors.push(source.error(suite.span(), message));
         }
         suites.insert(role.clone(), suite.get_ref().clone());
     }
-    if !suites.contains_key(TEST) {
-        return Err(source.error(wire.suites.span(), "[suites] has no `test`"));
+    if !suites.contains_key(TEST) && !cut {
+        errors.push(source.error(wire.suites.span(), "[suites] has no `test`"));
     }
-    Ok(suites)
-}
-
-fn read_trackers(
-    source: Source<'_>,
-    wire: &wire::Experiment,
-    params: Vec<Spanned<DeTable<'_>>>,
-    programs: Option<&Programs>,
-) -> Result<Vec<Tracker>, SpecError> {
-    let mut trackers: Vec<Tracker> = Vec::new();
-    for (t, params) in wire.tracker.get_ref().iter().zip(params) {
-        let kinds = TRACKERS.iter().map(|e| e.kind);
-        let entry = plugin::find(TRACKERS, t.name.get_ref())
-            .ok_or_else(|| source.unknown(t.name.span(), "tracker", t.name.get_ref(), kinds))?;
-        let config =
-            raw_plugin::build_entry(entry, &params, programs).map_err(|e| source.params(&e, &params))?;
-        let protocol = read_run_protocol(source, entry.kind, t.protocol.as_ref())?;
-        let repetitions = |key: &str, wanted: Option<&Spanned<u32>>, default: u32| match wanted {
-            None => Ok(default),
-            Some(n) if (1..=MAX_RUNS).contains(n.get_ref()) => Ok(*n.get_ref()),
-            Some(n) => {
-                let message = format!("`{key}` must be 1 to {MAX_RUNS}, not {}", n.get_ref());
-                Err(source.error(n.span(), message))
-            }
-        };
-        let runs = repetitions("runs", t.runs.as_ref(), protocol.runs().unwrap_or(1))?;
-        let training_runs = repetitions("training_runs", t.training_runs.as_ref(), runs)?;
-        let label = t.label.as_ref().unwrap_or(&t.name);
-        check_label(source, label)?;
-        let (span, label) = (label.span(), label.get_ref().clone());
-        if trackers.iter().any(|known| known.label == label) {
-            let message = format!("two trackers are called `{label}`; give one a `label`");
-            return Err(source.error(span, message));
-        }
-        let (kind, version) = (entry.kind, entry.version);
-        let max_runs = protocol.runs().unwrap_or(MAX_RUNS);
-        if runs.max(training_runs) > max_runs {
-            let message = format!("`{}` has {max_runs} runs", protocol.name());
-            return Err(source.error(t.runs.as_ref().map_or(span, Spanned::span), message));
-        }
-        let setup = protocol.over(Arc::from(config));
-        if let Some(like) = t.like.as_ref().filter(|like| trackers.iter().all(|b| b.label != *like.get_ref()))
-        {
-            let before = trackers.iter().map(|b| b.label.as_str());
-            return Err(source.unknown(like.span(), "tracker before this one", like.get_ref(), before));
-        }
-        let like = t.like.as_ref().map(|like| like.get_ref().clone());
-        trackers.push(Tracker { label, like, kind, version, runs, training_runs, protocol, setup });
-    }
-    if trackers.is_empty() {
-        return Err(source.error(wire.tracker.span(), "there is no [[tracker]]"));
-    }
-    Ok(trackers)
-}
-
-/// Run protocol of a tracker; replayed results have theirs already.
-fn read_run_protocol(
-    source: Source<'_>,
-    kind: &str,
-    name: Option<&Spanned<String>>,
-) -> Result<RunProtocol, SpecError> {
-    let Some(name) = name else { return Ok(RunProtocol::OnePass) };
-    if kind == "replay" {
-        let message =
-            "results that are replayed were made under a protocol already; it cannot be chosen here";
-        return Err(source.error(name.span(), message));
-    }
-    RunProtocol::from_name(name.get_ref()).ok_or_else(|| {
-        let known = RunProtocol::ALL.iter().map(|p| p.name());
-        source.unknown(name.span(), "protocol of trackers", name.get_ref(), known)
-    })
+    suites
 }
 
 fn check_roles(
     source: Source<'_>,
-    wire: &wire::Experiment,
-    methods: &[Method],
+    wire: &wire::Method,
+    method: &Method,
     suites: &BTreeMap<String, String>,
 ) -> Result<(), SpecError> {
-    for (m, wire) in methods.iter().zip(wire.method.get_ref()) {
-        for variant in &m.variants {
-            if let Some(role) = variant.detector.role()
-                && role != OTHERS
-                && !suites.contains_key(role)
-            {
-                let known = suites.keys().map(String::as_str).chain([OTHERS]);
-                return Err(source.unknown(wire.name.span(), "suite role", role, known));
-            }
+    for variant in &method.variants {
+        if let Some(role) = variant.detector.role()
+            && role != OTHERS
+            && !suites.contains_key(role)
+        {
+            let known = suites.keys().map(String::as_str).chain([OTHERS]);
+            return Err(source.unknown(wire.name.span(), "suite role", role, known));
         }
     }
     Ok(())

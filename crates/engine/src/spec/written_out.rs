@@ -1,16 +1,19 @@
 //! Methods written out: with what they take from a published method, or from the one that they are like.
 
-use super::error::{Source, SpecError};
+use super::error::{Errors, Source, SpecError};
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Fills in `signal` and `detector` of methods that have neither, from the published method of their name, and of readings
-/// from the method that they are like.
+/// from the method that they are like. Those for which there is no such method are given by their places.
 pub(super) fn complete_methods<'i>(
     source: Source<'_>,
     document: &mut Spanned<DeTable<'i>>,
-) -> Result<(), SpecError> {
-    let Some(methods) = document.get_mut().get_mut("method") else { return Ok(()) };
+    errors: &mut Errors,
+) -> Result<Vec<Range<usize>>, SpecError> {
+    let mut incomplete = Vec::new();
+    let Some(methods) = document.get_mut().get_mut("method") else { return Ok(incomplete) };
     let span = methods.span();
     let DeValue::Array(list) = methods.get_mut() else {
         return Err(source.error(span, "methods are written as [[method]]"));
@@ -23,7 +26,9 @@ pub(super) fn complete_methods<'i>(
             continue;
         };
         if let Some(like) = table.get("like") {
-            complete_reading(source, like.clone(), table, &known)?;
+            if errors.keep(complete_reading(source, like.clone(), table, &known)).is_none() {
+                incomplete.push(span);
+            }
             known.push((name, table.clone()));
             continue;
         }
@@ -31,7 +36,10 @@ pub(super) fn complete_methods<'i>(
             let published = super::builtin::method_tables();
             let Some(method) = published.iter().find(|t| t.0 == name) else {
                 let names = published.iter().map(|t| t.0.as_str());
-                return Err(source.unknown(span, "published method", &name, names.clone()));
+                let place = table.get("name").map_or(span.clone(), Spanned::span);
+                errors.push(source.unknown(place, "published method", &name, names));
+                incomplete.push(span);
+                continue;
             };
             for (key, value) in method.1.get_ref() {
                 if key.get_ref() != "name" {
@@ -41,7 +49,7 @@ pub(super) fn complete_methods<'i>(
         }
         known.push((name, table.clone()));
     }
-    Ok(())
+    Ok(incomplete)
 }
 
 /// Fills in what a reading takes from the method that it is like: one of the `known` ones, or a published one.

@@ -13,8 +13,31 @@ pub struct Unfinished {
     pub missing: bool,
     /// Which cells: `IVT (file), 24 sequences, 12 methods`.
     pub cells: String,
-    /// Why the first of them has no result.
+    /// Number of the cells.
+    pub count: usize,
+    /// Why the first of them has no result; of several cells that failed without the name of the first.
     pub reason: String,
+}
+
+impl std::fmt::Display for Unfinished {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.count {
+            1 => write!(f, "{}: {}", self.cells, self.reason),
+            count => write!(f, "{count} cells: {} ({})", self.reason, self.cells),
+        }
+    }
+}
+
+/// The reason of a cell's failure without the cell's or its sequence's name in front, so that cells can fail for the same.
+fn without_name<'a>(sequence: &str, reason: &'a str) -> &'a str {
+    match reason.split_once(": ") {
+        Some((name, rest))
+            if !sequence.is_empty() && (name == sequence || name.split('/').any(|p| p == sequence)) =>
+        {
+            without_name(sequence, rest)
+        }
+        _ => reason,
+    }
 }
 
 /// Names in the order in which they come, each once.
@@ -44,7 +67,10 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
         let same = |group: &&mut Vec<&FailedCell>| match group.first() {
             Some(first) if first.missing != cell.missing => false,
             Some(first) if cell.missing => first.tracker == cell.tracker,
-            Some(first) => first.reason == cell.reason,
+            Some(first) => {
+                let [one, other] = [first, cell].map(|c| without_name(&c.sequence, &c.reason));
+                one == other
+            }
             None => false,
         };
         match groups.iter_mut().find(same) {
@@ -60,7 +86,12 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
             counted(&names(&cells, |c| &c.method), "methods"),
         ];
         let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        Some(Unfinished { missing: first.missing, cells: parts.join(", "), reason: first.reason.clone() })
+        let reason = if first.missing || cells.len() == 1 {
+            first.reason.clone()
+        } else {
+            without_name(&first.sequence, &first.reason).to_string()
+        };
+        Some(Unfinished { missing: first.missing, cells: parts.join(", "), count: cells.len(), reason })
     };
     groups.into_iter().filter_map(group).collect()
 }
@@ -98,6 +129,8 @@ mod tests {
             cell("a", "y", "m", false, "no module"),
             cell("a", "z", "m", false, "no module"),
             cell("a", "z", "m", false, "it broke"),
+            cell("a", "z", "m", false, "a: it hung"),
+            cell("b", "z", "m", false, "suite/b/z/0/m: b: it hung"),
         ];
         let found = groups(&cells);
         let words: Vec<(bool, &str, &str)> =
@@ -106,8 +139,16 @@ mod tests {
             (true, "x, 2 sequences, 2 methods", "no a.txt"),
             (false, "2 trackers, a, m", "no module"),
             (false, "z, a, m", "it broke"),
+            (false, "z, 2 sequences, m", "it hung"),
         ];
         assert_eq!(words, expected);
+        let told: Vec<String> = found.iter().skip(1).map(ToString::to_string).collect();
+        let lines = [
+            "2 cells: no module (2 trackers, a, m)",
+            "z, a, m: it broke",
+            "2 cells: it hung (z, 2 sequences, m)",
+        ];
+        assert_eq!(told, lines);
         assert!(groups(&[]).is_empty());
     }
 

@@ -131,6 +131,7 @@ fn make_signal(
         signals: Arc::new(vec![signal]),
         tasks: configs.iter().map(task).collect(),
         on_frame: Arc::new(|| {}),
+        spent: Arc::new(|_, _| {}),
         cores: Cores::new(cores),
     };
     pass(one, limits).unwrap()

@@ -51,7 +51,7 @@ impl Place {
 
 /// The keys and items of a file.
 pub(super) fn parse(file: &SourceFile) -> Result<Spanned<DeTable<'_>>, SpecError> {
-    DeTable::parse(&file.text).map_err(|e| file.source().toml(&e, 0..0))
+    file.source().syntax()
 }
 
 /// Reads all files that a text extends; the text itself is the first, and each extends the one behind it.

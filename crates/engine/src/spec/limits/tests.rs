@@ -12,7 +12,7 @@ fn refused(text: &str) -> SpecError {
         Ok(_) => panic!("read: {}", text.chars().take(300).collect::<String>()),
         Err(e) => {
             // Nobody wants to read more, and a word of the file must not fill the screen.
-            assert!(e.to_string().chars().count() < 2100, "{}", e.message.len());
+            assert!(e.to_string().chars().count() < 2400, "{}", e.message.len());
             e
         }
     }

@@ -16,6 +16,11 @@ use toml::de::DeValue;
 /// Largest number of candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;
 
+/// Whether training can look for the largest value of a metric: a measure of counts of which more is better.
+pub fn can_be_maximised(metric: &Metric) -> bool {
+    metric.direction() == Direction::HigherIsBetter && metric.is_of_counts()
+}
+
 /// A choice among the candidates of the parameter `key`, with the other parameters `set`.
 pub(super) fn train_choice(
     source: Source<'_>,
@@ -28,9 +33,8 @@ pub(super) fn train_choice(
     let metric = Metric::from_name(wire.maximise.get_ref()).ok_or_else(|| {
         source.unknown(wire.maximise.span(), "metric", wire.maximise.get_ref(), Metric::names())
     })?;
-    let fits = |m: &Metric| m.direction() == Direction::HigherIsBetter && m.is_of_counts();
-    if !fits(&metric) {
-        let good = Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(fits));
+    if !can_be_maximised(&metric) {
+        let good = Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised));
         let good = good.collect::<Vec<_>>().join(", ");
         let message = format!("`maximise` takes measures of counts of which more is better: {good}");
         return Err(source.error(wire.maximise.span(), message));

@@ -1,0 +1,66 @@
+//! The work that is left shrinks by what the store has; shares make up the whole.
+
+use super::{Remaining, Standing};
+use crate::execute::{self, Options};
+use crate::limits::Stop;
+use crate::observe::costs::Costs;
+use crate::plan::{ExperimentPlan, Shard};
+use crate::spec;
+use crate::store::Store;
+
+const SPEC: &str = r#"schema = 1
+name = "mine/try"
+title = "A try"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "still"
+
+[[method]]
+name = "histogram"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+
+[[method]]
+name = "trained"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = { train = "others", maximise = "f_score", grid = { values = [0.5, 0.9] } } }
+"#;
+
+#[test]
+fn the_work_that_is_left_is_known_before_and_after_a_share() {
+    let experiment = spec::parse("try.toml", SPEC).unwrap();
+    let suites = execute::load(&experiment, &[]).unwrap();
+    let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let sequences = plan.test().sequences.len();
+    let shards = [1, 2].map(|number| Shard { number, of: 2 });
+    let left = |standing: &Standing<'_>, shard| -> Remaining { standing.remaining(shard) };
+
+    let mut before = Standing::new(&plan, &store, Costs::read(&store));
+    let whole = left(&before, None);
+    assert_eq!((whole.tracks, whole.tracks_at_hand, whole.all_cells()), (sequences, 0, 2 * sequences));
+    assert_eq!((whole.seconds, whole.is_done()), (None, false));
+    // Shares leave trained methods to the run behind them.
+    let parts = shards.map(|shard| left(&before, Some(shard)));
+    assert_eq!(parts.iter().map(|p| p.tracks).sum::<usize>(), sequences);
+    assert_eq!(parts.iter().map(|p| p.all_cells()).sum::<usize>(), sequences);
+    assert_eq!(parts.iter().map(|p| p.frames).sum::<u64>(), whole.frames);
+    // A probe finds the cost of the tracker.
+    assert_eq!(before.probe_unknown(&[], &Stop::default()), 1);
+    assert!(left(&before, None).seconds.is_some_and(|s| s > 0.0));
+
+    execute::run_shard(&plan, &store, &Options::default(), shards[0]).unwrap();
+    let after = Standing::new(&plan, &store, Costs::read(&store));
+    assert!(left(&after, Some(shards[0])).is_done());
+    assert_eq!(left(&after, Some(shards[0])).seconds, Some(0.0));
+    assert!(!left(&after, Some(shards[1])).is_done());
+    assert_eq!(left(&after, None).tracks_at_hand, parts[0].tracks);
+    // The share has found the cost.
+    assert!(left(&after, Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
+    assert!(after.unknown_costs().is_empty());
+}

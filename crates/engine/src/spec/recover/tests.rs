@@ -1,0 +1,156 @@
+//! All errors of a file are told at once, and nothing that only follows from them.
+
+use crate::spec::error::SpecError;
+use crate::spec::parse;
+
+fn refused(text: &str) -> SpecError {
+    parse("try.toml", text).err().unwrap_or_else(|| panic!("is not refused:\n{text}"))
+}
+
+/// Line and message of each error.
+fn told(text: &str) -> Vec<(usize, String)> {
+    let error = refused(text);
+    std::iter::once(&error).chain(&error.others).map(|e| (e.line, e.message.clone())).collect()
+}
+
+const SPEC: &str = r#"schema = 1
+name = "mine/try"
+title = "A try"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "ncc"
+runs = 2
+
+[[method]]
+name = "A"
+signal = { kind = "distribution-field", layers = 32 }
+detector = { kind = "level", below = 0.9 }
+
+[[method]]
+name = "B"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+grid = { below = [0.5, 0.6] }
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+methods = ["A", "B"]
+
+[[table]]
+name = "u"
+rows = ["below"]
+columns = "tracker"
+methods = ["B"]
+
+[[claim]]
+text = "More"
+holds = "recall[A] > recall[B, below=0.5, ncc]"
+"#;
+
+/// The errors of [`SPEC`] with texts replaced.
+fn with(changes: &[(&str, &str)]) -> Vec<(usize, String)> {
+    let text = changes.iter().fold(SPEC.to_string(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    told(&text)
+}
+
+#[test]
+fn every_error_is_told_with_its_line() {
+    let found = with(&[
+        ("title", "tittle"),
+        ("khalid2016/1", "khalid2016/9"),
+        ("synthetic-vot", "synthetic-vott"),
+        ("runs = 2", "runs = \"two\"\nserach = 1.5"),
+        ("layers = 32", "layers = \"many\", histroy = 3"),
+        ("detector = { kind = \"level\", below = 0.9 }", "detector = { kind = \"level\", below = true }"),
+        ("\"rgb-histogram\"", "\"rgb-histogramm\""),
+        ("[\"recall\"]", "[\"recal\"]"),
+        ("columns = \"tracker\"", "columns = 3"),
+        ("recall[A]", "recall[C]"),
+    ]);
+    let expected = [
+        (3, "unknown field `tittle`"),
+        (4, "did you mean `khalid2016/1`?"),
+        (7, "did you mean `synthetic-vot`?"),
+        (11, "`runs` must be a whole number from 1 on, not \"two\""),
+        (12, "did you mean `search`?"),
+        (16, "did you mean `history`?"),
+        (16, "`layers` must be a whole number from 2 on, not \"many\""),
+        (17, "`below` must be a number, not true"),
+        (21, "did you mean `rgb-histogram`?"),
+        (27, "did you mean `recall`?"),
+        (34, "`columns` must be text in quotes, not 3"),
+        (39, "unknown method `C`"),
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    for ((line, message), (at, words)) in found.iter().zip(expected) {
+        assert!(*line == at && message.contains(words), "{line}: {message}, not {at}: {words}");
+    }
+}
+
+#[test]
+fn what_only_follows_from_an_error_is_not_told() {
+    let alone = |changes: &[(&str, &str)], line: usize, words: &str| {
+        let found = with(changes);
+        assert_eq!(found.len(), 1, "{found:#?}");
+        assert!(found[0].0 == line && found[0].1.contains(words), "{found:#?}");
+    };
+    // Tables and claims refer to methods and axes of methods that are wrong.
+    alone(&[("\"rgb-histogram\"", "\"histogramme\"")], 20, "unknown signal");
+    alone(&[("\"level\", below = 0.9 }\n\n", "\"levle\", below = 0.9 }\n\n")], 16, "did you mean `level`?");
+    alone(&[("\"ncc\"\n", "\"nncc\"\nlabel = \"ncc\"\n")], 10, "unknown tracker");
+    alone(&[("name = \"B\"\nsignal", "name = \"B\"\nlike = \"C\"\nsignal")], 20, "method before this one");
+    alone(
+        &[(
+            "name = \"A\"\nsignal = { kind = \"distribution-field\", layers = 32 }\ndetector = { kind = \"level\", below = 0.9 }",
+            "name = \"A\"",
+        )],
+        14,
+        "unknown published method",
+    );
+    // A key that is wrong is not missing, too.
+    alone(&[("\"mine/try\"", "3")], 2, "`name` must be text in quotes, not 3");
+    alone(&[("name = \"t\"", "name = [1]")], 25, "`name` must be text in quotes, not a list");
+    alone(&[("test = \"synthetic-vot\"", "test = 1")], 7, "`test` must be text in quotes, not 1");
+    alone(
+        &[("protocol = \"khalid2016/1\"\n", "protocol = 1\n")],
+        4,
+        "`protocol` must be text in quotes, not 1",
+    );
+}
+
+#[test]
+fn the_place_is_marked_below_the_line() {
+    let text = SPEC.replacen("below = 0.9", "bellow = 0.9", 1);
+    let shown = refused(&text).to_string();
+    let lines: Vec<&str> = shown.lines().collect();
+    assert!(lines[0].starts_with("try.toml:16: unknown field `bellow`"), "{shown}");
+    assert_eq!(lines[1], r#"16 | detector = { kind = "level", bellow = 0.9 }"#);
+    assert_eq!(lines[2], "   |                              ^^^^^^");
+    assert_eq!(lines.len(), 3);
+    let twice = refused(&text.replacen("\"rgb-histogram\"", "\"rgb\"", 1)).to_string();
+    assert!(twice.starts_with("try.toml: 2 errors\ntry.toml:16: "), "{twice}");
+}
+
+#[test]
+fn all_that_is_no_toml_is_told_line_by_line() {
+    let found = told("schema = \nname = \"a\ntitle = 'b'\nseed = = 3\n");
+    assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [1, 2, 4], "{found:#?}");
+}
+
+#[test]
+fn of_very_many_errors_the_first_are_shown() {
+    let many: String = (0..200)
+        .map(|k| format!("\n[[table]]\nname = \"x{k}\"\nrows = [\"recal\"]\ncolumns = \"method\"\n"))
+        .collect();
+    let shown = refused(&(SPEC.to_string() + &many)).to_string();
+    assert!(shown.starts_with("try.toml: 200 errors\n") && shown.ends_with("\nand 180 more"), "{shown}");
+}

@@ -1,0 +1,163 @@
+//! The schema is valid, and refuses what the program refuses.
+
+use super::schema;
+use crate::spec::{builtin, parse};
+use jsonschema::Validator;
+use serde_json::Value;
+
+/// `UPDATE=1 cargo test` writes the file anew.
+#[test]
+fn the_committed_schema_is_the_generated_one() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/schema.json");
+    let generated = serde_json::to_string_pretty(&schema()).unwrap() + "\n";
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(path, &generated).unwrap();
+    }
+    let committed = std::fs::read_to_string(path).unwrap_or_default();
+    assert_eq!(committed, generated, "experiments/schema.json is old; run UPDATE=1 cargo test schema");
+}
+
+/// The validator, which finds the target of every reference when it is made.
+fn validator() -> Validator {
+    jsonschema::draft202012::new(&schema()).unwrap()
+}
+
+/// What is wrong with an experiment's text, by the schema.
+fn faults(validator: &Validator, text: &str) -> Vec<String> {
+    let value: toml::Value = toml::from_str(text).unwrap();
+    let value = serde_json::to_value(value).unwrap();
+    validator.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path())).collect()
+}
+
+#[test]
+fn it_is_a_schema_of_2020_12_with_no_loose_reference() {
+    let schema = schema();
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    jsonschema::draft202012::meta::validate(&schema).unwrap();
+    let mut targets = Vec::new();
+    collect_references(&schema, &mut targets);
+    assert!(targets.len() > 100, "{}", targets.len());
+    for target in targets {
+        let place = target.strip_prefix('#').unwrap_or_else(|| panic!("{target}"));
+        assert!(schema.pointer(place).is_some(), "{target}");
+    }
+}
+
+fn collect_references(schema: &Value, found: &mut Vec<String>) {
+    if let Some(target) = schema.get("$ref").and_then(Value::as_str) {
+        found.push(target.to_string());
+    }
+    match schema {
+        Value::Object(object) => object.values().for_each(|value| collect_references(value, found)),
+        Value::Array(list) => list.iter().for_each(|value| collect_references(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_shipped_experiment_is_valid_as_it_is_and_written_out() {
+    let validator = validator();
+    for (name, text) in builtin::EXPERIMENTS {
+        assert_eq!(faults(&validator, text), [String::new(); 0], "{name}");
+        let whole = parse(name, text).unwrap().source;
+        assert_eq!(faults(&validator, &whole), [String::new(); 0], "{name}, written out");
+    }
+}
+
+#[test]
+fn every_shipped_experiment_names_the_schema() {
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments"));
+    for (name, text) in builtin::EXPERIMENTS {
+        let path = text.lines().next().and_then(|line| line.strip_prefix("#:schema "));
+        let path = path.unwrap_or_else(|| panic!("{name} begins with no #:schema line"));
+        let beside = folder.join(name).parent().unwrap().join(path);
+        assert!(beside.canonicalize().unwrap().ends_with("experiments/schema.json"), "{name}: {path}");
+    }
+}
+
+const SPEC: &str = r#"schema = 1
+name = "mine/try"
+title = "A try"
+protocol = "khalid2016/1"
+seed = 7
+
+[suites]
+test = "synthetic-vot"
+train = "synthetic-d1"
+
+[[tracker]]
+name = "ncc"
+search = 1.5
+runs = 2
+
+[[tracker-group]]
+name = "still"
+trackers = [{ label = "a" }, { label = "b" }]
+
+[[method]]
+name = "trained"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = { train = "train", maximise = "f_score", grid = { from = 0.1, to = 0.9, step = 0.1 } } }
+
+[[method]]
+name = "reading"
+like = "trained"
+signal = { bins = 8 }
+
+[[method-group]]
+methods = ["RAW", { name = "oracle", detector = { kind = "oracle" } }]
+
+[[table]]
+name = "t"
+rows = ["recall"]
+columns = "method"
+
+[[figure]]
+name = "f"
+kind = "delay"
+
+[[claim]]
+text = "All is found"
+holds = "recall[oracle] == 1"
+"#;
+
+/// Mutations: what is replaced in [`SPEC`], and by what.
+const MUTATIONS: [(&str, &str); 24] = [
+    ("title", "tittle"),
+    ("schema = 1", "schema = 2"),
+    ("name = \"mine/try\"\n", ""),
+    ("mine/try", "../try"),
+    ("khalid2016/1", "khalid2016/9"),
+    ("seed = 7", "seed = \"seven\""),
+    ("seed = 7", "seed = -1"),
+    ("test = \"synthetic-vot\"", "test = 3"),
+    ("\"ncc\"", "\"nccc\""),
+    ("search = 1.5", "serach = 1.5"),
+    ("search = 1.5", "search = \"wide\""),
+    ("runs = 2", "runs = 0"),
+    ("\"rgb-histogram\"", "\"rgb-histogramm\""),
+    ("kind = \"level\", below", "kind = \"level\", bellow"),
+    ("kind = \"level\", ", ""),
+    ("maximise = \"f_score\"", "maximise = \"fpr\""),
+    ("maximise = \"f_score\", ", ""),
+    ("from = 0.1, ", ""),
+    ("step = 0.1", "step = 0.1, quantiles = 9"),
+    ("kind = \"oracle\"", "kind = \"oracle\", below = 1"),
+    ("methods = [\"RAW\"", "method = [\"RAW\""),
+    ("kind = \"delay\"", "kind = \"delays\""),
+    ("kind = \"delay\"", "kind = \"delay\"\nstills = 3"),
+    ("holds = ", "hold = "),
+];
+
+#[test]
+fn what_the_program_refuses_is_not_valid() {
+    let validator = validator();
+    assert_eq!(faults(&validator, SPEC), [String::new(); 0]);
+    assert_eq!(parse("try.toml", SPEC).map(|_| ()).map_err(|e| e.to_string()), Ok(()));
+    for (from, to) in MUTATIONS {
+        assert!(SPEC.contains(from), "{from}");
+        let text = SPEC.replacen(from, to, 1);
+        assert!(parse("try.toml", &text).is_err(), "{from} -> {to}");
+        assert_ne!(faults(&validator, &text), [String::new(); 0], "{from} -> {to}");
+    }
+}

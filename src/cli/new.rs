@@ -1,0 +1,60 @@
+//! `trackfail new NAME`: a commented minimal experiment, which runs, and the schema that editors check it with.
+
+use super::{Failure, output, schema};
+use crate::engine::store;
+use crate::spec::check_experiment_name;
+use std::path::Path;
+
+/// Arguments of `new`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Name of the experiment, such as `first` or `mine/first`; the file in this folder has its last part and `.toml`
+    name: String,
+    /// Replace the file if there is one
+    #[arg(long)]
+    force: bool,
+}
+
+/// The experiment, with words in place of its name and its file.
+const TEMPLATE: &str = include_str!("new.toml");
+/// Name of the schema beside it; a `schema.json` may be somebody else's.
+const SCHEMA: &str = "trackfail.schema.json";
+
+/// Runs the verb.
+///
+/// # Errors
+/// `Usage` for a name that no experiment can have and a file that is there, `Io` for what the file system refuses.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
+    check_experiment_name(name).map_err(Failure::usage)?;
+    let file = format!("{}.toml", name.rsplit('/').next().unwrap_or(name));
+    let path = Path::new(&file);
+    if path.symlink_metadata().is_ok() && !args.force {
+        return Err(Failure::usage(format!("{file} is there already; --force replaces it")));
+    }
+    store::write_output(Path::new(SCHEMA), schema::text()?.as_bytes()).map_err(Failure::io)?;
+    store::write_output(path, text(name, &file).as_bytes()).map_err(Failure::io)?;
+    output::write(&format!("experiment: {file}\nschema:     {SCHEMA}\nrun it:     trackfail run {file}\n"))
+}
+
+/// The text of the experiment.
+fn text(name: &str, file: &str) -> String {
+    TEMPLATE.replace("SCHEMA", SCHEMA).replace("NAME", name).replace("FILE", file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_template_is_an_experiment() {
+        let text = text("mine/first", "first.toml");
+        let experiment = crate::spec::parse("first.toml", &text).map_err(|e| e.to_string()).unwrap();
+        assert_eq!(experiment.name, "mine/first");
+        assert!(
+            text.starts_with("#:schema ./trackfail.schema.json\n")
+                && text.contains("trackfail run first.toml")
+        );
+        assert!(text.lines().all(|line| line.len() <= 120));
+    }
+}

@@ -1,0 +1,20 @@
+//! `trackfail schema`: the JSON Schema of experiment files.
+
+use super::{Failure, output};
+use crate::spec;
+
+/// The schema as a file has it.
+///
+/// # Errors
+/// None that is known of: the schema is JSON.
+pub fn text() -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(&spec::schema::schema()).map_err(Failure::io)? + "\n")
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// When stdout cannot be written to.
+pub fn run() -> Result<(), Failure> {
+    output::write(&text()?)
+}

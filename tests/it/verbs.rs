@@ -1,0 +1,148 @@
+//! Verbs that tell what there is and what would be done: schema, new, completions, man, list, dry runs.
+
+use crate::tools::{output, trackfail};
+use std::path::Path;
+
+fn good(folder: &Path, arguments: &[&str]) -> String {
+    let output = trackfail().current_dir(folder).args(arguments).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {told}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn the_schema_is_the_one_in_the_repository() {
+    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/schema.json");
+    assert_eq!(output(&["schema"]).1, std::fs::read_to_string(kept).unwrap());
+}
+
+#[test]
+fn a_new_experiment_runs_and_is_not_overwritten() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = dir.path();
+    let told = good(here, &["new", "mine/first"]);
+    assert!(told.starts_with("experiment: first.toml\n"), "{told}");
+    let text = std::fs::read_to_string(here.join("first.toml")).unwrap();
+    let schema = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap();
+    assert_eq!(std::fs::read_to_string(here.join(schema)).unwrap(), output(&["schema"]).1);
+    good(here, &["run", "first.toml", "--quiet"]);
+    let scores = std::fs::read_to_string(here.join("results/mine/first/scores.csv")).unwrap();
+    assert!(scores.contains(",DTEF,") && !scores.contains("failed"), "{scores}");
+    let kept = std::fs::read_to_string(here.join("results/mine/first/experiment.toml")).unwrap();
+    assert!(!kept.contains("#:schema") && text.ends_with(&kept), "{kept}");
+
+    std::fs::write(here.join("first.toml"), "mine").unwrap();
+    let refused = trackfail().current_dir(here).args(["new", "first"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("first.toml is there already; --force replaces it")
+    );
+    assert_eq!(std::fs::read_to_string(here.join("first.toml")).unwrap(), "mine");
+    good(here, &["new", "first", "--force"]);
+    for bad in ["../first", "", "First", "a//b", "/a"] {
+        let refused = trackfail().current_dir(here).args(["new", bad]).output().unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{bad}");
+    }
+}
+
+#[test]
+fn shells_complete_every_verb() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let (code, script, told) = output(&["completions", shell]);
+        assert_eq!(code, 0, "{told}");
+        for word in ["detect", "slurm", "completions", "dry-run"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    let check = |shell: &str, arguments: &[&str], script: &str| {
+        let Ok(output) = std::process::Command::new(shell).args(arguments).arg(script).output() else {
+            return;
+        };
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let script = output(&["completions", "bash"]).1;
+    check("bash", &["-n", "-c"], &script);
+    let complete = "COMP_WORDS=(trackfail sl); COMP_CWORD=1; _trackfail trackfail sl trackfail; [ \"${COMPREPLY[*]}\" = slurm ]";
+    check("bash", &["-c"], &format!("{script}\n{complete}"));
+}
+
+#[test]
+fn every_verb_has_a_manual_page() {
+    let dir = tempfile::tempdir().unwrap();
+    good(dir.path(), &["man", "."]);
+    for name in ["trackfail.1", "trackfail-run.1", "trackfail-slurm.1", "trackfail-data.1"] {
+        let page = std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(page.contains(".TH trackfail") && page.contains(".SH OPTIONS"), "{name}");
+    }
+    let (code, _, told) = output(&["man", "/no/such/folder"]);
+    assert!(code == 1 && told.contains("make it first"), "{told}");
+}
+
+#[test]
+fn list_alone_tells_what_can_be_listed() {
+    let (code, text, told) = output(&["list"]);
+    assert_eq!(code, 0, "{told}");
+    for what in
+        ["experiments", "suites", "methods", "trackers", "signals", "detectors", "analyses", "protocols"]
+    {
+        assert!(text.contains(&format!("\n {what} ")), "{text}");
+        assert_eq!(output(&["list", what, "--format", "json"]).0, 0, "{what}");
+    }
+}
+
+const SPEC: &str = r#"schema = 1
+name = "mine/try"
+title = "A try"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-vot"
+
+[[tracker]]
+name = "still"
+
+[[method]]
+name = "histogram"
+signal = { kind = "rgb-histogram" }
+detector = { kind = "level", below = 0.9 }
+
+[[method]]
+name = "never"
+detector = { kind = "never" }
+"#;
+
+#[test]
+fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = dir.path();
+    std::fs::write(here.join("try.toml"), SPEC).unwrap();
+    let dry = |more: &[&str]| good(here, &[&["run", "try.toml", "--dry-run"], more].concat());
+    let first = dry(&[]);
+    assert!(first.starts_with("mine/try: A try\n  data "), "{first}");
+    for words in [": 0 cached, 0 stale, ", " at hand\n", "\n  analyses  none\n", "\n  time      not known"] {
+        assert!(first.contains(words), "{words}\n{first}");
+    }
+    assert!(first.lines().count() < 9, "{first}");
+    let cells = dry(&["--verbose"]);
+    assert!(cells.starts_with(&first) && cells.matches(" missing").count() > 10, "{cells}");
+    // Programs get the cells, as ever.
+    assert!(dry(&["--format", "csv"]).starts_with("sequence,tracker,run,method,params,state\n"));
+
+    let states = |told: &str| -> Vec<String> {
+        told.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().to_string()).collect()
+    };
+    let shards = |of: &str| states(&dry(&["--shard", of, "--format", "csv"]));
+    assert_eq!(shards("1/3"), ["to do", "to do", "to do"]);
+    good(here, &["run", "try.toml", "--quiet", "--shard", "2/3"]);
+    assert_eq!(shards("1/3"), ["to do", "done", "to do"]);
+    good(here, &["run", "try.toml", "--quiet", "--shard", "3/3", "--results", "results/shards/3"]);
+    assert_eq!(shards("3/3"), ["to do", "done", "done"]);
+    let told = dry(&["--shard", "1/3"]);
+    assert!(told.contains("(share 1 of 3)\n") && told.contains("\n2 of 3 shares are done\n"), "{told}");
+    // The shares have found what the tracker costs.
+    assert!(told.contains("\n  time      about "), "{told}");
+    good(here, &["run", "try.toml", "--quiet"]);
+    assert!(dry(&[]).contains("\n  time      nothing is left to compute\n"));
+    let (code, _, told) = output(&["run", "--verbose"]);
+    assert!(code == 2 && told.contains("--dry-run"), "{told}");
+}
