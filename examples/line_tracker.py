@@ -8,7 +8,7 @@ from PIL import Image
 
 RADIUS = 8
 
-for line in sys.stdin:
+for message, line in enumerate(sys.stdin):
     word, *rest = line.rstrip("\n").split("\t")
     if word == "quit":
         break
@@ -25,4 +25,4 @@ for line in sys.stdin:
         error = ((sliding_window_view(near, target.shape) - target) ** 2).sum((2, 3))
         down, right = np.unravel_index(error.argmin(), error.shape)
         x, y = left + right, top + down
-    print(f"{x},{y},{w},{h}", flush=True)
+    print(f"{x},{y},{w},{h} #{message}", flush=True)

@@ -4,10 +4,12 @@ use clap::Parser;
 use std::io::Write;
 use std::process::ExitCode;
 use trackfail::cli::{Cli, Failure, output};
+use trackfail::tracker::process::guard;
 
 fn main() -> ExitCode {
+    guard::serve_if_asked();
     // A panic is a bug. Its hook has printed it; the exit code is that of a bug.
-    let Ok(outcome) = std::panic::catch_unwind(|| Cli::parse().run()) else { return ExitCode::from(1) };
+    let Ok(outcome) = std::panic::catch_unwind(run) else { return ExitCode::from(1) };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -16,5 +18,14 @@ fn main() -> ExitCode {
             let _ = writeln!(std::io::stderr(), "error: {message}");
             ExitCode::from(Failure::code(&failure))
         }
+    }
+}
+
+/// Runs the verb. Help and version are output like any other: when they cannot be written, that is an error.
+fn run() -> Result<(), Failure> {
+    match Cli::try_parse() {
+        Ok(cli) => cli.run(),
+        Err(e) if e.use_stderr() => e.exit(),
+        Err(text) => output::written(text.print().and_then(|()| std::io::stdout().flush())),
     }
 }

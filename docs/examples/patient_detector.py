@@ -6,6 +6,7 @@ import sys
 params = json.loads(sys.stdin.readline())["meta"]["params"]
 row = 0
 for line in sys.stdin:
-    value = json.loads(line)["value"]
-    row = row + 1 if value > params["above"] else 0
-    print(json.dumps({"score": value, "label": int(row >= params["frames"])}), flush=True)
+    frame = json.loads(line)
+    row = row + 1 if frame["value"] > params["above"] else 0
+    label = int(row >= params["frames"])
+    print(json.dumps({"index": frame["index"], "score": frame["value"], "label": label}), flush=True)

@@ -8,8 +8,9 @@ meta = json.loads(sys.stdin.readline())["meta"]
 rate = meta["params"].get("rate", 0.1)
 mean = None
 for line in sys.stdin:
-    x, y, w, h = json.loads(line)["box"]
+    frame = json.loads(line)
+    x, y, w, h = frame["box"]
     size = math.log(max(w, 1) * max(h, 1))
     mean = size if mean is None else mean
-    print(json.dumps({"score": abs(size - mean)}), flush=True)
+    print(json.dumps({"index": frame["index"], "score": abs(size - mean)}), flush=True)
     mean += rate * (size - mean)

@@ -53,7 +53,7 @@ fn probability(text: &str) -> Result<f64, String> {
 /// # Errors
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let read = |folder: &Path| Results::read(folder).map_err(Failure::data);
+    let read = |folder: &Path| Results::read(folder).map_err(Failure::from);
     let mut rows = Vec::new();
     match &args.experiment {
         Some(name) => {

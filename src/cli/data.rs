@@ -2,7 +2,7 @@
 //! user suites.
 
 use super::Failure;
-use super::output::{self, Format};
+use super::output::{self, Format, written};
 use crate::dataset::format::{self, FORMATS, FormatEntry, vot};
 use crate::dataset::lock;
 use crate::dataset::suite::{self, Catalog, Finding, Suite};
@@ -12,7 +12,7 @@ use clap::Subcommand;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `trackfail data`.
@@ -109,14 +109,6 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Suite>, Failure> {
         return Ok(catalog.suites().collect());
     }
     names.iter().map(|n| catalog.suite(n).map_err(Failure::usage)).collect()
-}
-
-/// Ends quietly when the reader of a pipe has gone.
-fn written(result: std::io::Result<()>) -> Result<(), Failure> {
-    match result {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::io(format!("stdout: {e}"))),
-        _ => Ok(()),
-    }
 }
 
 /// One line of `data list`.

@@ -20,6 +20,9 @@ pub struct Args {
     /// Agree to the licences of the suites, which are shown before their first download
     #[arg(long)]
     accept_licence: bool,
+    /// Download once more what an earlier fetch has placed and is not as pinned, and put it in the place of that
+    #[arg(long)]
+    again: bool,
     /// Take files from below this address instead of those in datasets.lock, by their names
     #[arg(long, value_name = "URL")]
     mirror: Option<String>,
@@ -38,7 +41,7 @@ pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(),
         return Err(Failure::usage(what));
     };
     let wanted = chosen(catalog, &args.wanted)?;
-    let plan = fetch::plan(&wanted, data_roots);
+    let plan = fetch::plan(&wanted, data_roots, args.again);
     output::write(&known(&plan))?;
     let options = FetchOptions { mirror: args.mirror.clone(), ..FetchOptions::default() };
     let failed = if plan.jobs.is_empty() {
@@ -96,7 +99,7 @@ fn known(plan: &FetchPlan) -> String {
         text += &format!("{name}  is here\n");
     }
     for (name, why) in &plan.broken {
-        text += &format!("{name}  is here and left as it is, but: {why}\n");
+        text += &format!("{name}  is here and left as it is, but differs: {why}\n");
     }
     for (name, how) in &plan.by_hand {
         text += &format!("{name}  by hand: {how}\n");
@@ -170,7 +173,12 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
         let outcome = fetch::fetch(space, job, options, &bar);
         bar.0.finish_and_clear();
         match outcome {
-            Ok(fetched) => output::write(&brought(job, &fetched))?,
+            Ok(fetched) => {
+                output::write(&brought(job, &fetched))?;
+                if !fetched.placed.refused.is_empty() {
+                    failed.data.push(name.clone());
+                }
+            }
             Err(e @ (FetchError::Disk { .. } | FetchError::Busy { .. } | FetchError::Address { .. })) => {
                 return Err(failure(e));
             }
@@ -190,6 +198,15 @@ fn brought(job: &FetchJob, fetched: &Fetched) -> String {
         format!("{}: {} bytes, sha256 = \"{}\", {pinned}\n", job.archive.name, fetched.size, fetched.sha256);
     for folder in &fetched.placed.new {
         text += &format!("  new: {folder}\n");
+    }
+    for folder in &fetched.placed.replaced {
+        text += &format!("  replaced: {folder}\n");
+    }
+    for (folder, why) in &fetched.placed.refused {
+        text += &format!(
+            "  not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \
+             it stays so, use a --mirror that has the pinned one\n"
+        );
     }
     for folder in &fetched.placed.kept {
         text += &format!("  was here, left as it is: {folder}\n");
@@ -238,7 +255,7 @@ fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
     list("not fetched because the connection failed (run the same again)", &failed.network);
     list("not fetched (see above)", &failed.data);
     list("not as pinned", &failed.differing);
-    list("there but not readable (remove the folder and fetch again)", &names(&plan.broken));
+    list("there but not as pinned (see above)", &names(&plan.broken));
     list("to be downloaded by hand (see above)", &names(&plan.by_hand));
     match (parts.is_empty(), failed.network.is_empty()) {
         (true, _) => Ok(()),
@@ -322,15 +339,21 @@ mod tests {
             into: "vot2014".into(),
             below: None,
         };
-        FetchJob { archive, folders: vec!["vot2014/diving".into()], sequences: vec!["vot2014/diving".into()] }
+        let sequences = vec!["vot2014/diving".into()];
+        FetchJob { archive, folders: vec!["vot2014/diving".into()], sequences, again: Vec::new() }
+    }
+
+    /// A folder as the archive of `vot2014/diving`.
+    fn packed(folder: &Path) -> Vec<u8> {
+        let mut tar =
+            tar::Builder::new(flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast()));
+        tar.append_dir_all("diving", folder).unwrap();
+        tar.into_inner().unwrap().finish().unwrap()
     }
 
     /// Fetches `vot2014/diving` packed from a folder.
     fn fetch_packed(folder: &Path) -> (tempfile::TempDir, Failed) {
-        let mut tar =
-            tar::Builder::new(flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast()));
-        tar.append_dir_all("diving", folder).unwrap();
-        let bytes = tar.into_inner().unwrap().finish().unwrap();
+        let bytes = packed(folder);
         let root = tempfile::tempdir().unwrap();
         let space = Workspace::open(root.path()).unwrap();
         let jobs = [job(serve(bytes))];
@@ -392,10 +415,65 @@ mod tests {
         std::fs::write(folder.path().join("00000001.jpg"), "").unwrap();
         std::fs::write(folder.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
         let (root, failed) = fetch_packed(folder.path());
-        assert_eq!(failed.differing, ["vot2014/diving"]);
-        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()]);
-        assert_eq!((plan.broken.len(), plan.jobs.len(), plan.here.len()), (1, 0, 0));
+        assert_eq!((&failed.data, failed.differing.len()), (&vec!["vot2014-diving".to_string()], 0));
+        assert!(!root.path().join("vot2014").exists(), "nothing is placed");
+        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()], false);
+        assert_eq!((plan.broken.len(), plan.here.len()), (0, 0));
         assert_eq!(verdict(&plan, &failed).unwrap_err().code(), 3);
+    }
+
+    /// The sequence vot2014/diving with one frame that has another byte at its end.
+    fn changed_copy() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for entry in std::fs::read_dir(trackfail_testing::real_data().join("vot2014/diving")).unwrap() {
+            let entry = entry.unwrap();
+            std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
+        }
+        let frame = folder.path().join("00000005.jpg");
+        let bytes = [std::fs::read(&frame).unwrap(), vec![0]].concat();
+        std::fs::write(frame, bytes).unwrap();
+        folder
+    }
+
+    #[trackfail_testing::needs(real_data)]
+    #[test]
+    fn a_changed_frame_is_not_placed() {
+        let (root, failed) = fetch_packed(changed_copy().path());
+        assert_eq!(failed.data, ["vot2014-diving"]);
+        assert!(!root.path().join("vot2014/diving").exists());
+        let downloads = root.path().join(".trackfail/downloads");
+        assert_eq!(std::fs::read_dir(downloads).unwrap().count(), 0, "the next fetch starts anew");
+    }
+
+    #[trackfail_testing::needs(real_data)]
+    #[test]
+    fn a_fetched_folder_that_is_wrong_is_named_and_replaced_on_demand() {
+        let (root, _) = fetch_packed(&trackfail_testing::real_data().join("vot2014/diving"));
+        let roots = [root.path().to_path_buf()];
+        let (folder, changed) = (root.path().join("vot2014/diving"), changed_copy());
+        std::fs::copy(changed.path().join("00000005.jpg"), folder.join("00000005.jpg")).unwrap();
+        let told = fetch::plan(&wanted(), &roots, false);
+        let [(name, why)] = told.broken.as_slice() else { panic!("{told:?}") };
+        assert!(name == "vot2014/diving" && why.contains("00000005.jpg is another file"), "{why}");
+        assert!(why.contains("--again"), "{why}");
+        assert_eq!(verdict(&told, &Failed::default()).unwrap_err().code(), 3);
+
+        let mut plan = fetch::plan(&wanted(), &roots, true);
+        assert_eq!((plan.broken.len(), plan.jobs.len()), (0, 1));
+        assert_eq!(plan.jobs[0].again, ["vot2014/diving"]);
+        plan.jobs[0].archive =
+            job(serve(packed(&trackfail_testing::real_data().join("vot2014/diving")))).archive;
+        let space = Workspace::open(root.path()).unwrap();
+        let failed = download(&space, &plan.jobs, &FetchOptions::default()).unwrap();
+        assert!(failed.data.is_empty() && failed.network.is_empty(), "{failed:?}");
+        assert_eq!(fetch::plan(&wanted(), &roots, false).here, ["vot2014/diving"]);
+
+        // The user's own folder is never replaced.
+        std::fs::remove_file(folder.join(fetch::MARKER)).unwrap();
+        std::fs::copy(changed.path().join("00000005.jpg"), folder.join("00000005.jpg")).unwrap();
+        let plan = fetch::plan(&wanted(), &roots, true);
+        assert_eq!(plan.jobs.len(), 0);
+        assert!(plan.broken[0].1.contains("it was not fetched: move "), "{plan:?}");
     }
 
     #[test]
@@ -421,7 +499,7 @@ mod tests {
     fn real_data_come_out_of_an_archive_as_pinned() {
         let data = trackfail_testing::real_data();
         let (root, failed) = fetch_packed(&data.join("vot2014/diving"));
-        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()]);
+        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()], false);
         assert_eq!(plan.here, ["vot2014/diving"]);
         assert!(verdict(&plan, &failed).is_ok(), "{failed:?}");
     }

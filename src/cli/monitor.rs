@@ -193,6 +193,7 @@ fn place(state: &Path) -> Result<PathBuf, Failure> {
     match std::fs::metadata(state) {
         Ok(about) if !about.is_file() => return Err(refuse("is no regular file")),
         Ok(_) => return std::fs::canonicalize(state).map_err(|e| refuse(&e.to_string())),
+        Err(_) if state.is_symlink() => return Err(refuse("is a link that leads nowhere")),
         Err(_) => {}
     }
     let folder = state.parent().filter(|folder| !folder.as_os_str().is_empty());

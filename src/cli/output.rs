@@ -108,7 +108,16 @@ pub fn write(text: &str) -> Result<(), Failure> {
 
 /// Writes to stdout what a terminal may show.
 fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
-    match std::io::stdout().lock().write_all(bytes) {
+    let mut out = std::io::stdout().lock();
+    written(out.write_all(bytes).and_then(|()| out.flush()))
+}
+
+/// The outcome of writing to stdout. A closed pipe ends quietly.
+///
+/// # Errors
+/// When stdout cannot be written to.
+pub fn written(result: std::io::Result<()>) -> Result<(), Failure> {
+    match result {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         done => done.map_err(|e| Failure::io(format!("stdout: {e}"))),
     }

@@ -6,14 +6,18 @@
 //! for each attribute. Numbers are written so that reading them gives the same bits; PNG is lossless.
 
 use super::Failure;
-use crate::dataset::Sequence;
 use crate::dataset::synthetic::{RenderLayout, RenderedSuite, SUITES};
+use crate::dataset::{Sequence, leftover};
+use crate::engine::store;
 use crate::image;
 use crate::plugin::unknown;
 use crate::region::Region;
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Start of the names of folders that are being filled.
+const RENDERING: &str = ".trackfail-render-";
 
 /// Arguments of `trackfail render`.
 #[derive(Debug, Clone, clap::Args)]
@@ -57,11 +61,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(parent) = dir.parent() else {
         return Err(Failure::usage(format!("{} cannot be written as a whole", dir.display())));
     };
-    fs::create_dir_all(parent).map_err(|e| io(parent, &e))?;
-    let temporary = tempfile::Builder::new()
-        .prefix(".trackfail-render-")
-        .tempdir_in(parent)
-        .map_err(|e| io(parent, &e))?;
+    store::check_output(&dir).map_err(Failure::io)?;
+    leftover::sweep(parent, RENDERING);
+    let temporary =
+        tempfile::Builder::new().prefix(RENDERING).tempdir_in(parent).map_err(|e| io(parent, &e))?;
     // A folder of its own inside: temporary folders are closed to other users.
     let root = temporary.path().join("suite");
     fs::create_dir(&root).map_err(|e| io(&root, &e))?;

@@ -4,7 +4,7 @@ use super::{Failure, output};
 use crate::engine::store::lock_exclusive;
 use crate::report::finished::{self, FinishedError};
 use crate::report::{self, StagedReport};
-use crate::results::Results;
+use crate::results::{Results, ResultsError};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `report`.
@@ -48,9 +48,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     done.and(site)
 }
 
+/// Results that are not there are a wrong argument, damaged ones an error of what is on the disk: for every verb.
+impl From<ResultsError> for Failure {
+    fn from(e: ResultsError) -> Self {
+        match e {
+            ResultsError::Unfinished(_) => Self::usage(e),
+            _ => Self::io(e),
+        }
+    }
+}
+
 impl From<FinishedError> for Failure {
     fn from(e: FinishedError) -> Self {
         match e {
+            FinishedError::Results { source: ResultsError::Unfinished(_), .. } => Self::usage(e),
             FinishedError::Results { .. } => Self::io(e),
             FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => Self::usage(e),
         }

@@ -116,6 +116,7 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let args = &Args { data_roots: args.data_roots.resolved()?, ..args.clone() };
+    args.export_tracks.iter().try_for_each(|folder| store::check_output(folder)).map_err(Failure::io)?;
     let experiments = parse(args)?;
     let limits = RunLimits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;

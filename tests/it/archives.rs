@@ -61,7 +61,7 @@ fn tar_after(bad: &[Taped]) -> Vec<u8> {
 fn names_that_lead_elsewhere_or_cannot_be_stored() {
     let long = format!("seq/{}", "x".repeat(256));
     let deep = "seq".to_owned() + &"/d".repeat(16);
-    let names: [(&[u8], MemberFault); 20] = [
+    let names: [(&[u8], MemberFault); 22] = [
         (b"../canary", MemberFault::Dots),
         (b"seq/../../../canary", MemberFault::Dots),
         (b"seq/./a", MemberFault::Dots),
@@ -80,6 +80,8 @@ fn names_that_lead_elsewhere_or_cannot_be_stored() {
         (b"seq/a.", MemberFault::End),
         (b"seq/a ", MemberFault::End),
         (b"seq /a", MemberFault::End),
+        (b"seq/.trackfail-complete", MemberFault::Reserved),
+        (b"seq/.trackfail/lock", MemberFault::Reserved),
         (long.as_bytes(), MemberFault::Long),
         (deep.as_bytes(), MemberFault::Deep(16)),
     ];

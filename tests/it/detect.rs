@@ -171,8 +171,11 @@ fn what_cannot_be_judged_is_told() {
     refused(&["--method", "AVU", "--model", bad.to_str().unwrap()], 3, "holds no learned model");
     let output = follow(&frames, "5000,1,9,9", &[]);
     assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("--init 5000,1,9,9 lies outside of the frame of 160x120 pixels"), "{message}");
     assert!(
-        String::from_utf8_lossy(&output.stderr).contains("--init 5000,1,9,9 lies outside of the frame of ")
+        message.contains("which is number 1 of ") && message.contains(frames.to_str().unwrap()),
+        "{message}"
     );
     for wrong in ["1,2,3", "a,b,c,d", "1,2,3,4\n5,6,7,8"] {
         let output = follow(&frames, wrong, &[]);

@@ -241,7 +241,28 @@ fn damaged_results_are_an_error_and_never_a_number() {
         let (code, text) = report_in(dir.path(), "mine/try");
         assert_eq!(code, 1, "{bad}{text}");
         assert!(text.contains("measures.csv"), "{text}");
+        // The same code for every verb that reads them.
+        let results = dir.path().join("results");
+        for verb in [&["explain", "t", "recall", "RAW"][..], &["compare", "RAW", "RAW", "--in", "mine/try"]] {
+            let output = trackfail().args(verb).arg("--results").arg(&results).output().unwrap();
+            let text = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{verb:?} {text}");
+            assert!(text.contains("measures.csv"), "{verb:?} {text}");
+        }
     }
+}
+
+#[test]
+fn small_parameters_are_written_with_an_exponent() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("try.toml");
+    let grid = "below = 0.9 }\ngrid = { below = [1e-300, 0.5] }";
+    std::fs::write(&path, SPEC.replacen("below = 0.9 }", grid, 1)).unwrap();
+    let output = trackfail().arg("run").arg(&path).args(["--dry-run"]).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(!text.contains("0000000000"), "{text}");
+    let cells = trackfail().arg("why").arg(&path).arg("RAW[below=1e-300]").output().unwrap();
+    assert!(!String::from_utf8_lossy(&cells.stderr).contains("0000000000"));
 }
 
 #[test]

@@ -55,7 +55,7 @@ pub fn job(url: &str, packing: Packing) -> FetchJob {
         into: "otb".into(),
         below: None,
     };
-    FetchJob { archive, folders: vec!["otb/seq".into()], sequences: Vec::new() }
+    FetchJob { archive, folders: vec!["otb/seq".into()], sequences: Vec::new(), again: Vec::new() }
 }
 
 /// Fetches into a new workspace in `root`.
@@ -122,9 +122,12 @@ fn modes_are_the_usual_ones_whatever_the_archive_says() {
     [0o040_000, 0o104_777, 0o100_000].iter().zip(&mut members).for_each(|(mode, m)| m.mode = *mode);
     let server = Server::file(zip(&members), "\"1\"");
     run(root.path(), &job(&format!("{}/a.zip", server.url), Packing::Zip), &options()).unwrap();
-    for (name, mode) in [("", 0o755), ("a", 0o644), ("img", 0o755), ("img/b", 0o644), (MARKER, 0o644)] {
-        let path = root.path().join("otb/seq").join(name);
-        assert_eq!(std::fs::metadata(path).unwrap().permissions().mode() & 0o7777, mode, "{name}");
+    let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o7777;
+    let (folder, file) = (root.path().join("folder"), root.path().join("file"));
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::write(&file, "").unwrap();
+    for (name, like) in [("", &folder), ("a", &file), ("img", &folder), ("img/b", &file), (MARKER, &file)] {
+        assert_eq!(mode(&root.path().join("otb/seq").join(name)), mode(like), "{name}");
     }
 }
 

@@ -18,6 +18,8 @@ mod learning;
 mod method_programs;
 mod monitor;
 mod needs;
+#[cfg(target_os = "linux")]
+mod outputs;
 mod packed;
 #[cfg(unix)]
 mod page;

@@ -35,7 +35,22 @@ protocol = "lines"
 version = "1"
 
 [tracker.hanging]
-command = ["sh", "-c", "echo $$ > hanging.pid; sleep 1000 & echo $! > sleeping.pid; wait"]
+command = ["sh", "-c", "echo $$ > hanging.pid; (setsid sh -c 'echo $$ > away.pid; exec sleep 1000' &); sleep 1000 & echo $! > sleeping.pid; wait"]
+protocol = "lines"
+version = "1"
+
+[tracker.leaving]
+command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); exec sh tracker.sh"]
+protocol = "lines"
+version = "1"
+
+[tracker.absent]
+command = ["./no-such-program"]
+protocol = "lines"
+version = "1"
+
+[tracker.killed]
+command = ["sh", "-c", "read -r line; echo gone >&2; kill -s SEGV $$"]
 protocol = "lines"
 version = "1"
 "#;
@@ -293,7 +308,7 @@ fn programs_do_not_outlive_us() {
     let temporary = place.path("tmp");
     std::fs::create_dir(&temporary).unwrap();
     for signal in ["-KILL", "-INT"] {
-        let files = ["hanging.pid", "sleeping.pid"].map(|name| place.path("programs").join(name));
+        let files = ["hanging.pid", "sleeping.pid", "away.pid"].map(|name| place.path("programs").join(name));
         files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or_default());
         let command = place.command("still", "hanging");
         let mut run = Command::new(command.get_program());
@@ -309,6 +324,31 @@ fn programs_do_not_outlive_us() {
             assert!(Instant::now() < end, "{signal}: {processes:?} or {} folders are left", left());
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+}
+
+/// What a program starts in a session of its own, and leaves there, ends with the program.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_process_is_left_after_a_run() {
+    let place = Place::new();
+    assert_eq!(computed(&place.run("still", "leaving")), 2);
+    let left = pid(&place.path("programs/left.pid"));
+    assert!(!is_running(&left), "{left} is left");
+}
+
+#[test]
+fn the_end_of_a_program_is_told_as_it_was() {
+    let place = Place::new();
+    for (program, words) in [
+        ("absent", "cannot start `"),
+        ("absent", "No such file or directory (os error 2)"),
+        ("broken", "it ended (exit status: 7)"),
+        ("killed", "it ended (signal: 11"),
+        ("killed", "its stderr ends with: gone"),
+    ] {
+        let text = stderr(&place.run("still", program));
+        assert!(text.contains(words), "{program}: {text}");
     }
 }
 

@@ -20,7 +20,7 @@ mod window;
 /// - 1: first version.
 pub const DECODER: u32 = 1;
 
-pub use decode::{MAX_FILE_BYTES, MAX_PIXELS, MAX_SIDE, decode, size};
+pub use decode::{MAX_FILE_BYTES, MAX_MEMORY, MAX_PIXELS, MAX_SIDE, decode, size};
 pub use encode::encode_png;
 pub use frame::{Frame, ImageError};
 pub use gray::{Gray, luma, luma_of};

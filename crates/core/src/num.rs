@@ -27,6 +27,17 @@ pub fn integer(value: f64) -> i64 {
     (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
 }
 
+/// A number as people read it: `0.5`, `1e-300`. In plain digits, unless these are more than 17 characters and the form
+/// with an exponent is shorter.
+pub fn readable(number: impl std::fmt::Display) -> String {
+    let plain = number.to_string();
+    if plain.len() <= 17 {
+        return plain;
+    }
+    let short = plain.parse::<f64>().map(|value| format!("{value:e}"));
+    short.ok().filter(|short| short.len() < plain.len()).unwrap_or(plain)
+}
+
 /// Bytes as lowercase hexadecimal digits, two per byte.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -36,6 +47,24 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        for (number, text) in [
+            (0.5, "0.5"),
+            (1e-300, "1e-300"),
+            (-1e300, "-1e300"),
+            (1e-9, "0.000000001"),
+            (0.12345678901234568, "0.12345678901234568"),
+            (123456789.0, "123456789"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(readable(number), text);
+            assert!(text.parse::<f64>().unwrap() == number);
+        }
+        assert_eq!(readable("a text that is no number at all"), "a text that is no number at all");
+        assert_eq!(readable(u64::MAX), "18446744073709551615");
+    }
 
     proptest! {
         #[test]

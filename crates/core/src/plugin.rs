@@ -1,6 +1,7 @@
 //! Lists of plugins: an entry per kind, parameters that are checked once, and errors that know which part of
 //! the experiment file they are about.
 
+use crate::num::readable;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 
@@ -22,7 +23,8 @@ pub struct ParamError {
 impl ParamError {
     /// The error for a value out of its range; `rule` completes "must be ...".
     pub fn out_of_range(key: &'static str, rule: &str, got: impl std::fmt::Display) -> Self {
-        Self { message: format!("`{key}` must be {rule}, not {got}"), key: Some(key), span: None }
+        let message = format!("`{key}` must be {rule}, not {}", readable(got));
+        Self { message, key: Some(key), span: None }
     }
 }
 

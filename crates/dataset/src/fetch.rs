@@ -9,10 +9,12 @@
 //! | `unpack-*` | an archive that is being unpacked; the next fetch removes what a killed one left |
 //! | `licence-<suite>` | the licence text that was agreed to |
 //!
-//! A sequence's folder is unpacked below `unpack-*`, flushed, given the file [`MARKER`] as its last one, and
-//! renamed. Renaming is one step for the file system, so a folder under its final name is whole: with a marker
-//! it was fetched, without one the user has put it there. Neither is ever touched again. The download is
-//! removed after that; it is also removed when it turns out not to be the pinned file or to be refused.
+//! A sequence's folder is unpacked below `unpack-*`, compared with what `datasets.lock` pins of it, flushed, given the
+//! file [`MARKER`] as its last one, and renamed. Renaming is one step for the file system, so a folder under its final
+//! name is whole: with a marker it was fetched, without one the user has put it there. Neither is touched again, unless
+//! the user asks for one that was fetched and is not as pinned to be fetched anew; then the two folders change places in
+//! one step. The download is removed after that; it is also removed when it turns out not to be the pinned file or to be
+//! refused.
 //!
 //! Nothing a server sends becomes part of a path except names of archive members that have been
 //! checked, see [`MemberFault`]; only members that belong to a folder of `datasets.lock` are written at all.
@@ -38,6 +40,8 @@ pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
 pub use sink::Caps;
 
 use crate::archive::{Archive, Packing};
+use crate::lock::{pinned_suite, pinned_suite_names};
+use crate::suite::Finding;
 use layout::{ArchiveLayout, entry_parts};
 use std::path::Path;
 
@@ -77,7 +81,28 @@ pub fn unpack(
     unpack::unpack(file, archive, &ArchiveLayout::new(archive, folders)?, caps, into)
 }
 
-/// Downloads an archive, unpacks it, and puts its folders in place.
+/// The folders below `root` that are not what is pinned of them, each with its first difference. Where a part of a
+/// sequence comes in another download nothing can be said yet.
+fn not_as_pinned(folders: &[String], root: &Path) -> Vec<(String, String)> {
+    let roots = [root.to_path_buf()];
+    let mut found: Vec<(String, String)> = Vec::new();
+    for suite in pinned_suite_names().filter_map(pinned_suite) {
+        for entry in suite.sequence.iter().filter(|entry| folders.contains(&entry.folder)) {
+            if found.iter().any(|(folder, _)| *folder == entry.folder) {
+                continue;
+            }
+            let difference = match suite.check(entry, &roots) {
+                Finding::Differs(fact) => fact.replace(&root.display().to_string(), "..."),
+                Finding::Missing(missing) if entry.truth_archive.is_none() => missing.how_to_get,
+                Finding::Same | Finding::NoDigestPinned | Finding::Missing(_) => continue,
+            };
+            found.push((entry.folder.clone(), format!("{}/{}: {difference}", suite.name, entry.name)));
+        }
+    }
+    found
+}
+
+/// Downloads an archive, unpacks it, and puts those of its folders in place that are as pinned.
 ///
 /// # Errors
 /// See [`FetchError`]. Nothing is left of an archive that is refused; the part of a download that was cut stays for
@@ -108,8 +133,14 @@ pub fn fetch(
     let placed = match archive.packing {
         Packing::File => place::file(&got.path, space.root(), &layout.file(archive)?)?,
         Packing::Zip | Packing::TarGz => {
+            let refused = not_as_pinned(&job.folders, temporary.path());
+            let is_good = |folder: &&String| !refused.iter().any(|(bad, _)| bad == *folder);
+            let good: Vec<String> = job.folders.iter().filter(is_good).cloned().collect();
+            let layout = ArchiveLayout::new(archive, &good)?;
             let marker = format!("archive {}\nsha256 {}\nfrom {}\n", archive.name, got.sha256, got.url);
-            place::folders(temporary.path(), space.root(), layout.folders(), &marker)?
+            let placed =
+                place::folders(temporary.path(), space.root(), layout.folders(), &job.again, &marker)?;
+            Placed { refused, ..placed }
         }
     };
     download::discard(&downloads, archive)?;

@@ -7,7 +7,7 @@
 //!
 //! Decoding starts when a frame is first asked for. It writes into a folder of another name beside the last
 //! one and renames it when it is complete, so a folder of that name is never a part; what a killed run leaves
-//! is named `.decoding-...` and may be deleted, as may the frames themselves. One video is decoded at a time.
+//! is named `.decoding-...`; a later run deletes it. The frames themselves may be deleted. One video is decoded at a time.
 //!
 //! The `ffmpeg` on the PATH is run without a shell. The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
@@ -16,7 +16,7 @@
 //! give other pixels: the files digest of a sequence pins the video, not what was made of it.
 
 use super::digest::file_digest;
-use super::{DatasetError, ImageFiles};
+use super::{DatasetError, ImageFiles, leftover};
 use std::ffi::{OsStr, OsString};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,9 @@ use std::time::{Duration, Instant};
 
 /// Containers that are opened, by ffmpeg's names.
 pub const FORMATS: &str = "mpeg,mpegvideo,mpegts,avi,mov,matroska,webm";
+
+/// Start of the names of folders that are being filled.
+const DECODING: &str = ".decoding-";
 
 /// Folder of the decoded frames of the videos under a data root.
 pub fn cache(data_root: &Path) -> PathBuf {
@@ -147,7 +150,11 @@ fn decode(
         move |e| DatasetError::io(&path, e)
     };
     std::fs::create_dir_all(parent).map_err(io(parent))?;
-    let fresh = tempfile::Builder::new().prefix(".decoding-").tempdir_in(parent).map_err(io(parent))?;
+    leftover::sweep(parent, DECODING);
+    let mut fresh = tempfile::Builder::new();
+    #[cfg(unix)]
+    fresh.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+    let fresh = fresh.prefix(DECODING).tempdir_in(parent).map_err(io(parent))?;
     let input = video.canonicalize().map_err(io(video))?;
     // Older versions (before 5.1) know the option under another name; newer ones may lose that.
     for option in ["-fps_mode", "-vsync"] {

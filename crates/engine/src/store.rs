@@ -29,6 +29,7 @@ mod index;
 pub mod pack;
 pub mod staging;
 
+pub(crate) use file::temporary_in;
 pub use file::{check_output, read, read_text, write, write_derived, write_output, write_with};
 pub use pack::{Head, Name, Record};
 

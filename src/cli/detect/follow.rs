@@ -46,7 +46,11 @@ pub fn track(
     let (width, height) = sequence.size().map_err(|e| Failure::data(e.to_string()))?;
     let frame = Region::Rect(Rect::new(0.0, 0.0, width as f64, height as f64));
     if first.clipped(&frame).is_none() {
-        let message = format!("--init {init} lies outside of the frame of {width}x{height} pixels");
+        let frame = sequence.number(0);
+        let message = format!(
+            "--init {init} lies outside of the frame of {width}x{height} pixels, which is number {frame} of {}",
+            inputs::shown_frames(args)
+        );
         return Err(Failure::usage(message));
     }
     let mut sequence = sequence.clone();

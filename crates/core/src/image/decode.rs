@@ -1,116 +1,128 @@
 //! Decoding of JPEG and PNG images that are complete.
 //!
-//! The JPEG decoder fills the missing part of a cut file with gray and reports success. So the
-//! structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk
-//! (PNG); bytes after it are tolerated. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB;
-//! alpha is dropped, not blended.
+//! The structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk (PNG); bytes
+//! after it are tolerated. A file that is cut, with or without an end marker behind the cut, is an error, and so is
+//! one whose codes are damaged. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB; alpha is dropped, not
+//! blended.
 //!
-//! A few bytes can claim to be an image of any size, so the size in the header is checked against
-//! [`MAX_SIDE`] and [`MAX_PIXELS`] before memory is allocated.
+//! A few bytes can claim to be an image of any size. So before memory is allocated, the size in the header is checked
+//! against [`MAX_SIDE`] and [`MAX_PIXELS`], against the fewest bytes that so many pixels can be packed into, and against
+//! [`MAX_MEMORY`].
+
+mod jpeg;
+mod png;
 
 use super::{Frame, ImageError};
 use std::io::Cursor;
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
 
 /// Longest side of a frame that is read, in pixels.
 pub const MAX_SIDE: u32 = 16_384;
-/// Most pixels of a frame that is read: twice those of 8K video.
-pub const MAX_PIXELS: u64 = 1 << 26;
+/// Most pixels of a frame that is read: one and a half times those of 8K video.
+pub const MAX_PIXELS: u64 = 50_000_000;
 /// Largest image file that is read, in bytes.
-pub const MAX_FILE_BYTES: u64 = 128 << 20;
-/// Memory that the PNG decoder may use: [`MAX_PIXELS`] in 16-bit RGBA, and half as much for itself.
-const MAX_DECODER_BYTES: u64 = MAX_PIXELS * 12;
-
-const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+pub const MAX_FILE_BYTES: u64 = 64 << 20;
+/// Most memory that decoding a frame takes, in bytes: the file and its copy for the decoder, what the decoder keeps, and
+/// the frame.
+pub const MAX_MEMORY: u64 = 200_000_000;
+/// Memory of the PNG decoder beside the pixels: rows.
+const PNG_ROWS: u64 = 4 << 20;
 
 /// Decodes a JPEG or PNG image.
 ///
 /// # Errors
-/// Bytes of another format, a cut or damaged image, and sizes above [`MAX_SIDE`] or [`MAX_PIXELS`].
+/// Bytes of another format, a cut or damaged image, sizes above [`MAX_SIDE`] or [`MAX_PIXELS`], more pixels than so few
+/// bytes can be, and what takes more than [`MAX_MEMORY`].
 pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
-    check_complete(bytes)?;
-    let decoder = open(bytes)?;
-    check_size(&*decoder)?;
-    let picture = ::image::DynamicImage::from_decoder(decoder).map_err(decode_error)?.into_rgb8();
-    Ok(Frame::new(picture.width() as usize, picture.height() as usize, picture.into_raw()))
+    let header = header(bytes)?;
+    let rgb = if jpeg::is_jpeg(bytes) { decode_jpeg(bytes, &header)? } else { decode_png(bytes)? };
+    let (width, height) = (header.width as usize, header.height as usize);
+    if rgb.len() != 3 * width * height {
+        return Err(ImageError::Decode("it has another size than its header says".into()));
+    }
+    Ok(Frame::new(width, height, rgb))
 }
 
-/// Width and height in pixels, from the header alone.
+/// Width and height in pixels, from the structure of the file alone.
 ///
 /// # Errors
 /// As [`decode`], except that the pixels are not checked.
 pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
-    let (width, height) = check_size(&*open(bytes)?)?;
-    Ok((width as usize, height as usize))
+    let header = header(bytes)?;
+    Ok((header.width as usize, header.height as usize))
 }
 
-fn open(bytes: &[u8]) -> Result<Box<dyn ::image::ImageDecoder + '_>, ImageError> {
-    if bytes.starts_with(PNG_SIGNATURE) {
-        let mut limits = ::image::Limits::no_limits();
-        limits.max_alloc = Some(MAX_DECODER_BYTES);
-        let decoder = ::image::codecs::png::PngDecoder::with_limits(Cursor::new(bytes), limits);
-        Ok(Box::new(decoder.map_err(decode_error)?))
-    } else {
-        let decoder = ::image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes)).map_err(decode_error)?;
-        Ok(Box::new(decoder))
+/// Facts of a file that are known before it is decoded.
+struct Header {
+    /// Place of the end marker of a JPEG file.
+    end: usize,
+    width: u32,
+    height: u32,
+    /// Bytes that hold the pixels, and the fewest that can hold so many.
+    packed: u64,
+    least: u64,
+    /// Bytes that the pixels take beside the file: in the decoder, and as a frame.
+    memory: u64,
+}
+
+impl Header {
+    /// The header, if the image may be decoded.
+    fn check(self, bytes: &[u8]) -> Result<Self, ImageError> {
+        let Self { width, height, packed, .. } = self;
+        if width == 0 || height == 0 {
+            return Err(ImageError::Decode("the image has no pixels".into()));
+        }
+        if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
+            return Err(ImageError::TooLarge { width, height });
+        }
+        if packed < self.least {
+            return Err(ImageError::TooFewBytes { width, height, bytes: packed });
+        }
+        let memory = self.memory + 2 * bytes.len() as u64;
+        if memory > MAX_MEMORY {
+            return Err(ImageError::TooMuchMemory { width, height, memory });
+        }
+        Ok(self)
     }
 }
 
-fn decode_error(e: ::image::ImageError) -> ImageError {
-    ImageError::Decode(e.to_string())
-}
-
-fn check_size(decoder: &dyn ::image::ImageDecoder) -> Result<(u32, u32), ImageError> {
-    let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 {
-        return Err(ImageError::Decode("the image has no pixels".into()));
-    }
-    if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(ImageError::TooLarge { width, height });
-    }
-    Ok((width, height))
-}
-
-fn check_complete(bytes: &[u8]) -> Result<(), ImageError> {
-    let whole = if bytes.starts_with(PNG_SIGNATURE) {
-        png_ends(&bytes[PNG_SIGNATURE.len()..])
-    } else if bytes.starts_with(&[0xFF, 0xD8]) {
-        jpeg_ends(&bytes[2..])
+fn header(bytes: &[u8]) -> Result<Header, ImageError> {
+    if bytes.starts_with(png::SIGNATURE) {
+        png::header(bytes)
+    } else if jpeg::is_jpeg(bytes) {
+        jpeg::header(bytes)
     } else if bytes.is_empty() {
-        return Err(ImageError::Decode("the file is empty".into()));
+        Err(ImageError::Decode("the file is empty".into()))
     } else {
-        return Err(ImageError::Decode("the bytes start like neither format".into()));
-    };
-    whole.ok_or(ImageError::Truncated)
-}
-
-/// Walks length, type, data and checksum of each chunk; `None` when `IEND` is not reached.
-fn png_ends(mut rest: &[u8]) -> Option<()> {
-    loop {
-        let head = rest.first_chunk::<8>()?;
-        let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
-        rest = rest.get(length.checked_add(12)?..)?;
-        if &head[4..] == b"IEND" {
-            return Some(());
-        }
+        Err(ImageError::Decode("the bytes start like neither format".into()))
     }
 }
 
-/// Walks the segments and the entropy-coded data between them; `None` when the end-of-image marker is
-/// not reached. Segment lengths are honored because thumbnails inside EXIF have end markers too.
-fn jpeg_ends(mut rest: &[u8]) -> Option<()> {
-    loop {
-        // Entropy-coded data never holds FF followed by anything but 00, a restart or a fill byte.
-        let at = rest
-            .windows(2)
-            .position(|w| w[0] == 0xFF && !matches!(w[1], 0x00 | 0x01 | 0xD0..=0xD7 | 0xFF))?;
-        let marker = rest[at + 1];
-        rest = &rest[at + 2..];
-        if marker == 0xD9 {
-            return Some(());
-        }
-        let length = usize::from(u16::from_be_bytes(*rest.first_chunk::<2>()?));
-        rest = rest.get(length.max(2)..)?;
-    }
+/// RGB of a JPEG file.
+fn decode_jpeg(bytes: &[u8], header: &Header) -> Result<Vec<u8>, ImageError> {
+    let bytes = [&bytes[..header.end], &jpeg::STOP, &jpeg::END].concat();
+    let fail = |e: zune_jpeg::errors::DecodeErrors| ImageError::Decode(e.to_string());
+    let options = DecoderOptions::default().set_strict_mode(true);
+    let options = options.set_max_width(MAX_SIDE as usize).set_max_height(MAX_SIDE as usize);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(&bytes), options);
+    decoder.decode_headers().map_err(fail)?;
+    let gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    let made = if gray { ColorSpace::Luma } else { ColorSpace::RGB };
+    decoder.set_options(options.jpeg_set_out_colorspace(made));
+    let pixels = decoder.decode().map_err(fail)?;
+    Ok(if gray { pixels.into_iter().flat_map(|value| [value; 3]).collect() } else { pixels })
+}
+
+/// RGB of a PNG file.
+fn decode_png(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let fail = |e: ::image::ImageError| ImageError::Decode(e.to_string());
+    let mut limits = ::image::Limits::no_limits();
+    limits.max_alloc = Some(PNG_ROWS);
+    let bytes = png::stripped(bytes)?;
+    let decoder = ::image::codecs::png::PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(fail)?;
+    Ok(::image::DynamicImage::from_decoder(decoder).map_err(fail)?.into_rgb8().into_raw())
 }
 
 #[cfg(test)]
@@ -118,6 +130,7 @@ mod tests {
     use super::*;
     use ::image::{DynamicImage, GrayImage, ImageFormat, Rgb, RgbImage, RgbaImage};
     use proptest::prelude::*;
+    use std::io::Read;
 
     fn encode(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
         let mut out = Cursor::new(Vec::new());
@@ -148,6 +161,119 @@ mod tests {
                 assert!(decode(&whole[..n]).is_err(), "{format:?} cut to {n} of {} bytes", whole.len());
             }
         }
+    }
+
+    // python3, Pillow 13: y, x = np.mgrid[:30, :52]; im = Image.fromarray(np.stack([x * 5 % 256, y * 8 % 256,
+    // x * y % 251], -1).astype(np.uint8)); im.save(f, 'JPEG', quality=80, progressive=True), restart_marker_blocks=2 and
+    // optimize=True, subsampling=0 instead of progressive
+    const SAMPLES: [(&str, &[u8]); 3] = [
+        ("progressive", include_bytes!("decode/samples/progressive.jpg")),
+        ("restarts", include_bytes!("decode/samples/restarts.jpg")),
+        ("optimized", include_bytes!("decode/samples/optimized.jpg")),
+    ];
+
+    /// Whether each length to which a JPEG file is cut, and given an end marker, is refused or has the same pixels.
+    fn cuts_with_an_end(bytes: &[u8]) -> Vec<usize> {
+        let whole = decode(bytes).unwrap();
+        let ended = |n: usize| [&bytes[..n], &jpeg::END].concat();
+        (2..bytes.len() - 2).filter(|n| decode(&ended(*n)).is_ok_and(|frame| frame != whole)).collect()
+    }
+
+    #[test]
+    fn an_end_marker_does_not_hide_a_cut() {
+        let large = DynamicImage::from(RgbImage::from_fn(120, 90, |x, y| {
+            Rgb([(x * 7) as u8, (y * 11) as u8, ((x * y) % 251) as u8])
+        }));
+        for bytes in [SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &encode(&large, ImageFormat::Jpeg)] {
+            assert_eq!(cuts_with_an_end(bytes), Vec::<usize>::new());
+        }
+        // Progressive files may end between their scans, and where they only refine means, and are coarser then. What
+        // remains is no cut through the means themselves, which are in the first scan.
+        let progressive = SAMPLES[0].1;
+        let first = progressive.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap();
+        let scan = progressive[first + 2..].windows(2).position(|w| w == [0xFF, 0xC4]).unwrap();
+        let coarse = cuts_with_an_end(progressive);
+        assert!(coarse.iter().all(|n| *n >= first + 2 + scan), "{coarse:?}");
+        assert!(coarse.len() < 40, "{coarse:?}");
+    }
+
+    #[test]
+    fn all_kinds_of_jpeg_files_are_read() {
+        for (name, bytes) in SAMPLES {
+            let frame = decode(bytes).unwrap();
+            assert_eq!((frame.width(), frame.height()), (52, 30), "{name}");
+            let [r, g, _] = frame.pixel(20, 12);
+            assert!(r.abs_diff(100) < 24 && g.abs_diff(96) < 24, "{name} {r} {g}");
+        }
+    }
+
+    #[test]
+    fn a_missing_restart_interval_is_a_cut() {
+        let bytes = SAMPLES[1].1;
+        let restarts: Vec<usize> = (0..bytes.len() - 1)
+            .filter(|n| bytes[*n] == 0xFF && (0xD0..=0xD7).contains(&bytes[n + 1]))
+            .collect();
+        for at in restarts {
+            assert!(decode(&[&bytes[..at], &jpeg::END[..]].concat()).is_err(), "{at}");
+        }
+    }
+
+    /// A JPEG file with another size in its header.
+    fn resized(bytes: &[u8], width: u16, height: u16) -> Vec<u8> {
+        let at = bytes.windows(2).position(|w| w[0] == 0xFF && matches!(w[1], 0xC0 | 0xC2)).unwrap();
+        let mut bytes = bytes.to_vec();
+        bytes[at + 5..at + 7].copy_from_slice(&height.to_be_bytes());
+        bytes[at + 7..at + 9].copy_from_slice(&width.to_be_bytes());
+        bytes
+    }
+
+    #[test]
+    fn bytes_that_cannot_hold_the_pixels_are_refused_unread() {
+        for (name, bytes) in SAMPLES {
+            let error = decode(&resized(bytes, 7000, 7000)).unwrap_err();
+            assert!(matches!(error, ImageError::TooFewBytes { width: 7000, .. }), "{name}: {error}");
+            assert!(size(&resized(bytes, 7000, 7000)).is_err());
+        }
+        let error = size(&empty_png(5000, 5000)).unwrap_err();
+        assert!(matches!(error, ImageError::TooFewBytes { bytes: 0, .. }), "{error}");
+        // Images of one color are as small as files get.
+        let flat = DynamicImage::from(RgbImage::from_pixel(3000, 2000, Rgb([9, 9, 9])));
+        for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+            assert_eq!(decode(&encode(&flat, format)).unwrap().pixel(2999, 1999), [9, 9, 9]);
+        }
+    }
+
+    #[test]
+    fn a_frame_takes_no_more_memory_than_is_allowed() {
+        // Its bytes could hold the pixels, but the decoder keeps a progressive file as a whole: 2 bytes for each of
+        // its three colors, two of them halved both ways, beside the frame.
+        let mut bytes = resized(SAMPLES[0].1, 6500, 6500);
+        let mut from = 0;
+        while let Some(at) = bytes[from..].windows(2).position(|w| w == [0xFF, 0xDA]) {
+            let data = from + at + 2 + usize::from(bytes[from + at + 3]);
+            bytes.splice(data..data, std::iter::repeat_n(0, 130_000));
+            from = data;
+        }
+        let error = size(&bytes).unwrap_err();
+        assert!(
+            matches!(error, ImageError::TooMuchMemory { memory: 250_000_000..260_000_000, .. }),
+            "{error}"
+        );
+        let deep = DynamicImage::new_rgba16(5000, 4000);
+        let error = size(&encode(&deep, ImageFormat::Png)).unwrap_err();
+        assert!(matches!(error, ImageError::TooMuchMemory { .. }), "{error}");
+    }
+
+    #[test]
+    fn color_profiles_are_not_unpacked() {
+        // 64 MB of zeros, packed.
+        let mut packed = flate2::write::ZlibEncoder::new(b"p\0\0".to_vec(), flate2::Compression::best());
+        std::io::copy(&mut std::io::repeat(0).take(64 << 20), &mut packed).unwrap();
+        let plain = encode(&picture(), ImageFormat::Png);
+        // Behind the signature and the header.
+        let bombs = [&plain[..33], &chunk(b"iCCP", &packed.finish().unwrap()), &plain[33..]].concat();
+        assert_eq!(png::stripped(&bombs).unwrap(), plain);
+        assert_eq!(decode(&bombs).unwrap(), decode(&plain).unwrap());
     }
 
     #[test]
@@ -201,28 +327,26 @@ mod tests {
         assert!(matches!(decode(&bytes), Err(ImageError::TooLarge { width: 16_385, .. })));
     }
 
+    /// A chunk of a PNG file.
+    fn chunk(kind: &[u8], data: &[u8]) -> Vec<u8> {
+        let body = [kind, data].concat();
+        let mut crc = flate2::Crc::new();
+        crc.update(&body);
+        [&(data.len() as u32).to_be_bytes(), &body[..], &crc.sum().to_be_bytes()].concat()
+    }
+
     /// A PNG without pixels: signature, header, `IEND`.
     fn empty_png(width: u32, height: u32) -> Vec<u8> {
-        let mut crc = flate2::Crc::new();
-        let mut chunk = |kind: &[u8], data: &[u8]| {
-            let body = [kind, data].concat();
-            crc.reset();
-            crc.update(&body);
-            [&(data.len() as u32).to_be_bytes(), &body[..], &crc.sum().to_be_bytes()].concat()
-        };
         let header = [&width.to_be_bytes(), &height.to_be_bytes(), &[8, 2, 0, 0, 0][..]].concat();
-        [PNG_SIGNATURE, &chunk(b"IHDR", &header), &chunk(b"IDAT", &[]), &chunk(b"IEND", &[])].concat()
+        [png::SIGNATURE, &chunk(b"IHDR", &header), &chunk(b"IDAT", &[]), &chunk(b"IEND", &[])].concat()
     }
 
     #[test]
     fn a_few_bytes_that_claim_to_be_huge_are_refused_unread() {
-        let claims = |width, height| size(&empty_png(width, height));
-        assert_eq!(claims(8192, 8192).unwrap(), (8192, 8192));
-        assert_eq!(claims(16_384, 4096).unwrap(), (16_384, 4096));
-        for (width, height) in [(8193, 8192), (16_384, 16_384), (1, 16_385), (u32::MAX >> 1, u32::MAX >> 1)] {
-            let error = claims(width, height).unwrap_err();
+        for (width, height) in [(8192, 8192), (16_384, 16_384), (1, 16_385), (u32::MAX >> 1, u32::MAX >> 1)] {
+            let error = size(&empty_png(width, height)).unwrap_err();
             assert!(decode(&empty_png(width, height)).is_err());
-            assert!(matches!(error, ImageError::TooLarge { .. } | ImageError::Decode(_)), "{error}");
+            assert!(matches!(error, ImageError::TooLarge { .. }), "{error}");
         }
         // The same in a JPEG: a frame header (8 bits, 65535x65535, one component) and the end marker.
         let jpeg = [0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0xFF, 0xFF, 0xFF, 0xFF, 1, 1, 0x11, 0, 0xFF, 0xD9];
@@ -242,7 +366,7 @@ mod tests {
         fn never_panics(
             bytes in prop::collection::vec(any::<u8>(), 0..200), start in 0..3_usize, at in 0..400_usize,
         ) {
-            let prefix: &[u8] = [&[][..], PNG_SIGNATURE, &[0xFF, 0xD8, 0xFF]][start];
+            let prefix: &[u8] = [&[][..], png::SIGNATURE, &[0xFF, 0xD8, 0xFF]][start];
             let _ = decode(&[prefix, &bytes].concat());
             for format in [ImageFormat::Jpeg, ImageFormat::Png] {
                 let mut damaged = encode(&picture(), format);

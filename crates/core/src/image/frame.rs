@@ -32,9 +32,37 @@ pub enum ImageError {
     /// The text of a raw image is not base64.
     #[error("the data of the image are not base64: {0}")]
     Base64(String),
-    /// The image ends before its end marker, so that its lower part is missing.
-    #[error("the image is cut short (no end marker)")]
+    /// The image ends before its end marker, or an end marker stands where a part is missing.
+    #[error("the image is cut short")]
     Truncated,
+    /// The pixels do not fit into the bytes that are to hold them.
+    #[error(
+        "the header says {width}x{height} pixels, which {bytes} bytes cannot hold: the image is cut short, or made to \
+         fill the memory"
+    )]
+    TooFewBytes {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Number of bytes that are to hold the pixels.
+        bytes: u64,
+    },
+    /// Decoding takes more memory than one frame may take.
+    #[error(
+        "decoding its {width}x{height} pixels takes {} MB of memory, of which a frame may take {}; store it smaller, \
+         with 8 bits a color, and not progressive",
+        memory / 1_000_000,
+        super::MAX_MEMORY / 1_000_000
+    )]
+    TooMuchMemory {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Bytes that it would take.
+        memory: u64,
+    },
     /// The image is larger than frames may be.
     #[error(
         "the image is {width}x{height} pixels; at most {} in either direction and {} altogether are read",

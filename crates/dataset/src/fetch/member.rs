@@ -6,6 +6,9 @@
 /// Longest name of a file or folder in bytes, as on most file systems.
 const COMPONENT: usize = 255;
 
+/// Start of the names that this program keeps for itself, such as [`MARKER`](super::MARKER).
+const RESERVED: &str = ".trackfail";
+
 /// Names that Windows keeps for devices, whatever extension follows.
 const DEVICES: [&str; 6] = ["con", "prn", "aux", "nul", "conin$", "conout$"];
 
@@ -39,6 +42,9 @@ pub enum MemberFault {
     /// A device on Windows.
     #[error("its name is that of a device on Windows")]
     Device,
+    /// A name of a file that this program writes itself.
+    #[error("a part of its name starts with {RESERVED}, which this program keeps for itself")]
+    Reserved,
     /// Windows drops such an end.
     #[error("a part of its name ends with a dot or a space")]
     End,
@@ -139,6 +145,9 @@ fn check(part: &str) -> Result<(), MemberFault> {
     if part.ends_with(['.', ' ']) {
         return Err(MemberFault::End);
     }
+    if part.to_lowercase().starts_with(RESERVED) {
+        return Err(MemberFault::Reserved);
+    }
     let stem = part.split('.').next().unwrap_or_default().trim_end_matches(' ').to_lowercase();
     let port = ["com", "lpt"].iter().find_map(|p| stem.strip_prefix(p)).unwrap_or_default();
     let numbered =
@@ -214,6 +223,8 @@ mod tests {
             (b"Com1.tar.gz", MemberFault::Device),
             ("lpt\u{b2}".as_bytes(), MemberFault::Device),
             (b"aux .c", MemberFault::Device),
+            (b"a/.trackfail-complete", MemberFault::Reserved),
+            (b".TrackFail/lock", MemberFault::Reserved),
             (b"1/2/3/4/5", MemberFault::Deep(4)),
         ] {
             assert_eq!(parts(raw, 4), Err(reason), "{}", String::from_utf8_lossy(raw));

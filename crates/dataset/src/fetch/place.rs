@@ -99,20 +99,33 @@ pub struct Placed {
     pub new: Vec<String>,
     /// Already there, and left as they are.
     pub kept: Vec<String>,
+    /// New in the place of what an earlier fetch had put there.
+    pub replaced: Vec<String>,
+    /// Not what is pinned, and put nowhere: the folder, and the first difference.
+    pub refused: Vec<(String, String)>,
 }
 
-/// Moves folders that are whole to where they belong, the marker in each.
+/// Whether a folder was put in its place by a fetch.
+pub(super) fn was_fetched(folder: &Path) -> bool {
+    folder.join(MARKER).is_file()
+}
+
+/// Moves folders that are whole to where they belong, the marker in each. Those of `again` take the place of what was
+/// fetched before.
 pub(super) fn folders(
     from: &Path,
     root: &Path,
     folders: &[Vec<String>],
+    again: &[String],
     marker: &str,
 ) -> Result<Placed, FetchError> {
     let mut placed = Placed::default();
     for parts in outermost(folders) {
-        let (source, target) = (join(from, parts), join(root, parts));
-        if fs::symlink_metadata(&target).is_ok() {
-            placed.kept.push(parts.join("/"));
+        let (source, target, name) = (join(from, parts), join(root, parts), parts.join("/"));
+        let is_there = fs::symlink_metadata(&target).is_ok();
+        let replaces = is_there && again.contains(&name) && was_fetched(&target);
+        if is_there && !replaces {
+            placed.kept.push(name);
             continue;
         }
         settle(&source)?;
@@ -122,11 +135,36 @@ pub(super) fn folders(
             file.sync_all()
         });
         written.map_err(|e| FetchError::disk(&path, e))?;
-        open_to_all(&path, false)?;
-        rename(&source, &target)?;
-        placed.new.push(parts.join("/"));
+        if replaces {
+            exchange(&source, &target)?;
+            placed.replaced.push(name);
+        } else {
+            rename(&source, &target)?;
+            placed.new.push(name);
+        }
     }
     Ok(placed)
+}
+
+/// Gives a folder the place of another one, which goes to where the first one was: in one step where the system can do
+/// that.
+fn exchange(source: &Path, target: &Path) -> Result<(), FetchError> {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        use nix::fcntl::{AT_FDCWD, RenameFlags, renameat2};
+        if renameat2(AT_FDCWD, source, AT_FDCWD, target, RenameFlags::RENAME_EXCHANGE).is_ok() {
+            sync_parent(target);
+            return Ok(());
+        }
+    }
+    let aside = source.with_extension("trackfail-old");
+    fs::rename(target, &aside).map_err(|e| FetchError::disk(target, e))?;
+    if let Err(e) = rename(source, target) {
+        // What was there before is better than nothing.
+        let _ = fs::rename(&aside, target);
+        return Err(e);
+    }
+    Ok(())
 }
 
 /// Moves one file to where it belongs.
@@ -149,13 +187,12 @@ fn outermost(folders: &[Vec<String>]) -> Vec<&Vec<String>> {
     outer
 }
 
-/// Gives everything in a folder the usual modes and hands it to the disk, before its name says it is whole.
+/// Hands everything in a folder to the disk, before its name says it is whole.
 fn settle(folder: &Path) -> Result<(), FetchError> {
     let listed: Result<Vec<_>, _> = walkdir::WalkDir::new(folder).into_iter().collect();
     let listed = listed.map_err(|e| FetchError::disk(folder, e.into()))?;
     listed.par_iter().try_for_each(|entry| {
         let (path, is_folder) = (entry.path(), entry.file_type().is_dir());
-        open_to_all(path, is_folder)?;
         match File::open(path).and_then(|file| file.sync_all()) {
             // Not every system can do that for folders.
             Err(e) if !is_folder => Err(FetchError::disk(path, e)),
@@ -168,21 +205,13 @@ fn rename(source: &Path, target: &Path) -> Result<(), FetchError> {
     let Some(parent) = target.parent() else { return Ok(()) };
     fs::create_dir_all(parent).map_err(|e| FetchError::disk(parent, e))?;
     fs::rename(source, target).map_err(|e| FetchError::disk(target, e))?;
-    // The rename is only durable once the folder is; not every file system can do that.
-    if let Ok(parent) = File::open(parent) {
+    sync_parent(target);
+    Ok(())
+}
+
+/// A rename is only durable once the folder is; not every file system can do that.
+fn sync_parent(path: &Path) {
+    if let Some(Ok(parent)) = path.parent().map(File::open) {
         let _ = parent.sync_all();
     }
-    Ok(())
-}
-
-#[cfg(unix)]
-fn open_to_all(path: &Path, is_folder: bool) -> Result<(), FetchError> {
-    use std::os::unix::fs::PermissionsExt;
-    let mode = fs::Permissions::from_mode(if is_folder { 0o755 } else { 0o644 });
-    fs::set_permissions(path, mode).map_err(|e| FetchError::disk(path, e))
-}
-
-#[cfg(not(unix))]
-fn open_to_all(_: &Path, _: bool) -> Result<(), FetchError> {
-    Ok(())
 }

@@ -1,9 +1,10 @@
 //! The downloads that the wanted sequences need.
 
 use super::address::Address;
+use super::place::was_fetched;
 use crate::archive::{Archive, Packing};
-use crate::lock::{below, pinned_suite, pinned_suite_names};
-use crate::suite::{Missing, Suite};
+use crate::lock::{Entry, below, pinned_suite, pinned_suite_names};
+use crate::suite::{Checked, Finding, Missing, Suite};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,8 @@ pub struct FetchJob {
     pub folders: Vec<String>,
     /// The wanted sequences that are missing and come in it, as `suite/sequence`.
     pub sequences: Vec<String>,
+    /// Those of the folders that take the place of what was fetched before.
+    pub again: Vec<String>,
 }
 
 /// The work for the wanted sequences, in their order.
@@ -42,51 +45,84 @@ pub struct FetchPlan {
     pub by_hand: Vec<(String, String)>,
     /// Sequences that are there.
     pub here: Vec<String>,
-    /// Sequences that are there but cannot be read, and why. They are left as they are.
+    /// Sequences that are there but are not as pinned or cannot be read: why, and what to do. They are left as they are.
     pub broken: Vec<(String, String)>,
 }
 
 /// Plans the downloads into the first of `data_roots`, of the wanted sequences that are missing under all of them.
-pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf]) -> FetchPlan {
+/// Those that are there are compared with what is pinned, which reads their files. With `again`, folders that a fetch has
+/// placed and that are not as pinned are downloaded once more.
+pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> FetchPlan {
     let folders = folders_by_archive();
     let mut plan = FetchPlan::default();
     let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
-        let loaded = wanted.suite.load(data_roots);
-        for entry in wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)) {
+        let checked = wanted.suite.verify_some(data_roots, |name| wanted.has(name));
+        for (entry, Checked { finding, .. }) in
+            wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)).zip(checked)
+        {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
-            let missing = loaded.missing.iter().find(|m| m.name == entry.name);
-            if let Some(broken) = loaded.broken.iter().find(|b| b.name == entry.name) {
-                plan.broken.push((name, broken.error.to_string()));
-            } else if let Some(missing) = missing {
-                let archives: Vec<&Archive> = entry.archives().collect();
-                let packed = archives.iter().any(|a| a.packing != Packing::File);
-                if archives.is_empty() {
-                    plan.by_hand.push((name, by_hand(missing)));
-                } else if packed && below(root, &missing.folder).exists() {
-                    let what = format!("{}; remove the folder to have it fetched anew", missing.how_to_get);
-                    plan.broken.push((name, what));
-                } else {
+            let archives: Vec<&Archive> = entry.archives().collect();
+            let folder = below(root, &entry.folder);
+            let is_packed = archives.iter().any(|a| a.packing != Packing::File);
+            let wrong = match finding {
+                Finding::Same | Finding::NoDigestPinned => {
+                    plan.here.push(name);
+                    continue;
+                }
+                Finding::Missing(missing) if archives.is_empty() => {
+                    plan.by_hand.push((name, by_hand(&missing)));
+                    continue;
+                }
+                Finding::Missing(missing) if is_packed && folder.exists() => missing.how_to_get,
+                Finding::Missing(_) => {
                     for archive in archives.into_iter().filter(|a| !is_here(a, root)) {
                         plan.add(&name, archive, folders.get(archive.name.as_str()));
                     }
+                    continue;
+                }
+                Finding::Differs(fact) => fact,
+            };
+            let replaceable = is_packed && was_fetched(&folder);
+            if replaceable && again {
+                for archive in archives {
+                    let job = plan.add(&name, archive, folders.get(archive.name.as_str()));
+                    job.again.push(entry.folder.clone());
                 }
             } else {
-                plan.here.push(name);
+                plan.broken.push((name, format!("{wrong}; {}", remedy(entry, &folder, replaceable))));
             }
         }
     }
     plan
 }
 
+/// What to do about a sequence that is there but not as pinned.
+fn remedy(entry: &Entry, folder: &Path, replaceable: bool) -> String {
+    if replaceable {
+        "it was fetched, so the same command with --again replaces it by a new download".into()
+    } else if entry.archives().next().is_none() {
+        "it was not fetched: get it anew by hand".into()
+    } else if folder.exists() {
+        format!("it was not fetched: move {} away to have it fetched", folder.display())
+    } else {
+        "it is in another data root than the first one: move it away to have it fetched".into()
+    }
+}
+
 impl FetchPlan {
-    fn add(&mut self, name: &str, archive: &Archive, folders: Option<&BTreeSet<&str>>) {
-        if let Some(job) = self.jobs.iter_mut().find(|job| job.archive.name == archive.name) {
-            job.sequences.push(name.to_owned());
-            return;
-        }
-        let folders = folders.into_iter().flatten().map(|f| String::from(*f)).collect();
-        self.jobs.push(FetchJob { archive: archive.clone(), folders, sequences: vec![name.to_owned()] });
+    /// The job of an archive, with one more sequence.
+    fn add(&mut self, name: &str, archive: &Archive, folders: Option<&BTreeSet<&str>>) -> &mut FetchJob {
+        let known = self.jobs.iter().position(|job| job.archive.name == archive.name);
+        let place = known.unwrap_or_else(|| {
+            let folders = folders.into_iter().flatten().map(|f| String::from(*f)).collect();
+            let (sequences, again) = (Vec::new(), Vec::new());
+            self.jobs.push(FetchJob { archive: archive.clone(), folders, sequences, again });
+            self.jobs.len() - 1
+        });
+        let job = &mut self.jobs[place];
+        job.sequences.push(name.to_owned());
+        job
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Checked {
 
 impl PinnedSuite {
     /// Compares the local copy of an entry.
-    pub(super) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
+    pub(crate) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
         match self.in_first_root(entry, data_roots, |root| self.check_in(entry, root)) {
             Ok((_, finding)) => finding,
             Err(LoadError::Missing(missing)) => Finding::Missing(missing),

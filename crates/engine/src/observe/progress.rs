@@ -17,7 +17,7 @@
 use crate::dataset::text;
 use crate::plan::Shard;
 use crate::spec::Experiment;
-use crate::store::{FOLDER, TEMPORARY};
+use crate::store::{FOLDER, temporary_in};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
@@ -202,7 +202,10 @@ pub fn publish(
         // While this lock is held, no other run can mistake the new folder for an abandoned one.
         let _lock = lock(&parent.join(LOCK))?;
         sweep(&parent, &head);
-        let folder = tempfile::Builder::new().prefix("run-").tempdir_in(&parent).ok()?.keep();
+        let mut folder = tempfile::Builder::new();
+        #[cfg(unix)]
+        folder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = folder.prefix("run-").tempdir_in(&parent).ok()?.keep();
         let lock = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK)).ok()?;
         // Where locks do not work, observers go by the time of the last snapshot.
         let _ = lock.try_lock();
@@ -255,7 +258,7 @@ fn write(folder: &Path, snapshot: &ProgressSnapshot) {
     let Ok(mut bytes) = serde_json::to_vec_pretty(snapshot) else { return };
     bytes.push(b'\n');
     let replace = || -> Option<()> {
-        let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).ok()?;
+        let mut file = temporary_in(folder).ok()?;
         file.write_all(&bytes).ok()?;
         file.persist(folder.join(PROGRESS)).ok().map(|_| ())
     };

@@ -9,6 +9,7 @@ use super::error::{Errors, Source, SpecError};
 use super::limits::MAX_DETECTORS;
 use super::raw_plugin::RawPlugin;
 use crate::detector::{DETECTORS, Detector};
+use crate::num::readable;
 use crate::plugin::{ParamError, RawParams};
 use crate::score::Metric;
 use crate::score::{Protocol, Restarts};
@@ -67,7 +68,8 @@ impl Variant {
 
     /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.
     pub fn params(&self) -> String {
-        let parts: Vec<_> = self.point.iter().map(|(axis, value)| format!("{axis}={value}")).collect();
+        let parts: Vec<_> =
+            self.point.iter().map(|(axis, value)| format!("{axis}={}", readable(value))).collect();
         parts.join(";")
     }
 }
@@ -379,7 +381,7 @@ fn read_axes<'i>(
             if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
                 return Err(source.error(
                     item.span(),
-                    format!("grid `{name}`: {number} is not finite or stands there twice"),
+                    format!("grid `{name}`: {} is not finite or stands there twice", readable(number)),
                 ));
             }
             numbers.push((number, item.clone()));

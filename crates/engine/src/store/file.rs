@@ -20,7 +20,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 pub fn write_derived(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let fail = |e| StoreError::new(path, e);
     let mut file = temporary_for(path)?;
-    file.write_all(bytes).and_then(|()| make_readable(file.as_file())).map_err(fail)?;
+    file.write_all(bytes).map_err(fail)?;
     file.persist(path).map(drop).map_err(|e| fail(e.error))
 }
 
@@ -51,7 +51,14 @@ pub fn write_output(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
             let mut file = file.map_err(fail)?;
             file.write_all(bytes).and_then(|()| file.flush()).map_err(fail)
         }
-        _ => write(path, bytes),
+        Ok(about) => {
+            let mut file = temporary_in(folder_of(path)).map_err(fail)?;
+            file.write_all(bytes).map_err(fail)?;
+            // The new file has the mode of the one that it replaces.
+            file.as_file().set_permissions(about.permissions()).map_err(fail)?;
+            persist(file, path)
+        }
+        Err(_) => write(path, bytes),
     }
 }
 
@@ -77,13 +84,21 @@ fn temporary_for(path: &Path) -> Result<tempfile::NamedTempFile, StoreError> {
     let fail = |e: std::io::Error| StoreError::new(path, e);
     let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(fail)?;
-    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)
+    temporary_in(folder).map_err(fail)
+}
+
+/// A temporary file in a folder, with the permissions of any other new file: those that the umask leaves. (Temporary files
+/// are private otherwise, and keep that when they get their final names.)
+pub(crate) fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.prefix(TEMPORARY).tempfile_in(folder)
 }
 
 /// Gives a temporary file its final name, and waits until both are on the disk.
 pub(super) fn persist(file: tempfile::NamedTempFile, path: &Path) -> Result<(), StoreError> {
     let fail = |e: std::io::Error| StoreError::new(path, e);
-    make_readable(file.as_file()).map_err(fail)?;
     file.as_file().sync_all().map_err(fail)?;
     file.persist(path).map_err(|e| fail(e.error))?;
     sync_folder(folder_of(path));
@@ -95,18 +110,6 @@ pub(super) fn sync_folder(folder: &Path) {
     if let Ok(folder) = std::fs::File::open(folder) {
         let _ = folder.sync_all();
     }
-}
-
-/// Gives a temporary file, which is private, the permissions of any other new file.
-#[cfg(unix)]
-fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
 }
 
 /// Reads a whole file.
@@ -153,6 +156,25 @@ mod tests {
         assert!(message.contains("there is no folder") && message.contains("make it first"), "{message}");
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
         assert!(write_output(dir.path(), b"x").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn new_files_have_the_permissions_of_any_other() {
+        use std::os::unix::fs::PermissionsExt;
+        let dir = tempfile::tempdir().unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let [plain, ours, derived, output] =
+            ["plain", "ours", "derived", "output"].map(|name| dir.path().join(name));
+        std::fs::write(&plain, "x").unwrap();
+        write(&ours, b"x").unwrap();
+        write_derived(&derived, b"x").unwrap();
+        write_output(&output, b"x").unwrap();
+        assert_eq!([&ours, &derived, &output].map(|path| mode(path)), [mode(&plain); 3]);
+        // A file that was there keeps its own.
+        std::fs::set_permissions(&output, std::fs::Permissions::from_mode(0o600)).unwrap();
+        write_output(&output, b"y").unwrap();
+        assert_eq!((mode(&output), std::fs::read(&output).unwrap()), (0o600, b"y".to_vec()));
     }
 
     #[cfg(unix)]

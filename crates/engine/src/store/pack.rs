@@ -12,9 +12,9 @@
 //! The index holds the digest of every record, so that every changed byte is detected: in the index when the store is
 //! opened, in a record when it is read. A pack is named after the digest of its index.
 
+use super::StoreError;
 use super::address::{Address, Recipe, Stage};
 use super::file;
-use super::{StoreError, TEMPORARY};
 use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -105,7 +105,7 @@ pub fn name_key(stage: Stage, cell: &str) -> u64 {
 pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>), StoreError> {
     let fail = |e: std::io::Error| StoreError::new(folder, e);
     let not_encoded = |e: postcard::Error| StoreError::new(folder, e);
-    let mut temporary = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(fail)?;
+    let mut temporary = file::temporary_in(folder).map_err(fail)?;
     let mut bytes = MAGIC.to_vec();
     let mut index = Vec::with_capacity(records.len());
     for record in records {

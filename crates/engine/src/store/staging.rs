@@ -6,6 +6,7 @@
 //! last: results whose run is killed in between lack the mark, and the next run makes them again from the store.
 
 use super::{StoreError, TEMPORARY, file};
+use crate::dataset::leftover::is_old;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -165,7 +166,8 @@ fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Resul
     Ok(())
 }
 
-/// Removes temporary files and folders in `parent` that no running process holds.
+/// Removes temporary files and folders in `parent` that no running process holds. A folder without a lock is one that
+/// is being created or removed; if it stays so for an hour, its process was killed.
 pub fn sweep(parent: &Path) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
@@ -177,8 +179,11 @@ pub fn sweep(parent: &Path) {
             continue;
         }
         if path.is_dir() {
-            let free = File::open(path.join(LOCK)).is_ok_and(|lock| lock.try_lock().is_ok());
-            if free {
+            let is_free = match File::open(path.join(LOCK)) {
+                Ok(lock) => lock.try_lock().is_ok(),
+                Err(e) => e.kind() == std::io::ErrorKind::NotFound && is_old(&path),
+            };
+            if is_free {
                 let _ = std::fs::remove_dir_all(&path);
             }
         } else {
@@ -187,15 +192,24 @@ pub fn sweep(parent: &Path) {
     }
 }
 
-/// Whether a folder without a lock is old enough to be a killed process's, not one that is just being created.
-fn is_old(path: &Path) -> bool {
-    let modified = path.metadata().and_then(|about| about.modified());
-    modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age.as_secs() > 3600))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_whose_removal_was_killed_is_swept_when_it_is_old() {
+        let dir = tempfile::tempdir().unwrap();
+        // The lock was removed first.
+        let [fresh, old] = ["fresh", "old"].map(|name| dir.path().join(format!("{TEMPORARY}{name}")));
+        for folder in [&fresh, &old] {
+            std::fs::create_dir(folder).unwrap();
+            std::fs::write(folder.join("scores.csv"), "").unwrap();
+        }
+        let yesterday = std::time::SystemTime::now() - std::time::Duration::from_secs(86_400);
+        File::open(&old).unwrap().set_modified(yesterday).unwrap();
+        sweep(dir.path());
+        assert_eq!((fresh.exists(), old.exists()), (true, false));
+    }
 
     #[test]
     fn files_take_their_places_and_stale_ones_are_removed() {

@@ -13,7 +13,7 @@
 //! `index` is a 0-based frame, `value` the signal there, and `more` a list of the further signals of a method with
 //! `signals = 2` and above. `score` is any finite number, and high ones speak for a failure; `label` is 1 in frames that the
 //! detector calls inconsistent (the tracker has failed), else 0. A message is sent when the one before it is answered, so
-//! that a label cannot use later frames. The environment has `TRACKFAIL_SEED`.
+//! that a label cannot use later frames. An answer may have the `index` of its message, which is checked. The environment has `TRACKFAIL_SEED`.
 //!
 //! A program that crashes, hangs or sends something else has no labels: its cell fails, with the index of the frame and
 //! the last lines of its stderr.
@@ -21,7 +21,9 @@
 use super::{Detector, DetectorOutput, Input};
 use crate::dataset::file_digest;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::tracker::process::{Handed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound};
+use crate::tracker::process::{
+    Handed, Indexed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -80,7 +82,7 @@ impl Process {
         for (index, value) in input.signal.iter().enumerate() {
             let more = input.more.iter().filter_map(|signal| signal.get(index).copied()).collect();
             let answer: Answer = peer
-                .ask(&FrameLine { index, value: *value, more }, ANSWER)
+                .ask(index, &FrameLine { index, value: *value, more }, ANSWER)
                 .map_err(|fault| (index, fault))?;
             output.score.push(answer.score);
             output.alarm.push(answer.label == Label::Failed);
@@ -152,6 +154,13 @@ const ANSWER: &str = "`{\"score\": 0.5, \"label\": 0}`, the label being 0 or 1";
 struct Answer {
     score: f64,
     label: Label,
+    index: Option<usize>,
+}
+
+impl Indexed for Answer {
+    fn index(&self) -> Option<usize> {
+        self.index
+    }
 }
 
 /// Label of a frame.

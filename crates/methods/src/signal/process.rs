@@ -34,6 +34,10 @@
 //! | `confidence` | the tracker's own, or `null` |
 //! | `posterior`, `response` | the tracker's posterior or response map in numbers, if it reads that |
 //!
+//! An answer may have the `index` of its frame, `{"score": 0.3, "index": 0}`, and should: another index than that of the
+//! frame is a fault, so that a line too much cannot shift the scores. A line that waits when the next message is sent, or
+//! that comes after the last answer, is a fault in any case.
+//!
 //! Ground truth is never sent, nor is what is made of it: names, failures, restarts. A score is any finite number. The same
 //! frames and boxes have to give the same scores: there is no seed. What the experiment says of it: `good` is whether high
 //! or low scores are good, `reads` is what it needs, so that frames are decoded, and trackers asked, only for that.
@@ -47,7 +51,8 @@ use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
-    Handed, Images, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, frame_files, not_bound,
+    Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, frame_files,
+    not_bound,
 };
 use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
 use schemars::JsonSchema;
@@ -195,6 +200,13 @@ struct FrameLine<'a> {
 #[serde(deny_unknown_fields)]
 struct Answer {
     score: f64,
+    index: Option<usize>,
+}
+
+impl Indexed for Answer {
+    fn index(&self) -> Option<usize> {
+        self.index
+    }
 }
 
 /// Form of an answer, for messages.
@@ -247,7 +259,7 @@ impl Asking {
         let Some(mut peer) = self.peer.take() else {
             return Err(ProgramFault::Conduct("it has ended".into()));
         };
-        let answer: Answer = peer.ask(&line, ANSWER)?;
+        let answer: Answer = peer.ask(t, &line, ANSWER)?;
         if t + 1 == self.frames {
             peer.finish()?;
         } else {

@@ -29,7 +29,7 @@
 //!
 //! | we write | it answers |
 //! |---|---|
-//! | `init<TAB>IMAGE<TAB>REGION` | `REGION` or `REGION CONFIDENCE` |
+//! | `init<TAB>IMAGE<TAB>REGION` | `REGION`, `REGION CONFIDENCE`, `REGION #N` or `REGION CONFIDENCE #N` |
 //! | `frame<TAB>IMAGE` | the same |
 //! | `quit` | nothing; it ends |
 //!
@@ -38,6 +38,11 @@
 //! any finite number, high where it is sure; it is always checked, and used if `confidence` is set, to any name. `IMAGE` is the absolute path of a JPEG or PNG file, without
 //! tabs and line ends. `init` comes first and once: a restart runs the program anew. Everything on stdout is an answer; text for people
 //! belongs on stderr.
+//!
+//! One line too much would shift all answers by a frame. So a line that waits when the next message is sent, or that
+//! comes after the answer to the last frame, is a fault. `#N` tells a shift at once, whenever the line comes: N is the
+//! number of the message that is answered, 0 for `init`, then 1, 2, ...; a program that counts the messages it reads should
+//! give it. Another number than expected is a fault.
 //!
 //! The environment has `TRACKFAIL_SEED`, a number below 2^64 from the names of experiment, sequence,
 //! tracker and run, and `TRACKFAIL_RUN`, the repetition from 0.
@@ -59,10 +64,12 @@
 //! the reason names the frame and the expected answer and quotes the last lines of its stderr. The first answer
 //! in the lines protocol, which has no greeting, may take both time limits together. At the end the
 //! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
-//! outlives this one, however it ends (on Unix, unless the program leaves its process group).
+//! outlives this one, however it ends: on Linux whatever it does, since a [guard] is the parent of all processes that it
+//! leaves behind, on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
 
 mod child;
 mod fault;
+pub mod guard;
 mod images;
 mod json_lines;
 mod peer;
@@ -74,7 +81,7 @@ pub use fault::ProgramFault;
 pub use programs::{Program, Programs, Protocol, Regions, Role, UnknownProgram};
 
 pub(crate) use images::Images;
-pub(crate) use json_lines::{Handed, JsonPeer, Track};
+pub(crate) use json_lines::{Handed, Indexed, JsonPeer, Track};
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::dataset::{Frames, Sequence};
@@ -155,10 +162,14 @@ impl TrackerConfig for Process {
             let answer = peer.init(&image, region)?;
             Ok((peer, images, answer))
         };
-        let (peer, images, answer) = start().map_err(|fault| place.error(index, fault))?;
+        let (mut peer, images, answer) = start().map_err(|fault| place.error(index, fault))?;
+        let last = context.sequence.len().saturating_sub(1);
+        if index == last {
+            peer.finish().map_err(|fault| place.error(index, fault))?;
+        }
         let confident = program.confidence.is_some();
         let confidence = answer.confidence.filter(|_| confident);
-        let tracker = Tracking { place, files, next: index + 1, confident, peer, images };
+        let tracker = Tracking { place, files, next: index + 1, last, confident, peer, images };
         Ok((Box::new(tracker), TrackerState { confidence, ..TrackerState::initialized(region.clone()) }))
     }
 }
@@ -208,6 +219,8 @@ struct Tracking {
     files: Vec<PathBuf>,
     /// Index of the frame that comes next.
     next: usize,
+    /// Index of the last frame.
+    last: usize,
     /// Whether its confidence is used.
     confident: bool,
     /// Declared before its images, since it must end before they are deleted.
@@ -220,7 +233,13 @@ impl Tracker for Tracking {
         let index = self.next;
         self.next += 1;
         let file = self.files.get(index).map(PathBuf::as_path);
-        let answer = self.images.path(file, frame).and_then(|image| self.peer.frame(&image));
+        let answer = self.images.path(file, frame).and_then(|image| {
+            let answer = self.peer.frame(&image)?;
+            if index == self.last {
+                self.peer.finish()?;
+            }
+            Ok(answer)
+        });
         let answer = answer.map_err(|fault| self.place.error(index, fault))?;
         let confidence = answer.confidence.filter(|_| self.confident);
         Ok(TrackerState { confidence, ..TrackerState::tracked(answer.region) })

@@ -85,6 +85,10 @@ fn a_failure_gives_no_labels() {
         ("read -r line; echo '{\"score\": 1, \"label\": 2}'".into(), "a label is 0 or 1"),
         ("read -r line; echo '{\"score\": 1}'".into(), "missing field `label`"),
         ("read -r line; echo '{\"score\": null, \"label\": 0}'".into(), "invalid type: null"),
+        (
+            "read -r line; echo '{\"score\": 1, \"label\": 0, \"index\": 7}'".into(),
+            "the answer to index 7, but 0 was asked",
+        ),
         ("read -r line; echo '{\"score\": Infinity, \"label\": 0}'".into(), "expected value"),
         (answer.repeat(2) + "echo gone >&2; exit 1", "frame of index 2: it ended (exit status: 1)"),
         (answer.repeat(4), ""),

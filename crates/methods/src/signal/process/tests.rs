@@ -148,6 +148,10 @@ fn what_a_program_does_wrong_is_told() {
         ("read -r line; echo '{\"score\": 1e999}'".into(), "number out of range"),
         ("read -r line; echo '{\"scor\": 1}'".into(), "unknown field `scor`"),
         ("read -r line; echo '{\"score\": 1, \"label\": 0}'".into(), "unknown field `label`"),
+        (
+            "read -r line; echo '{\"score\": 1, \"index\": 1}'".into(),
+            "the answer to index 1, but 0 was asked",
+        ),
         ("read -r line; printf '\\377\\n'".into(), "received `\u{fffd}`"),
         ("read -r line; head -c 1000000000 /dev/zero".into(), "a line of 16384 bytes and more"),
         (

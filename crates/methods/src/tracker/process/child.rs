@@ -1,11 +1,14 @@
 //! A child process that gets lines and answers them, and that may misbehave in any way.
 //!
 //! Each of its three streams has a thread, so that no call here waits longer than its time limit; buffers are
-//! bounded. The process leads a group of its own. A small shell guards the group: it waits for
-//! the end of its stdin, a pipe that only this program holds, then kills the group and deletes the folder of images. So
-//! the end of this program, whatever its cause, ends the child, and closing the pipe kills it.
+//! bounded.
+//!
+//! The end of this program, whatever its cause, ends the child and what it has started. On Linux a [guard](super::guard)
+//! sees to that. Elsewhere the process leads a group of its own, which a small shell guards: it waits for the end of its
+//! stdin, a pipe that only this program holds, then kills the group and deletes the folder of images.
 
 use super::fault::ProgramFault;
+use super::guard;
 use crate::dataset::text::{shorten_to, visible};
 use std::collections::VecDeque;
 use std::io::{BufReader, Read, Write};
@@ -31,7 +34,11 @@ const UNASKED: &str = "it answered without being asked; one answer a frame was e
 /// A child process whose answers are of type `T`.
 pub struct Child<T> {
     process: std::process::Child,
-    guard: Option<Guard>,
+    /// The first word of its command.
+    name: String,
+    /// Whether the process is a guard, which has started the program.
+    is_guard: bool,
+    shell: Option<GuardShell>,
     lines: Option<SyncSender<String>>,
     answers: Receiver<Result<T, ProgramFault>>,
     stderr: Arc<Mutex<VecDeque<u8>>>,
@@ -42,16 +49,20 @@ impl<T: Send + 'static> Child<T> {
     /// Starts the process. `read` takes one answer from its stdout, `None` at the end; `folder`, if there is one, is
     /// deleted if this program dies.
     pub fn start(
-        mut command: Command,
+        command: Command,
         folder: Option<&Path>,
         mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, ProgramFault>> + Send + 'static,
     ) -> Result<Self, ProgramFault> {
+        let name = command.get_program().to_string_lossy().into_owned();
+        let guarded = guard::command(&command, folder);
+        let is_guard = guarded.is_some();
+        let mut command = guarded.unwrap_or(command);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let name = command.get_program().to_string_lossy().into_owned();
-        let mut process = command.spawn().map_err(|source| ProgramFault::Start { program: name, source })?;
-        let guard = Guard::new(process.id(), folder);
+        let mut process =
+            command.spawn().map_err(|source| ProgramFault::Start { program: name.clone(), source })?;
+        let shell = if is_guard { None } else { GuardShell::new(process.id(), folder) };
         let (lines, queue) = sync_channel::<String>(MAX_QUEUED);
         let (answer, answers) = sync_channel(MAX_QUEUED);
         let (end, stderr_ended) = sync_channel(1);
@@ -84,7 +95,7 @@ impl<T: Send + 'static> Child<T> {
                 let _ = end.send(());
             });
         }
-        Ok(Self { process, guard, lines: Some(lines), answers, stderr, stderr_ended })
+        Ok(Self { process, name, is_guard, shell, lines: Some(lines), answers, stderr, stderr_ended })
     }
 
     /// Sends a line without waiting for the answer.
@@ -111,6 +122,10 @@ impl<T: Send + 'static> Child<T> {
                 format!("no answer within {} s; expected {expected}", within.as_secs_f64())
             }
             Err(RecvTimeoutError::Disconnected) => match self.ended(GRACE) {
+                Some(_) if self.start_error().is_some() => {
+                    let source = self.start_error().unwrap_or_else(|| std::io::ErrorKind::Other.into());
+                    return Err(ProgramFault::Start { program: self.name.clone(), source });
+                }
                 Some(status) => format!("it ended ({status}); expected {expected}"),
                 None => format!("it closed its stdout; expected {expected}"),
             },
@@ -118,13 +133,25 @@ impl<T: Send + 'static> Child<T> {
         Err(self.fault(message))
     }
 
-    /// Kills the process; the error is `message` with the last lines of its stderr.
-    pub fn fault(&mut self, message: String) -> ProgramFault {
-        self.kill();
+    /// The last bytes of its stderr, when it has ended.
+    fn stderr(&self) -> String {
         let _ = self.stderr_ended.recv_timeout(STDERR_GRACE);
         let bytes: Vec<u8> =
             self.stderr.lock().unwrap_or_else(PoisonError::into_inner).iter().copied().collect();
-        let text = String::from_utf8_lossy(&bytes);
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    /// The system's error, if the guard could not start the program.
+    fn start_error(&self) -> Option<std::io::Error> {
+        let text = self.is_guard.then(|| self.stderr())?;
+        let number = text.strip_prefix(guard::CANNOT_START)?.trim_end().parse().ok()?;
+        Some(std::io::Error::from_raw_os_error(number))
+    }
+
+    /// Kills the process; the error is `message` with the last lines of its stderr.
+    pub fn fault(&mut self, message: String) -> ProgramFault {
+        self.kill();
+        let text = self.stderr();
         let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
         let last = &lines[lines.len().saturating_sub(MAX_LINES)..];
         if last.is_empty() {
@@ -145,17 +172,31 @@ impl<T: Send + 'static> Child<T> {
         self.kill();
     }
 
-    /// Ends it after its last answer: closes its stdin and gives it [`GRACE`]. A further answer is a fault.
-    pub fn finish(&mut self) -> Result<(), ProgramFault> {
-        self.lines = None;
-        match self.answers.recv_timeout(GRACE) {
-            Ok(Ok(_)) => Err(self.fault(UNASKED.into())),
-            Ok(Err(e)) => Err(self.fault(e.to_string())),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                self.kill();
-                Ok(())
+    /// Ends it after its last answer: sends `line`, if there is one, closes its stdin, and gives it [`GRACE`]. A further
+    /// answer, as `is_answer` has it, is a fault: it may be the answer to the last frame, with all before it shifted.
+    pub fn finish(&mut self, line: Option<String>, is_answer: fn(&T) -> bool) -> Result<(), ProgramFault> {
+        let lines = self.lines.take();
+        let _ = lines.zip(line).map(|(lines, line)| lines.try_send(line));
+        let end = Instant::now() + GRACE;
+        let mut has_ended = None;
+        while Instant::now() < end {
+            match self.answers.recv_timeout(TICK) {
+                Ok(Ok(last)) if is_answer(&last) => return Err(self.fault(UNASKED.into())),
+                Ok(Err(e)) => return Err(self.fault(e.to_string())),
+                Ok(Ok(_)) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) if has_ended.is_some() => break,
+                Err(RecvTimeoutError::Disconnected) => std::thread::sleep(TICK),
+            }
+            if has_ended.is_none() && matches!(self.process.try_wait(), Ok(Some(_))) {
+                has_ended = Some(Instant::now());
+            }
+            // Something that it has started may hold its stdout open.
+            if has_ended.is_some_and(|ended| ended.elapsed() > STDERR_GRACE) {
+                break;
             }
         }
+        self.kill();
+        Ok(())
     }
 
     /// The exit status, if it ends within a time.
@@ -176,8 +217,11 @@ impl<T: Send + 'static> Child<T> {
 impl<T> Child<T> {
     fn kill(&mut self) {
         self.lines = None;
-        drop(self.guard.take());
-        // Needed if there is no guard; harmless if the process has already ended.
+        if self.is_guard {
+            guard::end(self.process.id());
+        }
+        drop(self.shell.take());
+        // Needed if there is no shell; harmless if the process has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
@@ -207,11 +251,11 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
 }
 
 /// Kills a process group when it is dropped, or when this program dies.
-struct Guard {
+struct GuardShell {
     shell: std::process::Child,
 }
 
-impl Guard {
+impl GuardShell {
     /// `None` if the shell cannot be started.
     #[cfg(unix)]
     fn new(group: u32, folder: Option<&Path>) -> Option<Self> {
@@ -230,7 +274,7 @@ impl Guard {
     }
 }
 
-impl Drop for Guard {
+impl Drop for GuardShell {
     fn drop(&mut self) {
         drop(self.shell.stdin.take());
         let _ = self.shell.wait();

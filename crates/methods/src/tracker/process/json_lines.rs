@@ -50,6 +50,12 @@ pub struct Track<'a> {
     pub params: &'a Handed,
 }
 
+/// An answer that may have the index of its frame.
+pub trait Indexed {
+    /// The index, from 0, if it is given.
+    fn index(&self) -> Option<usize>;
+}
+
 impl JsonPeer {
     /// Starts a program with further `variables` in its environment, and sends it the first line; `folder`, if there is
     /// one, is deleted if this program dies.
@@ -76,16 +82,18 @@ impl JsonPeer {
         self.child.send(line + "\n")
     }
 
-    /// Sends a message and waits for the answer; `expected` describes it in messages.
-    pub fn ask<A: DeserializeOwned>(
+    /// Sends the message of a frame and waits for the answer, which may have the frame's `index`; `expected` describes
+    /// it in messages.
+    pub fn ask<A: DeserializeOwned + Indexed>(
         &mut self,
+        index: usize,
         message: &impl Serialize,
         expected: &str,
     ) -> Result<A, ProgramFault> {
         self.send(message)?;
         let answer = self.child.receive(expected, self.within)?;
         self.within = self.later;
-        serde_json::from_str(&answer).map_err(|why| {
+        read_answer(&answer, index).map_err(|why| {
             let message = format!("{} ({why}); expected {expected}", received(&answer));
             self.child.fault(message)
         })
@@ -96,6 +104,15 @@ impl JsonPeer {
     /// # Errors
     /// When it answers once more.
     pub fn finish(mut self) -> Result<(), ProgramFault> {
-        self.child.finish()
+        self.child.finish(None, |_| true)
+    }
+}
+
+/// An answer, which must be that to the frame of an index if it says so; or why it is none.
+fn read_answer<A: DeserializeOwned + Indexed>(answer: &str, index: usize) -> Result<A, String> {
+    let answer: A = serde_json::from_str(answer).map_err(|e| e.to_string())?;
+    match answer.index() {
+        Some(given) if given != index => Err(format!("the answer to index {given}, but {index} was asked")),
+        _ => Ok(answer),
     }
 }

@@ -27,6 +27,12 @@ pub trait Peer: Send {
 
     /// Tracks the target in the next image.
     fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault>;
+
+    /// Asks it to quit after its last answer.
+    ///
+    /// # Errors
+    /// When it answers once more.
+    fn finish(&mut self) -> Result<(), ProgramFault>;
 }
 
 /// The command that starts a program, in its folder and with its environment.
@@ -50,7 +56,7 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
         Protocol::Lines => {
             let child = Child::start(command, Some(folder), read_line)?;
             let (first, later) = (program.start_timeout + program.answer_timeout, program.answer_timeout);
-            Ok(Box::new(Lines { child, within: first, later, regions: program.regions }))
+            Ok(Box::new(Lines { child, within: first, later, regions: program.regions, asked: 0 }))
         }
         Protocol::Json => Err(ProgramFault::Conduct("it is no tracker, but a signal or a detector".into())),
         Protocol::Trax => {
@@ -98,34 +104,53 @@ struct Lines {
     within: Duration,
     later: Duration,
     regions: Regions,
+    /// Number of messages that have been answered.
+    asked: u64,
 }
 
+const QUIT: &str = "quit\n";
+
 /// Form of an answer, for messages.
-const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence behind";
+const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence and `#N`, the message's number, behind";
 
 impl Lines {
     fn ask(&mut self, line: String) -> Result<FrameAnswer, ProgramFault> {
         self.child.send(line)?;
         let answer = self.child.receive(LINE, self.within)?;
         self.within = self.later;
-        parse_answer(&answer).map_err(|why| {
+        let number = self.asked;
+        self.asked += 1;
+        parse_answer(&answer, number).map_err(|why| {
             let message = format!("{} ({why}); expected {LINE}", received(&answer));
             self.child.fault(message)
         })
     }
 }
 
-/// The region and the confidence of an answer, or why there is no region.
-fn parse_answer(line: &str) -> Result<FrameAnswer, String> {
-    let mut words = line.split_whitespace();
-    let region = words.next().ok_or("an empty line")?;
-    let numbers = region.split(',').map(number).collect::<Result<Vec<f64>, _>>()?;
-    let confidence = words.next().map(confidence).transpose()?;
-    if words.next().is_some() {
-        return Err("more than a region and a confidence".into());
+/// The region and the confidence of an answer to the message of a number, or why it is none.
+fn parse_answer(line: &str, message: u64) -> Result<FrameAnswer, String> {
+    let mut words: Vec<&str> = line.split_whitespace().collect();
+    if let Some(word) = words.pop_if(|word| word.starts_with('#')) {
+        check_number(word.trim_start_matches('#'), message)?;
     }
+    let (region, confidence) = match words.as_slice() {
+        [] => return Err("an empty line".into()),
+        [region] => (region, None),
+        [region, word] => (region, Some(confidence(word)?)),
+        _ => return Err("more than a region and a confidence".into()),
+    };
+    let numbers = region.split(',').map(number).collect::<Result<Vec<f64>, _>>()?;
     let region = Region::from_numbers(&numbers).map_err(|e| e.to_string())?;
     Ok(FrameAnswer { region, confidence })
+}
+
+/// Checks the number of a message in an answer to it.
+fn check_number(word: &str, message: u64) -> Result<(), String> {
+    match word.parse::<u64>() {
+        Ok(number) if number == message => Ok(()),
+        Ok(number) => Err(format!("the answer to message {number}, but {message} was asked")),
+        Err(_) => Err(format!("`#{}` is no number of a message", visible(&shorten_to(word, 40)))),
+    }
 }
 
 /// A word as a number, or why it is none.
@@ -148,11 +173,15 @@ impl Peer for Lines {
     fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault> {
         self.ask(format!("frame\t{}\n", image.display()))
     }
+
+    fn finish(&mut self) -> Result<(), ProgramFault> {
+        self.child.finish(Some(QUIT.into()), |_| true)
+    }
 }
 
 impl Drop for Lines {
     fn drop(&mut self) {
-        self.child.quit("quit\n".into());
+        self.child.quit(QUIT.into());
     }
 }
 
@@ -266,10 +295,17 @@ impl Peer for Trax {
         self.send(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
         self.receive()
     }
+
+    fn finish(&mut self) -> Result<(), ProgramFault> {
+        // Some confirm the end by the same message.
+        self.child.finish(Some(TRAX_QUIT.into()), |message| !matches!(message, Message::Quit { .. }))
+    }
 }
+
+const TRAX_QUIT: &str = "@@TRAX:quit\n";
 
 impl Drop for Trax {
     fn drop(&mut self) {
-        self.child.quit("@@TRAX:quit\n".into());
+        self.child.quit(TRAX_QUIT.into());
     }
 }

@@ -248,6 +248,14 @@ fn bad_answers_fail_with_a_reason() {
         ("echo 1,2,3,4 x", "`x` is no number"),
         ("echo 1,2,3,4 nan", "the confidence is not a finite number"),
         ("echo 1,2,3,4 1 1", "more than a region and a confidence"),
+        ("echo '1,2,3,4 #1'", "the answer to message 1, but 0 was asked"),
+        ("echo '1,2,3,4 1 #x'", "`#x` is no number of a message"),
+        ("echo '#0'", "an empty line"),
+        // One answer too much, after the next message was sent.
+        (
+            "echo '1,2,3,4 #0'; read -r line; echo '1,2,3,4 #0'; sleep 100",
+            "frame 12 of Ramp: received `1,2,3,4 #0` (the answer to message 0, but 1 was asked)",
+        ),
         ("echo", "an empty line"),
         ("printf '\\377\\n'", "received `\u{fffd}`"),
         ("printf '\\033[2J\\n'", "received `\u{fffd}[2J`"),
@@ -274,6 +282,36 @@ fn bad_answers_fail_with_a_reason() {
         let fault = fault.to_string();
         assert!(fault.starts_with("mine: frame 1") && fault.contains(words), "{text}: {fault}");
         assert!(fault.chars().count() < 600 && !fault.contains(char::is_control), "{fault}");
+    }
+}
+
+/// A program that counts messages and gives each answer its number; `more` is run before the answer to message 3.
+fn counting(more: &str) -> Script {
+    let text = format!(
+        "n=0; while read -r line; do [ \"$line\" = quit ] && exit 0; [ $n = 3 ] && {{ {more}; }}\n\
+         echo \"1,2,3,4 0.5 #$n\"; n=$((n + 1)); done"
+    );
+    Script::new(Protocol::Lines, &text)
+}
+
+#[test]
+fn answers_may_have_the_number_of_their_message() {
+    assert_eq!(counting(":").track(6).unwrap().len(), 6);
+    let fault = counting("echo 1,2,3,4 0.5 '#2'").track(6).unwrap_err();
+    assert!(
+        fault.contains("frame 14 of Ramp") && fault.contains("the answer to message 2, but 3"),
+        "{fault}"
+    );
+}
+
+#[test]
+fn a_line_too_much_is_seen_at_the_last_frame_at_the_latest() {
+    for stray in ["[ $n = 6 ] && { sleep 0.1; echo 1,2,3,4; }", "[ $n = 3 ] && echo 1,2,3,4"] {
+        let text = format!(
+            "n=0; while read -r line; do [ \"$line\" = quit ] && exit 0; echo 1,2,3,4; n=$((n + 1)); {stray}; done"
+        );
+        let fault = Script::new(Protocol::Lines, &text).track(6).unwrap_err();
+        assert!(fault.contains("it answered without being asked"), "{fault}");
     }
 }
 

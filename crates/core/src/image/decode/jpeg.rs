@@ -1,0 +1,216 @@
+//! Structure of a JPEG file (ITU-T T.81), checked before it is decoded.
+//!
+//! Decoders fill what is missing with gray and report success. Three rules find what is cut short, also where an end
+//! marker was put behind the cut:
+//!
+//! - A scan has at least as many bits as its blocks need: two a block in sequential files (no Huffman code is shorter
+//!   than one bit, and a block has one for its mean and one for the rest), one a block in those scans of progressive
+//!   files that hold means. So a few bytes cannot claim to be a large image.
+//! - A scan with restart markers has all of them, and every component has a scan.
+//! - The decoder gets [`STOP`] before the end marker: ones, which no Huffman code consists of (T.81, C.2). It stops
+//!   there with an error, unless it has all blocks already.
+//!
+//! A progressive file that ends between two scans, or in a scan that only refines means, is an image of lower quality,
+//! not a damaged one.
+
+use super::Header;
+use crate::image::ImageError;
+
+/// Bytes that no decoder gets past: one bits, each byte followed by the zero that tells it from a marker.
+pub(super) const STOP: [u8; 32] = [
+    0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF,
+    0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0,
+];
+
+const START: [u8; 2] = [0xFF, 0xD8];
+pub(super) const END: [u8; 2] = [0xFF, 0xD9];
+const RESTART: std::ops::RangeInclusive<u8> = 0xD0..=0xD7;
+const DEFINE_RESTARTS: u8 = 0xDD;
+const START_OF_SCAN: u8 = 0xDA;
+
+/// Number of samples in the side of a block.
+const BLOCK: u64 = 8;
+
+/// Whether the bytes begin as a JPEG file does.
+pub(super) fn is_jpeg(bytes: &[u8]) -> bool {
+    bytes.starts_with(&START)
+}
+
+/// A component of a frame: a color, or brightness.
+struct Component {
+    id: u8,
+    horizontal: u64,
+    vertical: u64,
+    seen: bool,
+}
+
+/// The frame header.
+struct FrameHeader {
+    is_progressive: bool,
+    width: u64,
+    height: u64,
+    components: Vec<Component>,
+}
+
+impl FrameHeader {
+    /// Reads the content of a start-of-frame segment.
+    fn read(marker: u8, segment: &[u8]) -> Option<Self> {
+        let &[_, h1, h0, w1, w0, count, ref rest @ ..] = segment else { return None };
+        let component = |c: &[u8; 3]| Component {
+            id: c[0],
+            horizontal: u64::from(c[1] >> 4),
+            vertical: u64::from(c[1] & 15),
+            seen: false,
+        };
+        let components: Vec<Component> = rest.as_chunks::<3>().0.iter().map(component).collect();
+        let valid =
+            components.iter().all(|c| (1..=4).contains(&c.horizontal) && (1..=4).contains(&c.vertical));
+        (components.len() == usize::from(count) && valid && !components.is_empty()).then(|| Self {
+            is_progressive: matches!(marker, 0xC2 | 0xC6 | 0xCA | 0xCE),
+            width: u16::from_be_bytes([w1, w0]).into(),
+            height: u16::from_be_bytes([h1, h0]).into(),
+            components,
+        })
+    }
+
+    /// Largest sampling factors.
+    fn largest(&self) -> (u64, u64) {
+        let largest = |of: fn(&Component) -> u64| self.components.iter().map(of).max().unwrap_or(1);
+        (largest(|c| c.horizontal), largest(|c| c.vertical))
+    }
+
+    /// Number of blocks that a component has without padding.
+    fn blocks(&self, c: &Component) -> u64 {
+        let (horizontal, vertical) = self.largest();
+        (self.width * c.horizontal).div_ceil(BLOCK * horizontal)
+            * (self.height * c.vertical).div_ceil(BLOCK * vertical)
+    }
+
+    /// Number of units that a scan of these components has, of which restart intervals are made.
+    fn units(&self, scan: &[usize]) -> u64 {
+        match scan {
+            [one] => self.blocks(&self.components[*one]),
+            _ => {
+                let (horizontal, vertical) = self.largest();
+                self.width.div_ceil(BLOCK * horizontal) * self.height.div_ceil(BLOCK * vertical)
+            }
+        }
+    }
+
+    /// Bytes that the decoder needs for coefficients, if it keeps all of them.
+    fn coefficients(&self) -> u64 {
+        let (horizontal, vertical) = self.largest();
+        let units = self.width.div_ceil(BLOCK * horizontal) * self.height.div_ceil(BLOCK * vertical);
+        self.components.iter().map(|c| 2 * BLOCK * BLOCK * units * c.horizontal * c.vertical).sum()
+    }
+}
+
+/// Walks the segments, and the entropy-coded data between them, up to the end marker. Lengths of segments are honored
+/// because thumbnails inside EXIF have end markers too.
+///
+/// # Errors
+/// See the head of this file.
+pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
+    let mut walk = Walk { frame: None, interval: 0, scans: 0, short: None };
+    let mut at = START.len();
+    let end = loop {
+        let found = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
+        let (marker, place) = (bytes[found + 1], found);
+        at = found + 2;
+        if marker == END[1] {
+            break place;
+        }
+        let length = bytes.get(at..).and_then(|rest| rest.first_chunk::<2>()).ok_or(ImageError::Truncated)?;
+        let length = usize::from(u16::from_be_bytes(*length)).max(2);
+        let segment = bytes.get(at + 2..at + length).ok_or(ImageError::Truncated)?;
+        at += length;
+        match marker {
+            0xC0..=0xCF if !matches!(marker, 0xC4 | 0xC8 | 0xCC) => {
+                let frame = FrameHeader::read(marker, segment).filter(|_| walk.frame.is_none());
+                walk.frame = Some(frame.ok_or_else(|| damaged("its frame header"))?);
+            }
+            DEFINE_RESTARTS => {
+                let interval = segment.first_chunk::<2>().ok_or_else(|| damaged("its restart interval"))?;
+                walk.interval = u16::from_be_bytes(*interval).into();
+            }
+            START_OF_SCAN => {
+                let next = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
+                walk.scan(segment, &bytes[at..next])?;
+            }
+            _ => {}
+        }
+    };
+    let Some(frame) = walk.frame else { return Err(ImageError::Decode("it has no frame header".into())) };
+    if frame.components.iter().any(|c| !c.seen) {
+        return Err(ImageError::Truncated);
+    }
+    let keeps_all = frame.is_progressive || walk.scans > 1;
+    let coefficients = if keeps_all { frame.coefficients() } else { 0 };
+    // A gray image is decoded to one byte a pixel, of which the frame's three are made.
+    let samples = if frame.components.len() == 1 { 1 + 3 } else { 3 };
+    let (packed, least) = walk.short.unwrap_or_default();
+    let header = Header {
+        end,
+        width: frame.width as u32,
+        height: frame.height as u32,
+        packed,
+        least,
+        memory: coefficients + frame.width * frame.height * samples,
+    };
+    header.check(bytes)
+}
+
+fn damaged(what: &str) -> ImageError {
+    ImageError::Decode(format!("{what} is damaged"))
+}
+
+/// Place of the next marker that does not belong to entropy-coded data, which never holds FF followed by anything but 00,
+/// a restart or a fill byte.
+fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
+    let rest = bytes.get(from..)?;
+    let inside = |second: u8| matches!(second, 0x00 | 0x01 | 0xFF) || RESTART.contains(&second);
+    rest.windows(2).position(|w| w[0] == 0xFF && !inside(w[1])).map(|at| from + at)
+}
+
+/// What is known on the way through a file.
+struct Walk {
+    frame: Option<FrameHeader>,
+    /// Units between two restart markers, 0 for none.
+    interval: u64,
+    scans: usize,
+    /// Bytes of the first scan that is too short, and the fewest that it can have.
+    short: Option<(u64, u64)>,
+}
+
+impl Walk {
+    /// Checks a scan by its header and its data.
+    fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<(), ImageError> {
+        let frame = self.frame.as_mut().ok_or_else(|| damaged("the order of its segments"))?;
+        let bad = || damaged("the header of a scan");
+        let (&count, rest) = segment.split_first().ok_or_else(bad)?;
+        let (ids, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(bad)?;
+        let first_coefficient = *rest.first().ok_or_else(bad)?;
+        let mut scan = Vec::new();
+        for id in ids.iter().step_by(2) {
+            let component = frame.components.iter().position(|c| c.id == *id).ok_or_else(bad)?;
+            frame.components[component].seen = true;
+            scan.push(component);
+        }
+        let bits_a_block = match (frame.is_progressive, first_coefficient) {
+            (false, _) => 2,
+            (true, 0) => 1,
+            // One code may say that no block to come has any of these coefficients.
+            (true, _) => 0,
+        };
+        let blocks: u64 = scan.iter().map(|c| frame.blocks(&frame.components[*c])).sum();
+        let (packed, least) = (data.len() as u64, (blocks * bits_a_block).div_ceil(8));
+        self.short = self.short.or((packed < least).then_some((packed, least)));
+        let restarts = data.windows(2).filter(|w| w[0] == 0xFF && RESTART.contains(&w[1])).count() as u64;
+        let needed = frame.units(&scan).div_ceil(self.interval.max(1)).saturating_sub(1);
+        if self.interval > 0 && restarts < needed && self.short.is_none() {
+            return Err(ImageError::Truncated);
+        }
+        self.scans += 1;
+        Ok(())
+    }
+}

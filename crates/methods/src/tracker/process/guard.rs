@@ -1,0 +1,225 @@
+//! A process between this program and another one, which ends together with all that the other one has started.
+//!
+//! On Linux this program starts itself under the word [`WORD`], and that process starts the other program. It is the
+//! subreaper of whatever the program starts (`PR_SET_CHILD_SUBREAPER`): a process whose parent has ended becomes its
+//! child, also one that has left its group and session. So all of them are below the guard in the tree of processes, and
+//! are found there when the program has ended, when this program asks, or when this program dies. The guard ends as the
+//! program did.
+
+use std::path::Path;
+use std::process::Command;
+#[cfg(target_os = "linux")]
+use std::{
+    path::PathBuf,
+    process::Child,
+    sync::OnceLock,
+    sync::mpsc::{RecvTimeoutError, Sender, channel},
+    time::{Duration, Instant},
+};
+#[cfg(target_os = "linux")]
+use {
+    nix::errno::Errno,
+    nix::sys::signal::{Signal, kill},
+    nix::sys::wait::{WaitStatus, wait},
+    nix::unistd::{Pid, dup2_stderr, dup2_stdin, dup2_stdout, getpid, getppid},
+};
+
+/// First argument of a guard.
+#[cfg(target_os = "linux")]
+const WORD: &str = "guard-of-a-program";
+/// Start of the line on stderr of a guard that cannot start the program; the number of the system's error follows.
+pub(super) const CANNOT_START: &str = "guard-of-a-program cannot start it: ";
+/// Time after which a guard looks whether this program is still there.
+#[cfg(target_os = "linux")]
+const TICK: Duration = Duration::from_millis(50);
+/// Pause between two looks for processes that are to end, and the longest time for all of them to do so.
+#[cfg(target_os = "linux")]
+const PAUSE: Duration = Duration::from_millis(2);
+#[cfg(target_os = "linux")]
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Whether this executable calls [`serve_if_asked`]: tests of a library do not.
+#[cfg(target_os = "linux")]
+static SERVES: OnceLock<()> = OnceLock::new();
+
+/// Becomes a guard, and does not return, if this process was started as one. The first call of an executable that is to
+/// end foreign programs with all that they start.
+pub fn serve_if_asked() {
+    #[cfg(target_os = "linux")]
+    {
+        let mut arguments = std::env::args_os().skip(1);
+        if arguments.next().is_some_and(|word| word == WORD) {
+            let parent = arguments.next().and_then(|id| id.to_str()?.parse().ok()).map(Pid::from_raw);
+            let folder = arguments.next().filter(|folder| !folder.is_empty()).map(PathBuf::from);
+            if let (Some(parent), Some(program)) = (parent, arguments.next()) {
+                let mut command = Command::new(program);
+                command.args(arguments);
+                std::process::exit(serve(parent, folder.as_deref(), command));
+            }
+        }
+        SERVES.get_or_init(|| ());
+    }
+}
+
+/// The command that runs a program under a guard, in the same folder and environment; `None` where there are no guards.
+/// `folder` is deleted if this program dies.
+#[cfg(target_os = "linux")]
+pub(super) fn command(program: &Command, folder: Option<&Path>) -> Option<Command> {
+    use std::os::unix::process::CommandExt as _;
+    SERVES.get()?;
+    let mut guard = Command::new("/proc/self/exe");
+    guard.arg0("trackfail").arg(WORD).arg(std::process::id().to_string());
+    guard.arg(folder.unwrap_or(Path::new(""))).arg(program.get_program()).args(program.get_args());
+    if let Some(folder) = program.get_current_dir() {
+        guard.current_dir(folder);
+    }
+    for (name, value) in program.get_envs() {
+        match value {
+            Some(value) => guard.env(name, value),
+            None => guard.env_remove(name),
+        };
+    }
+    Some(guard)
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn command(_: &Command, _: Option<&Path>) -> Option<Command> {
+    None
+}
+
+/// Runs the program until it ends or `parent` does; the exit code.
+#[cfg(target_os = "linux")]
+fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
+    // An old kernel has no subreapers; then processes that leave the tree are not found.
+    let _ = nix::sys::prctl::set_child_subreaper(true);
+    // The program may signal its group, which must not reach the guard.
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    let child = match command.spawn() {
+        Ok(child) => child,
+        Err(e) => {
+            eprintln!("{CANNOT_START}{}", e.raw_os_error().unwrap_or_default());
+            return 127;
+        }
+    };
+    // The streams are those of the program alone, so that their ends are seen.
+    if let Ok(null) = std::fs::File::options().read(true).write(true).open("/dev/null") {
+        let _ = dup2_stdin(&null).and(dup2_stdout(&null)).and(dup2_stderr(&null));
+    }
+    let (tell, told) = channel();
+    std::thread::spawn(move || reap(&child, &tell));
+    let ended = loop {
+        match told.recv_timeout(TICK) {
+            Ok(status) => break Some(status),
+            Err(RecvTimeoutError::Timeout) if getppid() == parent => {}
+            Err(_) => break None,
+        }
+    };
+    end_descendants(getpid());
+    match ended {
+        Some(WaitStatus::Exited(_, code)) => code,
+        Some(WaitStatus::Signaled(_, signal, _)) => {
+            let _ = kill(getpid(), signal);
+            128 + signal as i32
+        }
+        _ => {
+            let _ = folder.map(std::fs::remove_dir_all);
+            1
+        }
+    }
+}
+
+/// Waits for all children, those that have come by the end of their parents too, and tells the end of the first one.
+#[cfg(target_os = "linux")]
+fn reap(first: &Child, tell: &Sender<WaitStatus>) {
+    let first = Pid::from_raw(first.id().cast_signed());
+    loop {
+        match wait() {
+            Ok(status) if status.pid() == Some(first) => drop(tell.send(status)),
+            Ok(_) | Err(Errno::EINTR) => {}
+            Err(_) => return,
+        }
+    }
+}
+
+/// Ends a guarded program and everything that it has started, with the process id of its guard.
+#[cfg(target_os = "linux")]
+pub(super) fn end(guard: u32) {
+    end_descendants(Pid::from_raw(guard.cast_signed()));
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn end(_: u32) {}
+
+/// Kills all descendants of a process until there are none; new ones may be started meanwhile.
+#[cfg(target_os = "linux")]
+fn end_descendants(root: Pid) {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let living = living_descendants(root.as_raw());
+        if living.is_empty() || Instant::now() > end {
+            return;
+        }
+        for process in living {
+            // It may have ended by itself.
+            let _ = kill(Pid::from_raw(process), Signal::SIGKILL);
+        }
+        std::thread::sleep(PAUSE);
+    }
+}
+
+/// The processes below one in the tree, without those that have ended and are only not waited for.
+#[cfg(target_os = "linux")]
+fn living_descendants(root: i32) -> Vec<i32> {
+    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let all: Vec<(i32, i32, bool)> = entries
+        .filter_map(|entry| {
+            let id = entry.file_name().to_str()?.parse().ok()?;
+            let (parent, lives) = parent_of(&std::fs::read_to_string(entry.path().join("stat")).ok()?)?;
+            Some((id, parent, lives))
+        })
+        .collect();
+    let mut below = vec![root];
+    let mut at = 0;
+    while let Some(parent) = below.get(at).copied() {
+        below.extend(all.iter().filter(|(_, p, _)| *p == parent).map(|(id, _, _)| *id));
+        at += 1;
+    }
+    let lives = |id: &i32| all.iter().any(|(other, _, lives)| other == id && *lives);
+    below.into_iter().skip(1).filter(lives).collect()
+}
+
+/// The parent in a line of `/proc/*/stat`, and whether the process has not ended. Its name may have any characters.
+#[cfg(target_os = "linux")]
+fn parent_of(stat: &str) -> Option<(i32, bool)> {
+    let mut words = stat.rsplit_once(')')?.1.split_whitespace();
+    let state = words.next()?;
+    Some((words.next()?.parse().ok()?, !matches!(state, "Z" | "X" | "x")))
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::process::Stdio;
+
+    #[test]
+    fn parents_are_read_whatever_the_name() {
+        assert_eq!(parent_of("12 (a) b) S 7 12 12 0"), Some((7, true)));
+        assert_eq!(parent_of("12 (sh) Z 1 12"), Some((1, false)));
+        assert_eq!(parent_of("12 sh"), None);
+    }
+
+    #[test]
+    fn descendants_are_found_and_ended() {
+        let mut shell = Command::new("sh");
+        let shell = shell.args(["-c", "sleep 1000 & setsid sleep 1000 & echo; wait"]);
+        let mut child = shell.stdout(Stdio::piped()).spawn().unwrap();
+        let mut byte = [0];
+        std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut byte).unwrap();
+        let id = child.id();
+        assert!(living_descendants(id.cast_signed()).len() >= 2);
+        end(id);
+        assert!(living_descendants(id.cast_signed()).is_empty());
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}
