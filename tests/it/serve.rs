@@ -187,13 +187,14 @@ fn the_site_lists_every_run_and_can_be_rendered_again() {
     run(root.path(), "mine/a", "The first");
     let both = index();
     for part in
-        ["The first", "The second", "2 experiments", "synthetic, no real video", "Best <bdi>f_score</bdi>"]
+        ["The first", "The second", "2 experiments", "synthetic, no real video", "Best <bdi>F1 score</bdi>"]
     {
         assert!(both.contains(part), "{part}\n{both}");
     }
     let summary: site::Summary =
         serde_json::from_slice(&std::fs::read(reports.join("mine/a/summary.json")).unwrap()).unwrap();
     assert_eq!((summary.claims.hold, summary.claims.do_not_hold, summary.claims.cannot_be_tested), (1, 1, 0));
+    assert_eq!((summary.claims.undecided, summary.checks.hold), (0, 1));
     assert!(summary.synthetic && summary.present == summary.wanted && summary.best.len() == 1);
     let report =
         |names: &[&str]| trackfail().current_dir(root.path()).arg("report").args(names).output().unwrap();

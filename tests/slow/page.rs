@@ -98,7 +98,7 @@ fn a_page_works_from_disk() {
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
     let text = browser.text("document.body.innerText");
-    assert!(text.contains("sum of rows shown") && text.contains("1 holds · 1 does not hold"), "{text}");
+    assert!(text.contains("sum of rows shown") && text.contains("1 holds · 0 undecided · 1 does not hold"), "{text}");
     // The target of a number's link is there as well, and the command that explains the number is in its title.
     let link = "document.querySelector('a.origin')";
     assert_eq!(browser.value(&format!("document.querySelector({link}.hash).id === 'sequences'")), true);
@@ -109,7 +109,7 @@ fn a_page_works_from_disk() {
 
 fn works(browser: &mut Browser) {
     assert!(
-        browser.text("document.querySelector('.verdicts').innerText").contains("1 holds · 1 does not hold")
+        browser.text("document.querySelector('.verdicts').innerText").contains("1 holds · 0 undecided · 1 does not hold")
     );
 
     headings_sort(browser);
@@ -261,7 +261,7 @@ fn picture_is_shown(browser: &mut Browser) {
 
 /// From a number to its formula, its sequences and its strip, by keyboard, and back.
 fn number_leads_to_its_sequences(browser: &mut Browser) {
-    let link = "[...document.querySelectorAll('a.origin')].find(a => a.title.startsWith('recall of hist on still too '))";
+    let link = "[...document.querySelectorAll('a.origin')].find(a => a.title.startsWith('Recall of hist on still too '))";
     let told = browser.text(&format!("{link}.title"));
     let [number, formula, command] = told.split('\n').collect::<Vec<_>>()[..] else { panic!("{told}") };
     assert_eq!(command, "trackfail explain mine/page/t recall hist --tracker 'still too'");

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trackfail::engine::observe::progress::{self, ProgressWatch};
+use trackfail::report::claims::ClaimCounts;
 use trackfail::report::site;
 use trackfail::spec;
 
@@ -24,7 +25,7 @@ fn gallery(reports: &Path) {
         present: 12,
         wanted: 12,
         synthetic: true,
-        claims: site::ClaimCounts { hold: 3, do_not_hold: 0, cannot_be_tested: 0 },
+        claims: ClaimCounts { hold: 3, undecided: 0, do_not_hold: 0, cannot_be_tested: 0 },
         ..site::Summary::default()
     };
     let write = |name: &str, summary: &site::Summary| {
@@ -37,7 +38,7 @@ fn gallery(reports: &Path) {
     summary.title = "Detecting tracking failures, all trackers of the paper".into();
     summary.paper = "khalid2016".into();
     summary.object = "Table 1".into();
-    summary.claims = site::ClaimCounts { hold: 2, do_not_hold: 1, cannot_be_tested: 4 };
+    summary.claims = ClaimCounts { hold: 2, undecided: 0, do_not_hold: 1, cannot_be_tested: 4 };
     (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
     let best = |tracker: &str| site::Best {
         tracker: tracker.into(),

@@ -37,8 +37,11 @@ panels = [["error"]]
 text = "The oracle finds all"
 holds = "recall[oracle] == 1"
 [[claim]]
-text = "The oracle finds nothing"
-holds = "recall[oracle] < 1"
+text = "A threshold finds at most all"
+holds = "recall[hist] <= 1"
+[[claim]]
+text = "A threshold finds more than all"
+holds = "recall[hist] > 1"
 "#;
 
 /// The page of a run over sequences whose target goes back and forth, so that a tracker that stays where it is

@@ -16,7 +16,8 @@ pub fn small(name: &str, title: &str) -> String {
          [[method]]\nname = \"oracle\"\ndetector = {{ kind = \"oracle\" }}\n\
          [[table]]\nname = \"t\"\nrows = [\"f_score\", \"events\"]\ncolumns = \"method\"\n\
          [[claim]]\ntext = \"The oracle finds all\"\nholds = \"recall[oracle] == 1\"\n\
-         [[claim]]\ntext = \"The oracle finds nothing\"\nholds = \"recall[oracle] < 1\"\n",
+         [[claim]]\ntext = \"No more than all\"\nholds = \"recall[hist] <= 1\"\n\
+         [[claim]]\ntext = \"More than all\"\nholds = \"recall[hist] > 1\"\n",
         title = serde_json::to_string(title).unwrap(),
     )
 }

@@ -62,7 +62,7 @@ pub fn headline(results: &Results, table: &Table, explained: &Explained) -> Stri
         results.experiment.name,
         table.name,
         spot.tracker,
-        spot.metric.name(),
+        spot.metric.title(),
         explained.formula,
     );
     if let Some(protocol) = explained.protocol {

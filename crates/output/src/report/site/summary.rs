@@ -129,7 +129,7 @@ fn best(results: &Results) -> Vec<Best> {
         // A best method needs another one to be better than.
         let top = top.filter(|_| protocols.len() == 1 && mine.len() > 1)?;
         let first: Vec<&str> = mine.iter().filter(|(v, _)| *v == top).map(|(_, m)| m.as_str()).collect();
-        let (tracker, metric) = (tracker.to_string(), metric.name().to_string());
+        let (tracker, metric) = (tracker.to_string(), metric.title());
         // More than three equal methods are not called best.
         (first.len() <= 3).then(|| Best {
             tracker,
