@@ -18,7 +18,7 @@
 //! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
 //! | output | [`results`] | judged cells | the files of a results folder, written and read |
 //! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
-//! | | [`figure`] | plain series | SVG and PNG |
+//! | | [`figure`] | plain series | SVG, PDF and PNG |
 //! | | [`report`] | results alone | an offline HTML page for each experiment, one over all; the parts of a number |
 //! | this one | [`cli`] | arguments | calls of the above, exit codes |
 //!

@@ -80,7 +80,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
     /// Writes a figure of the scores, below frames that say most
-    #[arg(long, value_name = "FILE.svg|png")]
+    #[arg(long, value_name = "FILE.svg|pdf|png")]
     plot: Option<PathBuf>,
     /// Writes the frames with boxes, state and score drawn on them: a video (ffmpeg encodes it), or PNG files in a folder
     #[arg(long, value_name = "FILE.mp4|DIR")]

@@ -216,7 +216,7 @@ fn outputs_that_cannot_be_written_are_told_before_the_work() {
         (output.status.code().unwrap(), text(output.stderr))
     };
     for (more, frames, code, words) in [
-        (["--plot", "a.gif"], true, 2, "a .svg or a .png file"),
+        (["--plot", "a.gif"], true, 2, "a .svg, a .pdf or a .png file"),
         (["--annotate", "a.gif"], true, 2, ".mp4, .mov, .mkv, .avi"),
         (["--annotate", "a.mp4"], false, 2, "give --frames"),
         (["--report", "none/a.html"], true, 1, "there is no folder none; make it first"),

@@ -35,7 +35,9 @@ fn quickstart_writes_the_same_files_with_one_and_two_threads() {
         assert!(folder.join("tables").join(format!("table1.{ending}")).is_file());
     }
     let reports = one.path().join("reports/quickstart");
-    for name in ["index.html", "report.md", "figures/example.svg", "figures/example.png"] {
+    for name in
+        ["index.html", "report.md", "figures/example.svg", "figures/example.png", "figures/example.pdf"]
+    {
         assert!(reports.join(name).is_file(), "{name}");
     }
 

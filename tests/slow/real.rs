@@ -56,7 +56,7 @@ fn the_papers_figures_are_drawn_and_the_same_with_one_and_two_threads() {
     let (dir, again) = (run("khalid2016/figures", "2"), run("khalid2016/figures", "1"));
     assert_same_files(dir.path(), again.path());
     for figure in ["fig3", "fig4", "fig5"] {
-        for ending in ["svg", "png"] {
+        for ending in ["svg", "png", "pdf"] {
             let path = dir.path().join(format!("reports/khalid2016/figures/figures/{figure}.{ending}"));
             assert!(path.is_file(), "{}", path.display());
         }

@@ -20,8 +20,10 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot
         && !is_svg(path)
         && !has_end(path, "png")
+        && !has_end(path, "pdf")
     {
-        return Err(Failure::usage(format!("--plot {}: a figure is a .svg or a .png file", path.display())));
+        let message = format!("--plot {}: a figure is a .svg, a .pdf or a .png file", path.display());
+        return Err(Failure::usage(message));
     }
     if let Some(path) = &args.annotate {
         if args.frames.is_empty() {
@@ -61,7 +63,11 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
     if let Some(path) = &args.plot {
         let strip = video.plot().map_err(Failure::data)?;
-        let bytes = if is_svg(path) { strip.to_svg().map(String::into_bytes) } else { strip.to_png() };
+        let bytes = match () {
+            () if is_svg(path) => strip.to_svg().map(String::into_bytes),
+            () if has_end(path, "pdf") => strip.to_pdf(),
+            () => strip.to_png(),
+        };
         store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
     }
     match &args.annotate {

@@ -264,7 +264,7 @@ pub fn max_ticks_y(length: f64) -> usize {
 
 /// Number of ticks a horizontal axis of this length takes.
 pub fn max_ticks_x(length: f64) -> usize {
-    ((length / 44.0) as usize).clamp(2, 12)
+    ((length / 44.0) as usize).clamp(4, 12)
 }
 
 /// A polyline without the points that cannot be seen: of those within a quarter unit across, the first, lowest, highest

@@ -207,8 +207,10 @@ impl Plot for Curves {
         let (right, bottom) = (grid.right(), grid.bottom());
         let x_label = font::fit(&self.x.label, MEDIUM, right - left);
         scene.text(&x_label, ((left + right) / 2.0, bottom + 29.0), MEDIUM, Anchor::Middle, INK);
-        let y_label = font::fit(&self.y.label, MEDIUM, bottom - top);
-        scene.text_upwards(&y_label, (MARGIN + 7.0, (first.y + bottom) / 2.0), MEDIUM, INK);
+        let middle = (first.y + bottom) / 2.0;
+        let room = 2.0 * (middle - MARGIN).min(bottom + FOOT - 4.0 - middle);
+        let y_label = font::fit(&self.y.label, MEDIUM, room);
+        scene.text_upwards(&y_label, (MARGIN + 7.0, middle), MEDIUM, INK);
 
         let (x, y) = if beside { (right + 22.0, first.y) } else { (MARGIN, bottom + FOOT) };
         let legend = Rows::new(&self.legend, width - x - MARGIN);

@@ -46,7 +46,7 @@ pub struct Dots {
 const ROW: f64 = 17.0;
 /// Least and most room for the names of rows, in units.
 const LEAST_NAMES: f64 = 60.0;
-const NAMES: f64 = 176.0;
+const NAMES: f64 = 210.0;
 /// Least width of a panel, in units.
 const LEAST: f64 = 80.0;
 /// Room between two panels, in units.

@@ -98,7 +98,7 @@ fn device_size(scene: &Scene) -> Result<(u32, u32), FigureError> {
         let (width, height) = (scene.width.ceil() as u32, scene.height.ceil() as u32);
         return Err(FigureError::TooLarge { width, height, limit: MAX_SIDE as u32 });
     }
-    Ok(((scene.width.ceil() * FINE) as u32, (scene.height.ceil() * FINE) as u32))
+    Ok(((scene.width * FINE).round() as u32, (scene.height.ceil() * FINE) as u32))
 }
 
 fn fill(rgb: [u8; 3]) -> ShapeStyle {
@@ -178,7 +178,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
          <title>{}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n",
         inches(scene.width),
-        inches(scene.height),
+        inches(scene.height.ceil()),
         escape(&scene.title),
     );
     for picture in &scene.pictures {
@@ -203,7 +203,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
 
 /// A length in inches, as SVG has it.
 fn inches(units: f64) -> String {
-    let text = format!("{:.3}", units.ceil() / PER_INCH);
+    let text = format!("{:.3}", units / PER_INCH);
     format!("{}in", text.trim_end_matches('0').trim_end_matches('.'))
 }
 

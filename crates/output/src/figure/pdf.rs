@@ -72,7 +72,9 @@ impl Letters {
 /// # Errors
 /// [`FigureError::Draw`] when the font cannot be cut down to its letters.
 pub fn pdf(scene: &Scene) -> Result<Vec<u8>, FigureError> {
-    let (width, height) = (scene.width as f32 * POINTS, scene.height.ceil() as f32 * POINTS);
+    // As wide and high as in inches to three places, without the noise of narrow numbers.
+    let points = |units: f64| ((units * 72.0 / PER_INCH * 1000.0).round() / 1000.0) as f32;
+    let (width, height) = (points(scene.width), points(scene.height.ceil()));
     let letters = Letters::of(scene);
     let mut pdf = Pdf::new();
     pdf.catalog(CATALOG).pages(PAGES);

@@ -35,7 +35,7 @@ const LINE: f64 = 17.0;
 /// Distance between two bars, in units.
 const BAR: f64 = 7.0;
 /// Most room for names on either side, as a share of the width.
-const NAMES: f64 = 0.37;
+const NAMES: f64 = 0.39;
 /// Room beside a name and its rank, in units.
 const BESIDE: f64 = 36.0;
 /// More rankings than these stand in two columns.

@@ -5,7 +5,7 @@ use super::error::FigureError;
 use super::font;
 use super::heading::heading;
 use super::scene::{Anchor, Item, Point, Scene, Stroke};
-use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT};
+use super::style::{Color, Dash, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 
 /// An arrow.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub struct States {
 
 /// Half the height of a box, in units.
 const HALF: f64 = 16.0;
+/// Most room for a label in a column, in units.
+const NARROW: f64 = 96.0;
 /// Room beside a name in its box, in units.
 const ROOM: f64 = 14.0;
 /// Distance of an arrow from the line between the middles of its boxes, in units.
@@ -51,7 +53,8 @@ impl Plot for States {
         }
         let mut scene = Scene::new(&self.title, width);
         let top = heading(&mut scene, &self.title, &self.note);
-        let (rx, ry) = (0.3 * width, 110.0);
+        let is_narrow = width < WIDTH;
+        let (rx, ry) = if is_narrow { (0.33 * width, 130.0) } else { (0.3 * width, 110.0) };
         let center = (width / 2.0, top + HALF + 8.0 + ry);
         let place = |i: usize| {
             let angle = std::f64::consts::TAU * i as f64 / n as f64;
@@ -68,6 +71,14 @@ impl Plot for States {
             let same = self.arrows.iter().filter(|a| (a.from, a.to) == (from, to));
             let label: Vec<&str> = same.flat_map(|a| &a.label).map(String::as_str).collect();
             let (a, b) = (place(from), place(to));
+            if from == to && is_narrow {
+                // Below the box, as there is no room beside it.
+                let corner = |dx: f64, dy: f64| (a.0 + dx, a.1 + HALF + dy);
+                scene.line(vec![corner(-APART, 0.0), corner(-APART, 16.0), corner(APART, 16.0)], LINE_STYLE);
+                arrow(&mut scene, corner(APART, 16.0), corner(APART, 0.0), (0.0, -1.0));
+                self.label(&mut scene, &label, corner(0.0, 14.0), (0.0, 1.0));
+                continue;
+            }
             if from == to {
                 let side = if a.0 < center.0 - 1.0 { -1.0 } else { 1.0 };
                 let x = a.0 + side * half_width(from);
@@ -102,6 +113,7 @@ impl Plot for States {
         }
         let lowest = scene.items.iter().map(|item| match item {
             Item::Text { at, .. } => at.1 + LINE / 2.0,
+            Item::Line { points, .. } => points.iter().map(|p| p.1).fold(0.0, f64::max),
             _ => center.1 + ry + HALF,
         });
         scene.height = lowest.fold(0.0, f64::max) + MARGIN;
@@ -119,6 +131,7 @@ impl States {
             x if x < -0.3 => (Anchor::End, left),
             _ => (Anchor::Middle, 2.0 * left.min(right)),
         };
+        let room = if scene.width < WIDTH { room.min(NARROW) } else { room };
         let lines: Vec<String> =
             lines.iter().flat_map(|line| font::wrap(line, SMALL, room - MARGIN, 3)).collect();
         let height = LINE * lines.len() as f64;
@@ -148,7 +161,6 @@ fn arrow(scene: &mut Scene, start: Point, end: Point, along: Point) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::style::WIDTH;
     use super::*;
 
     fn diagram() -> States {

@@ -95,8 +95,12 @@ impl Plot for Strip {
         let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
         y = self.draw_stills(&mut scene, y);
-        for block in blocks.iter().filter(|_| columns > 0) {
-            y = block.draw(&mut scene, columns, y)?;
+        if columns > 0 {
+            let mut sheet = Sheet::new(columns, width);
+            let grids = blocks.iter().map(|b| b.layouts(&mut sheet)).collect::<Result<Vec<_>, _>>()?;
+            for (block, grid) in blocks.iter().zip(&grids) {
+                y = block.draw(&mut scene, &sheet, grid, y);
+            }
         }
         let key = Rows::new(&self.key(), width - 2.0 * MARGIN);
         key.draw(&mut scene, (MARGIN, y));
@@ -135,11 +139,12 @@ impl Strip {
             let rows = self.rows.iter().flat_map(|row| row.chunks(most).map(|part| part.iter().collect()));
             return vec![Block { headings: &[], rows: rows.collect() }];
         }
+        // Headings without a panel below are left out.
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let block = |first: usize| {
             let part = |length: usize| first.min(length)..(first + most).min(length);
             let rows = self.rows.iter().map(|row| row[part(row.len())].iter().collect()).collect();
-            Block { headings: &self.headings[part(self.headings.len())], rows }
+            Block { headings: &self.headings[part(self.headings.len().min(columns))], rows }
         };
         (0..columns).step_by(most).map(block).collect()
     }
@@ -183,22 +188,48 @@ struct Block<'s> {
     rows: Vec<Vec<&'s Panel>>,
 }
 
-impl Block<'_> {
-    /// Draws the panels below `y`, each as wide as in `columns` columns; returns the first free line below them.
-    fn draw(&self, scene: &mut Scene, columns: usize, mut y: f64) -> Result<f64, FigureError> {
+/// The room of all blocks: plots of the same column share their left edge, and all are equally large.
+struct Sheet {
+    columns: usize,
+    gap: f64,
+    /// Width of a column with its labels, and height of a plot.
+    cell: (f64, f64),
+    /// Room for the labels of each column.
+    left: Vec<f64>,
+    /// Room for captions and legends: that of the highest, so that a legend does not shift the panels below it.
+    head: f64,
+}
+
+impl Sheet {
+    fn new(columns: usize, width: f64) -> Self {
         let gap = if columns > 3 { 10.0 } else { GAP };
-        let column = (scene.width - 2.0 * MARGIN - gap * (columns - 1) as f64) / columns as f64;
         let height = match columns {
             1 => 130.0,
             2 => 140.0,
             3 => 150.0,
             _ => 110.0,
         };
-        let mut grid: Vec<Vec<PanelLayout<'_>>> = Vec::new();
+        let column = (width - 2.0 * MARGIN - gap * (columns - 1) as f64) / columns as f64;
+        Self { columns, gap, cell: (column, height), left: vec![0.0; columns], head: 0.0 }
+    }
+
+    /// Width of a plot.
+    fn plot(&self, width: f64) -> f64 {
+        let gaps = self.gap * (self.columns - 1) as f64;
+        (width - 2.0 * MARGIN - gaps - self.left.iter().sum::<f64>()) / self.columns as f64 - 6.0
+    }
+}
+
+type Layouts<'s> = Vec<Vec<PanelLayout<'s>>>;
+
+impl<'s> Block<'s> {
+    /// Lays the panels out, and makes room for them on the sheet.
+    fn layouts(&self, sheet: &mut Sheet) -> Result<Layouts<'s>, FigureError> {
+        let mut grid: Layouts<'s> = Vec::new();
         for row in &self.rows {
-            grid.push(row.iter().map(|&p| PanelLayout::new(p, (column, height))).collect::<Result<_, _>>()?);
+            grid.push(row.iter().map(|&p| PanelLayout::new(p, sheet.cell)).collect::<Result<_, _>>()?);
         }
-        if columns > 2 {
+        if sheet.columns > 2 {
             for row in &mut grid {
                 for c in (1..row.len())
                     .rev()
@@ -209,44 +240,47 @@ impl Block<'_> {
                 }
             }
         }
-        // The plots of a column share their left edge: room for the widest labels, and for the axis
-        // name unless the neighbour on the left has the same.
-        let names = |r: usize, c: usize| c == 0 || self.rows[r][c].label != self.rows[r][c - 1].label;
-        let left: Vec<f64> = (0..columns)
-            .map(|c| {
-                let here = || (0..self.rows.len()).filter(move |r| c < self.rows[*r].len());
-                let name = if here().any(|r| names(r, c)) { 18.0 } else { 0.0 };
-                name + 7.0 + here().map(|r| grid[r][c].labels(height)).fold(0.0, f64::max)
-            })
-            .collect();
-        // All plots are equally wide, whatever stands on their left.
-        let inner = scene.width - 2.0 * MARGIN - gap * (columns - 1) as f64 - left.iter().sum::<f64>();
-        let plot = inner / columns as f64 - 6.0;
+        for (c, left) in sheet.left.iter_mut().enumerate() {
+            let here = || (0..self.rows.len()).filter(move |r| c < self.rows[*r].len());
+            let name = if here().any(|r| self.is_named(r, c)) { 18.0 } else { 0.0 };
+            let labels = here().map(|r| grid[r][c].labels(sheet.cell.1)).fold(0.0, f64::max);
+            *left = left.max(name + 7.0 + labels);
+        }
+        sheet.head = grid.iter().flatten().map(PanelLayout::head).fold(sheet.head, f64::max);
+        Ok(grid)
+    }
+
+    /// Whether the axis of a panel has its name: not where the neighbor on the left has the same.
+    fn is_named(&self, r: usize, c: usize) -> bool {
+        c == 0 || self.rows[r][c].label != self.rows[r][c - 1].label
+    }
+
+    /// Draws the panels below `y`; returns the first free line below them.
+    fn draw(&self, scene: &mut Scene, sheet: &Sheet, grid: &Layouts<'s>, mut y: f64) -> f64 {
+        let (plot, height) = (sheet.plot(scene.width), sheet.cell.1);
         let mut lefts = vec![MARGIN];
-        for l in &left {
-            lefts.push(lefts[lefts.len() - 1] + l + plot + 6.0 + gap);
+        for left in &sheet.left {
+            lefts.push(lefts[lefts.len() - 1] + left + plot + 6.0 + sheet.gap);
         }
         if self.headings.iter().any(|h| !h.trim().is_empty()) {
-            for (c, text) in self.headings.iter().enumerate().take(columns) {
+            for (c, text) in self.headings.iter().enumerate() {
                 let text = font::fit(text, MEDIUM, plot);
-                let middle = lefts[c] + left[c] + plot / 2.0;
+                let middle = lefts[c] + sheet.left[c] + plot / 2.0;
                 scene.text(&text, (middle, y + 8.0), MEDIUM, Anchor::Middle, INK);
             }
             y += 20.0;
         }
-        // Every row has the room of the highest legend, so that a legend does not shift the panels below it.
-        let head = grid.iter().flatten().map(PanelLayout::head).fold(0.0, f64::max);
         for (r, row) in grid.iter().enumerate() {
-            y += head + 4.0;
+            y += sheet.head + 4.0;
             let mut foot: f64 = 8.0;
             for (c, panel) in row.iter().enumerate() {
                 let x = lefts[c];
-                let area = Area { x: x + left[c], y, w: plot, h: height };
+                let area = Area { x: x + sheet.left[c], y, w: plot, h: height };
                 // Frame numbers stand under the last of a stack of panels over the same frames.
                 let below = self.rows.get(r + 1).and_then(|row| row.get(c));
                 let last = below.is_none_or(|p| p.frames != self.rows[r][c].frames);
-                panel.draw(scene, &area, x, head, last);
-                if names(r, c) {
+                panel.draw(scene, &area, x, sheet.head, last);
+                if self.is_named(r, c) {
                     let label = font::fit(&self.rows[r][c].label, MEDIUM, height + 20.0);
                     scene.text_upwards(&label, (x + 7.0, y + height / 2.0), MEDIUM, INK);
                 }
@@ -258,7 +292,7 @@ impl Block<'_> {
             }
             y += height + foot;
         }
-        Ok(y + 2.0)
+        y + 2.0
     }
 }
 

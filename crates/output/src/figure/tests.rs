@@ -473,10 +473,10 @@ fn panels_are_alike_and_share_their_labels() {
 }
 
 #[test]
-fn figures_are_seven_or_three_and_a_third_inches_wide_with_letters_of_seven_points() {
+fn figures_are_seven_or_three_point_three_inches_wide_with_letters_of_seven_points() {
     let plots: [&dyn Plot; 4] = [&three(), &four(), &sweep(), &panels_of_methods()];
     for plot in plots {
-        for (width, inches) in [(WIDTH, "7in"), (COLUMN, "3.301in")] {
+        for (width, inches) in [(WIDTH, "7in"), (COLUMN, "3.3in")] {
             let files = plot.draw(width).expect("a figure");
             assert!(files.svg.contains(&format!("width=\"{inches}\"")), "{}", &files.svg[..200]);
             // The box of a view has four units each of 0.7 points.
@@ -486,9 +486,9 @@ fn figures_are_seven_or_three_and_a_third_inches_wide_with_letters_of_seven_poin
             assert!(smallest > 7.0, "{smallest} pt");
             let image = ::image::load_from_memory(&files.png).expect("a PNG");
             assert_eq!(f64::from(image.width()), 2.0 * width.ceil());
-            // 8100 pixels a meter, 206 an inch.
+            // 8099 pixels a meter, 206 an inch.
             let density = files.png.windows(4).position(|w| w == b"pHYs").expect("a density") + 4;
-            assert_eq!(files.png[density..density + 4], 8100_u32.to_be_bytes());
+            assert_eq!(files.png[density..density + 4], 8099_u32.to_be_bytes());
             assert!(files.pdf.starts_with(b"%PDF"));
         }
     }
