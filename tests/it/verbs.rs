@@ -146,3 +146,33 @@ fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
     let (code, _, told) = output(&["run", "--verbose"]);
     assert!(code == 2 && told.contains("--dry-run"), "{told}");
 }
+
+/// Cells of many sequences that fail for one cause are told in one line, by a whole run and by a share.
+#[cfg(unix)]
+#[test]
+fn cells_that_fail_for_the_same_cause_are_told_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = dir.path();
+    let program = "[tracker.mine]\nversion = \"1\"\nprotocol = \"lines\"\ncommand = [\"sh\", \"-c\", \"echo Traceback >&2; echo no module named numpy >&2; exit 1\"]\n";
+    std::fs::write(here.join("plugins.toml"), program).unwrap();
+    let spec = SPEC.replace("name = \"still\"", "name = \"process\"\nprogram = \"mine\"");
+    std::fs::write(here.join("try.toml"), spec).unwrap();
+    for more in [&[][..], &["--shard", "1/1"]] {
+        let run = trackfail().current_dir(here).args(["run", "try.toml"]).args(more).output().unwrap();
+        assert_eq!(run.status.code(), Some(4));
+        let [said, told] =
+            [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        let all = said + &told;
+        let lines: Vec<&str> = all.lines().filter(|line| line.starts_with("failed: ")).collect();
+        assert_eq!(
+            lines,
+            ["failed: 18 cells: no module named numpy (process, 9 sequences, 2 methods)"],
+            "{all}"
+        );
+        let last = all.lines().last().unwrap();
+        assert!(
+            last.starts_with("error: mine/try: 18") && last.contains("no module named numpy (process"),
+            "{all}"
+        );
+    }
+}

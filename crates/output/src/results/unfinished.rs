@@ -28,16 +28,36 @@ impl std::fmt::Display for Unfinished {
     }
 }
 
-/// The reason of a cell's failure without the cell's or its sequence's name in front, so that cells can fail for the same.
-fn without_name<'a>(sequence: &str, reason: &'a str) -> &'a str {
-    match reason.split_once(": ") {
-        Some((name, rest))
-            if !sequence.is_empty() && (name == sequence || name.split('/').any(|p| p == sequence)) =>
-        {
-            without_name(sequence, rest)
-        }
-        _ => reason,
+/// What a program's failure ends with, when it said more on stderr than that it ended.
+const ON_STDERR: &str = "its stderr ends with: ";
+
+/// Why a cell failed, without its own name and its sequence's, so that many can fail for the same cause: the last line of what
+/// a program said, or the reason with `…` in place of the sequence.
+fn cause(cell: &FailedCell) -> String {
+    let mut reason = cell.reason.as_str();
+    let own = format!("{}/{}/{}/", cell.sequence, cell.tracker, cell.run);
+    while let Some((name, rest)) = reason.split_once(": ")
+        && !cell.sequence.is_empty()
+        && (name == cell.sequence || name.contains(&own))
+    {
+        reason = rest;
     }
+    let told = reason.rsplit_once(ON_STDERR).and_then(|(_, told)| told.rsplit(" | ").next());
+    if let Some(told) = told.map(str::trim).filter(|told| !told.is_empty()) {
+        return told.to_string();
+    }
+    let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+    let mut text = String::new();
+    let mut rest = reason;
+    while let Some(at) = rest.find(cell.sequence.as_str()).filter(|_| !cell.sequence.is_empty()) {
+        let (before, from) = rest.split_at(at);
+        let (name, after) = from.split_at(cell.sequence.len());
+        let stands_alone = !before.ends_with(is_name) && !after.starts_with(is_name);
+        text.push_str(before);
+        text.push_str(if stands_alone { "…" } else { name });
+        rest = after;
+    }
+    text + rest
 }
 
 /// Names in the order in which they come, each once.
@@ -61,24 +81,17 @@ fn counted(names: &[&str], what: &str) -> String {
 
 /// The groups, in the order of their first cells.
 pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
-    let mut groups: Vec<Vec<&FailedCell>> = Vec::new();
+    let mut groups: Vec<(String, Vec<&FailedCell>)> = Vec::new();
     for cell in cells {
         // Reasons of missing data name the file of each sequence.
-        let same = |group: &&mut Vec<&FailedCell>| match group.first() {
-            Some(first) if first.missing != cell.missing => false,
-            Some(first) if cell.missing => first.tracker == cell.tracker,
-            Some(first) => {
-                let [one, other] = [first, cell].map(|c| without_name(&c.sequence, &c.reason));
-                one == other
-            }
-            None => false,
-        };
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(cell),
-            None => groups.push(vec![cell]),
+        let common = if cell.missing { cell.tracker.clone() } else { cause(cell) };
+        let is_missing = |group: &[&FailedCell]| group.first().is_some_and(|first| first.missing);
+        match groups.iter_mut().find(|(of, group)| is_missing(group) == cell.missing && *of == common) {
+            Some((_, group)) => group.push(cell),
+            None => groups.push((common, vec![cell])),
         }
     }
-    let group = |cells: Vec<&FailedCell>| {
+    let group = |(common, cells): (String, Vec<&FailedCell>)| {
         let first = cells.first()?;
         let parts = [
             counted(&names(&cells, |c| &c.tracker), "trackers"),
@@ -86,11 +99,8 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
             counted(&names(&cells, |c| &c.method), "methods"),
         ];
         let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        let reason = if first.missing || cells.len() == 1 {
-            first.reason.clone()
-        } else {
-            without_name(&first.sequence, &first.reason).to_string()
-        };
+        let has_own = first.missing || names(&cells, |c| &c.sequence).len() == 1;
+        let reason = if has_own { first.reason.clone() } else { common };
         Some(Unfinished { missing: first.missing, cells: parts.join(", "), count: cells.len(), reason })
     };
     groups.into_iter().filter_map(group).collect()
@@ -131,6 +141,22 @@ mod tests {
             cell("a", "z", "m", false, "it broke"),
             cell("a", "z", "m", false, "a: it hung"),
             cell("b", "z", "m", false, "suite/b/z/0/m: b: it hung"),
+            cell(
+                "a",
+                "w",
+                "m",
+                false,
+                "mine: frame 1 of a: it ended; its stderr ends with: Traceback | no module named numpy",
+            ),
+            cell(
+                "b",
+                "w",
+                "m",
+                false,
+                "mine: frame 7 of b: it ended; its stderr ends with: Traceback | no module named numpy",
+            ),
+            cell("a", "v", "m", false, "frame 3 of a: it ran away"),
+            cell("b", "v", "m", false, "frame 3 of b: it ran away"),
         ];
         let found = groups(&cells);
         let words: Vec<(bool, &str, &str)> =
@@ -140,6 +166,8 @@ mod tests {
             (false, "2 trackers, a, m", "no module"),
             (false, "z, a, m", "it broke"),
             (false, "z, 2 sequences, m", "it hung"),
+            (false, "w, 2 sequences, m", "no module named numpy"),
+            (false, "v, 2 sequences, m", "frame 3 of …: it ran away"),
         ];
         assert_eq!(words, expected);
         let told: Vec<String> = found.iter().skip(1).map(ToString::to_string).collect();
@@ -147,8 +175,9 @@ mod tests {
             "2 cells: no module (2 trackers, a, m)",
             "z, a, m: it broke",
             "2 cells: it hung (z, 2 sequences, m)",
+            "2 cells: no module named numpy (w, 2 sequences, m)",
         ];
-        assert_eq!(told, lines);
+        assert_eq!(told[..4], lines);
         assert!(groups(&[]).is_empty());
     }
 
