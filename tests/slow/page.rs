@@ -98,7 +98,10 @@ fn a_page_works_from_disk() {
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
     let text = browser.text("document.body.innerText");
-    assert!(text.contains("sum of rows shown") && text.contains("1 holds · 0 undecided · 1 does not hold"), "{text}");
+    assert!(
+        text.contains("sum of rows shown") && text.contains("1 holds · 0 undecided · 1 does not hold"),
+        "{text}"
+    );
     // The target of a number's link is there as well, and the command that explains the number is in its title.
     let link = "document.querySelector('a.origin')";
     assert_eq!(browser.value(&format!("document.querySelector({link}.hash).id === 'sequences'")), true);
@@ -109,7 +112,9 @@ fn a_page_works_from_disk() {
 
 fn works(browser: &mut Browser) {
     assert!(
-        browser.text("document.querySelector('.verdicts').innerText").contains("1 holds · 0 undecided · 1 does not hold")
+        browser
+            .text("document.querySelector('.verdicts').innerText")
+            .contains("1 holds · 0 undecided · 1 does not hold")
     );
 
     headings_sort(browser);
@@ -119,6 +124,37 @@ fn works(browser: &mut Browser) {
     viewer_moves(browser);
     marks_are_the_counts(browser);
     picture_is_shown(browser);
+    link_leads_to_a_frame(browser);
+    it_plays(browser);
+}
+
+/// The link of a frame opens it, by names; one to what is not there changes nothing.
+fn link_leads_to_a_frame(browser: &mut Browser) {
+    browser.value("location.hash = '#sequence=Bee&tracker=still+too&method=hist&frame=33'");
+    browser.becomes(&format!("{READOUT}.startsWith('Frame 33 ')"));
+    let chosen = "['show-sequence', 'show-tracker', 'show-method'].map(id => { \
+                  const e = document.getElementById(id); return e.options[e.selectedIndex].text; }).join(' / ')";
+    assert_eq!(browser.text(chosen), "Bee / still too / hist");
+    let link = "document.getElementById('link').hash";
+    assert_eq!(browser.text(link), "#sequence=Bee&tracker=still+too&method=hist&frame=33");
+    browser.value("document.querySelector('.strip').focus()");
+    browser.press("ArrowRight");
+    assert!(browser.text(link).ends_with("frame=34"), "{}", browser.text(link));
+    browser.value("location.hash = '#sequence=Nobody&frame=2'");
+    assert_eq!(browser.text(chosen), "Bee / still too / hist");
+    browser.value("location.hash = ''");
+}
+
+/// Playing goes on by itself to the end and stops there.
+fn it_plays(browser: &mut Browser) {
+    let before = frame(browser);
+    let button = "document.getElementById('play')";
+    choose(browser, "speed", "60 frames/s");
+    browser.click(button, 0.5);
+    browser.becomes(&format!("Number({READOUT}.split(' ')[1]) > {before}"));
+    assert_eq!(browser.text(&format!("{button}.ariaPressed")), "true");
+    browser.becomes(&format!("{button}.ariaPressed === 'false'"));
+    assert_eq!(frame(browser), 90);
 }
 
 /// Sorting by keyboard: largest first, smallest first, the first order.

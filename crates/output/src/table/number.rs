@@ -60,6 +60,22 @@ pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
+/// The style of all numbers of a column, with three or four digits of the largest; `None` where they are of such different
+/// sizes that no number of decimals fits them, or there are none.
+pub fn style_of_column(values: impl Iterator<Item = f64> + Clone) -> Option<Style> {
+    let sizes = values.clone().map(f64::abs).filter(|v| *v > 0.0 && v.is_finite());
+    let most = sizes.clone().fold(0.0, f64::max);
+    if values.clone().all(|v| v == v.trunc() && v.abs() < 1e6) {
+        return values.clone().next().map(|_| Style::COUNT);
+    }
+    if !(1e-4..1e6).contains(&most) || sizes.fold(f64::INFINITY, f64::min) < 1e-4 * most {
+        return None;
+    }
+    let size = most.log10().floor() as i32;
+    let decimals = if size < 0 { 2 - size } else { 3 - size };
+    Some(Style { decimals: usize::try_from(decimals).unwrap_or(0), bare: false })
+}
+
 /// Prints a number with four significant digits, or all digits of an integer below a million.
 pub fn four_digits(v: f64) -> String {
     if v == v.trunc() && v.abs() < 1e6 {
@@ -72,6 +88,21 @@ pub fn four_digits(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_has_one_rounding() {
+        let shown = |values: &[f64]| {
+            let style = style_of_column(values.iter().copied())?;
+            Some(values.iter().map(|v| style.format(*v)).collect::<Vec<_>>().join(" "))
+        };
+        assert_eq!(shown(&[0.5, 0.1234, 0.0]).as_deref(), Some("0.500 0.123 0.000"));
+        assert_eq!(shown(&[1.0, 0.97654]).as_deref(), Some("1.000 0.977"));
+        assert_eq!(shown(&[123.456, 7.0]).as_deref(), Some("123.5 7.0"));
+        assert_eq!(shown(&[3.0, -12.0]).as_deref(), Some("3 -12"));
+        assert_eq!(shown(&[3000.5, 2.0]).as_deref(), Some("3000 2"));
+        assert_eq!(shown(&[0.001, 900.5]), None);
+        assert_eq!(shown(&[]), None);
+    }
 
     #[test]
     fn follows_the_papers_style() {

@@ -7,7 +7,7 @@ use crate::engine::execute::analyse::Analysed;
 use crate::score::TrackerMetric;
 use crate::spec::Experiment;
 use crate::spec::table::{FindingName, Published, Table};
-use crate::table::number::{Style, four_digits, printed_value};
+use crate::table::number::{Style, four_digits, printed_value, style_of_column};
 
 /// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(
@@ -24,6 +24,13 @@ pub fn analysed(
         .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
         .collect();
     let single = found.len() == 1;
+    // A column has one rounding for all trackers.
+    let of_column = |k: usize| {
+        let rows = found.iter().flat_map(|(_, grid)| &grid.rows);
+        style_of_column(rows.filter_map(move |(_, values)| values.get(k).copied().flatten()))
+    };
+    let widest = found.iter().map(|(_, grid)| grid.columns.len()).max().unwrap_or(0);
+    let of_columns: Vec<Option<Style>> = (0..widest).map(of_column).collect();
     let group = |(analysed, grid): &(&Analysed, &Grid)| {
         let source = published_for(&published, Some(&analysed.tracker), experiment);
         let row = |(label, values): &(String, Vec<Option<f64>>)| {
@@ -33,7 +40,8 @@ pub fn analysed(
                 values.find(|(c, _)| c == column).map(|(_, text)| text.clone())
             };
             let style = grid.columns.iter().find_map(|c| printed(c)).map(|text| Style::of(&text));
-            let cell = |(column, value): (&String, &Option<f64>)| {
+            let cell = |(k, (column, value)): (usize, (&String, &Option<f64>))| {
+                let style = style.or(of_columns[k]);
                 let published = printed(column);
                 let number = published.as_deref().and_then(printed_value);
                 let shown = |v: f64| style.map_or_else(|| four_digits(v), |s| s.format(v));
@@ -41,7 +49,7 @@ pub fn analysed(
                     value.zip(number).zip(style).map(|((v, p), s)| s.format_signed(s.round(v) - p));
                 Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
             };
-            let cells = grid.columns.iter().zip(values).map(cell).collect();
+            let cells = grid.columns.iter().zip(values).enumerate().map(cell).collect();
             Row { label: label.as_str().into(), direction: Direction::Neither, cells }
         };
         Group {
