@@ -20,16 +20,23 @@ pub struct SpecError {
     pub line: usize,
     /// Explanation of the error, with what is valid instead.
     pub message: String,
+    /// What is shown below the message.
+    pub below: Box<BelowMessage>,
+}
+
+/// What is shown below the message of an error.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct BelowMessage {
     /// The line of the file and a mark below the place, on two lines; empty where there is none.
     pub excerpt: String,
-    /// Everything else that is wrong with it.
+    /// Everything else that is wrong with the experiment.
     pub others: Vec<SpecError>,
 }
 
 impl SpecError {
     /// An error of a whole file.
     pub(super) fn of_file(file: String, message: String) -> Self {
-        Self { file, line: 1, message, excerpt: String::new(), others: Vec::new() }
+        Self { file, line: 1, message, below: Box::default() }
     }
 }
 
@@ -38,11 +45,13 @@ pub(super) const MAX_ERRORS: usize = 20;
 
 impl std::fmt::Display for SpecError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if !self.others.is_empty() {
-            writeln!(f, "{}: {} errors", self.file, 1 + self.others.len())?;
+        let others = &self.below.others;
+        if !others.is_empty() {
+            writeln!(f, "{}: {} errors", self.file, 1 + others.len())?;
         }
-        for (k, error) in std::iter::once(self).chain(&self.others).take(MAX_ERRORS).enumerate() {
-            let Self { file, line, message, excerpt, .. } = error;
+        for (k, error) in std::iter::once(self).chain(others).take(MAX_ERRORS).enumerate() {
+            let Self { file, line, message, below } = error;
+            let excerpt = &below.excerpt;
             if k > 0 {
                 writeln!(f)?;
             }
@@ -51,7 +60,7 @@ impl std::fmt::Display for SpecError {
                 write!(f, "\n{excerpt}")?;
             }
         }
-        match (1 + self.others.len()).saturating_sub(MAX_ERRORS) {
+        match (1 + others.len()).saturating_sub(MAX_ERRORS) {
             0 => Ok(()),
             more => write!(f, "\nand {more} more"),
         }
@@ -65,7 +74,7 @@ pub(super) struct Errors(Vec<SpecError>);
 impl Errors {
     /// Keeps an error, and those behind it, each once.
     pub fn push(&mut self, mut error: SpecError) {
-        let others = std::mem::take(&mut error.others);
+        let others = std::mem::take(&mut error.below.others);
         for error in std::iter::once(error).chain(others) {
             if !self.0.contains(&error) {
                 self.0.push(error);
@@ -97,7 +106,10 @@ impl Errors {
         let mut all = self.0.into_iter();
         match all.next() {
             None => Ok(()),
-            Some(first) => Err(SpecError { others: all.collect(), ..first }),
+            Some(mut first) => {
+                first.below.others = all.collect();
+                Err(first)
+            }
         }
     }
 }
@@ -141,8 +153,10 @@ impl<'a> Source<'a> {
                     file: self.file.to_string(),
                     line,
                     message: message + self.note,
-                    excerpt: excerpt::excerpt(self.text, line, &span),
-                    others: Vec::new(),
+                    below: Box::new(BelowMessage {
+                        excerpt: excerpt::excerpt(self.text, line, &span),
+                        others: Vec::new(),
+                    }),
                 }
             }
         }

@@ -10,7 +10,7 @@ fn refused(text: &str) -> SpecError {
 /// Line and message of each error.
 fn told(text: &str) -> Vec<(usize, String)> {
     let error = refused(text);
-    std::iter::once(&error).chain(&error.others).map(|e| (e.line, e.message.clone())).collect()
+    std::iter::once(&error).chain(&error.below.others).map(|e| (e.line, e.message.clone())).collect()
 }
 
 const SPEC: &str = r#"schema = 1

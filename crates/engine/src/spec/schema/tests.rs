@@ -17,6 +17,9 @@ fn the_committed_schema_is_the_generated_one() {
     assert_eq!(committed, generated, "experiments/schema.json is old; run UPDATE=1 cargo test schema");
 }
 
+/// No faults.
+const NOTHING: [String; 0] = [];
+
 /// The validator, which finds the target of every reference when it is made.
 fn validator() -> Validator {
     jsonschema::draft202012::new(&schema()).unwrap()
@@ -58,9 +61,9 @@ fn collect_references(schema: &Value, found: &mut Vec<String>) {
 fn every_shipped_experiment_is_valid_as_it_is_and_written_out() {
     let validator = validator();
     for (name, text) in builtin::EXPERIMENTS {
-        assert_eq!(faults(&validator, text), [String::new(); 0], "{name}");
+        assert_eq!(faults(&validator, text), NOTHING, "{name}");
         let whole = parse(name, text).unwrap().source;
-        assert_eq!(faults(&validator, &whole), [String::new(); 0], "{name}, written out");
+        assert_eq!(faults(&validator, &whole), NOTHING, "{name}, written out");
     }
 }
 
@@ -152,12 +155,12 @@ const MUTATIONS: [(&str, &str); 24] = [
 #[test]
 fn what_the_program_refuses_is_not_valid() {
     let validator = validator();
-    assert_eq!(faults(&validator, SPEC), [String::new(); 0]);
+    assert_eq!(faults(&validator, SPEC), NOTHING);
     assert_eq!(parse("try.toml", SPEC).map(|_| ()).map_err(|e| e.to_string()), Ok(()));
     for (from, to) in MUTATIONS {
         assert!(SPEC.contains(from), "{from}");
         let text = SPEC.replacen(from, to, 1);
         assert!(parse("try.toml", &text).is_err(), "{from} -> {to}");
-        assert_ne!(faults(&validator, &text), [String::new(); 0], "{from} -> {to}");
+        assert_ne!(faults(&validator, &text), NOTHING, "{from} -> {to}");
     }
 }
