@@ -142,9 +142,10 @@ impl Width {
     /// Checks `width`, which every kind of figure reads.
     fn read(source: Source<'_>, wire: &wire::Figure) -> Result<Self, SpecError> {
         let Some(word) = &wire.width else { return Ok(Self::default()) };
-        Self::ALL.into_iter().find(|width| width.word() == word.get_ref()).ok_or_else(|| {
-            source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word).into_iter())
-        })
+        Self::ALL
+            .into_iter()
+            .find(|width| width.word() == word.get_ref())
+            .ok_or_else(|| source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word)))
     }
 }
 
