@@ -63,10 +63,12 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
     if let Some(path) = &args.plot {
         let strip = video.plot().map_err(Failure::data)?;
-        let bytes = match () {
-            () if is_svg(path) => strip.to_svg().map(String::into_bytes),
-            () if has_end(path, "pdf") => strip.to_pdf(),
-            () => strip.to_png(),
+        let bytes = if is_svg(path) {
+            strip.to_svg().map(String::into_bytes)
+        } else if has_end(path, "pdf") {
+            strip.to_pdf()
+        } else {
+            strip.to_png()
         };
         store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
     }

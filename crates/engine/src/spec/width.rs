@@ -42,7 +42,7 @@ impl Width {
         let of = |word: &Spanned<String>| {
             let known = Self::ALL.into_iter().find(|width| width.word() == word.get_ref());
             known.ok_or_else(|| {
-                source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word).into_iter())
+                source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word))
             })
         };
         word.map(of).transpose()

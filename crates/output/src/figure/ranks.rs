@@ -38,8 +38,10 @@ const BAR: f64 = 7.0;
 const NAMES: f64 = 0.39;
 /// Room beside a name and its rank, in units.
 const BESIDE: f64 = 36.0;
-/// More rankings than these stand in two columns.
+/// More rankings than these stand in two columns, those of few methods.
 const MANY: usize = 2;
+/// Most methods of a ranking beside another.
+const MOST_NARROW: usize = 8;
 /// Room between the columns, in units.
 const GAP: f64 = 16.0;
 const THIN: Stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
@@ -57,15 +59,20 @@ impl Plot for Ranks {
         }
         let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
-        let columns = if self.rankings.len() > MANY && width >= WIDTH { 2 } else { 1 };
-        let w = (width - 2.0 * MARGIN - GAP * (columns - 1) as f64) / columns as f64;
-        for rankings in self.rankings.chunks(columns) {
-            let mut bottom = y;
-            for (k, ranking) in rankings.iter().enumerate() {
-                let left = MARGIN + k as f64 * (w + GAP);
-                bottom = bottom.max(draw_one(&mut scene, ranking, (left, y), w));
+        let several = self.rankings.len() > MANY && width >= WIDTH;
+        let is_narrow = |r: &Ranking| several && r.methods.len() <= MOST_NARROW;
+        // Two narrow ones in a row stand beside each other.
+        for rankings in self.rankings.chunk_by(|a, b| is_narrow(a) && is_narrow(b)) {
+            let columns = if is_narrow(&rankings[0]) { 2 } else { 1 };
+            let w = (width - 2.0 * MARGIN - GAP * (columns - 1) as f64) / columns as f64;
+            for row in rankings.chunks(columns) {
+                let mut bottom = y;
+                for (k, ranking) in row.iter().enumerate() {
+                    let left = MARGIN + k as f64 * (w + GAP);
+                    bottom = bottom.max(draw_one(&mut scene, ranking, (left, y), w));
+                }
+                y = bottom + 14.0;
             }
-            y = bottom + 14.0;
         }
         scene.height = y + MARGIN / 2.0;
         Ok(scene)
@@ -195,6 +202,24 @@ mod tests {
         }
         assert_eq!(svg, figure.to_svg().unwrap());
         assert!(!figure.to_png().unwrap().is_empty());
+    }
+
+    #[test]
+    fn rankings_of_few_methods_stand_beside_each_other() {
+        let of = |n: usize| {
+            let methods = (0..n).map(|k| (format!("method {k}"), 1.0 + k as f64)).collect();
+            Ranking { label: format!("on {n}"), methods, critical: 1.5 }
+        };
+        let figure = Ranks { rankings: vec![of(20), of(4), of(3), of(2)], ..ranks(&[], 1.0) };
+        let place = |label: &str| {
+            let is_it = |item: &&Item| matches!(item, Item::Text { text, .. } if text == label);
+            let scene = figure.scene(WIDTH).unwrap();
+            let Some(Item::Text { at, .. }) = scene.items.iter().find(is_it) else { panic!("{label}") };
+            *at
+        };
+        let places = [20, 4, 3, 2].map(|n| place(&format!("on {n}")));
+        assert!(places[0].1 < places[1].1 && places[1].1 == places[2].1 && places[2].1 < places[3].1);
+        assert!(places[0].0 == places[1].0 && places[1].0 < places[2].0 && places[3].0 == places[0].0);
     }
 
     #[test]

@@ -53,3 +53,17 @@ pub fn ratio(units: &[[i64; 2]], seed: u64) -> (f64, f64) {
     let bounds = enough.then(|| Draws::new(units.len(), DRAWS, seed).interval(units, of, LEVEL));
     bounds.flatten().unwrap_or((f64::NAN, f64::NAN))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // The share of each unit is the same, so that every sample has it; two units are too few.
+    #[test]
+    fn bounds_of_a_ratio_need_three_units() {
+        assert_eq!(ratio(&[[1, 2]; 3], 7), (0.5, 0.5));
+        assert!(ratio(&[[1, 2]; 2], 7).0.is_nan());
+        let (low, high) = ratio(&[[0, 4], [2, 4], [4, 4], [1, 4]], 7);
+        assert!((0.0..0.4375).contains(&low) && (0.4375..=1.0).contains(&high), "{low} {high}");
+    }
+}

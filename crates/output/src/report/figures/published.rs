@@ -37,3 +37,79 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::Pooled;
+    use crate::spec::read::parse;
+
+    fn experiment() -> Experiment {
+        let text = r#"
+            schema = 1
+            name = "a"
+            title = "a"
+            protocol = "sanmiguel2015/1"
+            suites = { test = "synthetic-d1", train = "synthetic-d1" }
+            [[tracker]]
+            name = "color-particle-filter"
+            label = "PF"
+            [[method]]
+            name = "AVU"
+            grid = { length = [5, 20] }
+            [[table]]
+            name = "f"
+            rows = ["length"]
+            columns = "method"
+            metric = "f_score"
+            [[table]]
+            name = "both"
+            rows = ["precision", "recall"]
+            columns = "method"
+            [[published]]
+            table = "f"
+            tracker = "PF"
+            row = "20"
+            values = { AVU = ".40" }
+            [[published]]
+            table = "f"
+            tracker = "PF"
+            row = "5"
+            values = { AVU = ".38±.02" }
+            [[published]]
+            table = "both"
+            tracker = "PF"
+            row = "precision"
+            values = { AVU = ".3" }
+            [[published]]
+            table = "both"
+            tracker = "PF"
+            row = "recall"
+            values = { AVU = ".6" }
+        "#;
+        parse("a.toml", text).unwrap()
+    }
+
+    fn measure(tracker: &str) -> Measure {
+        Measure {
+            tracker: tracker.into(),
+            method: "AVU".into(),
+            params: "length=5".into(),
+            attribute: None,
+            pooled: Pooled::default(),
+            done: 1,
+            failed: 0,
+            not_there: 0,
+        }
+    }
+
+    #[test]
+    fn printed_values_are_found_along_an_axis_and_as_points() {
+        let experiment = experiment();
+        let along = |metric, axis| along(&experiment, &measure("PF"), metric, axis);
+        assert_eq!(along(Metric::F_SCORE, "length"), [(5.0, 0.38), (20.0, 0.4)]);
+        assert!(along(Metric::PRECISION, "length").is_empty() && along(Metric::F_SCORE, "alpha").is_empty());
+        let point = |tracker| point(&experiment, &measure(tracker), Metric::RECALL, Metric::PRECISION);
+        assert_eq!((point("PF"), point("NCC")), (Some((0.6, 0.3)), None));
+    }
+}
