@@ -172,7 +172,7 @@ fn what_cannot_be_judged_is_told() {
     let output = follow(&frames, "5000,1,9,9", &[]);
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr);
-    assert!(message.contains("--init 5000,1,9,9 lies outside of the frame of 160x120 pixels"), "{message}");
+    assert!(message.contains("--init 5000,1,9,9 lies outside of the frame of 320x240 pixels"), "{message}");
     assert!(
         message.contains("which is number 1 of ") && message.contains(frames.to_str().unwrap()),
         "{message}"

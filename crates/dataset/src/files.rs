@@ -324,7 +324,7 @@ mod tests {
         assert!(matches!(files.frame(1), Err(DatasetError::Content { .. })));
         let third = std::fs::File::create(folder.path().join("0003.png")).unwrap();
         third.set_len(image::MAX_FILE_BYTES + 1).unwrap();
-        assert!(files.frame(2).unwrap_err().to_string().contains("larger than 128 MiB"));
+        assert!(files.frame(2).unwrap_err().to_string().contains("larger than 64 MiB"));
     }
 
     #[cfg(unix)]

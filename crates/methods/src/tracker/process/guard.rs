@@ -118,7 +118,11 @@ fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
     match ended {
         Some(WaitStatus::Exited(_, code)) => code,
         Some(WaitStatus::Signaled(_, signal, _)) => {
-            let _ = kill(getpid(), signal);
+            // The first one may only reach the handler that looks for overflows of the stack, and removes itself.
+            for _ in 0..2 {
+                let _ = kill(getpid(), signal);
+                std::thread::sleep(PAUSE);
+            }
             128 + signal as i32
         }
         _ => {
