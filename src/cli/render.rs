@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn otb_layout_holds_the_sequence() {
         let root = tempfile::tempdir().unwrap();
-        let dir = root.path().join("new/otb");
+        let dir = root.path().join("otb");
         run(&args("synthetic-otb", &dir, "Girl")).unwrap();
         let q = of("synthetic-otb", "Girl");
         let rows = numbers(&dir.join("Girl/groundtruth_rect.txt"));

@@ -204,7 +204,7 @@ pub fn leaderboard(
         caption.push('.');
     }
     let suite = &experiment.suites[TEST];
-    let name = metric.title();
+    let name = metric.heading();
     let (beside, how) = if metric.is_of_frames() {
         let how = "low, high: bounds of its 95 % bootstrap interval over sequences, where it has one (equal methods share a \
                    rank; anchors have none)";

@@ -21,7 +21,9 @@ struct Best<'a> {
 
 /// `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` where nothing has a value.
 pub(super) fn verdict(fields: &[Field], measured: &Measured, seed: u64, drawn: &mut Drawn) -> Option<String> {
-    let best: Vec<Best<'_>> = fields.iter().filter_map(|f| best(f, measured, seed, drawn)).collect();
+    // A best one needs another one to be better than.
+    let all: Vec<Best<'_>> = fields.iter().filter_map(|f| best(f, measured, seed, drawn)).collect();
+    let best: Vec<Best<'_>> = all.into_iter().filter(|b| b.next.is_some()).collect();
     let most = if measured.direction() == Direction::LowerIsBetter { "Smallest" } else { "Largest" };
     let title = measured.title();
     if let [one] = best.as_slice() {
@@ -54,8 +56,10 @@ pub(super) fn verdict(fields: &[Field], measured: &Measured, seed: u64, drawn: &
         0 => "on none of them is the lead more than chance".to_string(),
         n => format!("on {n} of them the lead is more than chance"),
     };
+    // A tracker whose methods have several protocols is there for each of them.
+    let what = if best.iter().any(|b| b.field.contains(", ")) { "comparisons" } else { "trackers" };
     (!best.is_empty())
-        .then(|| format!("{most} {title}, of {} trackers: {}; {told}.", best.len(), won.join(", ")))
+        .then(|| format!("{most} {title}, of {} {what}: {}; {told}.", best.len(), won.join(", ")))
 }
 
 fn best<'a>(field: &'a Field, measured: &Measured, seed: u64, drawn: &mut Drawn) -> Option<Best<'a>> {
