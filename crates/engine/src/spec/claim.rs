@@ -315,6 +315,8 @@ mod tests {
         assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, 0.5, 0.6, 0.7], &a), Holds);
         assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, f64::NAN, f64::NAN, 0.7], &a), Undecided);
         assert!(matches!(judged("recall[DTEF] > recall[ARTE*]", &a, &a), Untestable(_)));
+        // So are samples whose ratio has no value.
+        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &a, &[0.0, 0.3, 0.7, 0.7]), Holds);
     }
 
     #[test]

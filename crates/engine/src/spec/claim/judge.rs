@@ -173,14 +173,16 @@ fn combine(op: Op, a: &Measured, b: &Measured) -> Result<Measured, String> {
     if op == Op::Divide && b.value == 0.0 {
         return Err("a division by 0".to_string());
     }
+    // A sample without a finite value has none: a ratio whose lower part is 0 there.
+    let drawn = |a: f64, b: f64| Some(of(a, b)).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
     let spread = match (&a.spread, &b.spread) {
         (Spread::TooFew, _) | (_, Spread::TooFew) => Spread::TooFew,
         (Spread::Exact, Spread::Exact) => Spread::Exact,
         (Spread::Draws(x), Spread::Draws(y)) => {
-            Spread::Draws(x.iter().zip(y).map(|(x, y)| of(*x, *y)).collect())
+            Spread::Draws(x.iter().zip(y).map(|(x, y)| drawn(*x, *y)).collect())
         }
-        (Spread::Draws(x), Spread::Exact) => Spread::Draws(x.iter().map(|x| of(*x, b.value)).collect()),
-        (Spread::Exact, Spread::Draws(y)) => Spread::Draws(y.iter().map(|y| of(a.value, *y)).collect()),
+        (Spread::Draws(x), Spread::Exact) => Spread::Draws(x.iter().map(|x| drawn(*x, b.value)).collect()),
+        (Spread::Exact, Spread::Draws(y)) => Spread::Draws(y.iter().map(|y| drawn(a.value, *y)).collect()),
         _ => match (bounds(a), bounds(b)) {
             (Some(x), Some(y)) => together(op, (a.value, x), (b.value, y), of),
             _ => Spread::TooFew,

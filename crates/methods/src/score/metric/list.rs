@@ -111,19 +111,19 @@ pub const METRICS: &[Metric] = &[
     },
     Metric {
         name: "score_mean",
-        heading: "mean of the normalized scores",
+        heading: "mean normalized score",
         value: |p| p.score.map(|s| s.0),
         ..SCORED
     },
     Metric {
         name: "score_std",
-        heading: "standard deviation of the normalized scores",
+        heading: "deviation of normalized scores",
         value: |p| p.score.map(|s| s.1),
         ..SCORED
     },
     Metric {
         name: "score_mean_std",
-        heading: "mean and standard deviation of the normalized scores",
+        heading: "normalized score",
         kind: Kind::MeanAndDeviation,
         value: |p| p.score.map(|s| s.0),
         ..SCORED
@@ -232,7 +232,7 @@ pub const METRICS: &[Metric] = &[
     },
     Metric {
         name: "f_by_chance",
-        heading: "expected F1 of as many detections at random",
+        heading: "F1 by chance",
         direction: Neither,
         unit: "",
         kind: Kind::Ratio,
