@@ -2,6 +2,7 @@
 
 use crate::tools::{assert_same_files, needs, trackfail};
 use sha2::{Digest, Sha256};
+use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -125,7 +126,7 @@ impl Drop for Tmpfs {
 #[needs(mount)]
 #[test]
 fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
-    let small = Tmpfs::new(32_768);
+    let small = Tmpfs::new(65_536);
     let copy = tempfile::tempdir().unwrap();
     assert!(start(small.dir.path()).wait().unwrap().success());
     let to = copy.path().join("copy");
@@ -142,10 +143,15 @@ fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
     };
 
     let filler = small.dir.path().join("filler");
-    let mut room = vec![0_u8; 1 << 25];
-    while std::fs::write(&filler, &room).is_err() && room.len() > 4096 {
-        room.truncate(room.len() - 4096);
+    let room = vec![0_u8; 1 << 20];
+    let mut file = std::fs::File::create(&filler).unwrap();
+    let mut chunk = room.len();
+    while chunk >= 4096 {
+        if file.write_all(&room[..chunk]).is_err() {
+            chunk /= 2;
+        }
     }
+    drop(file);
     let (code, text) = again(small.dir.path());
     assert_eq!(code, Some(1), "{text}");
     assert!(text.starts_with("error: quickstart: ") && text.contains("No space left"), "{text}");

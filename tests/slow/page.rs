@@ -191,7 +191,7 @@ fn headings_sort(browser: &mut Browser) {
 
 /// A folded table opens when a link leads to it.
 fn folded_table_opens(browser: &mut Browser) {
-    let last = "document.querySelector('.table:last-of-type')";
+    let last = "[...document.querySelectorAll('details.table')].at(-1)";
     browser.value(&format!("{last}.open = false"));
     browser.click("document.querySelector('.contents li:last-child a')", 0.5);
     assert_eq!(browser.value(&format!("{last}.open")), true);

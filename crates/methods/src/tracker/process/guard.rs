@@ -1,6 +1,6 @@
 //! A process between this program and another one, which ends together with all that the other one has started.
 //!
-//! On Linux this program starts itself under the word [`WORD`], and that process starts the other program. It is the
+//! On Linux this program starts itself under the word `WORD`, and that process starts the other program. It is the
 //! subreaper of whatever the program starts (`PR_SET_CHILD_SUBREAPER`): a process whose parent has ended becomes its
 //! child, also one that has left its group and session. So all of them are below the guard in the tree of processes, and
 //! are found there when the program has ended, when this program asks, or when this program dies. The guard ends as the
