@@ -2,6 +2,7 @@
 //! part that is wrong still finds its name, and what follows only from an error is not told.
 
 mod trackers;
+mod words;
 
 use super::analysis::{self, Analysis};
 use super::error::{Errors, Source, SpecError};
@@ -11,7 +12,7 @@ use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
 use super::name::{self, check_file_name, check_label, check_unique};
 use super::recover::{self, Shape};
-use super::table::{self, GridAxis, Published, Table, Words, inherit_published};
+use super::table::{self, Published, Table, Words, inherit_published};
 use super::{Experiment, OTHERS, TEST, claim, wire, written_out};
 use crate::dataset::suite::Catalog;
 use crate::score::{self, Protocol};
@@ -138,7 +139,7 @@ impl Reader<'_> {
             limits::check_work(source, wire.method.span(), runs, &methods)?;
         }
 
-        let words = words(self.catalog, &wire, &suites, &known, &methods, &analyses);
+        let words = words::words(self.catalog, &wire, &suites, &known.labels, &methods, &analyses);
         let parts = Parts::of(&wire, &analyses, words.sequences.is_empty(), |key| {
             places(&document, key).iter().map(|place| items.contains(place)).collect()
         });
@@ -213,7 +214,7 @@ struct Parts {
     analyses: Vec<String>,
     /// Whether the sequences are not known.
     no_sequences: bool,
-    /// Of each list whether its items have lost something.
+    /// List -> whether each of its items has lost something.
     cut: BTreeMap<&'static str, Vec<bool>>,
 }
 
@@ -316,52 +317,6 @@ fn read_analyses(
         analyses.push(analysis);
     }
     Ok(analyses)
-}
-
-/// The names that tables, figures and claims may refer to. A method that is wrong has its name and its axes.
-fn words(
-    catalog: &Catalog,
-    wire: &wire::Experiment,
-    suites: &BTreeMap<String, String>,
-    known: &Known<'_>,
-    methods: &[Method],
-    analyses: &[Analysis],
-) -> Words {
-    let is_wrong = |m: &&wire::Method| methods.iter().all(|right| right.name != *m.name.get_ref());
-    let wrong: Vec<&wire::Method> = wire.method.get_ref().iter().filter(is_wrong).collect();
-    let points = methods.iter().flat_map(|m| &m.variants).flat_map(|v| v.point.iter().map(|(axis, _)| axis));
-    let axes: BTreeSet<&String> =
-        points.chain(wrong.iter().flat_map(|m| &m.grid).flat_map(|g| g.keys())).collect();
-    let names = |keep: fn(&Method) -> bool| -> Vec<String> {
-        let right = |m: &&wire::Method| methods.iter().find(|r| r.name == *m.name.get_ref()).is_none_or(keep);
-        wire.method.get_ref().iter().filter(right).map(|m| m.name.get_ref().clone()).collect()
-    };
-    let sequences = suites.get(TEST).and_then(|name| catalog.suite(name).ok());
-    Words {
-        methods: names(|_| true),
-        trackers: known.labels.clone(),
-        axes: axes.into_iter().cloned().collect(),
-        grids: methods.iter().flat_map(grid_axes).collect(),
-        sequences: sequences.map_or_else(Vec::new, |suite| suite.sequence_names()),
-        drawn: names(|m| !m.has_grid()),
-        with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),
-        analyses: analyses.iter().map(|a| (a.name.clone(), a.names())).collect(),
-    }
-}
-
-/// The axes of a method's grid.
-fn grid_axes(method: &Method) -> Vec<GridAxis> {
-    let mut axes: Vec<GridAxis> = Vec::new();
-    for (axis, value) in method.variants.iter().flat_map(|v| &v.point) {
-        match axes.iter_mut().find(|known| known.axis == *axis) {
-            Some(known) if known.values.contains(value) => {}
-            Some(known) => known.values.push(*value),
-            None => {
-                axes.push(GridAxis { method: method.name.clone(), axis: axis.clone(), values: vec![*value] })
-            }
-        }
-    }
-    axes
 }
 
 fn read_tables(

@@ -41,7 +41,7 @@ impl Curve {
 /// Maximum number of points of a curve that is drawn with marks.
 const MAX_MARKERS: usize = 30;
 
-/// What a single point says.
+/// Meaning of a single point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     /// A ring: the point at which a method is operated.

@@ -48,7 +48,7 @@ pub enum Item {
         radius: f64,
         rgb: [u8; 3],
     },
-    /// What lies between two lines over the same places from left to right, see-through.
+    /// The area between two lines over the same places from left to right, see-through.
     Band {
         upper: Vec<Point>,
         lower: Vec<Point>,

@@ -147,11 +147,6 @@ fn line(claim: &Claim, c: &Compared) -> String {
     format!("{left} {right}: {numbers}, {}", outcome(&c.verdict).words())
 }
 
-/// A verdict in words.
-pub fn verdict_words(verdict: &ClaimVerdict) -> &'static str {
-    outcome(verdict).words()
-}
-
 fn outcome(verdict: &ClaimVerdict) -> ClaimOutcome {
     match verdict {
         ClaimVerdict::Holds => ClaimOutcome::Holds,

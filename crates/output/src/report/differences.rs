@@ -2,8 +2,9 @@
 //!
 //! The numbers are those of `frame_pairs.csv`; see [`crate::results::frame_pairs`] for the statistics.
 
+use super::headline::{self, MAX_ROWS, by_chance, estimate, signed_bounds};
 use super::layouts::{self, cell, group, of_suite};
-use crate::figure::{Dot, DotPanel, Dots};
+use crate::figure::{Dot, Dots};
 use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::frame_pairs::{Difference, Pair};
@@ -52,46 +53,31 @@ pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
     let ranked = ranked(results);
     let (first, second) = (ranked.first().filter(|_| !pairs.is_empty())?, ranked.get(1)?);
     let style = Style::DEFAULT;
-    let shown = |m: &FrameMeasures| {
-        let bounds = m.auroc_low.zip(m.auroc_high);
-        let bounds = bounds.map(|(l, h)| format!(" (95 %: {} to {})", style.format(l), style.format(h)));
-        format!("{}{}", m.auroc.map_or_else(String::new, |v| style.format(v)), bounds.unwrap_or_default())
-    };
+    let shown = estimate(style, first.measures.auroc?, bounds(first));
     let mut text = format!(
-        "Lost frames are told from good ones best by {}: area under the ROC curve {} over all trackers together.",
-        first.name,
-        shown(first.measures)
+        "Lost frames are told from good ones best by {}: area under the ROC curve {shown} over all trackers together.",
+        first.name
     );
-    if let Some(Difference { value: Some(value), bounds: Some((low, high)) }) =
-        pair_of(pairs, first.name, second.name).map(|pair| pair.auroc)
-    {
-        let apart = if low > 0.0 {
-            "which is more than chance"
-        } else {
-            "which these sequences cannot tell from chance"
-        };
-        let [value, low, high] = [value, low, high].map(|v| style.format_signed(v));
-        text.push_str(&format!(" It leads {} by {value} ({low} to {high}), {apart}.", second.name));
+    let lead = pair_of(pairs, first.name, second.name).map(|pair| pair.auroc);
+    if let Some(Difference { value: Some(value), bounds: Some(bounds) }) = lead {
+        let (value, chance) = (style.format_signed(value), by_chance(Some(bounds)));
+        let bounds = signed_bounds(style, bounds);
+        text.push_str(&format!(" It leads {} by {value} ({bounds}), {chance}.", second.name));
     }
     Some(text)
 }
 
-/// Most methods of the figure.
-const MAX_ROWS: usize = 16;
+/// Bounds of the area under the ROC curve.
+fn bounds(method: &Ranked<'_>) -> Option<(f64, f64)> {
+    method.measures.auroc_low.zip(method.measures.auroc_high)
+}
 
 /// The best methods with their intervals, as a figure with its caption; `None` for results without pairs.
 pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
     let ranked = ranked(results);
     let shown = &ranked[..ranked.len().min(MAX_ROWS)];
-    let dot = |m: &Ranked<'_>| {
-        let bounds = m.measures.auroc_low.zip(m.measures.auroc_high);
-        m.measures.auroc.map(|value| Dot { value, bounds })
-    };
-    let panel = DotPanel {
-        label: "all trackers together".to_string(),
-        mark: None,
-        values: shown.iter().map(dot).collect(),
-    };
+    let dot = |m: &Ranked<'_>| m.measures.auroc.map(|value| Dot { value, bounds: bounds(m) });
+    let panel = ("all trackers together".to_string(), shown.iter().map(dot).collect());
     let caption = format!(
         "Area under the ROC curve of lost frames against good ones, all trackers together, with 95 % bootstrap intervals over \
          sequences; the best {} of {} methods. {}",
@@ -99,12 +85,8 @@ pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
         ranked.len(),
         layouts::suite(results)
     );
-    let dots = Dots {
-        title: String::new(),
-        note: "Area under the ROC curve, larger is better, with 95 % intervals over sequences".to_string(),
-        rows: shown.iter().map(|m| m.name.to_string()).collect(),
-        panels: vec![panel],
-    };
+    let rows = shown.iter().map(|m| m.name.to_string()).collect();
+    let dots = headline::dots("Area under the ROC curve", "larger", rows, vec![panel]);
     (!pairs.is_empty() && shown.len() > 1).then_some((dots, caption))
 }
 

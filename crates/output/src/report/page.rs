@@ -25,7 +25,7 @@ pub struct Page {
     pub verdict: Vec<String>,
     /// Warnings, at the head of the page.
     pub warnings: Vec<String>,
-    /// What the numbers are and are not, in paragraphs behind the main table.
+    /// Notes on how to read the numbers, in paragraphs behind the main table.
     pub summary: Vec<String>,
     /// The conclusions of the paper, and whether they hold here.
     pub claims: Vec<ClaimView>,

@@ -12,6 +12,7 @@ mod verdict;
 use super::layouts::{self, cell, group, of_suite, table};
 use super::operating;
 use super::pairs;
+use super::units::{counts_of_sequences, metric_of_sum};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
@@ -22,7 +23,7 @@ use crate::results::Results;
 use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
 use crate::score::metric::Source;
-use crate::score::{Counts, Metric, Pooled, Protocol, TrackerMetric};
+use crate::score::{Metric, Protocol, TrackerMetric};
 use crate::spec::Experiment;
 use crate::spec::method::Variant;
 use crate::spec::table::Side;
@@ -112,11 +113,7 @@ impl Measured {
     /// The measure from the summed counts of all units.
     fn value(&self, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
         match self {
-            Self::Counted(metric) => {
-                let [tp, fp, fn_, tn] = counts.map(|c| u64::try_from(c).unwrap_or(0));
-                let counts = Counts { tp, fp, fn_, tn };
-                metric.value(&Pooled { counts, chance: Some(chance), ..Pooled::default() })
-            }
+            Self::Counted(metric) => metric_of_sum(*metric, Some(chance), counts),
             Self::Mean(_) => (counts[1] > 0).then(|| counts[0] as f64 / BILLION / counts[1] as f64),
         }
     }
@@ -155,23 +152,6 @@ struct Field {
     /// How detections at random match by the protocol.
     chance: Chance,
     competitors: Vec<Competitor>,
-}
-
-/// Tracker and method, with its grid point -> sequence -> counts of all runs.
-pub(super) type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
-
-/// The counts of every method on every tracker, by sequence.
-pub(super) fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
-    let mut counts = UnitCounts::new();
-    for row in scores {
-        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
-        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
-        let Counts { tp, fp, fn_, tn } = row.counts;
-        // More than any sequence has; the limit keeps sums of forged counts from overflowing.
-        let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
-        sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
-    }
-    counts
 }
 
 fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
@@ -267,11 +247,11 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
         let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
+        let duels = duels(fields, measured, seed);
         if k == 0 {
-            uncertainty.verdict = verdict::verdict(fields, measured, seed, &mut drawn);
+            uncertainty.verdict = verdict::verdict(fields, [&tables[0], &duels], measured);
             uncertainty.headline = verdict::dots(fields, &tables[0], measured, &suite);
         }
-        let duels = duels(fields, measured, seed);
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         tables.iter_mut().for_each(|table| table.name.push_str(suffix));
         uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));

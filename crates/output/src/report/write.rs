@@ -92,9 +92,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         .or(verdict)
         .into_iter()
         .collect();
-    table::write_tables(&results.folder, &results.experiment, &facts, &layouts)?;
-    // The page offers them, wherever the results are.
-    table::write_tables(folder, &results.experiment, &facts, &layouts)?;
+    // Beside the page too: it offers them, wherever the results are.
+    table::write_tables([&results.folder, folder], &results.experiment, &facts, &layouts)?;
     page.downloads = true;
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);

@@ -28,7 +28,7 @@ impl std::fmt::Display for Unfinished {
     }
 }
 
-/// What a program's failure ends with, when it said more on stderr than that it ended.
+/// Text before the last lines of a program's stderr, in the reason of its failure.
 const ON_STDERR: &str = "its stderr ends with: ";
 
 /// Why a cell failed, without its own name and its sequence's, so that many can fail for the same cause: the last line of what

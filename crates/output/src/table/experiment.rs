@@ -89,23 +89,23 @@ fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
     format!(" Targets: {}.", words.join(", "))
 }
 
-/// Writes the tables into the folder `tables`, each as CSV, Parquet, Markdown and LaTeX, and `macros.tex` with a command
-/// for every number.
+/// Writes the tables into the folder `tables` of each of the folders, each as CSV, Parquet, Markdown and LaTeX, and
+/// `macros.tex` with every number.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn write_tables(
-    folder: &Path,
+    folders: [&Path; 2],
     experiment: &Experiment,
     facts: &[Fact],
     layouts: &[TableLayout],
 ) -> Result<(), ResultsError> {
     for layout in layouts {
-        write_table(folder, layout)?;
+        write_table(folders, layout)?;
     }
     if !layouts.is_empty() {
         let commands = macros::macros(&experiment.name, facts, layouts);
-        store::write_derived(&folder.join(tables::FOLDER).join(macros::FILE), commands.as_bytes())?;
+        write_file(folders, macros::FILE, commands.as_bytes())?;
     }
     Ok(())
 }
@@ -114,15 +114,23 @@ pub fn write_tables(
 ///
 /// # Errors
 /// When a file cannot be written.
-fn write_table(folder: &Path, layout: &TableLayout) -> Result<(), ResultsError> {
-    let path = |ending: &str| folder.join(tables::FOLDER).join(format!("{}.{ending}", layout.name));
-    store::write_derived(&path("csv"), &render::csv(layout)?)?;
-    store::write_derived(&path("md"), render::markdown(layout).as_bytes())?;
-    store::write_derived(&path("parquet"), &render::parquet(layout)?)?;
-    store::write_derived(&path("tex"), latex::latex(layout).as_bytes())?;
-    store::write_derived(&path("body.tex"), latex::body(layout).as_bytes())?;
+fn write_table(folders: [&Path; 2], layout: &TableLayout) -> Result<(), ResultsError> {
+    let write = |ending: &str, bytes: &[u8]| write_file(folders, &format!("{}.{ending}", layout.name), bytes);
+    write("csv", &render::csv(layout)?)?;
+    write("md", render::markdown(layout).as_bytes())?;
+    write("parquet", &render::parquet(layout)?)?;
+    write("tex", latex::latex(layout).as_bytes())?;
+    write("body.tex", latex::body(layout).as_bytes())?;
     if let Some(counts) = latex::counts(layout) {
-        store::write_derived(&path("counts.tex"), counts.as_bytes())?;
+        write("counts.tex", counts.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes a file into the folder `tables` of each of the folders.
+fn write_file(folders: [&Path; 2], name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+    for folder in folders {
+        store::write_derived(&folder.join(tables::FOLDER).join(name), bytes)?;
     }
     Ok(())
 }

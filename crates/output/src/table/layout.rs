@@ -73,11 +73,11 @@ pub struct Label {
     pub name: String,
     /// How people read it: `F1 score ↑`, `length = 5`.
     pub shown: String,
-    /// What stands under it.
+    /// Kind of the column.
     pub kind: LabelKind,
 }
 
-/// What stands under a heading: pages and LaTeX tables show results first.
+/// Kind of a column: pages and LaTeX tables show results first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LabelKind {

@@ -43,7 +43,7 @@ fn wanted(expected: &str, first: impl FnOnce() -> u64) -> String {
     }
 }
 
-/// What stands there, in words.
+/// The value that was found, in words.
 fn given(found: &str) -> String {
     let quoted = |prefix: &str| found.strip_prefix(prefix).map(|text| text.trim_matches('`').to_string());
     let plain = ["integer ", "floating point ", "boolean "].into_iter().find_map(quoted);

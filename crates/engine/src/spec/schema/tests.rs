@@ -25,7 +25,7 @@ fn validator() -> Validator {
     jsonschema::draft202012::new(&schema()).unwrap()
 }
 
-/// What is wrong with an experiment's text, by the schema.
+/// Errors that the schema finds in the text of an experiment.
 fn faults(validator: &Validator, text: &str) -> Vec<String> {
     let value: toml::Value = toml::from_str(text).unwrap();
     let value = serde_json::to_value(value).unwrap();

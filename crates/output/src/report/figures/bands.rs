@@ -2,10 +2,10 @@
 
 use crate::num::pooled::{Drawn, Draws};
 use crate::num::seed;
-use crate::report::uncertainty::{UnitCounts, counts_of_sequences};
+use crate::report::units::{UnitCounts, counts_of_sequences, metric_of_sum};
 use crate::results::{CellScore, Measure, Results, method_label};
+use crate::score::Metric;
 use crate::score::metric::Source;
-use crate::score::{Counts, Metric, Pooled};
 use crate::table::leaderboard::MIN_SEQUENCES;
 
 /// Level of the intervals.
@@ -36,10 +36,7 @@ impl<'r> Bands<'r> {
             return (f64::NAN, f64::NAN);
         };
         let chance = self.results.experiment.chance_of(&measure.method);
-        let value = |c: &[i64; 4]| {
-            let [tp, fp, fn_, tn] = c.map(|c| u64::try_from(c).unwrap_or(0));
-            metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
-        };
+        let value = |sum: &[i64; 4]| metric_of_sum(metric, chance, sum);
         let units: Vec<[i64; 4]> = units.values().copied().collect();
         let draws = self.drawn.of(units.len(), DRAWS, self.seed);
         draws.interval(&units, value, LEVEL).unwrap_or((f64::NAN, f64::NAN))

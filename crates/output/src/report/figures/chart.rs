@@ -4,7 +4,7 @@
 //! the others; one with a point a tracker names the points. One with several curves has a panel a tracker. Curves whose
 //! names differ in a number alone, such as the length of a window, have ordered colors.
 
-use super::curve::short;
+use super::curve::SHORT;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{capitalized, drawing, plain};
 use crate::analysis::Chart;
@@ -47,7 +47,7 @@ fn chart(results: &Results, shows: &FindingName) -> Curves {
         let number = name.strip_prefix('[').and_then(|n| n.strip_suffix(']'));
         match number {
             Some(number) if is_precision_recall => Some((
-                format!("{who} (AP {}, F {})", short(area(points)), number.trim_start_matches('0')),
+                format!("{who} (AP {}, F {})", SHORT.format(area(points)), number.trim_start_matches('0')),
                 points.clone(),
             )),
             Some(number) => Some((format!("{who} [{number}]"), points.clone())),

@@ -2,13 +2,14 @@
 
 use super::bands::Bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::lines::{Line, arrange, capitalized, drawing, with_remark};
+use super::lines::{Line, arrange, drawing, with_remark};
 use super::published;
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::report::operating;
 use crate::report::uncertainty::headline;
 use crate::score::Metric;
 use crate::table::layout::is_anchor;
+use crate::table::number::Style;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "curve", shows_tracks: false, draw };
@@ -34,11 +35,8 @@ pub fn average_precision(points: &[(f64, f64)]) -> f64 {
     area
 }
 
-/// A number below 1 as papers print it.
-pub fn short(value: f64) -> String {
-    let text = format!("{value:.2}");
-    text.strip_prefix("0.").map_or(text.clone(), |digits| format!(".{digits}"))
-}
+/// How an average precision is printed: `.26`.
+pub const SHORT: Style = Style { decimals: 2, bare: true };
 
 /// A point of a curve, with what it is made of.
 #[derive(Clone, Copy)]
@@ -103,7 +101,7 @@ fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> (Curves
             has_best |= printed.is_none();
             line.operating = printed.or(best).map(|at| at.point);
             if is_precision_recall {
-                line.summary = format!("AP {}", short(average_precision(&line.points)));
+                line.summary = format!("AP {}", SHORT.format(average_precision(&line.points)));
             }
         }
         line
@@ -125,7 +123,7 @@ fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> (Curves
             " AP is the area under the points in steps, from recall 0 to the largest one. Dashed lines have equal F.",
         );
     }
-    let names = (capitalized(x.heading()), capitalized(y.heading()));
+    let names = (x.title(), y.title());
     let all = |side: fn(&(f64, f64)) -> f64| lines.iter().flat_map(|l| &l.points).map(side);
     let bounds = lines.iter().flat_map(|l| &l.band).flat_map(|b| [b.0, b.1]).filter(|b| b.is_finite());
     let x_axis = CurveAxis { range: range(x, all(|p| p.0)), ..CurveAxis::new(&names.0) };
@@ -175,7 +173,7 @@ mod tests {
     fn average_precision_is_a_sum_of_steps() {
         let points = [(0.1, 0.9), (0.3, 0.6), (0.4, 0.5), (0.4, 0.2), (0.5, f64::NAN)];
         assert!((average_precision(&points) - (0.09 + 0.12 + 0.05)).abs() < 1e-12);
-        assert_eq!((short(0.261), short(1.0)), (".26".to_string(), "1.00".to_string()));
+        assert_eq!((SHORT.format(0.261), SHORT.format(1.0)), (".26".to_string(), "1.00".to_string()));
     }
 
     #[test]

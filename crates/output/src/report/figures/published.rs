@@ -4,14 +4,11 @@ use crate::results::Measure;
 use crate::score::Metric;
 use crate::spec::Experiment;
 use crate::spec::table::{Published, Side};
-
-fn number(text: &str) -> Option<f64> {
-    text.split('±').next()?.trim().parse().ok()
-}
+use crate::table::number::printed_value;
 
 /// The printed value of a method in a row.
 fn value(published: &Published, method: &str) -> Option<f64> {
-    published.values.iter().find(|(column, _)| column == method).and_then(|(_, text)| number(text))
+    published.values.iter().find(|(column, _)| column == method).and_then(|(_, text)| printed_value(text))
 }
 
 /// The value of a metric that is printed for a method on a tracker.
@@ -32,7 +29,7 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
         table.is_some_and(|t| t.metric == Some(metric) && t.rows == Side::Axis(axis.to_string()))
     };
     let mine = experiment.published.iter().filter(|p| p.tracker == measure.tracker).filter(is_along);
-    let at = |p: &Published| Some((number(&p.row)?, value(p, &measure.method)?));
+    let at = |p: &Published| Some((printed_value(&p.row)?, value(p, &measure.method)?));
     let mut points: Vec<(f64, f64)> = mine.filter_map(at).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points

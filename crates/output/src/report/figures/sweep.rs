@@ -72,7 +72,7 @@ fn sweep(scope: &Scope<'_>, metric: Metric, x: &str, methods: &[String]) -> Curv
         order.sort_by(|a, b| line.points[*a].0.total_cmp(&line.points[*b].0));
         (line.points, line.band) = order.iter().map(|k| (line.points[*k], line.band[*k])).unzip();
     }
-    let names = (capitalized(x), capitalized(metric.heading()));
+    let names = (capitalized(x), metric.title());
     let mut curves = arrange(experiment, &scope.note, (&names.0, &names.1), lines);
     let style = Style { width: 1.1, ..Style::new(Color::Gray, Dash::Dashed) };
     for at in uprights(scope, x, methods).into_iter().filter(|at| ends.contains(at)) {

@@ -1,0 +1,29 @@
+//! Counts of sequences, the units that intervals and tests draw, and metrics of their sums.
+
+use crate::results::{CellScore, method_label};
+use crate::score::chance::Chance;
+use crate::score::{Counts, Metric, Pooled};
+use std::collections::BTreeMap;
+
+/// Tracker and method, with its grid point -> sequence -> TP, FP, FN and TN of all runs.
+pub type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
+
+/// The counts of every method on every tracker, by sequence.
+pub fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
+    let mut counts = UnitCounts::new();
+    for row in scores {
+        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
+        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
+        let Counts { tp, fp, fn_, tn } = row.counts;
+        // More than any sequence has; the limit keeps sums of forged counts from overflowing.
+        let new = [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64);
+        sum.iter_mut().zip(new).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
+    }
+    counts
+}
+
+/// A metric of counts of the sum over units; `None` where it has no value.
+pub fn metric_of_sum(metric: Metric, chance: Option<Chance>, sum: &[i64; 4]) -> Option<f64> {
+    let [tp, fp, fn_, tn] = sum.map(|c| u64::try_from(c).unwrap_or(0));
+    metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
+}
