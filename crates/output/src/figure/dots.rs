@@ -40,6 +40,8 @@ pub struct Dots {
     pub rows: Vec<String>,
     /// The panels, from the left.
     pub panels: Vec<DotPanel>,
+    /// Whether all panels have one axis, because they show one statistic.
+    pub shared_axis: bool,
 }
 
 /// Height of a row, in units.
@@ -71,6 +73,7 @@ impl Plot for Dots {
         let most = (((room + GAP) / (LEAST + GAP)) as usize).max(1);
         let count = self.panels.len().div_ceil(self.panels.len().div_ceil(most));
         let w = (room - GAP * (count - 1) as f64) / count as f64;
+        let shared = if self.shared_axis { Some(range(&self.panels)?) } else { None };
         for panels in self.panels.chunks(count) {
             let top = y + HEADING;
             let bottom = top + ROW * self.rows.len() as f64;
@@ -81,7 +84,8 @@ impl Plot for Dots {
             }
             for (k, panel) in panels.iter().enumerate() {
                 let x = MARGIN + names + k as f64 * (w + GAP);
-                draw_panel(&mut scene, panel, &Area { x, y: top, w, h: bottom - top })?;
+                let range = shared.map_or_else(|| range(std::slice::from_ref(panel)), Ok)?;
+                draw_panel(&mut scene, panel, &Area { x, y: top, w, h: bottom - top }, range);
             }
             y = bottom + 28.0;
         }
@@ -90,12 +94,17 @@ impl Plot for Dots {
     }
 }
 
-fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area) -> Result<(), FigureError> {
+/// Lower and upper end of an axis that has all values, bounds and marks of some panels.
+fn range(panels: &[DotPanel]) -> Result<(f64, f64), FigureError> {
     let ends = |Dot { value, bounds }: Dot| {
         [Some(value), bounds.map(|b| b.0), bounds.map(|b| b.1)].into_iter().flatten()
     };
-    let known = panel.values.iter().flatten().copied().flat_map(ends).chain(panel.mark);
-    let range = Range::Auto.resolve(known.filter(|v| usable(*v)), false, TICKS)?;
+    let of_panel =
+        |p: &DotPanel| p.values.iter().flatten().copied().flat_map(ends).chain(p.mark).collect::<Vec<_>>();
+    Range::Auto.resolve(panels.iter().flat_map(of_panel).filter(|v| usable(*v)), false, TICKS)
+}
+
+fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area, range: (f64, f64)) {
     let axis = Axis::new(range, (area.x, area.right()), 6.0, false);
     for (k, line) in font::wrap(&panel.label, SMALL, area.w, 2).iter().enumerate() {
         let y = area.y - HEADING + 8.0 + 12.0 * k as f64;
@@ -142,7 +151,6 @@ fn draw_panel(scene: &mut Scene, panel: &DotPanel, area: &Area) -> Result<(), Fi
             rgb: Color::Blue.rgb(),
         });
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -161,6 +169,7 @@ mod tests {
             note: String::new(),
             rows: vec!["as printed".into(), "x<y".into()],
             panels: vec![panel("recall", Some(0.7)), panel("precision", None)],
+            shared_axis: false,
         };
         let scene = dots.scene(crate::figure::WIDTH).unwrap();
         let circles = scene.items.iter().filter(|i| matches!(i, Item::Circle { .. })).count();
@@ -174,5 +183,23 @@ mod tests {
         let svg = dots.to_svg().unwrap();
         assert!(svg.contains("x&lt;y") && svg.contains("precision"));
         assert!(Dots { rows: vec![], ..dots }.to_svg().is_err());
+    }
+
+    // Both panels have values of .4; with an axis of its own, the one without a mark has it further to the right.
+    #[test]
+    fn equal_values_of_a_shared_axis_are_in_equal_places() {
+        let dot = |value| Some(Dot { value, bounds: None });
+        let panel =
+            |high| DotPanel { label: "p".into(), mark: None, values: vec![dot(0.0), dot(0.4), dot(high)] };
+        let places = |shared_axis| {
+            let (rows, panels) = (["a", "b", "c"].map(String::from).into(), vec![panel(0.4), panel(1.0)]);
+            let dots = Dots { title: String::new(), note: String::new(), rows, panels, shared_axis };
+            let scene = dots.scene(crate::figure::WIDTH).unwrap();
+            let circle = |i: &Item| if let Item::Circle { center, .. } = i { Some(center.0) } else { None };
+            let x: Vec<f64> = scene.items.iter().filter_map(circle).collect();
+            (x[1] - x[0], x[4] - x[3])
+        };
+        let (own, shared) = (places(false), places(true));
+        assert!((shared.0 - shared.1).abs() < 1e-9 && own.0 > 2.0 * own.1, "{own:?} {shared:?}");
     }
 }

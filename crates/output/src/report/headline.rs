@@ -40,5 +40,6 @@ pub fn dots(measure: &str, way: &str, rows: Vec<String>, panels: Vec<(String, Ve
         note: format!("{measure}, {way} is better, with 95 % intervals over sequences"),
         rows,
         panels: panels.into_iter().map(panel).collect(),
+        shared_axis: true,
     }
 }

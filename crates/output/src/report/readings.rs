@@ -191,6 +191,7 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
                 .to_string(),
             rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
             panels: shown.iter().map(panel).collect(),
+            shared_axis: false,
         };
         let caption = format!(
             "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",

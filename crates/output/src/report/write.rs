@@ -34,6 +34,8 @@ pub struct WrittenReport {
     pub tables: Vec<TableLayout>,
     /// Counts of every cell.
     pub scores: Vec<CellScore>,
+    /// The answer of the page in a sentence; may be empty.
+    pub verdict: String,
 }
 
 /// A report that could not be written.
@@ -137,7 +139,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
     page.tables.truncate(own);
-    Ok(WrittenReport { findings, tables: page.tables, scores })
+    Ok(WrittenReport { findings, tables: page.tables, scores, verdict: page.verdict.join(" ") })
 }
 
 /// Name of the figure of all methods with their intervals.
@@ -321,7 +323,7 @@ fn page_frame(results: &Results) -> Page {
         if let Some((parameter, trained_on)) = &method.trained
             && *trained_on == suite.name
         {
-            let warning = format!("{}: `{parameter}` was tuned on the test suite itself.", method.name);
+            let warning = format!("{}: {parameter} was tuned on the test suite itself.", method.name);
             if !warnings.contains(&warning) {
                 warnings.push(warning);
             }

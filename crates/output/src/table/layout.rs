@@ -168,7 +168,8 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
 
 /// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
 pub fn targets_note(present: usize, wanted: usize) -> String {
-    if present == wanted { format!("{wanted} targets") } else { format!("{present} of {wanted} targets") }
+    let targets = if wanted == 1 { "target" } else { "targets" };
+    if present == wanted { format!("{wanted} {targets}") } else { format!("{present} of {wanted} {targets}") }
 }
 
 /// Makes a table of pooled numbers; `data_note` says what they rest on.

@@ -10,7 +10,7 @@ use crate::report::files::SUMMARY;
 use crate::report::uncertainty;
 use crate::report::write::WrittenReport;
 use crate::results::Measure;
-use crate::results::{self, CellScore, Results};
+use crate::results::{self, Results};
 use crate::table;
 use crate::table::layout;
 use crate::table::number::Style;
@@ -19,8 +19,9 @@ use std::path::Path;
 
 /// Version of the summary's format.
 /// - 1: first version;
-/// - 2: undecided claims, and checks beside claims.
-pub const FORMAT: u32 = 2;
+/// - 2: undecided claims, and checks beside claims;
+/// - 3: the verdict.
+pub const FORMAT: u32 = 3;
 /// Maximum size of a summary that is read, in bytes.
 pub(super) const MAX_SUMMARY: u64 = 1 << 20;
 
@@ -55,6 +56,9 @@ pub struct Summary {
     pub synthetic: bool,
     /// Number of cells without a result.
     pub failed: u64,
+    /// The answer of its page in a sentence; may be empty.
+    #[serde(default)]
+    pub verdict: String,
     /// The best method on each tracker, in the experiment's order.
     pub best: Vec<Best>,
     /// Its methods on the leaderboard, for an experiment that asks for it.
@@ -76,12 +80,12 @@ pub struct Best {
     pub value: String,
 }
 
-/// The summary of a report; `scores` are those of [`Results::scores`], `findings` its tested claims.
-pub fn summary(results: &Results, scores: &[CellScore], findings: &[Finding]) -> Summary {
+/// The summary of a written report.
+pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
     let counts = |checks: bool| {
-        ClaimCounts::of(findings.iter().filter(|f| f.is_check == checks).map(Finding::overall))
+        ClaimCounts::of(written.findings.iter().filter(|f| f.is_check == checks).map(Finding::overall))
     };
     Summary {
         format: FORMAT,
@@ -97,8 +101,9 @@ pub fn summary(results: &Results, scores: &[CellScore], findings: &[Finding]) ->
         wanted: suite.wanted as u64,
         synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
         failed: manifest.cells_failed.len() as u64,
+        verdict: written.verdict.clone(),
         best: best(results),
-        standings: standings(results, scores),
+        standings: standings(results, &written.scores),
     }
 }
 
@@ -147,7 +152,7 @@ fn best(results: &Results) -> Vec<Best> {
 /// When the file cannot be written.
 pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), SiteError> {
     let path = report.join(SUMMARY);
-    let summary = summary(results, &written.scores, &written.findings);
+    let summary = summary(results, written);
     Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)
 }
 

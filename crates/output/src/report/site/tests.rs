@@ -140,7 +140,7 @@ fn summaries_that_cannot_be_read_give_warnings() {
     let warnings = write_index(dir.path()).unwrap();
     assert_eq!(warnings.len(), broken.len() + 2, "{warnings:#?}");
     assert!(warnings.iter().any(|t| t.contains("bad/none") && t.contains("`trackfail report bad/none`")));
-    assert!(warnings.iter().any(|t| t.contains("has format 3")));
+    assert!(warnings.iter().any(|t| t.contains("has format 4")));
     let page = page(dir.path());
     assert!(page.contains("1 experiment.") && page.contains("href=\"bad/5/index.html\""));
     assert_eq!(page.matches("is none of this program").count(), broken.len() - 1);
@@ -188,7 +188,7 @@ fn hostile_texts_stay_texts() {
     };
     let pages = |text: &str| {
         put(dir.path(), "x", &json(&of(text)));
-        put(dir.path(), "y", &json(&of(text)));
+        put(dir.path(), "y", &json(&Summary { verdict: text.into(), ..of(text) }));
         put(
             dir.path(),
             "z",

@@ -145,6 +145,41 @@ fn trackers_are_compared_by_their_mean() {
     assert_eq!(Measured::Mean("failures".into()).direction(), Direction::LowerIsBetter);
 }
 
+// By hand: F is 6/7, 4/7 and 2/7 for good, mixed and bad, without spread for good and bad; two goods are equal.
+#[test]
+fn many_trackers_are_counted_and_few_are_named() {
+    let f_score = Measured::Counted(Metric::F_SCORE);
+    let told = |fields: &[Field]| {
+        let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, &f_score)).collect();
+        let tables = [&intervals(fields, &ranked, &f_score, 1), &duels(fields, &f_score, 1)];
+        verdict::verdict(fields, tables, &f_score).unwrap()
+    };
+    let on = |tracker: &str, first: &str| {
+        let mut f = Field { label: tracker.into(), ..field() };
+        f.competitors.retain(|c| ["good", "bad"].contains(&c.label.as_str()));
+        f.competitors[0].label = first.into();
+        f
+    };
+    let even = || {
+        let mut even = on("EVEN", "good");
+        even.competitors.push(competitor("as good", true, &[[3, 1, 0]; 8]));
+        even
+    };
+    assert_eq!(
+        told(&[on("A", "x"), on("B", "y"), even()]),
+        "Largest F1 score, of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; \
+         on 2 of them the lead is more than chance."
+    );
+    let many = [("A", "x"), ("B", "y"), ("C", "y"), ("D", "z"), ("E", "u"), ("F", "v"), ("G", "u")];
+    let mut many: Vec<Field> = many.map(|(tracker, first)| on(tracker, first)).into();
+    many.push(even());
+    assert_eq!(
+        told(&many),
+        "Largest F1 score, of 8 trackers: y on 2, u on 2, x on 1, 2 more methods on 2, two or more equal at the top on 1; \
+         on 7 of them the lead is more than chance."
+    );
+}
+
 #[test]
 fn the_headline_orders_methods_by_itself_where_it_can() {
     let text = |table: &str| {

@@ -8,6 +8,8 @@ use crate::table::layout::{Group, TableLayout};
 
 /// Most trackers that are named one by one.
 const MAX_NAMED: usize = 4;
+/// Most winners that are named where there are more trackers than that.
+const MAX_WINNERS: usize = 3;
 
 /// The best of a field, and the next one.
 struct Best<'a> {
@@ -58,8 +60,12 @@ pub(super) fn verdict(
             by_chance(one.lead)
         ));
     }
+    // Of many trackers only how many each of the first ones wins; those at the top that are equal as printed win none.
+    let by_name = best.len() <= MAX_NAMED;
+    let (equal, ahead): (Vec<_>, Vec<_>) =
+        best.iter().partition(|b| style.round(b.value) == style.round(b.next_value));
     let mut winners: Vec<(&str, Vec<String>)> = Vec::new();
-    for b in &best {
+    for b in ahead {
         let on = format!("{} {}", b.field, style.format(b.value));
         match winners.iter_mut().find(|(label, _)| *label == b.label) {
             Some((_, fields)) => fields.push(on),
@@ -67,12 +73,19 @@ pub(super) fn verdict(
         }
     }
     winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
-    let won = |(label, fields): &(&str, Vec<String>)| {
-        let named = fields.iter().take(MAX_NAMED).cloned().collect::<Vec<_>>().join(", ");
-        let more = if fields.len() > MAX_NAMED { ", ..." } else { "" };
-        format!("{label} on {} ({named}{more})", fields.len())
+    let (first, others) = winners.split_at(winners.len().min(if by_name { MAX_NAMED } else { MAX_WINNERS }));
+    let won = |(label, fields): &(&str, Vec<String>)| match by_name {
+        true => format!("{label} on {} ({})", fields.len(), fields.join(", ")),
+        false => format!("{label} on {}", fields.len()),
     };
-    let won: Vec<String> = winners.iter().map(won).collect();
+    let mut won: Vec<String> = first.iter().map(won).collect();
+    if !others.is_empty() {
+        let on: usize = others.iter().map(|(_, fields)| fields.len()).sum();
+        won.push(format!("{} more methods on {on}", others.len()));
+    }
+    if !equal.is_empty() {
+        won.push(format!("two or more equal at the top on {}", equal.len()));
+    }
     let apart = best.iter().filter(|b| is_beyond_chance(b.lead)).count();
     let told = match apart {
         0 => "on none of them is the lead more than chance".to_string(),
