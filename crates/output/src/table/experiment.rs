@@ -20,18 +20,10 @@ const MAX_NAMED: usize = 3;
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted);
     let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
-    let several = manifest.trackers.len() > 1;
     let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
-        let words = |(t, record): (&Tracker, &TrackerRecord)| {
-            let (done, asked) = (done(record), asked(t));
-            let who = if several { format!("{}: ", t.label) } else { String::new() };
-            let of = if done == asked { String::new() } else { format!(" of {asked}") };
-            (done > 1 || asked > 1).then(|| format!("{who}{}{of}{what}", manifest::runs(done)))
-        };
-        let words: Vec<String> = trackers().filter_map(words).collect();
-        if !words.is_empty() {
-            note.push_str(&format!(", {}", words.join(", ")));
-        }
+        let counted: Vec<_> =
+            trackers().map(|(t, record)| (t.label.as_str(), done(record), asked(t))).collect();
+        note.push_str(&runs_note(&counted, what));
     };
     add("", |r| r.runs, |t| t.runs);
     let learns = experiment.methods.iter().flat_map(|m| &m.variants).any(|v| v.detector.role().is_some());
@@ -48,6 +40,26 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
         note.push_str(&format!("; {names}: learned from other videos and other trackers, see models/"));
     }
     note
+}
+
+/// `, 10 runs`: what was run of each tracker, and what was asked for, where either is more than one. Trackers with as many
+/// runs are named together, and not at all where that is all of them.
+fn runs_note(trackers: &[(&str, u32, u32)], what: &str) -> String {
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for &(label, done, asked) in trackers.iter().filter(|(_, done, asked)| *done > 1 || *asked > 1) {
+        let of = if done == asked { String::new() } else { format!(" of {asked}") };
+        let words = format!("{}{of}{what}", manifest::runs(done));
+        match groups.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, labels)) => labels.push(label),
+            None => groups.push((words, vec![label])),
+        }
+    }
+    let note = |(words, labels): &(String, Vec<&str>)| match labels.len() {
+        1 if trackers.len() == 1 => format!(", {words}"),
+        n if n == trackers.len() => format!(", {words} per tracker"),
+        _ => format!(", {}: {words}", labels.join(", ")),
+    };
+    groups.iter().map(note).collect()
 }
 
 fn by_attribute(table: &Table) -> bool {
@@ -133,4 +145,23 @@ fn write_file(folders: [&Path; 2], name: &str, bytes: &[u8]) -> Result<(), Resul
         store::write_derived(&folder.join(tables::FOLDER).join(name), bytes)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs_note;
+
+    #[test]
+    fn trackers_with_as_many_runs_are_named_together() {
+        let note = |trackers: &[(&str, u32, u32)]| runs_note(trackers, "");
+        assert_eq!(note(&[("PF", 1, 1)]), "");
+        assert_eq!(note(&[("PF", 10, 10)]), ", 10 runs");
+        assert_eq!(note(&[("PF", 1, 10)]), ", 1 run of 10");
+        assert_eq!(note(&[("PF", 10, 10), ("FT", 10, 10)]), ", 10 runs per tracker");
+        assert_eq!(
+            note(&[("PF", 3, 3), ("KCF", 1, 1), ("FT", 3, 3), ("ST", 2, 3)]),
+            ", PF, FT: 3 runs, ST: 2 runs of 3"
+        );
+        assert_eq!(runs_note(&[("PF", 9, 9)], " to learn from"), ", 9 runs to learn from");
+    }
 }

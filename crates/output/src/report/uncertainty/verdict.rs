@@ -81,7 +81,8 @@ pub(super) fn verdict(
     let mut won: Vec<String> = first.iter().map(won).collect();
     if !others.is_empty() {
         let on: usize = others.iter().map(|(_, fields)| fields.len()).sum();
-        won.push(format!("{} more methods on {on}", others.len()));
+        let methods = if others.len() == 1 { "method" } else { "methods" };
+        won.push(format!("{} more {methods} on {on}", others.len()));
     }
     if !equal.is_empty() {
         won.push(format!("two or more equal at the top on {}", equal.len()));
