@@ -184,17 +184,10 @@ mod tests {
         let large = DynamicImage::from(RgbImage::from_fn(120, 90, |x, y| {
             Rgb([(x * 7) as u8, (y * 11) as u8, ((x * y) % 251) as u8])
         }));
-        for bytes in [SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &encode(&large, ImageFormat::Jpeg)] {
+        for bytes in [SAMPLES[0].1, SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &encode(&large, ImageFormat::Jpeg)]
+        {
             assert_eq!(cuts_with_an_end(bytes), Vec::<usize>::new());
         }
-        // Progressive files may end between their scans, and where they only refine means, and are coarser then. What
-        // remains is no cut through the means themselves, which are in the first scan.
-        let progressive = SAMPLES[0].1;
-        let first = progressive.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap();
-        let scan = progressive[first + 2..].windows(2).position(|w| w == [0xFF, 0xC4]).unwrap();
-        let coarse = cuts_with_an_end(progressive);
-        assert!(coarse.iter().all(|n| *n >= first + 2 + scan), "{coarse:?}");
-        assert!(coarse.len() < 40, "{coarse:?}");
     }
 
     #[test]

@@ -1,17 +1,16 @@
 //! Structure of a JPEG file (ITU-T T.81), checked before it is decoded.
 //!
-//! Decoders fill what is missing with gray and report success. Three rules find what is cut short, also where an end
+//! Decoders fill what is missing with gray and report success. Four rules find what is cut short, also where an end
 //! marker was put behind the cut:
 //!
 //! - A scan has at least as many bits as its blocks need: two a block in sequential files (no Huffman code is shorter
 //!   than one bit, and a block has one for its mean and one for the rest), one a block in those scans of progressive
 //!   files that hold means. So a few bytes cannot claim to be a large image.
 //! - A scan with restart markers has all of them, and every component has a scan.
+//! - The scans of a progressive file have every coefficient of every component to its last bit. The standard does not ask
+//!   for it, but encoders do it, and a file that ends between two scans is coarser than it was made.
 //! - The decoder gets [`STOP`] before the end marker: ones, which no Huffman code consists of (T.81, C.2). It stops
 //!   there with an error, unless it has all blocks already.
-//!
-//! A progressive file that ends between two scans, or in a scan that only refines means, is an image of lower quality,
-//! not a damaged one.
 
 use super::Header;
 use crate::image::ImageError;
@@ -30,6 +29,8 @@ const START_OF_SCAN: u8 = 0xDA;
 
 /// Number of samples in the side of a block.
 const BLOCK: u64 = 8;
+/// Number of coefficients of a block.
+const COEFFICIENTS: usize = 64;
 
 /// Whether the bytes begin as a JPEG file does.
 pub(super) fn is_jpeg(bytes: &[u8]) -> bool {
@@ -41,7 +42,14 @@ struct Component {
     id: u8,
     horizontal: u64,
     vertical: u64,
-    seen: bool,
+    /// Lowest bit of each coefficient that a scan has had; none is below 0, and scans of sequential files have them all.
+    lowest_bits: [u8; COEFFICIENTS],
+}
+
+impl Component {
+    fn is_complete(&self) -> bool {
+        self.lowest_bits.iter().all(|bit| *bit == 0)
+    }
 }
 
 /// The frame header.
@@ -60,7 +68,7 @@ impl FrameHeader {
             id: c[0],
             horizontal: u64::from(c[1] >> 4),
             vertical: u64::from(c[1] & 15),
-            seen: false,
+            lowest_bits: [u8::MAX; COEFFICIENTS],
         };
         let components: Vec<Component> = rest.as_chunks::<3>().0.iter().map(component).collect();
         let valid =
@@ -141,7 +149,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
         }
     };
     let Some(frame) = walk.frame else { return Err(ImageError::Decode("it has no frame header".into())) };
-    if frame.components.iter().any(|c| !c.seen) {
+    if !frame.components.iter().all(Component::is_complete) {
         return Err(ImageError::Truncated);
     }
     let keeps_all = frame.is_progressive || walk.scans > 1;
@@ -189,21 +197,28 @@ impl Walk {
         let bad = || damaged("the header of a scan");
         let (&count, rest) = segment.split_first().ok_or_else(bad)?;
         let (ids, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(bad)?;
-        let first_coefficient = *rest.first().ok_or_else(bad)?;
+        let &[first, last, bits, ..] = rest else { return Err(bad()) };
+        let (has, lowest_bit) = match frame.is_progressive {
+            true => (usize::from(first)..=usize::from(last), bits & 15),
+            false => (0..=COEFFICIENTS - 1, 0),
+        };
         let mut scan = Vec::new();
         for id in ids.iter().step_by(2) {
             let component = frame.components.iter().position(|c| c.id == *id).ok_or_else(bad)?;
-            frame.components[component].seen = true;
+            let lowest_bits = frame.components[component].lowest_bits.get_mut(has.clone()).ok_or_else(bad)?;
+            lowest_bits.iter_mut().for_each(|bit| *bit = lowest_bit.min(*bit));
             scan.push(component);
         }
-        let bits_a_block = match (frame.is_progressive, first_coefficient) {
+        let bits_a_block = match (frame.is_progressive, first) {
             (false, _) => 2,
             (true, 0) => 1,
             // One code may say that no block to come has any of these coefficients.
             (true, _) => 0,
         };
         let blocks: u64 = scan.iter().map(|c| frame.blocks(&frame.components[*c])).sum();
-        let (packed, least) = (data.len() as u64, (blocks * bits_a_block).div_ceil(8));
+        // Zeros that tell a byte of ones from a marker hold nothing.
+        let stuffed = data.windows(2).filter(|w| *w == [0xFF, 0]).count();
+        let (packed, least) = ((data.len() - stuffed) as u64, (blocks * bits_a_block).div_ceil(8));
         self.short = self.short.or((packed < least).then_some((packed, least)));
         let restarts = data.windows(2).filter(|w| w[0] == 0xFF && RESTART.contains(&w[1])).count() as u64;
         let needed = frame.units(&scan).div_ceil(self.interval.max(1)).saturating_sub(1);
