@@ -8,7 +8,7 @@ use super::font;
 use super::pdf;
 use super::raster;
 use super::scene::{Anchor, BAND, Item, Picture, Point, Scene, dashes};
-use super::style::{PER_INCH, WIDTH};
+use super::style::{COLUMN, PER_INCH, WIDTH};
 use ::image::imageops::{FilterType, resize};
 use ::image::{RgbImage, codecs::png};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -37,7 +37,9 @@ pub trait Plot {
     fn draw(&self, width: f64) -> Result<Files, FigureError> {
         let scene = self.scene(width)?;
         device_size(&scene)?;
-        Ok(Files { svg: svg(&scene)?, png: raster::png(&scene)?, pdf: pdf::pdf(&scene)? })
+        // What finds no room in a column is scrolled on a narrow screen.
+        let narrow = self.scene(COLUMN).and_then(|scene| svg(&scene)).unwrap_or_default();
+        Ok(Files { svg: svg(&scene)?, narrow, png: raster::png(&scene)?, pdf: pdf::pdf(&scene)? })
     }
 
     /// The figure as SVG, as wide as a page's text.
@@ -74,6 +76,8 @@ pub trait Plot {
 pub struct Files {
     /// SVG text.
     pub svg: String,
+    /// SVG text of the figure as wide as a column, for narrow screens; empty where it does not fit one.
+    pub narrow: String,
     /// PNG bytes.
     pub png: Vec<u8>,
     /// PDF bytes.

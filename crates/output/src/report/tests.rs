@@ -30,6 +30,7 @@ fn figure(name: &str) -> FigureView {
         name: name.into(),
         caption: "F-score against the threshold.".into(),
         svg: curves.to_svg().expect("a figure"),
+        narrow: String::new(),
         file: "figures/sweep.svg".into(),
         endings: vec!["svg", "png"],
     }

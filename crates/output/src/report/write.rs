@@ -122,6 +122,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
     headline_first(&mut page.figures, &results.experiment, is_about_readings);
+    // The others are looked at more closely; a second picture of each would double what a page has to carry.
+    page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
     let mut collector = Collector::new(results);
@@ -198,13 +200,13 @@ fn keep_figure(
     folder: &Path,
     (file, name): (&str, String),
     caption: String,
-    Files { svg, png, pdf }: Files,
+    Files { svg, narrow, png, pdf }: Files,
 ) -> Result<FigureView, WriteError> {
     let path = |ending: &str| format!("figures/{file}.{ending}");
     store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
     store::write_derived(&folder.join(path("png")), &png)?;
     store::write_derived(&folder.join(path("pdf")), &pdf)?;
-    Ok(FigureView { file: path("svg"), endings: vec!["svg", "pdf", "png"], name, caption, svg })
+    Ok(FigureView { file: path("svg"), endings: vec!["svg", "pdf", "png"], name, caption, svg, narrow })
 }
 
 /// Copies the stills of the figures for the frame viewer.
@@ -239,7 +241,7 @@ pub(super) fn small_enough(
     sequences: &Sequences<PackedTrack>,
     most: usize,
 ) -> Result<String, WriteError> {
-    let drawn: usize = page.figures.iter().map(|f| f.svg.len()).sum();
+    let drawn: usize = page.figures.iter().map(|f| f.svg.len() + f.narrow.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
     let room = most.checked_sub(drawn);
     let mut fits = room.is_some();
@@ -323,7 +325,8 @@ fn page_frame(results: &Results) -> Page {
         if let Some((parameter, trained_on)) = &method.trained
             && *trained_on == suite.name
         {
-            let warning = format!("{}: {parameter} was tuned on the test suite itself.", method.name);
+            let warning =
+                format!("{}: parameter {parameter} was tuned on the test suite itself.", method.name);
             if !warnings.contains(&warning) {
                 warnings.push(warning);
             }
