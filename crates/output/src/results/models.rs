@@ -5,6 +5,7 @@
 use super::ResultsError;
 use super::frame_measures::EVERY_TRACKER;
 use super::json::to_json;
+use super::write::Detail;
 use crate::engine::Outcome;
 use crate::engine::execute::train::{Content, Model};
 use crate::engine::store;
@@ -13,13 +14,17 @@ use std::path::Path;
 /// The folder of the models.
 pub const FOLDER: &str = "models";
 
-/// Writes a file for each model. Nothing but people and `detect --model` reads them: what reports show of a model
+/// Writes a file for each model; compact results have none of those that were made for each fold. Nothing but people and `detect --model` reads them: what reports show of a model
 /// is in the manifest.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), ResultsError> {
-    for (k, model) in together(&outcome.models).iter().enumerate() {
+pub(super) fn write(folder: &Path, outcome: &Outcome<'_>, detail: Detail) -> Result<(), ResultsError> {
+    let models = together(&outcome.models);
+    // There are as many of a method and a tracker as folds, megabytes in all.
+    let of_folds = |model: &Model| matches!(model.content, Content::OnOthers { .. });
+    let kept = models.iter().enumerate().filter(|(_, model)| detail == Detail::Frames || !of_folds(model));
+    for (k, model) in kept {
         let tracker = if model.tracker == EVERY_TRACKER { "all" } else { &model.tracker };
         let method = match model.params.as_str() {
             "" => slug(&model.method),

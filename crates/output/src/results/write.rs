@@ -19,7 +19,7 @@ use std::path::Path;
 pub enum Detail {
     /// Everything.
     Frames,
-    /// Nothing of single frames, no models, and no rows of sequences that are not there: small enough to be kept.
+    /// Nothing of single frames, no models of folds, and no rows of sequences that are not there: small enough to be kept.
     Sequences,
 }
 
@@ -67,8 +67,8 @@ pub fn write(
     }
     if detail == Detail::Frames {
         write_frames(&mut written, experiment, outcome)?;
-        models::write(folder, outcome)?;
     }
+    models::write(folder, outcome, detail)?;
     if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
         written.put(analyses::FILE, &bytes)?;
     }

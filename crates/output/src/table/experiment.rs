@@ -37,7 +37,7 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
             few if few.len() <= MAX_NAMED => few.join(", "),
             many => format!("{} methods", many.len()),
         };
-        note.push_str(&format!("; {names}: learned from other videos and other trackers, see models/"));
+        note.push_str(&format!("; {names}: learned from other videos and other trackers, see manifest.json"));
     }
     note
 }
