@@ -16,6 +16,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Samples of the sequences for each interval.
 const DRAWS: usize = 2000;
 
+/// A metric by name, and of what tracker and method.
+type Drawn = (&'static str, (String, String));
+
 /// Numbers of an experiment, computed from the same samples of its sequences.
 pub struct Samples<'a> {
     results: &'a Results,
@@ -23,7 +26,7 @@ pub struct Samples<'a> {
     sequences: Vec<&'a str>,
     draws: Draws,
     /// What was drawn before: claims speak of the same numbers again and again.
-    known: RefCell<BTreeMap<(&'static str, (String, String)), Spread>>,
+    known: RefCell<BTreeMap<Drawn, Spread>>,
 }
 
 impl<'a> Samples<'a> {
