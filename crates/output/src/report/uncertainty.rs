@@ -12,7 +12,7 @@ mod verdict;
 use super::layouts::{self, cell, group, of_suite, table};
 use super::operating;
 use super::pairs;
-use super::units::{counts_of_sequences, metric_of_sum};
+use super::units::{counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum, sum_of};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
@@ -77,13 +77,9 @@ const MAX_COMPETITORS: usize = 12;
 enum Measured {
     /// A metric of counts, in the order of [`Counts`].
     Counted(Metric),
-    /// The mean over sequences of a column of an analysis. The counts of a sequence are its value in billionths, an
-    /// integer, so that the sum is the same in any order, and 1.
+    /// The mean over sequences of a column of an analysis, as [`counts_of_column`] counts.
     Mean(String),
 }
-
-/// Factor of the values of [`Measured::Mean`].
-const BILLION: f64 = 1e9;
 
 impl Measured {
     /// Its name for people.
@@ -114,7 +110,7 @@ impl Measured {
     fn value(&self, chance: Chance, counts: &[i64; 4]) -> Option<f64> {
         match self {
             Self::Counted(metric) => metric_of_sum(*metric, Some(chance), counts),
-            Self::Mean(_) => (counts[1] > 0).then(|| counts[0] as f64 / BILLION / counts[1] as f64),
+            Self::Mean(_) => mean_of_sum(counts),
         }
     }
 
@@ -141,7 +137,7 @@ struct Competitor {
 impl Competitor {
     /// The summed counts of all sequences.
     fn total(&self) -> [i64; 4] {
-        self.counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
+        sum_of(&self.counts)
     }
 }
 
@@ -201,12 +197,7 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
         mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
     let field = |(k, column): (usize, &String)| {
         let competitor = |(tracker, table): &(&str, Grid)| {
-            let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
-                // Measures of a sequence are far below a million.
-                let value = cells.get(k).copied().flatten()?.clamp(-1e6, 1e6);
-                Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
-            };
-            let counts = table.rows.iter().filter_map(unit).collect();
+            let counts = counts_of_column(table, k);
             Competitor { label: (*tracker).to_string(), name: (*tracker).to_string(), competes: true, counts }
         };
         let competitors = tables.iter().map(competitor).collect();

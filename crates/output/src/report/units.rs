@@ -1,5 +1,6 @@
 //! Counts of sequences, the units that intervals and tests draw, and metrics of their sums.
 
+use crate::analysis::Grid;
 use crate::results::{CellScore, method_label};
 use crate::score::chance::Chance;
 use crate::score::{Counts, Metric, Pooled};
@@ -26,4 +27,33 @@ pub fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
 pub fn metric_of_sum(metric: Metric, chance: Option<Chance>, sum: &[i64; 4]) -> Option<f64> {
     let [tp, fp, fn_, tn] = sum.map(|c| u64::try_from(c).unwrap_or(0));
     metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
+}
+
+/// Factor of the values of a column.
+const BILLION: f64 = 1e9;
+
+/// A column of a table of sequences as counts: sequence -> its value in billionths, an integer, so that the sum is the same
+/// in any order, and 1. Sequences without a value are left out.
+pub fn counts_of_column(table: &Grid, column: usize) -> BTreeMap<String, [i64; 4]> {
+    let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
+        // Measures of a sequence are far below a million.
+        let value = cells.get(column).copied().flatten()?.clamp(-1e6, 1e6);
+        Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
+    };
+    table.rows.iter().filter_map(unit).collect()
+}
+
+/// The mean of a column from the sum of [`counts_of_column`]; `None` without values.
+pub fn mean_of_sum(sum: &[i64; 4]) -> Option<f64> {
+    Some(total_of_sum(sum)? / sum[1] as f64)
+}
+
+/// The total of a column from the sum of [`counts_of_column`]; `None` without values.
+pub fn total_of_sum(sum: &[i64; 4]) -> Option<f64> {
+    (sum[1] > 0).then(|| sum[0] as f64 / BILLION)
+}
+
+/// The sum of the counts of all units.
+pub fn sum_of(counts: &BTreeMap<String, [i64; 4]>) -> [i64; 4] {
+    counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
 }

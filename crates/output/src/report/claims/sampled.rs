@@ -3,11 +3,14 @@
 use crate::engine::execute::analyse::Analysed;
 use crate::num::pooled::Draws;
 use crate::num::seed;
-use crate::report::units::{UnitCounts, counts_of_sequences, metric_of_sum};
+use crate::report::units::{
+    UnitCounts, counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum, sum_of, total_of_sum,
+};
 use crate::results::{CellScore, Measure, Results, method_label};
-use crate::score::Metric;
 use crate::score::metric::Source;
+use crate::score::{Metric, TrackerMetric};
 use crate::spec::claim::{Measured, Quantity, Reference, Spread};
+use crate::spec::table::FindingName;
 use crate::table::layout;
 use crate::table::leaderboard::MIN_SEQUENCES;
 use std::cell::RefCell;
@@ -15,6 +18,21 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Samples of the sequences for each interval.
 const DRAWS: usize = 2000;
+
+/// Samples of as many sequences: the same wherever there are as many.
+fn draws_of(results: &Results, sequences: usize) -> Draws {
+    let seed = seed::seed(results.manifest.seed, &["claims", &results.experiment.name]);
+    Draws::new(sequences, if sequences == 0 { 0 } else { DRAWS }, seed)
+}
+
+/// What a number is of its column by sequence: the mean or the total, whichever gives it.
+fn statistic_of(sum: &[i64; 4], value: f64) -> Option<fn(&[i64; 4]) -> Option<f64>> {
+    // Values of a column are rounded to billionths.
+    let gives = |statistic: &fn(&[i64; 4]) -> Option<f64>| {
+        statistic(sum).is_some_and(|v| (v - value).abs() <= 1e-8 * value.abs().max(1.0))
+    };
+    [mean_of_sum as fn(&[i64; 4]) -> Option<f64>, total_of_sum].into_iter().find(gives)
+}
 
 /// A metric by name, and of what tracker and method.
 type Drawn = (&'static str, (String, String));
@@ -33,8 +51,7 @@ impl<'a> Samples<'a> {
     /// Draws the samples; `scores` are those of [`Results::scores`].
     pub fn new(results: &'a Results, scores: &'a [CellScore]) -> Self {
         let sequences: BTreeSet<&str> = scores.iter().map(|s| s.sequence.as_str()).collect();
-        let seed = seed::seed(results.manifest.seed, &["claims", &results.experiment.name]);
-        let draws = Draws::new(sequences.len(), if scores.is_empty() { 0 } else { DRAWS }, seed);
+        let draws = draws_of(results, sequences.len());
         let counts = counts_of_sequences(scores);
         Self { results, counts, sequences: sequences.into_iter().collect(), draws, known: RefCell::default() }
     }
@@ -53,16 +70,18 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// The number with its spread: samples for what is made of counts, bounds for measures of frames; effort and numbers
-    /// of analyses are taken as they are.
+    /// The number with its spread: samples for what is made of counts, and for numbers of analyses that are the mean or
+    /// the total of their column by sequence; bounds for measures of frames; all others are taken as they are.
     pub fn measured(&self, r: &Reference) -> Option<Measured> {
         let value = self.value(r)?;
-        Some(Measured { value, spread: self.spread(r) })
+        Some(Measured { value, spread: self.spread(r, value) })
     }
 
-    fn spread(&self, r: &Reference) -> Spread {
-        let (Quantity::Metric(metric, method), Some(tracker)) = (&r.quantity, r.tracker.as_deref()) else {
-            return Spread::Exact;
+    fn spread(&self, r: &Reference, value: f64) -> Spread {
+        let Some(tracker) = r.tracker.as_deref() else { return Spread::Exact };
+        let (metric, method) = match &r.quantity {
+            Quantity::Metric(metric, method) => (metric, method),
+            Quantity::Finding(made) => return self.of_column(made, tracker, value).unwrap_or(Spread::Exact),
         };
         let Some(found) = layout::measure_of(&self.results.measures, tracker, method, &r.point) else {
             return Spread::Exact;
@@ -74,6 +93,31 @@ impl<'a> Samples<'a> {
             }
             Source::Scores | Source::Delays | Source::Effort => Spread::Exact,
         }
+    }
+
+    /// The spread of a number of an analysis that is the mean or the total of its column in the table `sequences`; `None`
+    /// where it is neither.
+    fn of_column(&self, made: &FindingName, tracker: &str, value: f64) -> Option<Spread> {
+        let mine = self.results.analyses.iter().filter(|a| a.analysis == made.analysis);
+        let tables = mine.filter_map(|a| {
+            let table = a.findings.tables.iter().find(|table| table.name == "sequences")?;
+            let is_it =
+                |heading: &String| TrackerMetric::of_heading(heading).is_some_and(|m| m.name == made.part);
+            let column = table.columns.iter().position(is_it)?;
+            Some((a.tracker.as_str(), counts_of_column(table, column)))
+        });
+        let tables: Vec<_> = tables.collect();
+        let (_, counts) = tables.iter().find(|(label, _)| *label == tracker)?;
+        let statistic = statistic_of(&sum_of(counts), value)?;
+        if counts.len() < MIN_SEQUENCES {
+            return Some(Spread::TooFew);
+        }
+        // Those of all trackers: a claim compares numbers from the same samples.
+        let sequences: BTreeSet<&String> = tables.iter().flat_map(|(_, counts)| counts.keys()).collect();
+        let units: Vec<[i64; 4]> =
+            sequences.iter().map(|s| counts.get(*s).copied().unwrap_or_default()).collect();
+        let draws = draws_of(self.results, units.len());
+        Some(draws.values(&units, statistic).map_or(Spread::TooFew, Spread::Draws))
     }
 
     fn draws(&self, metric: Metric, measure: &Measure) -> Spread {
@@ -89,5 +133,23 @@ impl<'a> Samples<'a> {
             values.map_or(Spread::TooFew, Spread::Draws)
         };
         self.known.borrow_mut().entry((metric.name(), key)).or_insert_with(drawn).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // By hand: 0.2, 0.4 and 0.9 have the mean 0.5 and the total 1.5; 0.6 is neither, for example weighted by frames.
+    #[test]
+    fn a_number_of_an_analysis_is_sampled_as_what_it_is_of_its_column() {
+        let unit = |billionths: i64| [billionths, 1, 0, 0];
+        let units = [unit(200_000_000), unit(400_000_000), unit(900_000_000)];
+        let sum = [1_500_000_000, 3, 0, 0];
+        let mean = statistic_of(&sum, 0.5).expect("a mean");
+        let total = statistic_of(&sum, 1.5).expect("a total");
+        assert_eq!((mean(&units[2]), total(&units[2])), (Some(0.9), Some(0.9)));
+        assert_eq!((mean(&sum), total(&sum)), (Some(0.5), Some(1.5)));
+        assert!(statistic_of(&sum, 0.6).is_none() && statistic_of(&[0; 4], 0.0).is_none());
     }
 }

@@ -126,8 +126,11 @@ fn the_diagram_shows_those_that_compete() {
 #[test]
 fn trackers_are_compared_by_their_mean() {
     let tracker = |label: &str, values: [f64; 4]| {
-        let unit = |(k, v): (usize, f64)| (format!("s{k}"), [(v * BILLION).round() as i64, 1, 0, 0]);
-        let counts = values.into_iter().enumerate().map(unit).collect();
+        let row = |(k, v): (usize, f64)| (format!("s{k}"), vec![Some(v)]);
+        let rows = values.into_iter().enumerate().map(row).collect();
+        let column = vec!["success AUC".to_string()];
+        let table = Grid { name: "sequences".into(), corner: "sequence".into(), columns: column, rows };
+        let counts = counts_of_column(&table, 0);
         Competitor { label: label.into(), name: label.into(), competes: true, counts }
     };
     let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
