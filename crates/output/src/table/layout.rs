@@ -120,11 +120,12 @@ pub struct Cell {
     pub published: Option<String>,
     /// Ours minus published, both as printed.
     pub difference: Option<String>,
-    /// Whether it is the best of ours in its row, as printed; anchors do not compete.
+    /// Whether it is the best of ours in its row, as printed, or in its column where rows are trackers; anchors do not
+    /// compete.
     pub best: bool,
     /// Whether others are as good as this best one.
     pub tied: bool,
-    /// Whether it is the second best of ours in its row, if exactly one cell is the best.
+    /// Whether it is the second best of ours there, if exactly one cell is the best.
     pub second: bool,
     /// Cells without a result behind this number.
     pub failed: usize,

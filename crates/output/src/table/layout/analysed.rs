@@ -1,6 +1,6 @@
 //! Tables that show what an analysis found.
 
-use super::{Cell, Group, Label, Row, TableLayout, printed_for, published_for};
+use super::{Cell, Group, Label, Row, TableLayout, mark_best, printed_for, published_for};
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
@@ -65,7 +65,9 @@ pub fn analysed(
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if let Some(column) = &table.column {
         let place = columns.iter().position(|known| known == column);
-        let rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
+        let mut rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
+        let style = place.and_then(|k| of_columns[k]).unwrap_or(Style::DEFAULT);
+        rows.iter_mut().for_each(|row| mark_best(&mut row.cells, direction(column), style, |_| false));
         caption.push_str(&match place {
             Some(_) => format!(": {column}"),
             None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
@@ -77,8 +79,11 @@ pub fn analysed(
             group.rows.iter_mut().for_each(|row| row.label = analysed.tracker.as_str().into());
             group.rows
         };
-        groups =
-            vec![Group { rows: groups.into_iter().zip(&found).flat_map(named).collect(), ..ungrouped() }];
+        let mut rows: Vec<Row> = groups.into_iter().zip(&found).flat_map(named).collect();
+        for (k, column) in columns.iter().enumerate() {
+            mark_best_of_column(&mut rows, k, direction(column), of_columns[k].unwrap_or(Style::DEFAULT));
+        }
+        groups = vec![Group { rows, ..ungrouped() }];
     }
     let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
     if !caption.ends_with('.') {
@@ -95,12 +100,26 @@ pub fn analysed(
     }
 }
 
+/// Whether larger or smaller is better in a column, where it is a metric of trackers.
+fn direction(column: &str) -> Direction {
+    TrackerMetric::of_heading(column).map_or(Direction::Neither, |m| m.direction)
+}
+
+/// Marks the best cells and the second best one of column `k`, where rows are trackers.
+fn mark_best_of_column(rows: &mut [Row], k: usize, direction: Direction, style: Style) {
+    let mut cells: Vec<Cell> = rows.iter().filter_map(|row| row.cells.get(k).cloned()).collect();
+    if cells.len() == rows.len() {
+        mark_best(&mut cells, direction, style, |_| false);
+        rows.iter_mut().zip(cells).for_each(|(row, cell)| row.cells[k] = cell);
+    }
+}
+
 /// The heading of a column, with an arrow where it is a metric of trackers that has a direction.
 fn heading(column: &str) -> Label {
-    let arrow = match TrackerMetric::of_heading(column).map(|m| m.direction) {
-        Some(Direction::HigherIsBetter) => " ↑",
-        Some(Direction::LowerIsBetter) => " ↓",
-        _ => "",
+    let arrow = match direction(column) {
+        Direction::HigherIsBetter => " ↑",
+        Direction::LowerIsBetter => " ↓",
+        Direction::Neither => "",
     };
     Label { shown: format!("{column}{arrow}"), ..column.into() }
 }
@@ -129,4 +148,30 @@ fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
         }
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // As printed with one decimal .52 and .48 are equal; fewer failures are better.
+    #[test]
+    fn the_best_tracker_of_a_column_is_marked_as_it_is_printed() {
+        let cell = |value: f64| Cell { value: Some(value), ..Cell::default() };
+        let row = |values: [f64; 2]| Row {
+            label: "tracker".into(),
+            direction: Direction::Neither,
+            cells: values.map(cell).to_vec(),
+        };
+        let mut rows = vec![row([0.52, 3.0]), row([0.48, 1.0]), row([0.3, 2.0])];
+        let style = Style { decimals: 1, ..Style::DEFAULT };
+        mark_best_of_column(&mut rows, 0, direction("success AUC"), style);
+        mark_best_of_column(&mut rows, 1, direction("failures"), Style::COUNT);
+        let marks =
+            |k: usize| rows.iter().map(move |r| (r.cells[k].best, r.cells[k].tied, r.cells[k].second));
+        let tie = (true, true, false);
+        assert!(marks(0).eq([tie, tie, (false, false, false)]), "{rows:?}");
+        assert!(marks(1).eq([(false, false, false), (true, false, false), (false, false, true)]), "{rows:?}");
+        assert_eq!(direction("frames"), Direction::Neither);
+    }
 }
