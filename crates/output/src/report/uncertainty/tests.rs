@@ -173,6 +173,11 @@ fn many_trackers_are_counted_and_few_are_named() {
         "Largest F1 score, of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; \
          on 2 of them the lead is more than chance."
     );
+    let one = told(&[even()]);
+    assert_eq!(
+        one,
+        "Largest F1 score on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000)."
+    );
     let many = [("A", "x"), ("B", "y"), ("C", "y"), ("D", "z"), ("E", "u"), ("F", "v"), ("G", "u")];
     let mut many: Vec<Field> = many.map(|(tracker, first)| on(tracker, first)).into();
     many.push(even());

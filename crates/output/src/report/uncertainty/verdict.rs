@@ -5,6 +5,7 @@ use super::{Direction, Field, Measured};
 use crate::figure::{Dot, Dots};
 use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds};
 use crate::table::layout::{Group, TableLayout};
+use crate::table::number::Style;
 
 /// Most trackers that are named one by one.
 const MAX_NAMED: usize = 4;
@@ -22,6 +23,13 @@ struct Best<'a> {
     next_value: f64,
     /// Bounds of how far the best one is ahead.
     lead: Option<(f64, f64)>,
+}
+
+impl Best<'_> {
+    /// Whether the next one is as good as it is printed.
+    fn ties(&self, style: Style) -> bool {
+        style.round(self.value) == style.round(self.next_value)
+    }
 }
 
 /// A number of a row, from the table's columns in their order.
@@ -50,6 +58,12 @@ pub(super) fn verdict(
     let (title, style) = (measured.title(), measured.style());
     if let [one] = best.as_slice() {
         let on = if one.field.is_empty() { String::new() } else { format!(" on {}", one.field) };
+        if one.ties(style) {
+            let bounds = one.lead.map(|lead| signed_bounds(style, lead));
+            let bounds = bounds.map_or_else(String::new, |b| format!(" (95 % of their difference: {b})"));
+            let (label, next, value) = (one.label, one.next, style.format(one.value));
+            return Some(format!("{most} {title}{on}: {label} and {next} are equal, {value}{bounds}."));
+        }
         let shown = estimate(style, one.value, one.bounds);
         let behind = style.format((style.round(one.value) - style.round(one.next_value)).abs());
         let interval = one.lead.map(|lead| format!(" ({})", signed_bounds(style, lead))).unwrap_or_default();
@@ -62,8 +76,7 @@ pub(super) fn verdict(
     }
     // Of many trackers only how many each of the first ones wins; those at the top that are equal as printed win none.
     let by_name = best.len() <= MAX_NAMED;
-    let (equal, ahead): (Vec<_>, Vec<_>) =
-        best.iter().partition(|b| style.round(b.value) == style.round(b.next_value));
+    let (equal, ahead): (Vec<_>, Vec<_>) = best.iter().partition(|b| b.ties(style));
     let mut winners: Vec<(&str, Vec<String>)> = Vec::new();
     for b in ahead {
         let on = format!("{} {}", b.field, style.format(b.value));
