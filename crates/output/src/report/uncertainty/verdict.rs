@@ -55,7 +55,9 @@ pub(super) fn verdict(
         .filter_map(|(f, values)| best(f, values, pairs, measured))
         .collect();
     let most = if measured.direction() == Direction::LowerIsBetter { "Smallest" } else { "Largest" };
-    let (title, style) = (measured.title(), measured.style());
+    // An analysis may have another number of that name, weighted by frames.
+    let way = if matches!(measured, Measured::Mean(_)) { ", mean over sequences" } else { "" };
+    let (title, style) = (format!("{}{way}", measured.title()), measured.style());
     if let [one] = best.as_slice() {
         let on = if one.field.is_empty() { String::new() } else { format!(" on {}", one.field) };
         if one.ties(style) {
