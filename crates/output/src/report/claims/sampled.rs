@@ -25,13 +25,16 @@ fn draws_of(results: &Results, sequences: usize) -> Draws {
     Draws::new(sequences, if sequences == 0 { 0 } else { DRAWS }, seed)
 }
 
+/// A number of a sum over sequences, where it has one.
+type Statistic = fn(&[i64; 4]) -> Option<f64>;
+
 /// What a number is of its column by sequence: the mean or the total, whichever gives it.
-fn statistic_of(sum: &[i64; 4], value: f64) -> Option<fn(&[i64; 4]) -> Option<f64>> {
+fn statistic_of(sum: &[i64; 4], value: f64) -> Option<Statistic> {
     // Values of a column are rounded to billionths.
-    let gives = |statistic: &fn(&[i64; 4]) -> Option<f64>| {
+    let gives = |statistic: &Statistic| {
         statistic(sum).is_some_and(|v| (v - value).abs() <= 1e-8 * value.abs().max(1.0))
     };
-    [mean_of_sum as fn(&[i64; 4]) -> Option<f64>, total_of_sum].into_iter().find(gives)
+    [mean_of_sum as Statistic, total_of_sum].into_iter().find(gives)
 }
 
 /// A metric by name, and of what tracker and method.
