@@ -52,7 +52,7 @@ enum Verb {
     Run(run::Args),
     /// Render tables, figures and HTML pages again, from kept results alone
     Report(report::Args),
-    /// List experiments, suites, trackers, signals, detectors, analyses or protocols
+    /// List experiments, suites, trackers, signals, detectors, methods, analyses or protocols
     List(list::Args),
     /// List, verify, download, add and pin the sequences of suites
     Data(data::Args),

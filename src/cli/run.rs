@@ -28,7 +28,7 @@ pub struct Args {
     specs: Vec<String>,
     #[command(flatten)]
     data_roots: super::DataRoots,
-    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    /// File of programs that may be run as trackers, signals or detectors; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
     /// Folder that results are written to

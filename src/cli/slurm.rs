@@ -34,7 +34,7 @@ pub struct Args {
     reports: PathBuf,
     #[command(flatten)]
     data_roots: super::DataRoots,
-    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    /// File of programs that may be run as trackers, signals or detectors; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
     /// Give each task a results folder of its own and merge them at the end

@@ -21,7 +21,7 @@ pub struct Args {
     cell: Option<String>,
     #[command(flatten)]
     data_roots: super::DataRoots,
-    /// File of programs that may be run as trackers; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
+    /// File of programs that may be run as trackers, signals or detectors; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
     /// Folder of the results whose store is asked

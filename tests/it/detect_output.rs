@@ -25,7 +25,7 @@ fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-const VERDICT: &str = "lost from frame 41 (Displacement: 9.50 > 1.00); recovered at 51\n";
+const VERDICT: &str = "lost from frame 41 (Displacement: 9.50 > 1.00); alarm over at 51\n";
 
 #[test]
 fn a_verdict_a_table_and_json() {

@@ -57,6 +57,8 @@ fn a_number_is_taken_apart_down_to_its_frames() {
         let line = pooled.lines().find(|l| l.split(',').nth(2) == Some(method)).unwrap();
         let counts: Vec<u64> = line.split(',').skip(6).take(4).map(|n| n.parse().unwrap()).collect();
         let parts = rows(root, &["t", "tp", method]);
+        // As tables show the metric.
+        assert_eq!(rows(root, &["t", "True positives", method]), parts);
         let of = |part: &Value, name: &str| part[name].as_u64().unwrap();
         for (name, total) in ["tp", "fp", "fn", "tn"].iter().zip(&counts) {
             assert_eq!(parts.iter().map(|p| of(p, name)).sum::<u64>(), *total, "{method} {name}");

@@ -34,24 +34,39 @@ name = "replay"
 results = "T"
 label = "T"
 
+[[tracker]]
+name = "color-particle-filter"
+label = "PF"
+
 [[method]]
+name = "followed"
+trackers = ["PF"]
+signal = { kind = "uncertainty", components = [0, 1] }
+detector = { kind = "arte" }
+protocol = "sanmiguel2015-segmentation/1"
+grid = { tau_1 = [1.0, 2.0] }
+
+[[method-group]]
+trackers = ["T"]
+
+[[method-group.methods]]
 name = "plain"
 signal = { kind = "box-motion" }
 detector = { kind = "level", above = 5.0 }
 
-[[method]]
+[[method-group.methods]]
 name = "levels"
 signal = { kind = "box-motion" }
 detector = { kind = "level", above = 5.0 }
 grid = { above = [1.0, 5.0, 9.0] }
 
-[[method]]
+[[method-group.methods]]
 name = "bins"
 signal = { kind = "rgb-histogram" }
 detector = { kind = "level", below = 0.9 }
 grid = { bins = [4, 8] }
 
-[[method]]
+[[method-group.methods]]
 name = "forecasts"
 signal = { kind = "box-motion" }
 detector = { kind = "naive-forecast", window = 20, threshold = 5.0 }
@@ -95,25 +110,40 @@ fn table(path: &Path) -> DataFrame {
     ParquetReader::new(Cursor::new(std::fs::read(path).unwrap())).finish().unwrap()
 }
 
+/// Method and grid point, empty for none -> rows.
+fn rows_of_points(table: &DataFrame) -> BTreeMap<(String, String), usize> {
+    let texts = |name: &str| table.column(name).unwrap().str().unwrap().clone();
+    let (method, params) = (texts("method"), texts("params"));
+    let mut rows = BTreeMap::new();
+    for (method, params) in method.iter().zip(params.iter()) {
+        *rows.entry((method.unwrap().into(), params.unwrap_or_default().into())).or_default() += 1;
+    }
+    rows
+}
+
+/// As many rows for each method and grid point as there are frames.
+fn all_frames(points: &[(&str, &str)]) -> BTreeMap<(String, String), usize> {
+    points.iter().map(|(method, point)| (((*method).into(), (*point).into()), FRAMES)).collect()
+}
+
 #[test]
 fn every_method_has_its_signal_once_where_its_grid_shares_it() {
     let root = tempfile::tempdir().unwrap();
-    let table = table(&results(root.path()).join("signals.parquet"));
-    let texts = |name: &str| table.column(name).unwrap().str().unwrap().clone();
-    let (method, params) = (texts("method"), texts("params"));
-    let mut rows: BTreeMap<(&str, Option<&str>), usize> = BTreeMap::new();
-    for (method, params) in method.iter().zip(params.iter()) {
-        *rows.entry((method.unwrap(), params)).or_default() += 1;
-    }
+    let folder = results(root.path());
+    let conditions = table(&folder.join("conditions.parquet"));
+    assert_eq!(rows_of_points(&conditions), all_frames(&[("followed", "tau_1=1"), ("followed", "tau_1=2")]));
+    let table = table(&folder.join("signals.parquet"));
     let expected = [
-        ("bins", Some("bins=4")),
-        ("bins", Some("bins=8")),
-        ("forecasts", Some("horizon=1")),
-        ("forecasts", Some("horizon=5")),
-        ("levels", None),
-        ("plain", None),
+        ("bins", "bins=4"),
+        ("bins", "bins=8"),
+        ("followed", ""),
+        ("forecasts", "horizon=1"),
+        ("forecasts", "horizon=5"),
+        ("levels", ""),
+        ("plain", ""),
     ];
-    assert_eq!(rows, expected.into_iter().map(|key| (key, FRAMES)).collect());
+    assert_eq!(rows_of_points(&table), all_frames(&expected));
+    let method = table.column("method").unwrap().str().unwrap().clone();
     let forecasts = table.column("forecast").unwrap().f64().unwrap().clone();
     let foreseen = method.iter().zip(forecasts.iter()).filter_map(|(method, f)| f.and(method));
     let foreseen: Vec<&str> = foreseen.collect();
@@ -148,6 +178,7 @@ fn texts_are_filtered_in_pyarrow_and_duckdb() {
         ("frames.parquet|method|plain", FRAMES),
         ("signals.parquet|method|levels", FRAMES),
         ("signals.parquet|params|horizon=5", FRAMES),
+        ("conditions.parquet|params|tau_1=2", FRAMES),
         ("truth.parquet|sequence|Walk", FRAMES),
         ("tables/t.parquet|column|plain", 1),
     ];

@@ -12,7 +12,12 @@ const MAX_LISTED: usize = 8;
 /// Share of its threshold from which a probability is near it.
 const NEAR: f64 = 0.75;
 
+/// From here on the target is more likely lost than not, whatever the threshold of the alarm.
+const EVEN: f64 = 0.5;
+
 /// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches`.
+///
+/// A loss that is followed by `tracking` ends with `recovered` only where the method says so, see [`ending`].
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let frames = method.states.len();
     let mut parts = Vec::new();
@@ -38,11 +43,11 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
             false => ("", String::new()),
         };
         is_first = false;
-        let recovered = match method.states.get(run.end) {
-            Some(State::Tracking) => format!("; recovered at {}", track.number(run.end)),
+        let ending = match method.states.get(run.end) {
+            Some(State::Tracking) => format!("; {}", ending(track, method, &run)),
             _ => String::new(),
         };
-        parts.push(format!("lost from {word}{}{to_the_end}{why}{recovered}", track.number(run.start)));
+        parts.push(format!("lost from {word}{}{to_the_end}{why}{ending}", track.number(run.start)));
     }
     if more > 0 {
         parts.push(format!("and lost {more} more times"));
@@ -59,6 +64,28 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         n => parts.push(format!("{n} false-alarm-prone stretches")),
     }
     parts.join("; ")
+}
+
+/// The end of a loss that is followed by `tracking`.
+///
+/// `recovered at 61`: the method's probability of a loss is below one half in all frames from its last alarm on, or a method
+/// without a probability has alarmed up to the frame before. Otherwise `alarm over at 61`: no alarm has come for
+/// some frames, which need not mean that the tracker is on the target again.
+fn ending(track: &JudgedTrack, method: &JudgedMethod, lost: &Range<usize>) -> String {
+    let at = track.number(lost.end);
+    let score = |t: usize| method.score.get(t).copied().flatten();
+    if method.is_probability {
+        let is_alarm = |t: &usize| method.threshold.is_some_and(|level| score(*t).is_some_and(|p| p >= level));
+        let quiet = lost.clone().rev().find(is_alarm).map_or(lost.start, |t| t + 1);
+        let highest = (quiet..=lost.end).filter_map(score).fold(0.0, f64::max);
+        if highest >= EVEN {
+            let highest = Style { decimals: 2, bare: true }.format(highest);
+            return format!("alarm over at {at}, recovery not clear (up to {highest})");
+        }
+    } else if !method.label.get(lost.end - 1).copied().unwrap_or_default() {
+        return format!("alarm over at {at}");
+    }
+    format!("recovered at {at}")
 }
 
 /// A sentence about a target, with its number if it has one: `target 3: lost from ...`.
@@ -202,6 +229,19 @@ mod tests {
             said("...", &[0.1, 0.3, 0.2], Some(0.8)),
             "tracking, no loss found in 3 frames (M: .30 < .80)"
         );
+        // By hand: the last alarm is in frame 3, and frames 4 to 6 are below the threshold.
+        let after = |p| said("..LLL...", &[0.1, 0.1, 0.97, p, 0.3, 0.2, 0.1, 0.1], Some(0.8));
+        assert_eq!(after(0.49), "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch");
+        assert_eq!(
+            after(0.77),
+            "lost from frame 3 (M: .97 > .80); alarm over at 6, recovery not clear (up to .77); 1 false-alarm-prone stretch"
+        );
+        // Without a probability: alarms up to the frame before, or a single one that is over for some frames.
+        let mut track = judged(".LLL.", &[0.0, 9.0, 0.0, 0.0, 0.0], Some(1.0));
+        track.methods[0].is_probability = false;
+        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 (M: 9.00 > 1.00); recovered at 5");
+        track.methods[0].label[2..].fill(false);
+        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 (M: 9.00 > 1.00); alarm over at 5");
         let often = "L.".repeat(20);
         let listed = said(&often, &score(&often), None);
         assert!(listed.ends_with("lost from 15; recovered at 16; and lost 12 more times"), "{listed}");

@@ -1,8 +1,8 @@
 //! `conditions.parquet`: the condition of the tracker, as methods that follow it see it.
 
 use super::ResultsError;
-use super::cells::{FrameKeys, sorted_cells};
-use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
+use super::cells::{FrameKeys, some_text, sorted_cells};
+use super::column::{Column, FRAME, METHOD, PARAMS, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::to_parquet;
 use crate::detector::Quality;
 use crate::engine::store::StoreError;
@@ -11,12 +11,15 @@ use crate::engine::{Cell, Outcome};
 pub(super) const CONDITION: Column =
     Column::real("condition", "", "Condition of the tracker: 1 locked on, 0.5 locking in, 0 scanning");
 
+/// Grid point; frames of methods with a grid are a matter of later versions.
+const POINT: Column = PARAMS.recent();
+
 /// The file; only experiments with a method that follows the condition of a tracker have it.
 pub const FILE: TableFile = TableFile {
     name: "conditions.parquet",
-    about: "One row for each frame of every cell of a method that follows the tracker's condition and has no grid. Only \
-            experiments with such a method have the file.",
-    columns: &[SUITE, SEQUENCE, TRACKER, RUN, FRAME, METHOD, CONDITION],
+    about: "One row for each frame of every cell of a method that follows the tracker's condition. Only experiments with \
+            such a method have the file.",
+    columns: &[SUITE, SEQUENCE, TRACKER, RUN, FRAME, METHOD, POINT, CONDITION],
 };
 
 /// The cells of methods that follow the tracker's condition, sorted by name.
@@ -43,13 +46,15 @@ pub(super) fn followed<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<(&'a Cell, Qu
 /// When polars refuses.
 pub(super) fn write(outcome: &Outcome<'_>, cells: &[(&Cell, Quality)]) -> Result<Vec<u8>, ResultsError> {
     let mut keys = FrameKeys::default();
-    let (mut method, mut condition) = (Vec::new(), Vec::new());
-    for (cell, quality) in cells.iter().filter(|(cell, _)| cell.params.is_empty()) {
-        keys.push(outcome, cell, quality.condition.len());
-        method.extend(std::iter::repeat_n(cell.method.as_str(), quality.condition.len()));
+    let (mut method, mut point, mut condition) = (Vec::new(), Vec::new(), Vec::new());
+    for (cell, quality) in cells {
+        let frames = quality.condition.len();
+        keys.push(outcome, cell, frames);
+        method.extend(std::iter::repeat_n(cell.method.as_str(), frames));
+        point.extend(std::iter::repeat_n(some_text(&cell.params), frames));
         condition.extend(quality.condition.iter().map(|c| c.level()));
     }
     let mut columns = keys.columns(&outcome.suite);
-    columns.extend([METHOD.of(method), CONDITION.of(condition)]);
+    columns.extend([METHOD.of(method), POINT.of(point), CONDITION.of(condition)]);
     Ok(to_parquet(FILE.frame(columns)?)?)
 }

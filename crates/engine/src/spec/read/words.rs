@@ -30,7 +30,7 @@ pub fn words(
         methods: names(|_| true),
         trackers: labels.to_vec(),
         axes: axes.into_iter().cloned().collect(),
-        grids: methods.iter().flat_map(grid_axes).collect(),
+        grids: methods.iter().flat_map(grid_axes).chain(wrong.iter().copied().flat_map(written_axes)).collect(),
         sequences: sequences.map_or_else(Vec::new, |suite| suite.sequence_names()),
         drawn: names(|m| !m.has_grid()),
         with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),
@@ -51,4 +51,14 @@ fn grid_axes(method: &Method) -> Vec<GridAxis> {
         }
     }
     axes
+}
+
+/// The axes that the grid of a wrong method has by its text, so that what speaks of them is not called wrong too.
+fn written_axes(method: &wire::Method) -> Vec<GridAxis> {
+    let axis = |(axis, values): (&String, &toml::Value)| {
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|v| v as f64));
+        let values = values.as_array().into_iter().flatten().filter_map(number).collect();
+        GridAxis { method: method.name.get_ref().clone(), axis: axis.clone(), values }
+    };
+    method.grid.iter().flatten().map(axis).collect()
 }

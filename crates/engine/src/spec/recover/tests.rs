@@ -105,6 +105,8 @@ fn what_only_follows_from_an_error_is_not_told() {
     };
     // Tables and claims refer to methods and axes of methods that are wrong.
     alone(&[("\"rgb-histogram\"", "\"histogramme\"")], 20, "unknown signal");
+    let for_all = ("recall[A] > recall[B, below=0.5, ncc]", "for all below: recall[B] > 0");
+    alone(&[("\"rgb-histogram\"", "\"histogramme\""), for_all], 20, "unknown signal");
     alone(&[("\"level\", below = 0.9 }\n\n", "\"levle\", below = 0.9 }\n\n")], 16, "did you mean `level`?");
     alone(&[("\"ncc\"\n", "\"nncc\"\nlabel = \"ncc\"\n")], 10, "unknown tracker");
     alone(&[("name = \"B\"\nsignal", "name = \"B\"\nlike = \"C\"\nsignal")], 20, "method before this one");

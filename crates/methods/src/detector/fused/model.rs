@@ -159,14 +159,18 @@ impl Stream for FusedStream {
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {
             let (words, value) = (self.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
-            let text = match usual[k] {
+            let shown = format!("{value:.3}");
+            let text = match usual[k].map(|usual| format!("{usual:.3}")) {
                 _ if !value.is_finite() => format!("{words}: missing"),
-                Some(usual) => format!("{words}: {value:.3}, usually {usual:.3}"),
-                None => format!("{words}: {value:.3}"),
+                // What is as always explains nothing: it speaks for a loss by the frames before.
+                Some(usual) if usual == shown => return None,
+                Some(usual) => format!("{words}: {shown}, usually {usual}"),
+                None => format!("{words}: {shown}"),
             };
-            Reason { text, weight: self.model.calibration.0 * parts[k] }
+            Some(Reason { text, weight: self.model.calibration.0 * parts[k] })
         };
-        Judgement { probability, lost, reasons: loudest.into_iter().take(MAX_REASONS).map(reason).collect() }
+        let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
+        Judgement { probability, lost, reasons }
     }
 
     fn save(&self) -> Vec<u8> {

@@ -8,7 +8,7 @@ use crate::results::Results;
 use crate::results::analyses::FILE as ANALYSES;
 use crate::results::measures;
 use crate::results::{CellScore, method_label};
-use crate::score::Counts;
+use crate::score::{Counts, Metric};
 use crate::spec::table::Table;
 use crate::table::layout::{self, CellRef};
 use std::path::{Path, PathBuf};
@@ -168,8 +168,14 @@ pub fn find_cells(
                 known.push(of(cell));
             }
         }
-        // A method may also be named without its grid point.
-        cells.retain(|c| of(c) == wanted || (what == "method" && c.method == wanted));
+        // A method may also be named without its grid point, and a metric as tables show it.
+        let shown = |name: &str| Metric::from_name(name).map(Metric::title);
+        cells.retain(|c| {
+            let name = of(c);
+            name == wanted
+                || (what == "method" && c.method == wanted)
+                || (["row", "column"].contains(&what) && shown(&name).is_some_and(|title| title == wanted))
+        });
         if cells.is_empty() {
             let message = plugin::unknown(what, wanted, known.iter().map(String::as_str));
             return Err(SelectError::Unknown { place: name, message });
