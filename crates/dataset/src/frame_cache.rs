@@ -13,10 +13,10 @@ const MAX_FRAME_BYTES: usize = 8 << 20;
 /// The frames used last, of any number of sequences, up to a number of bytes.
 pub struct FrameCache {
     most: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<CachedFrames>,
 }
 
-struct Kept {
+struct CachedFrames {
     bytes: usize,
     /// By the sequence's place in memory and the frame; the entry holds the sequence there.
     frames: LruCache<(usize, usize), (Arc<Sequence>, Arc<Frame>)>,
@@ -25,7 +25,7 @@ struct Kept {
 impl FrameCache {
     /// A cache of at most so many bytes of pixels; with 0 it keeps nothing.
     pub fn new(most: usize) -> Self {
-        Self { most, kept: Mutex::new(Kept { bytes: 0, frames: LruCache::unbounded() }) }
+        Self { most, kept: Mutex::new(CachedFrames { bytes: 0, frames: LruCache::unbounded() }) }
     }
 
     /// Frame `t` of a sequence, from 0.
@@ -52,7 +52,7 @@ impl FrameCache {
         Ok(frame)
     }
 
-    fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
+    fn kept(&self) -> std::sync::MutexGuard<'_, CachedFrames> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

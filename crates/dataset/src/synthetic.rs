@@ -17,10 +17,12 @@
 //! To add a sequence, add its plan to the suite's file and raise [`VERSION`].
 
 mod actor;
+mod figures;
 mod ground;
 mod motion;
 mod noise;
 mod otb;
+mod places;
 mod scene;
 mod sensor;
 mod sprite;

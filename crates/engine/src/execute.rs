@@ -26,6 +26,7 @@ pub mod cores;
 pub mod detector_outputs;
 pub mod estimate;
 pub mod frame_loop;
+pub mod frame_observer;
 pub mod judge;
 pub mod lane;
 pub mod outcome;

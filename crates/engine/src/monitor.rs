@@ -2,7 +2,7 @@
 //!
 //! ```
 //! # mod trackfail { pub use trackfail_core::{image, region}; pub use trackfail_engine::monitor; }
-//! use trackfail::monitor::{Monitor, Options, State, Update};
+//! use trackfail::monitor::{Monitor, Options, TargetState, Update};
 //! use trackfail::region::{Rect, Region};
 //! # use trackfail::{image::Frame, monitor::MonitorError};
 //! # let frame = Frame::from_fn(64, 48, |x, y| [(5 * x) as u8, (3 * y) as u8, (x * y) as u8]);
@@ -12,11 +12,11 @@
 //! for (frame, target) in camera {
 //!     let region = Region::Rect(target);
 //!     let answer = monitor.update(&Update { frame: Some(&frame), region: Some(&region), ..Update::default() })?;
-//!     assert_eq!(answer.state, State::Tracking);
+//!     assert_eq!(answer.state, TargetState::Tracking);
 //! }
 //! // The tracker has no box for this frame.
 //! let answer = monitor.update(&Update::default())?;
-//! assert_eq!((answer.index, answer.state), (3, State::Absent));
+//! assert_eq!((answer.index, answer.state), (3, TargetState::Absent));
 //! # Ok::<(), MonitorError>(())
 //! ```
 //!
@@ -32,7 +32,7 @@
 mod chosen;
 mod saved;
 
-pub use crate::detector::labels::State;
+pub use crate::detector::labels::TargetState;
 
 use crate::image::Frame;
 use crate::region::{Region, RegionError};
@@ -79,7 +79,7 @@ pub struct Answer {
     #[serde(serialize_with = "four_digits")]
     pub probability: Option<f64>,
     /// State of the target.
-    pub state: State,
+    pub state: TargetState,
     /// At most three features that speak for a loss, the loudest first.
     pub reasons: Vec<String>,
     /// Why an input was left out, or that there is none to judge by; the state then is that of the frame before.
@@ -217,7 +217,7 @@ impl Monitor {
         };
         self.check_size(update.frame)?;
         let Some(here) = region.as_ref().or(self.last.as_ref()) else {
-            let state = State::Absent;
+            let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
         if self.chosen.is_none() {
@@ -232,9 +232,9 @@ impl Monitor {
         };
         self.last = Some(state.region);
         let state = match (status, judgement.lost) {
-            (Status::Absent, _) => State::Absent,
-            (_, true) => State::Lost,
-            (_, false) => State::Tracking,
+            (Status::Absent, _) => TargetState::Absent,
+            (_, true) => TargetState::Lost,
+            (_, false) => TargetState::Tracking,
         };
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let reasons = judgement.reasons.into_iter().take(MAX_REASONS).map(|reason| reason.text).collect();

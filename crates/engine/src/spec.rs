@@ -16,6 +16,7 @@
 pub mod analysis;
 pub mod builtin;
 pub mod claim;
+mod document;
 pub mod error;
 mod extend;
 pub mod figure;

@@ -7,8 +7,8 @@
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; markers differ as well. Values in order have the colors of viridis.
 //!
-//! Files in the order in which they use each other: error, style, font, scene, raster, pdf, draw, axes, heading, legend,
-//! panel; then one for each figure: strip, curve, ranks, states; and annotated, which draws on video frames.
+//! Files in the order in which they use each other: error, style, font, scene, raster, pdf, draw, sign, axes, heading,
+//! legend, panel; then one for each figure: strip, curve, dots, ranks, states; and annotated, which draws on video frames.
 
 mod annotated;
 mod axes;
@@ -24,19 +24,21 @@ mod pdf;
 mod ranks;
 mod raster;
 mod scene;
+mod sign;
 mod states;
 mod strip;
 mod style;
 
 pub use annotated::{AnnotatedBox, annotate};
 pub use axes::Range;
-pub use curve::{Curve, CurveAxis, Curves, Facet, Sign};
+pub use curve::{Curve, CurveAxis, Curves, Facet};
 pub use dots::{Dot, DotPanel, Dots};
 pub use draw::{Files, Plot};
 pub use error::FigureError;
 pub use legend::{Entry, Marker, Symbol};
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};
 pub use ranks::{Ranking, Ranks};
+pub use sign::Sign;
 pub use states::{Arrow, States};
 pub use strip::{BoxStyle, LOST, Still, Strip};
 pub use style::{COLUMN, Color, Dash, PER_INCH, Style, WIDTH};

@@ -53,6 +53,7 @@ mod units;
 pub mod user_track;
 pub mod verdict;
 pub mod write;
+mod written;
 
 pub use claims::{ClaimOutcome, ClaimView};
 pub use files::{INDEX, OWNED};
@@ -60,7 +61,8 @@ pub use html::render;
 pub use markdown::markdown;
 pub use page::{FailedCell, FigureView, Page, ReportError};
 pub use staged::StagedReport;
-pub use write::{WriteError, WrittenReport, write};
+pub use write::{WriteError, write};
+pub use written::WrittenReport;
 
 #[cfg(test)]
 mod tests;

@@ -31,6 +31,7 @@ mod cells;
 pub mod checks;
 pub mod column;
 pub mod conditions;
+mod detail;
 pub mod detections;
 mod frame;
 pub mod frame_measures;
@@ -54,6 +55,7 @@ pub mod unfinished;
 mod write;
 
 pub use cells::{method_label, parse_point};
+pub use detail::Detail;
 pub use frame::{TableError, texts_from_csv, texts_to_csv};
 pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
@@ -63,7 +65,7 @@ pub use read::Results;
 pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
-pub use write::{Detail, remove_others, write};
+pub use write::{remove_others, write};
 
 use crate::dataset::DatasetError;
 use crate::engine::store::StoreError;

@@ -3,7 +3,7 @@
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
 use crate::report::verdict::{false_alarm_prone, of_target, verdict};
-use crate::results::detections::{self, JudgedMethod, JudgedTrack, State};
+use crate::results::detections::{self, JudgedMethod, JudgedTrack, TargetState};
 use serde_json::{Value, json};
 
 /// Prints what the methods say.
@@ -76,7 +76,7 @@ fn json(tracks: &[&JudgedTrack]) -> Value {
 fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
     let span =
         |run: std::ops::Range<usize>| json!([track.number(run.start), track.number(run.end.max(1) - 1)]);
-    let in_state = |wanted: State| -> Vec<Value> {
+    let in_state = |wanted: TargetState| -> Vec<Value> {
         method.stretches().filter(|(state, _)| *state == wanted).map(|(_, run)| span(run)).collect()
     };
     let frame = |t: usize| {
@@ -92,8 +92,8 @@ fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
         "method": method.name,
         "threshold": method.threshold,
         "verdict": verdict(track, method),
-        "lost": in_state(State::Lost),
-        "absent": in_state(State::Absent),
+        "lost": in_state(TargetState::Lost),
+        "absent": in_state(TargetState::Absent),
         "false_alarm_prone": false_alarm_prone(method).into_iter().map(span).collect::<Vec<_>>(),
         "frames": (0..method.states.len()).map(frame).collect::<Vec<_>>(),
     })

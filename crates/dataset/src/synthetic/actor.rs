@@ -2,8 +2,8 @@
 //!
 //! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a color.
 
+use super::figures;
 use super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
-use super::surveillance::figures;
 
 /// Kind of a drawn object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Backgrounds: a large picture, painted once a sequence, that the camera scrolls over.
 
 use super::noise::{Color, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
-use super::surveillance::places;
+use super::places;
 
 /// Background of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -23,8 +23,6 @@
 
 mod d1;
 mod d2;
-pub mod figures;
-pub mod places;
 
 use super::actor::Kind;
 use super::ground::Ground;
@@ -105,14 +103,14 @@ struct Other {
     own: Option<(Kind, (f64, f64))>,
     look: u32,
     scale: f64,
-    course: Course,
+    path: ActorPath,
     mirrored: bool,
     before: bool,
 }
 
 /// Place of a person or an object.
 #[derive(Debug, Clone, Copy)]
-enum Course {
+enum ActorPath {
     /// Always at this place.
     Stand(f64, f64),
     /// At frame `.0` where the target then is, moving straight on with velocity `.1` (pixels a frame).
@@ -122,8 +120,8 @@ enum Course {
 }
 
 impl Other {
-    const fn new(own: Option<(Kind, (f64, f64))>, look: u32, course: Course) -> Self {
-        Self { own, look, scale: 1.0, course, mirrored: false, before: true }
+    const fn new(own: Option<(Kind, (f64, f64))>, look: u32, path: ActorPath) -> Self {
+        Self { own, look, scale: 1.0, path, mirrored: false, before: true }
     }
 
     /// Drawn before the target in time, that is behind it.
@@ -142,27 +140,27 @@ impl Other {
 
 /// Something that stands at `(x, y)`, before the target.
 const fn thing(kind: Kind, look: u32, (x, y): (f64, f64), size: (f64, f64)) -> Other {
-    Other::new(Some((kind, size)), look, Course::Stand(x, y))
+    Other::new(Some((kind, size)), look, ActorPath::Stand(x, y))
 }
 
 /// Something that crosses the target's way at frame `t`, before it.
 const fn vehicle(kind: Kind, look: u32, t: f64, velocity: (f64, f64), size: (f64, f64)) -> Other {
-    Other::new(Some((kind, size)), look, Course::Cross(t, velocity))
+    Other::new(Some((kind, size)), look, ActorPath::Cross(t, velocity))
 }
 
 /// One of the target's kind that stands at `(x, y)`.
 const fn stands(look: u32, x: f64, y: f64) -> Other {
-    Other::new(None, look, Course::Stand(x, y))
+    Other::new(None, look, ActorPath::Stand(x, y))
 }
 
 /// One of the target's kind that crosses its way at frame `t`.
 const fn crosses(look: u32, t: f64, velocity: (f64, f64)) -> Other {
-    Other::new(None, look, Course::Cross(t, velocity))
+    Other::new(None, look, ActorPath::Cross(t, velocity))
 }
 
 /// One of the target's kind that keeps it company.
 const fn along(look: u32, dx: Curve, dy: Curve) -> Other {
-    Other::new(None, look, Course::Along(dx, dy))
+    Other::new(None, look, ActorPath::Along(dx, dy))
 }
 
 /// Place of the target at frame `t`.
@@ -190,15 +188,15 @@ fn stride((x, y): Way, height: f64) -> Curve {
 impl Other {
     /// The actor, and the shoulders below it where it is a head.
     fn cast(&self, script: &Script, (x, y): Way, frames: f64) -> Vec<Actor> {
-        let way: Way = match self.course {
-            Course::Stand(x, y) => (kept(vec![(0.0, x)]), kept(vec![(0.0, y)])),
-            Course::Cross(t, velocity) => {
+        let way: Way = match self.path {
+            ActorPath::Stand(x, y) => (kept(vec![(0.0, x)]), kept(vec![(0.0, y)])),
+            ActorPath::Cross(t, velocity) => {
                 // A curve's end slopes are 0, so the ends are far outside.
                 let times = [t - 900.0, t - 600.0, t, t + 600.0, t + 900.0];
                 let line = |place: f64, v: f64| kept(times.map(|s| (s, place + v * (s - t))).to_vec());
                 (line(at(x, t, 0.0), velocity.0), line(at(y, t, 0.0), velocity.1))
             }
-            Course::Along(dx, dy) => {
+            ActorPath::Along(dx, dy) => {
                 let times = || (0..).map(|k| 4.0 * f64::from(k)).take_while(|&t| t < frames + 4.0);
                 let sum = |a: Curve, b: Curve| times().map(|t| (t, at(a, t, 0.0) + at(b, t, 0.0))).collect();
                 (kept(sum(x, dx)), kept(sum(y, dy)))
@@ -206,8 +204,8 @@ impl Other {
         };
         let (kind, size) = self.own.unwrap_or((script.kind, script.size));
         let size = (size.0 * self.scale, size.1 * self.scale);
-        let scale = match (self.own, self.course) {
-            (None, Course::Along(..)) => script.scale,
+        let scale = match (self.own, self.path) {
+            (None, ActorPath::Along(..)) => script.scale,
             _ => &[],
         };
         // Who stands is caught in mid-step, and other heads look aside.

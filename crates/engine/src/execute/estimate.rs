@@ -3,7 +3,8 @@
 //! A track takes its frames times what a frame of its tracker with its signals has taken before, in earlier runs on the
 //! store or in a [`probe`]. Reverse runs, training and analyses come on top.
 
-use super::frame_loop::{FrameObserver, run_lane};
+use super::frame_loop::run_lane;
+use super::frame_observer::FrameObserver;
 use super::lane::{Companions, Lane, LaneStep};
 use super::supervise::run_single;
 use super::tracker_run::{TrackerRun, TrackingError};

@@ -5,6 +5,7 @@
 //! work is that of `schedule`; on one thread a frame is decoded when all lanes have finished the one before.
 
 use super::cores::Cores;
+use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneStep};
 use super::schedule::Schedule;
 use super::tracker_run::TrackingError;
@@ -13,52 +14,6 @@ use crate::dataset::frame_cache::FrameCache;
 use crate::limits::Interrupted;
 use crate::tracker::TrackerState;
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// Receives the results of [`run_frames`], and wraps its work. The defaults only do the work.
-pub trait FrameObserver {
-    /// Called before each step.
-    ///
-    /// # Errors
-    /// [`Interrupted`] ends the loop.
-    fn check_interrupted(&self) -> Result<(), Interrupted> {
-        Ok(())
-    }
-
-    /// Wraps the work of a lane's tracker or of one of its signals in a frame. The decoding of frames is the work of
-    /// one more lane than there are.
-    ///
-    /// # Errors
-    /// Those of the work, or of its supervision.
-    fn supervise<T>(
-        &self,
-        _lane: usize,
-        work: impl FnOnce() -> Result<T, TrackingError>,
-    ) -> Result<T, TrackingError> {
-        work()
-    }
-
-    /// Wraps the work of the tracker in a frame.
-    fn time_tracker<T>(&self, work: impl FnOnce() -> T) -> T {
-        work()
-    }
-
-    /// Wraps the work of a lane's signal in a frame.
-    fn time_signal<T>(&self, _signal: usize, work: impl FnOnce() -> T) -> T {
-        work()
-    }
-
-    /// Receives the state of a lane in a frame; frames come in order.
-    ///
-    /// # Errors
-    /// An error ends the lane.
-    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError>;
-
-    /// Receives the value of a lane's signal in a frame, 0 in place of an absent signal; frames come in order.
-    fn measured(&self, _lane: usize, _signal: usize, _value: f64) {}
-
-    /// Called after each frame.
-    fn frame_done(&self) {}
-}
 
 /// Gives the frames of a sequence, in `order`, to all lanes. A lane that fails is replaced by its error; the others go
 /// on. Each frame is decoded once, and not at all when no lane reads pixels.
@@ -73,7 +28,7 @@ pub fn run_frames<O: FrameObserver>(
     observer: &O,
 ) -> Result<(), Interrupted> {
     let schedule = Schedule::new(sequence, frames, order.into_iter().collect(), lanes, observer);
-    schedule.work_alone();
+    schedule.run_on_this_thread();
     schedule.finish(lanes)
 }
 

@@ -2,7 +2,8 @@
 //! every signal.
 
 use super::cores::Cores;
-use super::frame_loop::{Collected, Collector, FrameObserver, run_frames_on};
+use super::frame_loop::{Collected, Collector, run_frames_on};
+use super::frame_observer::FrameObserver;
 use super::lane::{Companions, Lane, LaneStep};
 use super::supervise::{JobError, Watchdog, supervised};
 use super::tracker_run::{TrackerRun, TrackingError};

@@ -5,7 +5,8 @@
 //! with random numbers of its own from the track's seed and `from`. All methods on a track share these runs, so neither
 //! their number nor their order changes a result.
 
-use super::frame_loop::{FrameObserver, run_lane};
+use super::frame_loop::run_lane;
+use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneStep};
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::detector::{Detector, DetectorOutput, Input, Reverse};

@@ -9,7 +9,7 @@
 //! comes first in the order of one thread, by frame and strand: what comes before an error is always finished.
 
 use super::cores::{Cores, Share};
-use super::frame_loop::FrameObserver;
+use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneSignal, LaneStep, StateSource};
 use super::tracker_run::TrackingError;
 use crate::dataset::Sequence;
@@ -248,7 +248,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
     }
 
     /// Does all the work on this thread.
-    pub(super) fn work_alone(&self) {
+    pub(super) fn run_on_this_thread(&self) {
         while let Some(task) = self.wait_for_task(None) {
             self.perform(task);
         }

@@ -3,7 +3,8 @@
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::context::Context;
-use super::frame_loop::{Collected, Collector, FrameObserver, run_lane};
+use super::frame_loop::{Collected, Collector, run_lane};
+use super::frame_observer::FrameObserver;
 use super::judge::ReadyDetector;
 use super::lane::{Companions, Lane, LaneStep};
 use super::reverse;

@@ -202,16 +202,16 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
     needs
 }
 
-type Made = BTreeMap<Address, Result<StoredModel, CellError>>;
+type StoredModels = BTreeMap<Address, Result<StoredModel, CellError>>;
 
 /// Trained parameters and learned models by their address: from the store, or made.
 fn make_all(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     needs: &[&TrainingNeed<'_>],
-) -> Result<Made, RunError> {
+) -> Result<StoredModels, RunError> {
     let cached = |need: &&TrainingNeed<'_>| context.cached::<StoredModel>(&need.address, 1);
-    let mut made = Made::new();
+    let mut made = StoredModels::new();
     let mut pending = Vec::new();
     for (need, model) in needs.iter().zip(needs.par_iter().map(cached).collect::<Vec<_>>()) {
         context.tally.add(Work::Models, model.is_some());

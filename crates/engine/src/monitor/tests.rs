@@ -59,7 +59,7 @@ fn the_first_frame_with_a_region_chooses_the_method() {
     let start = |update: Update<'_>| {
         let mut monitor = Monitor::new(&Options::default()).unwrap();
         let first = monitor.update(&Update { region: None, ..update }).unwrap();
-        assert_eq!((first.state, first.probability, monitor.method()), (State::Absent, None, None));
+        assert_eq!((first.state, first.probability, monitor.method()), (TargetState::Absent, None, None));
         monitor.update(&update).unwrap();
         monitor.method().unwrap().to_string()
     };
@@ -92,7 +92,7 @@ fn inputs_that_go_missing_are_no_error_and_no_alarm() {
         for _ in 0..3 {
             let update = Update { region: Some(&region), ..Update::default() };
             let answer = monitor.update(&update).unwrap();
-            assert_eq!((answer.state, answer.reasons.len()), (State::Tracking, 0), "{name}");
+            assert_eq!((answer.state, answer.reasons.len()), (TargetState::Tracking, 0), "{name}");
             let note = need.map(|need| format!("nothing to judge by: the method needs {need}"));
             assert_eq!(answer.note, note, "{name}");
         }
@@ -126,7 +126,7 @@ fn broken_frames_count_and_change_nothing_else() {
     let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
     assert_eq!(
         broken.update(&Update { region: Some(&nowhere), ..Update::default() }).unwrap().state,
-        State::Absent
+        TargetState::Absent
     );
 }
 
@@ -141,7 +141,7 @@ fn a_fault_of_a_signal_is_told_beside_the_answer() {
     assert_eq!(update(1.0).note, None);
     let answer = update(-1.0);
     assert!(answer.note.is_some_and(|note| note.contains("the mean of the early confidence is -1")));
-    assert_eq!(answer.state, State::Tracking);
+    assert_eq!(answer.state, TargetState::Tracking);
 }
 
 #[test]

@@ -29,9 +29,10 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bo
     for (place, cell, recipe) in cells.into_iter().flatten() {
         let (state, because) = match recipe {
             Err(e) => (CellState::Absent, e.to_string()),
-            Ok(recipe) if store.contains(&recipe.address()) && !cached[place.sequence][place.job] => {
-                (CellState::Missing, "its track or a signal on it was never computed here, or has been removed".to_string())
-            }
+            Ok(recipe) if store.contains(&recipe.address()) && !cached[place.sequence][place.job] => (
+                CellState::Missing,
+                "its track or a signal on it was never computed here, or has been removed".to_string(),
+            ),
             Ok(recipe) if store.contains(&recipe.address()) => {
                 (CellState::Cached, "everything it was made from is as it was".to_string())
             }

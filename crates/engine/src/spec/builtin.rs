@@ -1,10 +1,10 @@
 //! The experiments and published methods that come with the program.
 
 use super::SpecError;
+use super::document::array_of_tables;
 use super::error::Source;
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
-use super::read::array_of_tables;
 use crate::detector::DETECTORS;
 use crate::plugin;
 use crate::score::PROTOCOLS;

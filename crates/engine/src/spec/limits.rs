@@ -2,7 +2,6 @@
 //! at once and every accepted one can be planned in memory.
 
 use super::error::{Source, SpecError};
-use super::method::Method;
 use super::wire;
 use crate::dataset::text;
 use std::ops::Range;
@@ -25,7 +24,7 @@ const MAX_PARTS: usize = 64;
 /// Largest number of detectors of an experiment, including the candidates of training.
 pub const MAX_DETECTORS: usize = 20_000;
 /// Largest number of cells per sequence: trackers, times repetitions, times methods with their grids.
-const MAX_CELLS: usize = 1_000_000;
+pub(super) const MAX_CELLS: usize = 1_000_000;
 
 /// Reads the text of an experiment file, at most [`MAX_BYTES`] of it.
 ///
@@ -84,25 +83,6 @@ pub(super) fn check_lists(source: Source<'_>, wire: &wire::Experiment) -> Result
         Some(c) => check("claims", wire.claim.len(), MAX_CLAIMS, c.holds.span()),
         None => Ok(()),
     }
-}
-
-/// Refuses more cells than can be planned; `runs` is the number of trackers, each counted once a repetition.
-pub(super) fn check_work(
-    source: Source<'_>,
-    span: Range<usize>,
-    runs: u64,
-    methods: &[Method],
-) -> Result<(), SpecError> {
-    let variants: usize = methods.iter().map(|m| m.variants.len()).sum();
-    let cells = runs.saturating_mul(variants as u64);
-    if cells <= MAX_CELLS as u64 {
-        return Ok(());
-    }
-    let message = format!(
-        "{runs} runs of trackers with {variants} methods make {cells} cells a sequence; at most {MAX_CELLS} \
-         are planned"
-    );
-    Err(source.error(span, message))
 }
 
 #[cfg(test)]

@@ -1,15 +1,18 @@
 //! Plugins of an experiment file: the tables of their parameters, checked and bound to the programs that they name.
 
-use super::error::{Source, SpecError};
-use super::recover;
+use super::error::{Errors, Source, SpecError, in_plain_words};
 use crate::analysis::Analysis;
 use crate::detector::Detector;
 use crate::plugin::{self, Entry, ParamError, RawParams};
 use crate::signal::Signal;
 use crate::tracker::TrackerConfig;
 use crate::tracker::process::Programs;
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// Most numbers that are tried to find the first that a plugin takes.
+const MAX_TRIED: u64 = 64;
 
 /// A plugin's table: its kind is known, its parameters are not yet read.
 pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
@@ -83,7 +86,7 @@ impl<'i, T: ?Sized + Bind> RawPlugin<'i, T> {
         set: Vec<(&str, Spanned<DeValue<'_>>)>,
     ) -> Result<Box<T>, SpecError> {
         let table = self.with(set);
-        recover::build(source, self.entry, &table, self.programs)
+        build(source, self.entry, &table, self.programs)
     }
 
     /// The table with some values set.
@@ -111,4 +114,67 @@ pub(super) fn build_entry<T: ?Sized + Bind>(
 
 pub(super) fn as_value<'t>(table: &Spanned<DeTable<'t>>) -> Spanned<DeValue<'t>> {
     Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()))
+}
+
+/// Builds a plugin from a table of the file; it may run `programs`.
+///
+/// # Errors
+/// All parameters that are wrong.
+pub(super) fn build<T: ?Sized + Bind>(
+    source: Source<'_>,
+    entry: &Entry<T>,
+    table: &Spanned<DeTable<'_>>,
+    programs: Option<&Programs>,
+) -> Result<Box<T>, SpecError> {
+    let mut rest = table.clone();
+    let mut errors = Errors::default();
+    let mut gone: Vec<String> = Vec::new();
+    while let Err(fault) = build_entry(entry, &rest, programs) {
+        let key = key_at_fault(&fault, &rest);
+        let follows = key.is_none() || gone.iter().any(|known| fault.message.contains(&format!("`{known}`")));
+        if !gone.is_empty() && follows {
+            break;
+        }
+        let plain = key.as_deref().and_then(|key| {
+            in_plain_words(&fault.message, Some(key), || first_number(entry, &rest, key, programs))
+        });
+        let fault = ParamError { message: plain.unwrap_or_else(|| fault.message.clone()), ..fault };
+        errors.push(source.params(&fault, &rest));
+        let Some(key) = key.filter(|_| !errors.is_full()) else { break };
+        rest.get_mut().remove(key.as_str());
+        gone.push(key);
+    }
+    errors.check()?;
+    build_entry(entry, table, programs).map_err(|fault| source.params(&fault, table))
+}
+
+/// The parameter that a plugin refuses.
+fn key_at_fault(fault: &ParamError, table: &Spanned<DeTable<'_>>) -> Option<String> {
+    let at = |key: Range<usize>, value: Range<usize>| {
+        let span = fault.span.clone()?;
+        (key == span || (value.start <= span.start && span.end <= value.end)).then_some(())
+    };
+    let named = |key: &str| fault.span.is_none() && fault.key == Some(key);
+    let found = table
+        .get_ref()
+        .iter()
+        .find(|(key, value)| named(key.get_ref()) || at(key.span(), value.span()).is_some());
+    found.map(|(key, _)| key.get_ref().to_string())
+}
+
+/// The smallest whole number that a plugin does not refuse as this parameter.
+fn first_number<T: ?Sized + Bind>(
+    entry: &Entry<T>,
+    table: &Spanned<DeTable<'_>>,
+    key: &str,
+    programs: Option<&Programs>,
+) -> u64 {
+    let is_refused = |number: &u64| {
+        let text = number.to_string();
+        let Ok(number) = DeValue::parse(&text) else { return false };
+        let mut tried: Spanned<DeTable<'_>> = table.clone();
+        tried.get_mut().insert(Spanned::new(0..0, key.to_string().into()), number);
+        build_entry(entry, &tried, programs).is_err_and(|fault| fault.key == Some(key))
+    };
+    (0..MAX_TRIED).find(|number| !is_refused(number)).unwrap_or(0)
 }

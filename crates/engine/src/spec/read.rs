@@ -3,8 +3,10 @@
 
 mod trackers;
 mod words;
+mod work;
 
 use super::analysis::{self, Analysis};
+use super::document::array_of_tables;
 use super::error::{Errors, Source, SpecError};
 use super::extend::{self, Place};
 use super::figure::{Figure, read_figure};
@@ -136,7 +138,7 @@ impl Reader<'_> {
         }
         if errors.is_empty() {
             let runs = trackers.iter().map(|t| u64::from(t.runs.max(t.training_runs))).sum();
-            limits::check_work(source, wire.method.span(), runs, &methods)?;
+            work::check_work(source, wire.method.span(), runs, &methods)?;
         }
 
         let words = words::words(self.catalog, &wire, &suites, &known.labels, &methods, &analyses);
@@ -383,23 +385,6 @@ fn read_published(
         published.push(row);
     }
     published
-}
-
-/// Tables of an array of tables, each with its place in the file.
-pub(super) fn array_of_tables<'i>(
-    source: Source<'_>,
-    document: &Spanned<DeTable<'i>>,
-    key: &str,
-) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
-    let Some(value) = document.get_ref().get(key) else { return Ok(Vec::new()) };
-    let wrong = |span| source.error(span, format!("write [[{key}]]"));
-    let DeValue::Array(list) = value.get_ref() else { return Err(wrong(value.span())) };
-    list.iter()
-        .map(|item| match item.get_ref() {
-            DeValue::Table(t) => Ok(Spanned::new(item.span(), t.clone())),
-            _ => Err(wrong(item.span())),
-        })
-        .collect()
 }
 
 fn read_protocol(source: Source<'_>, name: &Spanned<String>) -> Result<&'static Protocol, SpecError> {

@@ -3,12 +3,11 @@
 //! An error that only follows from such a cut is not told: a key that is missing because it was cut, and a rule about a
 //! parameter that was.
 
-use super::error::{Errors, MAX_ERRORS, MAX_WORD, Source, SpecError, in_plain_words};
-use super::raw_plugin::{Bind, as_value, build_entry};
+use super::error::{Errors, MAX_ERRORS, MAX_WORD, Source};
+use super::raw_plugin::as_value;
 use super::wire;
 use crate::dataset::text::shorten_to;
-use crate::plugin::{Entry, ParamError, RawParams, nearest};
-use crate::tracker::process::Programs;
+use crate::plugin::{RawParams, nearest};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -149,72 +148,6 @@ fn holds(list: &[Spanned<DeValue<'_>>], span: &Range<usize>) -> bool {
         _ => item.span() == *span,
     })
 }
-
-/// Builds a plugin from a table of the file; it may run `programs`.
-///
-/// # Errors
-/// All parameters that are wrong.
-pub(super) fn build<T: ?Sized + Bind>(
-    source: Source<'_>,
-    entry: &Entry<T>,
-    table: &Spanned<DeTable<'_>>,
-    programs: Option<&Programs>,
-) -> Result<Box<T>, SpecError> {
-    let mut rest = table.clone();
-    let mut errors = Errors::default();
-    let mut gone: Vec<String> = Vec::new();
-    while let Err(fault) = build_entry(entry, &rest, programs) {
-        let key = key_at_fault(&fault, &rest);
-        let follows = key.is_none() || gone.iter().any(|known| fault.message.contains(&format!("`{known}`")));
-        if !gone.is_empty() && follows {
-            break;
-        }
-        let plain = key.as_deref().and_then(|key| {
-            in_plain_words(&fault.message, Some(key), || first_number(entry, &rest, key, programs))
-        });
-        let fault = ParamError { message: plain.unwrap_or_else(|| fault.message.clone()), ..fault };
-        errors.push(source.params(&fault, &rest));
-        let Some(key) = key.filter(|_| !errors.is_full()) else { break };
-        rest.get_mut().remove(key.as_str());
-        gone.push(key);
-    }
-    errors.check()?;
-    build_entry(entry, table, programs).map_err(|fault| source.params(&fault, table))
-}
-
-/// The parameter that a plugin refuses.
-fn key_at_fault(fault: &ParamError, table: &Spanned<DeTable<'_>>) -> Option<String> {
-    let at = |key: Range<usize>, value: Range<usize>| {
-        let span = fault.span.clone()?;
-        (key == span || (value.start <= span.start && span.end <= value.end)).then_some(())
-    };
-    let named = |key: &str| fault.span.is_none() && fault.key == Some(key);
-    let found = table
-        .get_ref()
-        .iter()
-        .find(|(key, value)| named(key.get_ref()) || at(key.span(), value.span()).is_some());
-    found.map(|(key, _)| key.get_ref().to_string())
-}
-
-/// The smallest whole number that a plugin does not refuse as this parameter.
-fn first_number<T: ?Sized + Bind>(
-    entry: &Entry<T>,
-    table: &Spanned<DeTable<'_>>,
-    key: &str,
-    programs: Option<&Programs>,
-) -> u64 {
-    let is_refused = |number: &u64| {
-        let text = number.to_string();
-        let Ok(number) = DeValue::parse(&text) else { return false };
-        let mut tried: Spanned<DeTable<'_>> = table.clone();
-        tried.get_mut().insert(Spanned::new(0..0, key.to_string().into()), number);
-        build_entry(entry, &tried, programs).is_err_and(|fault| fault.key == Some(key))
-    };
-    (0..MOST_TRIED).find(|number| !is_refused(number)).unwrap_or(0)
-}
-
-/// How many numbers are tried to find the first that a plugin takes.
-const MOST_TRIED: u64 = 64;
 
 #[cfg(test)]
 mod tests;

@@ -59,7 +59,7 @@ impl LossState {
 /// State of the target in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum State {
+pub enum TargetState {
     /// The tracker is on the target, as far as can be told.
     Tracking,
     /// The tracker has lost the target: from an alarm until the recovery is confirmed.
@@ -68,7 +68,7 @@ pub enum State {
     Absent,
 }
 
-impl State {
+impl TargetState {
     /// Its word in files.
     pub fn word(self) -> &'static str {
         match self {
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn states_have_the_same_word_in_json() {
-        for state in [State::Tracking, State::Lost, State::Absent] {
+        for state in [TargetState::Tracking, TargetState::Lost, TargetState::Absent] {
             assert_eq!(serde_json::to_value(state).unwrap(), state.word());
         }
     }

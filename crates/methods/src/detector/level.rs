@@ -126,11 +126,11 @@ impl Detector for Level {
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {
-        Some(Box::new(Watch { level: *self, state: LossState::default() }))
+        Some(Box::new(LevelStream { level: *self, state: LossState::default() }))
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        Some(Box::new(Watch { level: *self, state: saved::from_bytes(saved)? }))
+        Some(Box::new(LevelStream { level: *self, state: saved::from_bytes(saved)? }))
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
@@ -140,12 +140,12 @@ impl Detector for Level {
 }
 
 /// The level on a track that goes on. It knows no probability; a frame without a value changes nothing.
-struct Watch {
+struct LevelStream {
     level: Level,
     state: LossState,
 }
 
-impl Stream for Watch {
+impl Stream for LevelStream {
     fn push(&mut self, values: &[f64]) -> Judgement {
         let value = values.first().copied().filter(|v| !v.is_nan());
         let alarm = value.filter(|v| self.level.is_alarm(*v));

@@ -3,6 +3,7 @@
 use super::chance::Chance;
 use super::counts::{Counts, Place};
 use super::restarts::Restarts;
+use std::ops::Range;
 
 /// The score of one method on one track.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -42,4 +43,32 @@ pub struct Protocol {
     pub chance: Chance,
     /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.
     pub score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
+}
+
+impl Protocol {
+    /// Scores the pieces of a track, from [`Restarts::pieces`], or all of it without any; frames count from the track's first.
+    pub fn judge(
+        &self,
+        error: &[f64],
+        alarm: &[bool],
+        changes: &[i32],
+        pieces: Option<&[Range<usize>]>,
+    ) -> TrackScore {
+        let Some(pieces) = pieces else { return (self.score)(error, alarm, changes) };
+        let mut whole = TrackScore::default();
+        for (k, piece) in pieces.iter().enumerate() {
+            let mut alarm = alarm[piece.clone()].to_vec();
+            if k > 0 {
+                alarm.iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
+            }
+            let changes = changes.get(piece.clone()).unwrap_or_default();
+            let part = (self.score)(&error[piece.clone()], &alarm, changes);
+            let (events, detections) = (whole.events.len(), whole.detections.len());
+            whole.counts = [whole.counts, part.counts].into_iter().sum::<Counts>();
+            whole.events.extend(part.events.iter().map(|t| t + piece.start));
+            whole.detections.extend(part.detections.iter().map(|t| t + piece.start));
+            whole.matches.extend(part.matches.iter().map(|(e, d)| (e + events, d + detections)));
+        }
+        whole
+    }
 }

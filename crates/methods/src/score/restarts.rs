@@ -16,8 +16,6 @@
 //! in it, is no detection. What a protocol leaves out at the start of a track it leaves out at the start of each piece. A
 //! track without restarts is one piece and is scored as ever.
 
-use super::counts::Counts;
-use super::protocol::{Protocol, TrackScore};
 use crate::tracker::Status;
 use std::ops::Range;
 
@@ -60,37 +58,9 @@ pub fn counted(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
     pieces.iter().enumerate().flat_map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
 }
 
-impl Protocol {
-    /// Scores the pieces of a track, from [`Restarts::pieces`], or all of it without any; frames count from the track's first.
-    pub fn judge(
-        &self,
-        error: &[f64],
-        alarm: &[bool],
-        changes: &[i32],
-        pieces: Option<&[Range<usize>]>,
-    ) -> TrackScore {
-        let Some(pieces) = pieces else { return (self.score)(error, alarm, changes) };
-        let mut whole = TrackScore::default();
-        for (k, piece) in pieces.iter().enumerate() {
-            let mut alarm = alarm[piece.clone()].to_vec();
-            if k > 0 {
-                alarm.iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
-            }
-            let changes = changes.get(piece.clone()).unwrap_or_default();
-            let part = (self.score)(&error[piece.clone()], &alarm, changes);
-            let (events, detections) = (whole.events.len(), whole.detections.len());
-            whole.counts = [whole.counts, part.counts].into_iter().sum::<Counts>();
-            whole.events.extend(part.events.iter().map(|t| t + piece.start));
-            whole.detections.extend(part.detections.iter().map(|t| t + piece.start));
-            whole.matches.extend(part.matches.iter().map(|(e, d)| (e + events, d + detections)));
-        }
-        whole
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{PROTOCOLS, khalid2016};
+    use super::super::{Counts, PROTOCOLS, khalid2016};
     use super::*;
     use proptest::prelude::*;
 

@@ -66,7 +66,7 @@ pub enum Statistic {
 )]
 pub enum Companions {
     /// The word `given`: from outside.
-    Given(Given),
+    ExternalCompanions(ExternalCompanions),
     /// Run by the signal itself.
     Own(Vec<CompanionParams>),
 }
@@ -74,7 +74,7 @@ pub enum Companions {
 /// The word for companions from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Given {
+pub enum ExternalCompanions {
     /// The other trackers of the experiment, or the boxes that `detect` is given.
     Given,
 }
@@ -94,7 +94,11 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { statistic: Statistic::Median, companions: Companions::Given(Given::Given), at_most: None }
+        Self {
+            statistic: Statistic::Median,
+            companions: Companions::ExternalCompanions(ExternalCompanions::Given),
+            at_most: None,
+        }
     }
 }
 
@@ -111,7 +115,7 @@ impl CompanionOverlap {
     /// For an empty list of companions, one that is neither tracker nor files, or parameters that its tracker refuses.
     pub fn new(params: Params) -> Result<Self, ParamError> {
         let own = match &params.companions {
-            Companions::Given(_) => Vec::new(),
+            Companions::ExternalCompanions(_) => Vec::new(),
             Companions::Own(list) if list.is_empty() => {
                 return Err(ParamError::out_of_range(
                     "companions",
@@ -144,7 +148,7 @@ impl Signal for CompanionOverlap {
 
     fn reads(&self) -> Reads {
         match self.params.companions {
-            Companions::Given(_) => Reads::Companions,
+            Companions::ExternalCompanions(_) => Reads::Companions,
             Companions::Own(_) if self.own.iter().any(Companion::reads_pixels) => Reads::Pixels,
             Companions::Own(_) => Reads::Boxes,
         }

@@ -132,12 +132,19 @@ impl Signal for Confidence {
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Course { params: self.0.clone(), frame: 0, last: 1.0, sum: 0.0, count: 0, fault: None }))
+        Ok(Box::new(Confidences {
+            params: self.0.clone(),
+            frame: 0,
+            last: 1.0,
+            sum: 0.0,
+            count: 0,
+            fault: None,
+        }))
     }
 }
 
 /// The confidence of one track.
-struct Course {
+struct Confidences {
     params: Params,
     /// Index of the frame that comes next.
     frame: usize,
@@ -149,7 +156,7 @@ struct Course {
     fault: Option<String>,
 }
 
-impl Course {
+impl Confidences {
     /// The value of a frame, or why there is none.
     fn value(&mut self, t: usize, given: Option<f64>) -> Result<f64, String> {
         match (self.params.scale, t) {
@@ -180,7 +187,7 @@ impl Course {
     }
 }
 
-impl Session for Course {
+impl Session for Confidences {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
         let t = self.frame;
         self.frame += 1;

@@ -6,8 +6,6 @@
 
 mod panel;
 
-pub use panel::draw_sign;
-
 use super::axes::{self, Axis, Range};
 use super::draw::Plot;
 use super::error::FigureError;
@@ -15,6 +13,7 @@ use super::font;
 use super::heading::heading;
 use super::legend::{self, Entry, Marker, Rows};
 use super::scene::{Anchor, Area, Scene};
+use super::sign::Sign;
 use super::style::{Color, INK, MARGIN, MEDIUM, Style, WIDTH};
 
 /// One curve.
@@ -40,15 +39,6 @@ impl Curve {
 
 /// Maximum number of points of a curve that is drawn with marks.
 const MAX_MARKERS: usize = 30;
-
-/// Meaning of a single point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
-    /// A ring: the point at which a method is operated.
-    Operating,
-    /// A hollow diamond: what a paper prints.
-    Published,
-}
 
 /// One of several panels with common axes.
 #[derive(Debug, Clone, Default, PartialEq)]

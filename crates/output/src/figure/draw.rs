@@ -7,10 +7,9 @@ use super::error::FigureError;
 use super::font;
 use super::pdf;
 use super::raster;
-use super::scene::{Anchor, BAND, Item, Picture, Point, Scene, dashes};
+use super::scene::{Anchor, BAND, Item, Point, Scene, dashes};
 use super::style::{COLUMN, PER_INCH, WIDTH};
-use ::image::imageops::{FilterType, resize};
-use ::image::{RgbImage, codecs::png};
+use ::image::codecs::png;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::coord::Shift;
 use plotters::prelude::{
@@ -188,7 +187,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     for picture in &scene.pictures {
         let (x0, y0) = device((picture.area.x, picture.area.y));
         let (x1, y1) = device((picture.area.right(), picture.area.bottom()));
-        let image = reduced(picture);
+        let image = raster::reduced(picture);
         let (compression, filter) = (png::CompressionType::Default, png::FilterType::Adaptive);
         let data = raster::encode(image.as_raw(), image.dimensions(), compression, filter)?;
         let data = BASE64_STANDARD.encode(data);
@@ -214,14 +213,4 @@ fn inches(units: f64) -> String {
 /// Text as XML character data.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// The still as it is embedded: at most three of its pixels a unit; more would only cost bytes.
-pub fn reduced(picture: &Picture) -> RgbImage {
-    let Some(image) = raster::pixels(picture) else { return RgbImage::new(1, 1) };
-    let (w, h) = ((picture.area.w * 3.0).ceil() as u32, (picture.area.h * 3.0).ceil() as u32);
-    if image.width() <= w || image.height() <= h {
-        return image;
-    }
-    resize(&image, w, h, FilterType::Triangle)
 }

@@ -1,8 +1,8 @@
 //! Legends: symbols with names, laid out in rows.
 
-use super::curve::{Sign, draw_sign};
 use super::font;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::sign::{Sign, draw_sign};
 use super::style::{CASING, Color, Dash, INK, SMALL, Style};
 
 /// Height of one row, in units.

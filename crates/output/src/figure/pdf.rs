@@ -1,9 +1,9 @@
 //! Draws a scene as a PDF of one page, as wide as the figure is in print, with the letters that it uses of the embedded
 //! font. Texts can be searched and copied. The bytes depend on the scene alone: no date, no random name.
 
-use super::draw::reduced;
 use super::error::FigureError;
 use super::font;
+use super::raster::reduced;
 use super::scene::{Anchor, Area, BAND, Item, Picture, Point, Scene, Stroke};
 use super::style::PER_INCH;
 use miniz_oxide::deflate::compress_to_vec_zlib;

@@ -41,7 +41,7 @@ const BESIDE: f64 = 36.0;
 /// More rankings than these stand in two columns, those of few methods.
 const MANY: usize = 2;
 /// Most methods of a ranking beside another.
-const MOST_NARROW: usize = 8;
+const MAX_NARROW: usize = 8;
 /// Room between the columns, in units.
 const GAP: f64 = 16.0;
 const THIN: Stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
@@ -60,7 +60,7 @@ impl Plot for Ranks {
         let mut scene = Scene::new(&self.title, width);
         let mut y = heading(&mut scene, &self.title, &self.note);
         let several = self.rankings.len() > MANY && width >= WIDTH;
-        let is_narrow = |r: &Ranking| several && r.methods.len() <= MOST_NARROW;
+        let is_narrow = |r: &Ranking| several && r.methods.len() <= MAX_NARROW;
         // Two narrow ones in a row stand beside each other.
         for rankings in self.rankings.chunk_by(|a, b| is_narrow(a) && is_narrow(b)) {
             let columns = if is_narrow(&rankings[0]) { 2 } else { 1 };

@@ -266,6 +266,16 @@ pub fn pixels(picture: &Picture) -> Option<RgbImage> {
     RgbImage::from_raw(frame.width() as u32, frame.height() as u32, frame.bytes().to_vec())
 }
 
+/// The still as it is embedded: at most three of its pixels a unit; more would only cost bytes.
+pub fn reduced(picture: &Picture) -> RgbImage {
+    let Some(image) = pixels(picture) else { return RgbImage::new(1, 1) };
+    let (w, h) = ((picture.area.w * 3.0).ceil() as u32, (picture.area.h * 3.0).ceil() as u32);
+    if image.width() <= w || image.height() <= h {
+        return image;
+    }
+    resize(&image, w, h, FilterType::Triangle)
+}
+
 /// Distance of a point from the segment between two others.
 fn distance(pair: &[Point], p: Point) -> f64 {
     let (a, b) = (pair[0], pair[1]);

@@ -2,7 +2,8 @@
 
 use super::files::{INDEX, OWNED};
 use super::site;
-use super::write::{WriteError, WrittenReport, write};
+use super::write::{WriteError, write};
+use super::written::WrittenReport;
 use crate::engine::store::staging::{self, Staging};
 use crate::results::Results;
 use std::path::{Path, PathBuf};

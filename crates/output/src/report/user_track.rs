@@ -14,7 +14,7 @@ pub mod video;
 
 use crate::dataset::Sequence;
 use crate::region::Region;
-use crate::results::detections::{JudgedMethod, JudgedTrack, State};
+use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 
 /// A user's tracks on a video, with what the methods say of them.
 #[derive(Debug)]
@@ -43,9 +43,9 @@ impl UserTrack {
     }
 
     /// State of the target in a frame, by the first method.
-    fn state(&self, t: usize) -> State {
+    fn state(&self, t: usize) -> TargetState {
         let state = self.first_method().and_then(|method| method.states.get(t));
-        state.copied().unwrap_or(State::Absent)
+        state.copied().unwrap_or(TargetState::Absent)
     }
 
     /// `tracker`, or `target 3` in a file of several.

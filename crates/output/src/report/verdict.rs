@@ -2,7 +2,7 @@
 
 use crate::detector::RECOVERY_FRAMES;
 use crate::direction::Direction;
-use crate::results::detections::{JudgedMethod, JudgedTrack, State};
+use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 use crate::table::number::Style;
 use std::ops::Range;
 
@@ -23,13 +23,13 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let mut parts = Vec::new();
     let mut more = 0;
     let mut is_first = true;
-    for (state, run) in method.stretches().filter(|(state, _)| *state != State::Tracking) {
+    for (state, run) in method.stretches().filter(|(state, _)| *state != TargetState::Tracking) {
         if parts.len() >= MAX_LISTED {
-            more += usize::from(state == State::Lost);
+            more += usize::from(state == TargetState::Lost);
             continue;
         }
         let to_the_end = if run.end == frames { " to the end" } else { "" };
-        if state == State::Absent {
+        if state == TargetState::Absent {
             let from = track.number(run.start);
             parts.push(match run.len() {
                 1 => format!("absent at {from}"),
@@ -44,7 +44,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         };
         is_first = false;
         let ending = match method.states.get(run.end) {
-            Some(State::Tracking) => format!("; {}", ending(track, method, &run)),
+            Some(TargetState::Tracking) => format!("; {}", ending(track, method, &run)),
             _ => String::new(),
         };
         parts.push(format!("lost from {word}{}{to_the_end}{why}{ending}", track.number(run.start)));
@@ -54,7 +54,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     }
     if is_first {
         let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t));
-        let seen = method.states.iter().filter(|state| **state != State::Absent).count();
+        let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
         let s = if seen == 1 { "" } else { "s" };
         parts.insert(0, format!("tracking, no loss found in {seen} frame{s} ({worst})"));
     }
@@ -75,7 +75,8 @@ fn ending(track: &JudgedTrack, method: &JudgedMethod, lost: &Range<usize>) -> St
     let at = track.number(lost.end);
     let score = |t: usize| method.score.get(t).copied().flatten();
     if method.is_probability {
-        let is_alarm = |t: &usize| method.threshold.is_some_and(|level| score(*t).is_some_and(|p| p >= level));
+        let is_alarm =
+            |t: &usize| method.threshold.is_some_and(|level| score(*t).is_some_and(|p| p >= level));
         let quiet = lost.clone().rev().find(is_alarm).map_or(lost.start, |t| t + 1);
         let highest = (quiet..=lost.end).filter_map(score).fold(0.0, f64::max);
         if highest >= EVEN {
@@ -139,10 +140,11 @@ pub fn false_alarm_prone(method: &JudgedMethod) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for (state, run) in method.stretches() {
         match state {
-            State::Tracking => {
+            TargetState::Tracking => {
                 let mut near: Vec<usize> = run.clone().filter(|t| is_near(*t)).collect();
                 // A rise that ends in a loss, or a fall that follows one, belongs to that loss.
-                let is_loss = |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&State::Lost);
+                let is_loss =
+                    |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&TargetState::Lost);
                 if is_loss(run.start.checked_sub(1)) {
                     let fall =
                         near.iter().zip(run.start..).take_while(|(t, expected)| *t == expected).count();
@@ -157,8 +159,8 @@ pub fn false_alarm_prone(method: &JudgedMethod) -> Vec<Range<usize>> {
                 }
                 near.into_iter().for_each(|t| extend(&mut found, t..t + 1));
             }
-            State::Lost if run.len() < RECOVERY_FRAMES && run.end < frames => extend(&mut found, run),
-            State::Lost | State::Absent => {}
+            TargetState::Lost if run.len() < RECOVERY_FRAMES && run.end < frames => extend(&mut found, run),
+            TargetState::Lost | TargetState::Absent => {}
         }
     }
     found
@@ -179,18 +181,18 @@ mod tests {
     /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
     fn judged(states: &str, score: &[f64], threshold: Option<f64>) -> JudgedTrack {
         let state = |c| match c {
-            'L' => State::Lost,
-            'A' => State::Absent,
-            _ => State::Tracking,
+            'L' => TargetState::Lost,
+            'A' => TargetState::Absent,
+            _ => TargetState::Tracking,
         };
-        let states: Vec<State> = states.chars().map(state).collect();
+        let states: Vec<TargetState> = states.chars().map(state).collect();
         let method = JudgedMethod {
             name: "M".into(),
             threshold,
             direction: Direction::LowerIsBetter,
             is_probability: true,
             score: score.iter().map(|s| Some(*s)).collect(),
-            label: states.iter().map(|s| *s == State::Lost).collect(),
+            label: states.iter().map(|s| *s == TargetState::Lost).collect(),
             changes: vec![0; states.len()],
             states,
         };
@@ -231,7 +233,10 @@ mod tests {
         );
         // By hand: the last alarm is in frame 3, and frames 4 to 6 are below the threshold.
         let after = |p| said("..LLL...", &[0.1, 0.1, 0.97, p, 0.3, 0.2, 0.1, 0.1], Some(0.8));
-        assert_eq!(after(0.49), "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch");
+        assert_eq!(
+            after(0.49),
+            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch"
+        );
         assert_eq!(
             after(0.77),
             "lost from frame 3 (M: .97 > .80); alarm over at 6, recovery not clear (up to .77); 1 false-alarm-prone stretch"

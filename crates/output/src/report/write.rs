@@ -1,6 +1,6 @@
 //! Fills the page of a report from a results folder, and writes the report.
 
-use super::claims::{self, Finding};
+use super::claims;
 use super::differences;
 use super::explain;
 use super::facts;
@@ -15,6 +15,7 @@ use super::sequences::{self, Collector, PackedTrack, Sequences, json};
 use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
+use super::written::WrittenReport;
 use crate::engine::store::{self, StoreError};
 use crate::figure::{Files, Plot, WIDTH};
 use crate::image;
@@ -25,18 +26,6 @@ use crate::table;
 use crate::table::layout::{self, TableLayout};
 use rayon::prelude::*;
 use std::path::Path;
-
-/// Content of a written report.
-pub struct WrittenReport {
-    /// The claims, tested on our numbers.
-    pub findings: Vec<Finding>,
-    /// The experiment's own tables.
-    pub tables: Vec<TableLayout>,
-    /// Counts of every cell.
-    pub scores: Vec<CellScore>,
-    /// The answer of the page in a sentence; may be empty.
-    pub verdict: String,
-}
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! The output of `trackfail detect`: what every method says of every frame of a user's track.
 
-pub use crate::detector::labels::State;
+pub use crate::detector::labels::TargetState;
 
 use super::column::{Column, FRAME, METHOD, TableFile};
 use super::frame::{TableError, to_csv};
@@ -72,7 +72,7 @@ pub struct JudgedMethod {
     /// Change of the label: +1, -1, 0.
     pub changes: Vec<i32>,
     /// State.
-    pub states: Vec<State>,
+    pub states: Vec<TargetState>,
 }
 
 impl JudgedMethod {
@@ -91,9 +91,9 @@ impl JudgedMethod {
         let of = |t: usize| t.checked_sub(start);
         let frames = || (0..present.len()).map(of);
         let state = |(at, present): (Option<usize>, &bool)| match at.and_then(|at| lost.get(at)) {
-            Some(true) if *present => State::Lost,
-            _ if *present => State::Tracking,
-            _ => State::Absent,
+            Some(true) if *present => TargetState::Lost,
+            _ if *present => TargetState::Tracking,
+            _ => TargetState::Absent,
         };
         Self {
             name: name.to_string(),
@@ -108,7 +108,7 @@ impl JudgedMethod {
     }
 
     /// The runs of frames of one state, in order.
-    pub fn stretches(&self) -> impl Iterator<Item = (State, Range<usize>)> + '_ {
+    pub fn stretches(&self) -> impl Iterator<Item = (TargetState, Range<usize>)> + '_ {
         let mut at = 0;
         self.states.chunk_by(|a, b| a == b).filter_map(move |run| {
             let from = at;
@@ -119,7 +119,7 @@ impl JudgedMethod {
 
     /// The runs of frames in which the target is lost.
     pub fn losses(&self) -> Vec<Range<usize>> {
-        self.stretches().filter(|(state, _)| *state == State::Lost).map(|(_, run)| run).collect()
+        self.stretches().filter(|(state, _)| *state == TargetState::Lost).map(|(_, run)| run).collect()
     }
 }
 

@@ -3,9 +3,9 @@
 //! its grid point, `threshold`: points that share a model (the lengths L of AVU) differ in it.
 
 use super::ResultsError;
+use super::detail::Detail;
 use super::frame_measures::EVERY_TRACKER;
 use super::json::to_json;
-use super::write::Detail;
 use crate::engine::Outcome;
 use crate::engine::execute::train::{Content, Model};
 use crate::engine::store;

@@ -5,8 +5,8 @@ use super::column::{
     Column, DETECTIONS, EVENTS, F_SCORE, FN, FP, FPR, METHOD, PARAMS, PRECISION, RECALL, RUN, SEQUENCE,
     SUITE, TN, TP, TRACKER, TableFile,
 };
+use super::detail::Detail;
 use super::frame::{TableError, to_csv};
-use super::write::Detail;
 use crate::engine::CellError;
 use crate::engine::{Cell, Outcome};
 use crate::score::{Counts, Metric, Pooled};

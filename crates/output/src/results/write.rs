@@ -1,5 +1,6 @@
 //! Writing a results folder.
 
+use super::detail::Detail;
 use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
@@ -13,15 +14,6 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
-
-/// How much results say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Detail {
-    /// Everything.
-    Frames,
-    /// Nothing of single frames, no models of folds, and no rows of sequences that are not there: small enough to be kept.
-    Sequences,
-}
 
 /// A folder with the digests of what was written into it.
 struct Written<'f> {

@@ -1,7 +1,7 @@
 //! Structure of a PNG file (ISO/IEC 15948), checked before it is decoded.
 //!
 //! - The chunks up to `IEND` are there.
-//! - The pixels are at most [`LARGEST_RATIO`] times the compressed bytes, the most that deflate can do, so that a few
+//! - The pixels are at most [`MAX_RATIO`] times the compressed bytes, the most that deflate can do, so that a few
 //!   bytes cannot claim to be a large image.
 //! - The decoder gets the chunks that make pixels alone. Color profiles, texts and the like are not read, whose packed
 //!   bytes could fill the memory. Transparency is one of them: alpha is dropped, not blended.
@@ -15,7 +15,7 @@ pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const NEEDED: [&[u8; 4]; 4] = [b"IHDR", b"PLTE", b"IDAT", b"IEND"];
 
 /// Most bytes that come out of a byte of deflated data: 258 of two codes of one bit each (RFC 1951).
-const LARGEST_RATIO: u64 = 258 * 8 / 2;
+const MAX_RATIO: u64 = 258 * 8 / 2;
 
 /// Gives `visit` the chunks up to `IEND`: type, and all bytes from its length to its checksum.
 fn walk<'a>(bytes: &'a [u8], mut visit: impl FnMut(&'a [u8; 4], &'a [u8])) -> Result<(), ImageError> {
@@ -68,7 +68,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
         width,
         height,
         packed,
-        least: pixels.saturating_mul(channels * u64::from(depth)) / 8 / LARGEST_RATIO,
+        least: pixels.saturating_mul(channels * u64::from(depth)) / 8 / MAX_RATIO,
         memory: pixels.saturating_mul(made),
     };
     header.check(bytes)

@@ -4,7 +4,7 @@ use super::{Known, MAX_RUNS};
 use crate::plugin;
 use crate::spec::error::{Errors, Source, SpecError};
 use crate::spec::name::check_label;
-use crate::spec::{Tracker, recover, wire};
+use crate::spec::{Tracker, raw_plugin, wire};
 use crate::tracker::TRACKERS;
 use crate::tracker::process::Programs;
 use crate::tracker::protocol::RunProtocol;
@@ -85,7 +85,7 @@ fn read_tracker(
     let entry = plugin::find(TRACKERS, wire.name.get_ref())
         .ok_or_else(|| source.unknown(wire.name.span(), "tracker", wire.name.get_ref(), kinds));
     let entry = errors.keep(entry)?;
-    let config = errors.keep(recover::build(source, entry, params, programs));
+    let config = errors.keep(raw_plugin::build(source, entry, params, programs));
     let protocol = errors.keep(read_run_protocol(source, entry.kind, wire.protocol.as_ref()))?;
     let runs = runs.unwrap_or(protocol.runs().unwrap_or(1));
     let training_runs = training_runs.unwrap_or(runs);

@@ -30,7 +30,11 @@ pub fn words(
         methods: names(|_| true),
         trackers: labels.to_vec(),
         axes: axes.into_iter().cloned().collect(),
-        grids: methods.iter().flat_map(grid_axes).chain(wrong.iter().copied().flat_map(written_axes)).collect(),
+        grids: methods
+            .iter()
+            .flat_map(grid_axes)
+            .chain(wrong.iter().copied().flat_map(written_axes))
+            .collect(),
         sequences: sequences.map_or_else(Vec::new, |suite| suite.sequence_names()),
         drawn: names(|m| !m.has_grid()),
         with_signal: names(|m| m.variants.iter().any(|v| v.signal.is_some())),

@@ -1,10 +1,11 @@
 //! One panel of curves.
 
-use super::{Curve, Curves, Facet, Sign};
+use super::{Curve, Curves, Facet};
 use crate::figure::axes::{self, Axis};
 use crate::figure::font;
 use crate::figure::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use crate::figure::style::{Color, Dash, INK, SMALL, SOFT};
+use crate::figure::sign::draw_sign;
+use crate::figure::style::{Dash, INK, SMALL, SOFT};
 
 /// Lines of other panels.
 const BEHIND: Stroke = Stroke { rgb: [0xC9, 0xC9, 0xC9], width: 0.8, dash: Dash::Solid };
@@ -137,26 +138,6 @@ impl Place {
             let place = *room.iter().find(fits).unwrap_or(&room[0]);
             scene.text(&name, (place.x, place.y + 6.0), SMALL, Anchor::Start, INK);
             taken.push(place);
-        }
-    }
-}
-
-/// Draws a sign around a point.
-pub fn draw_sign(scene: &mut Scene, sign: Sign, (x, y): Point, color: Color) {
-    let rgb = color.rgb();
-    match sign {
-        Sign::Operating => {
-            let angle = |k: i32| f64::from(k) / 24.0 * std::f64::consts::TAU;
-            let ring: Vec<Point> =
-                (0..=24).map(angle).map(|a| (x + 6.0 * a.cos(), y + 6.0 * a.sin())).collect();
-            scene.line(ring.clone(), Stroke { rgb: [255; 3], width: 3.4, dash: Dash::Solid });
-            scene.line(ring, Stroke { rgb, width: 1.8, dash: Dash::Solid });
-        }
-        Sign::Published => {
-            let diamond = |r: f64| vec![(x, y - r), (x + r, y), (x, y + r), (x - r, y)];
-            scene.items.push(Item::Polygon { corners: diamond(8.0), rgb: [255; 3] });
-            scene.items.push(Item::Polygon { corners: diamond(6.5), rgb });
-            scene.items.push(Item::Polygon { corners: diamond(3.6), rgb: [255; 3] });
         }
     }
 }

@@ -38,7 +38,7 @@ const MAX_DASHED: usize = 8;
 
 /// What tells the curves of a panel apart, and what the panels.
 #[derive(Debug, Clone, PartialEq)]
-enum Plan {
+enum PanelPlan {
     /// Colors are methods, line styles trackers, and panels are what is left.
     Methods { dashed: bool },
     /// A panel for each method; the others stand behind.
@@ -69,7 +69,7 @@ fn values_of(lines: &[Line], axis: &str) -> Vec<f64> {
 struct Arranged<'e> {
     experiment: &'e Experiment,
     lines: Vec<Line>,
-    plan: Plan,
+    plan: PanelPlan,
 }
 
 impl Arranged<'_> {
@@ -87,12 +87,12 @@ impl Arranged<'_> {
             return (Style::new(Color::Gray, Dash::nth(k + 1)), Marker::nth(k + 1));
         }
         let style = match &self.plan {
-            Plan::Ordered(axis, values) => {
+            PanelPlan::Ordered(axis, values) => {
                 let value = line.others.iter().find(|(a, _)| a == axis).map(|(_, v)| *v);
                 let at = value.and_then(|v| values.iter().position(|w| *w == v)).unwrap_or(0);
                 return (Style::new(Color::ordered(at, values.len()), Dash::Solid), Marker::nth(at));
             }
-            Plan::Methods { dashed: true } => {
+            PanelPlan::Methods { dashed: true } => {
                 let trackers = distinct(&self.lines, |l| &l.tracker);
                 let tracker = trackers.iter().position(|t| **t == line.tracker).unwrap_or(0);
                 Style::new(Style::nth(k).color, Dash::nth(tracker))
@@ -106,20 +106,20 @@ impl Arranged<'_> {
     /// panel are in all of them.
     fn panel(&self, line: &Line) -> String {
         let mut parts = Vec::new();
-        if self.plan == Plan::PanelOfMethod {
+        if self.plan == PanelPlan::PanelOfMethod {
             parts.push(line.method.clone());
         }
-        let dashed = self.plan == Plan::Methods { dashed: true };
+        let dashed = self.plan == PanelPlan::Methods { dashed: true };
         if !dashed && distinct(&self.lines, |l| &l.tracker).len() > 1 {
             parts.push(line.tracker.clone());
         }
-        if let Plan::Ordered(..) = self.plan
+        if let PanelPlan::Ordered(..) = self.plan
             && distinct(&self.lines, |l| &l.method).len() > 1
         {
             parts.push(line.method.clone());
         }
         for (axis, value) in &line.others {
-            let is_color = matches!(&self.plan, Plan::Ordered(mapped, _) if mapped == axis);
+            let is_color = matches!(&self.plan, PanelPlan::Ordered(mapped, _) if mapped == axis);
             if !is_color && values_of(&self.lines, axis).len() > 1 {
                 parts.push(format!("{axis} {value}"));
             }
@@ -146,7 +146,7 @@ impl Arranged<'_> {
             let bands = mine.iter().filter(|l| !l.band.is_empty() && l.points.len() > 1).count();
             // Of many bands over each other none could be read; of an ordered parameter the published value has one.
             let has_band = |line: &Line| match self.plan {
-                Plan::Ordered(..) => line.operating.is_some(),
+                PanelPlan::Ordered(..) => line.operating.is_some(),
                 _ => bands <= MAX_CURVES,
             };
             let curve = |line: &&Line| {
@@ -162,9 +162,11 @@ impl Arranged<'_> {
                 let published = line.published.iter().map(|at| (Sign::Published, *at, color));
                 operating.into_iter().chain(published).collect::<Vec<_>>()
             };
-            let behind = |l: &&Line| self.plan == Plan::PanelOfMethod && !self.is_shared(l) && !is_mine(l);
+            let behind =
+                |l: &&Line| self.plan == PanelPlan::PanelOfMethod && !self.is_shared(l) && !is_mine(l);
             let summary = mine.iter().find(|l| !l.summary.is_empty() && !self.is_shared(l));
-            let summary = summary.filter(|_| self.plan == Plan::PanelOfMethod).map(|l| l.summary.clone());
+            let summary =
+                summary.filter(|_| self.plan == PanelPlan::PanelOfMethod).map(|l| l.summary.clone());
             let label = if single { String::new() } else { panel.clone() };
             Facet {
                 label: [Some(label), summary]
@@ -184,17 +186,17 @@ impl Arranged<'_> {
 
     /// Whether a line stands in all panels: an anchor's point where panels are methods.
     fn is_shared(&self, line: &Line) -> bool {
-        self.plan == Plan::PanelOfMethod && self.is_anchor(line)
+        self.plan == PanelPlan::PanelOfMethod && self.is_anchor(line)
     }
 
     fn legend(&self) -> Vec<Entry> {
         let mut legend: Vec<Entry> = Vec::new();
-        let panels = self.plan == Plan::PanelOfMethod;
+        let panels = self.plan == PanelPlan::PanelOfMethod;
         for line in self.lines.iter().filter(|l| !panels || self.is_shared(l)) {
             let (style, marker) = self.style(line);
             let style = Style { dash: if self.is_anchor(line) { style.dash } else { Dash::Solid }, ..style };
             let name = match &self.plan {
-                Plan::Ordered(axis, _) if !self.is_anchor(line) => {
+                PanelPlan::Ordered(axis, _) if !self.is_anchor(line) => {
                     let value = line.others.iter().find(|(a, _)| a == axis).map_or(f64::NAN, |(_, v)| *v);
                     format!("{axis} {value}")
                 }
@@ -215,12 +217,12 @@ impl Arranged<'_> {
                 legend.push(Entry::new(symbol, name));
             }
         }
-        if let Plan::Ordered(axis, values) = &self.plan {
+        if let PanelPlan::Ordered(axis, values) = &self.plan {
             // In the order of the values, whatever order the lines have.
             let place = |e: &Entry| values.iter().position(|v| e.name == format!("{axis} {v}"));
             legend.sort_by_key(|e| place(e).unwrap_or(usize::MAX));
         }
-        if self.plan == (Plan::Methods { dashed: true }) {
+        if self.plan == (PanelPlan::Methods { dashed: true }) {
             for (k, tracker) in distinct(&self.lines, |l| &l.tracker).into_iter().enumerate() {
                 let symbol = Symbol::Line(Style::new(Color::Gray, Dash::nth(k)), None);
                 legend.push(Entry::new(symbol, tracker.as_str()));
@@ -240,7 +242,7 @@ impl Arranged<'_> {
     }
 }
 
-fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
+fn plan(experiment: &Experiment, lines: &[Line]) -> PanelPlan {
     let curves = lines.iter().filter(|l| l.points.len() > 1).count();
     let methods = distinct(lines, |l| &l.method).len();
     let trackers = distinct(lines, |l| &l.tracker).len();
@@ -248,12 +250,12 @@ fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
     let axes = distinct(&own, |l| l.others.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>()).concat();
     let widest = axes.iter().max_by_key(|axis| (values_of(&own, axis).len(), std::cmp::Reverse(*axis)));
     if let Some(axis) = widest.filter(|a| values_of(&own, a).len() > 1) {
-        return Plan::Ordered(axis.clone(), values_of(&own, axis));
+        return PanelPlan::Ordered(axis.clone(), values_of(&own, axis));
     }
     if trackers > 1 {
-        return Plan::Methods { dashed: methods * trackers <= MAX_DASHED };
+        return PanelPlan::Methods { dashed: methods * trackers <= MAX_DASHED };
     }
-    if curves > MAX_CURVES { Plan::PanelOfMethod } else { Plan::Methods { dashed: false } }
+    if curves > MAX_CURVES { PanelPlan::PanelOfMethod } else { PanelPlan::Methods { dashed: false } }
 }
 
 /// The curves on linear axes, arranged.

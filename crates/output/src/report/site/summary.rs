@@ -8,7 +8,7 @@ use crate::engine::store;
 use crate::report::claims::{ClaimCounts, Finding};
 use crate::report::files::SUMMARY;
 use crate::report::uncertainty;
-use crate::report::write::WrittenReport;
+use crate::report::written::WrittenReport;
 use crate::results::Measure;
 use crate::results::{self, Results};
 use crate::table;

@@ -4,14 +4,14 @@ use super::{UserTrack, UserVideo};
 use crate::figure::{AnnotatedBox, Color, Dash, annotate};
 use crate::image::Frame;
 use crate::report::verdict::comparison;
-use crate::results::detections::State;
+use crate::results::detections::TargetState;
 
 /// Color of a state: green, vermilion, gray.
-pub fn color(state: State) -> Color {
+pub fn color(state: TargetState) -> Color {
     match state {
-        State::Tracking => Color::Green,
-        State::Lost => Color::Vermilion,
-        State::Absent => Color::Gray,
+        TargetState::Tracking => Color::Green,
+        TargetState::Lost => Color::Vermilion,
+        TargetState::Absent => Color::Gray,
     }
 }
 
@@ -43,6 +43,6 @@ fn annotated(track: &UserTrack, t: usize, several: bool) -> Option<AnnotatedBox>
     let region = track.regions.get(t)?.clone()?;
     let state = track.state(t);
     let label = if several { track.judged.target.map(|id| format!("{id} {}", state.word())) } else { None };
-    let dash = if state == State::Absent { Dash::Dashed } else { Dash::Solid };
+    let dash = if state == TargetState::Absent { Dash::Dashed } else { Dash::Solid };
     Some(AnnotatedBox { region, color: color(state), dash, label: label.unwrap_or_default() })
 }

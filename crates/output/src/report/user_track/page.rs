@@ -10,7 +10,7 @@ use crate::report::page::{Page, ReportError};
 use crate::report::sequences::json::embedded;
 use crate::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
 use crate::report::verdict::{of_target, verdict};
-use crate::results::detections::{JudgedMethod, State};
+use crate::results::detections::{JudgedMethod, TargetState};
 use crate::score::TrackScore;
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
@@ -149,15 +149,15 @@ fn shown(tracker: usize, track: &UserTrack) -> Track {
 
 /// The series of a method; its changes are those of the state.
 fn series(method: &JudgedMethod) -> JudgedSeries {
-    let in_state = |wanted: State| {
+    let in_state = |wanted: TargetState| {
         let runs = method.stretches().filter(move |(state, _)| *state == wanted);
         runs.map(|(_, run)| run).collect::<Vec<_>>()
     };
-    let lost = in_state(State::Lost);
+    let lost = in_state(TargetState::Lost);
     let mut changes = vec![0; method.states.len()];
     for run in &lost {
         changes[run.start] = 1;
-        if method.states.get(run.end) == Some(&State::Tracking) {
+        if method.states.get(run.end) == Some(&TargetState::Tracking) {
             changes[run.end] = -1;
         }
     }
@@ -168,6 +168,6 @@ fn series(method: &JudgedMethod) -> JudgedSeries {
         changes,
         judged: TrackScore { detections, ..TrackScore::default() },
         lost,
-        absent: in_state(State::Absent),
+        absent: in_state(TargetState::Absent),
     }
 }

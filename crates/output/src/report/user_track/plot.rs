@@ -6,7 +6,7 @@ use crate::figure::{
     Color, Dash, FrameAxis, Panel, Series, Still, Strip, Style, Threshold, annotate, spans_where,
 };
 use crate::report::verdict::verdict;
-use crate::results::detections::{JudgedMethod, State};
+use crate::results::detections::{JudgedMethod, TargetState};
 
 /// Stills of a figure.
 const STILLS: usize = 5;
@@ -59,7 +59,7 @@ fn panel(track: &UserTrack, method: &JudgedMethod, axis: FrameAxis, several: boo
     let style = Style::new(Color::Vermilion, Dash::Dashed);
     let level = method.threshold.map(|value| Threshold { name: format!("threshold {value}"), value, style });
     panel.thresholds.extend(level);
-    let lost: Vec<bool> = method.states.iter().map(|state| *state == State::Lost).collect();
+    let lost: Vec<bool> = method.states.iter().map(|state| *state == TargetState::Lost).collect();
     panel.spans = spans_where(&lost);
     panel
 }

@@ -28,11 +28,11 @@ fn video(frames: usize) -> Sequence {
 
 /// A track that is lost in frames 20 to 29 and absent in the last five, as `methods` methods see it.
 fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
-    let states: Vec<State> = (0..frames)
+    let states: Vec<TargetState> = (0..frames)
         .map(|t| match t {
-            20..30 => State::Lost,
-            t if t + 5 >= frames => State::Absent,
-            _ => State::Tracking,
+            20..30 => TargetState::Lost,
+            t if t + 5 >= frames => TargetState::Absent,
+            _ => TargetState::Tracking,
         })
         .collect();
     let method = |k: usize| JudgedMethod {
@@ -43,7 +43,7 @@ fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
         score: (0..frames)
             .map(|t| (t + 5 < frames).then_some(((t * 7919 + k) % 997) as f64 / 2000.0))
             .collect(),
-        label: states.iter().map(|state| *state == State::Lost).collect(),
+        label: states.iter().map(|state| *state == TargetState::Lost).collect(),
         changes: vec![0; frames],
         states: states.clone(),
     };

@@ -1,7 +1,7 @@
 //! Figures that only the surveillance suites have: heads, shoulders, cars from above, plain walls.
 
-use super::super::motion::sin_cos;
-use super::super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
+use super::motion::sin_cos;
+use super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
 
 const SHIRTS: [Color; 8] = [
     [52.0, 70.0, 128.0],

@@ -1,6 +1,6 @@
 //! Places that only the surveillance suites have: a road from above and a station's hall.
 
-use super::super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
+use super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
 
 /// Four lanes from above between pavements and lawn.
 pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Color {
