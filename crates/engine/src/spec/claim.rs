@@ -311,12 +311,16 @@ mod tests {
         assert_eq!(judged("recall[DTEF] == 1", &[1.0, 1.0, 1.0, 0.5], &a), Undecided);
         assert_eq!(judged("recall[DTEF] == 1", &a, &a), Fails);
         assert_eq!(judged("recall[DTEF] != 1", &a, &a), Holds);
-        // Samples without a value are left out; where most have none there is no interval.
-        assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, 0.5, 0.6, 0.7], &a), Holds);
-        assert_eq!(judged("recall[DTEF] > 0", &[f64::NAN, f64::NAN, f64::NAN, 0.7], &a), Undecided);
+        // A sample without a value might lie anywhere: as few as lie beyond a bound are left out, more leave no interval.
+        let missing = |n: usize| [vec![f64::NAN; n], vec![0.5; 80 - n]].concat();
+        assert_eq!(judged("recall[DTEF] > 0", &missing(2), &[0.1; 80]), Holds);
+        assert_eq!(judged("recall[DTEF] > 0", &missing(3), &[0.1; 80]), Undecided);
         assert!(matches!(judged("recall[DTEF] > recall[ARTE*]", &a, &a), Untestable(_)));
         // So are samples whose ratio has no value.
-        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &a, &[0.0, 0.3, 0.7, 0.7]), Holds);
+        let raw = [vec![0.0; 2], vec![0.3; 78]].concat();
+        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &[0.5; 80], &raw), Holds);
+        let raw = [vec![0.0; 3], vec![0.3; 77]].concat();
+        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &[0.5; 80], &raw), Undecided);
     }
 
     #[test]

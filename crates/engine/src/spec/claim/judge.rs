@@ -5,13 +5,14 @@
 //! holds                    every value of [l, u] satisfies it
 //! does not hold            no value of [l, u] satisfies it
 //! undecided                some do; or d = 0 between two measured numbers of which one is to be larger (a tie);
-//!                          or there are too few sequences for an interval
+//!                          or there are too few sequences for an interval, or too many samples without a value
 //! ```
 //!
 //! Both numbers are computed again from the same samples, so that what all methods find hard cancels out of d (a paired
 //! interval). Numbers of which the bounds alone are known are added and subtracted as if they were independent (MOVER:
 //! Zou, Donner, Statistics in Medicine 27(10), 2008), which is too wide for methods on the same sequences; numbers
-//! without either are taken as they are. Outcomes are joined by Kleene's logic: `&&` takes the worse one, `||` the
+//! without either are taken as they are. A sample without a value, such as a ratio whose lower part is 0 there, might lie
+//! anywhere: where there are more of them than lie beyond a bound, 2.5 %, there is no interval. Outcomes are joined by Kleene's logic: `&&` takes the worse one, `||` the
 //! better one, `!` turns it. The 95 % are those of each comparison by itself; nothing corrects for their number.
 
 use super::{Claim, ClaimVerdict, Expr, Op, Reference};
@@ -213,7 +214,12 @@ fn together(
 fn bounds(m: &Measured) -> Option<(f64, f64)> {
     match &m.spread {
         Spread::Exact => Some((m.value, m.value)),
-        Spread::Draws(draws) => percentiles(draws.clone(), draws.len(), LEVEL),
+        Spread::Draws(draws) => {
+            let missing = draws.iter().filter(|draw| draw.is_nan()).count();
+            let beyond = (1.0 - LEVEL) / 2.0 * draws.len() as f64;
+            let is_known = missing as f64 <= beyond;
+            is_known.then(|| percentiles(draws.clone(), draws.len(), LEVEL)).flatten()
+        }
         Spread::Bounds(low, high) => Some((*low, *high)),
         Spread::TooFew => None,
     }
