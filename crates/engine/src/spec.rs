@@ -3,15 +3,18 @@
 //! A file can name only what the lists of trackers, signals, detectors and protocols know; it cannot run code or
 //! leave its folder and the data root.
 //!
+//! In the order in which they use each other:
+//!
 //! | module | holds |
 //! |---|---|
+//! | [`name`], [`limits`], [`width`], [`error`] | what names may be, how large a file and a table may be, where a file is wrong |
 //! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema |
+//! | `document`, `raw_plugin` | parts of the text with their places; plugins whose parameters are not yet read |
+//! | [`programs`] | `plugins.toml`: programs that a user lets run as trackers, signals and detectors |
 //! | `extend` | files that say only how they differ from another, put together to one text |
-//! | [`read`] | the way from the text to checked plugins; `recover` lets it go on after an error |
 //! | [`method`], [`analysis`], [`table`], [`figure`], [`claim`] | the parts of an experiment |
-//! | [`name`], [`limits`], [`error`] | what names may be, how large a file may be, where it is wrong |
 //! | [`builtin`] | experiments and methods that come with the program |
-//! | [`programs`] | `plugins.toml`: programs that a user lets run as trackers |
+//! | `recover`, `written_out`, [`read`] | the way from the text to checked plugins, which goes on after an error |
 
 pub mod analysis;
 pub mod builtin;

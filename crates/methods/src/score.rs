@@ -1,12 +1,18 @@
 //! Scores: labels and ground truth in, counts and measures out. Pure functions.
 //!
-//! [`overlap`] gives the tracking error O_t, [`matching`] pairs detections with events, and each protocol is one file
-//! with the exact rules of one paper under a versioned name; [`restarts`] says what it makes of restarts. [`frames`] has the measures and
-//! protocols that judge a detector frame by frame. [`counts`] holds what protocols count, [`chance`] the
-//! counts expected of random detections, [`pooled`] both over a suite, and [`metric`] the list of all numbers that
-//! tables show. Trackers themselves, instead of detectors, are scored by [`success`] (OTB) and [`resets`] (VOT),
-//! and with their confidence by [`longterm`] and [`oxuva`];
-//! their numbers are in [`tracker_metric`].
+//! In the order in which they use each other:
+//!
+//! | module | does |
+//! |---|---|
+//! | [`overlap`] | gives the tracking error O_t |
+//! | [`matching`] | pairs detections with events |
+//! | [`counts`], [`chance`] | what protocols count, and what is expected of random detections |
+//! | [`restarts`], `protocol` | what restarts are to a protocol; rules under a versioned name |
+//! | [`khalid2016`], [`sanmiguel2015`], [`segmentation`] | the exact rules of one paper each |
+//! | [`frames`] | measures and protocols that judge a detector frame by frame |
+//! | [`pooled`], [`metric`] | counts over a suite; the list of all numbers that tables show |
+//! | [`trajectory`], [`success`], [`resets`], [`longterm`], [`oxuva`] | scores of trackers: OTB, VOT, and with their confidence |
+//! | [`tracker_metric`] | the list of the numbers of trackers |
 
 pub mod chance;
 pub mod counts;

@@ -36,6 +36,7 @@ pub mod finished;
 mod headline;
 mod html;
 mod layouts;
+mod learned_on_test;
 mod markdown;
 mod operating;
 pub mod page;

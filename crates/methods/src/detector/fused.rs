@@ -171,7 +171,14 @@ impl Fused {
 /// A model that comes with the program, with what it was learned from.
 #[derive(Deserialize)]
 struct ModelFile {
+    sequences: Vec<String>,
     model: FusedModel,
+}
+
+/// Names of the sequences that a model of the program was learned from; `None` for an unknown model.
+pub fn learned_from(model: &str) -> Option<Vec<String>> {
+    let (_, text) = MODELS.iter().find(|(known, _)| *known == model)?;
+    Some(serde_json::from_str::<ModelFile>(text).ok()?.sequences)
 }
 
 impl Learner for Fused {

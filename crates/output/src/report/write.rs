@@ -7,6 +7,7 @@ use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
 use super::files::{INDEX, MARKDOWN};
 use super::html::render;
+use super::learned_on_test;
 use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
@@ -321,6 +322,7 @@ fn page_frame(results: &Results) -> Page {
             }
         }
     }
+    warnings.extend(learned_on_test::warnings(manifest));
     warnings.extend(unfinished::not_run(&manifest.not_run).into_iter().map(|line| line + "."));
     for (rule, count) in &manifest.rules {
         warnings.push(format!("{rule}: {count} times."));
