@@ -9,13 +9,17 @@ use std::ops::Range;
 /// Losses and absences that a sentence lists; of more, it gives the number.
 const MAX_LISTED: usize = 8;
 
+/// False-alarm-prone stretches whose frames a sentence lists.
+const MAX_PRONE: usize = 3;
+
 /// Share of its threshold from which a probability is near it.
 const NEAR: f64 = 0.75;
 
 /// From here on the target is more likely lost than not, whatever the threshold of the alarm.
 const EVEN: f64 = 0.5;
 
-/// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches`.
+/// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches
+/// (52 to 60, 81)`.
 ///
 /// A loss that is followed by `tracking` ends with `recovered` only where the method says so, see [`ending`].
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
@@ -58,12 +62,24 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         let s = if seen == 1 { "" } else { "s" };
         parts.insert(0, format!("tracking, no loss found in {seen} frame{s} ({worst})"));
     }
-    match false_alarm_prone(method).len() {
-        0 => {}
-        1 => parts.push("1 false-alarm-prone stretch".to_string()),
-        n => parts.push(format!("{n} false-alarm-prone stretches")),
-    }
+    parts.extend(prone_stretches(track, method));
     parts.join("; ")
+}
+
+/// `2 false-alarm-prone stretches (52 to 60, 91)`, with the frames of the first few.
+fn prone_stretches(track: &JudgedTrack, method: &JudgedMethod) -> Option<String> {
+    let found = false_alarm_prone(method);
+    let frames = |run: &Range<usize>| match run.len() {
+        1 => track.number(run.start).to_string(),
+        _ => format!("{} to {}", track.number(run.start), track.number(run.end - 1)),
+    };
+    let mut listed: Vec<String> = found.iter().take(MAX_PRONE).map(frames).collect();
+    if found.len() > MAX_PRONE {
+        listed.push("...".to_string());
+    }
+    let es = if found.len() == 1 { "" } else { "es" };
+    (!found.is_empty())
+        .then(|| format!("{} false-alarm-prone stretch{es} ({})", found.len(), listed.join(", ")))
 }
 
 /// The end of a loss that is followed by `tracking`.
@@ -75,8 +91,7 @@ fn ending(track: &JudgedTrack, method: &JudgedMethod, lost: &Range<usize>) -> St
     let at = track.number(lost.end);
     let score = |t: usize| method.score.get(t).copied().flatten();
     if method.is_probability {
-        let is_alarm =
-            |t: &usize| method.threshold.is_some_and(|level| score(*t).is_some_and(|p| p >= level));
+        let is_alarm = |t: &usize| method.threshold.is_none_or(|level| score(*t).is_some_and(|p| p >= level));
         let quiet = lost.clone().rev().find(is_alarm).map_or(lost.start, |t| t + 1);
         let highest = (quiet..=lost.end).filter_map(score).fold(0.0, f64::max);
         if highest >= EVEN {
@@ -214,7 +229,7 @@ mod tests {
         };
         assert_eq!(
             said(&states, &score(&states), Some(0.8)),
-            "lost from frame 52 (M: .97 > .80); recovered at 61; lost from 104 to the end; 1 false-alarm-prone stretch"
+            "lost from frame 52 (M: .97 > .80); recovered at 61; lost from 104 to the end; 1 false-alarm-prone stretch (52 to 60)"
         );
         let whole = "L".repeat(20);
         assert_eq!(said(&whole, &score(&whole), Some(0.8)), "lost from frame 1 to the end (M: .97 > .80)");
@@ -235,11 +250,11 @@ mod tests {
         let after = |p| said("..LLL...", &[0.1, 0.1, 0.97, p, 0.3, 0.2, 0.1, 0.1], Some(0.8));
         assert_eq!(
             after(0.49),
-            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch"
+            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch (3 to 5)"
         );
         assert_eq!(
             after(0.77),
-            "lost from frame 3 (M: .97 > .80); alarm over at 6, recovery not clear (up to .77); 1 false-alarm-prone stretch"
+            "lost from frame 3 (M: .97 > .80); alarm over at 6, recovery not clear (up to .77); 1 false-alarm-prone stretch (3 to 5)"
         );
         // Without a probability: alarms up to the frame before, or a single one that is over for some frames.
         let mut track = judged(".LLL.", &[0.0, 9.0, 0.0, 0.0, 0.0], Some(1.0));
