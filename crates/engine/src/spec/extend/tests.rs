@@ -24,7 +24,7 @@ const FROZEN: [(&str, &str); 23] = [
     ("sanmiguel2015/fig13-real", "de5e71b25501ac84"),
     ("sanmiguel2015/fig14", "ed6fa492c3189548"),
     ("sanmiguel2015/fig14-real", "dea0a0b17d64233a"),
-    ("sanmiguel2015/fig15", "1c2233d60b3ecf98"),
+    ("sanmiguel2015/fig15", "778af0f61c5a63bc"),
     ("sanmiguel2015/model-real", "787c06a8f341e151"),
     ("sanmiguel2015/start-up", "0046b177bab20b95"),
     ("sanmiguel2015/table4", "2b49c8affd3b02f6"),
