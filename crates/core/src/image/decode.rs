@@ -14,6 +14,7 @@ mod png;
 
 use super::{Frame, ImageError};
 use std::io::Cursor;
+use std::ops::Range;
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
@@ -56,8 +57,10 @@ pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
 
 /// Facts of a file that are known before it is decoded.
 struct Header {
-    /// Place of the end marker of a JPEG file.
-    end: usize,
+    /// Whether each scan of a JPEG file refines those before it.
+    is_progressive: bool,
+    /// The scans of a JPEG file, each from its marker to the end of its data.
+    scans: Vec<Range<usize>>,
     width: u32,
     height: u32,
     /// Bytes that hold the pixels, and the fewest that can hold so many.
@@ -102,11 +105,21 @@ fn header(bytes: &[u8]) -> Result<Header, ImageError> {
 
 /// RGB of a JPEG file.
 fn decode_jpeg(bytes: &[u8], header: &Header) -> Result<Vec<u8>, ImageError> {
-    let bytes = [&bytes[..header.end], &jpeg::STOP, &jpeg::END].concat();
+    let end = header.scans.last().map_or(bytes.len(), |scan| scan.end);
+    if !header.is_progressive && header.scans.len() > 1 {
+        for scan in 0..header.scans.len() {
+            decode_scans(&jpeg::alone(bytes, &header.scans, scan))?;
+        }
+    }
+    decode_scans(&[&bytes[..end], &jpeg::STOP, &jpeg::END].concat())
+}
+
+/// RGB of a JPEG file with [`jpeg::STOP`] behind its last scan.
+fn decode_scans(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
     let fail = |e: zune_jpeg::errors::DecodeErrors| ImageError::Decode(e.to_string());
     let options = DecoderOptions::default().set_strict_mode(true);
     let options = options.set_max_width(MAX_SIDE as usize).set_max_height(MAX_SIDE as usize);
-    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(&bytes), options);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(fail)?;
     let gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
     let made = if gray { ColorSpace::Luma } else { ColorSpace::RGB };
@@ -187,6 +200,66 @@ mod tests {
         for bytes in [SAMPLES[0].1, SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &encode(&large, ImageFormat::Jpeg)]
         {
             assert_eq!(cuts_with_an_end(bytes), Vec::<usize>::new());
+        }
+    }
+
+    #[test]
+    fn another_marker_before_the_end_does_not_hide_a_cut() {
+        let whole = encode(&picture(), ImageFormat::Jpeg);
+        let at = |marker: u8| whole.windows(2).position(|w| w == [0xFF, marker]).unwrap();
+        let segment = |marker: u8| {
+            let at = at(marker);
+            whole[at..at + 2 + usize::from(whole[at + 2]) * 256 + usize::from(whole[at + 3])].to_vec()
+        };
+        let data = at(0xDA) + segment(0xDA).len();
+        let strays = [
+            ("a comment", vec![0xFF, 0xFE, 0, 4, b'a', b'b']),
+            ("a restart", vec![0xFF, 0xD0]),
+            ("a temporary marker", vec![0xFF, 0x01]),
+            ("an application's segment", segment(0xE0)),
+            ("Huffman codes", segment(0xC4)),
+            ("the scan once more", segment(0xDA)),
+            ("the whole scan once more", whole[at(0xDA)..whole.len() - 2].to_vec()),
+        ];
+        for (name, stray) in strays {
+            for cut in (data..whole.len() - 8).step_by(5) {
+                let ended = [&whole[..cut], &stray, &jpeg::END].concat();
+                assert!(decode(&ended).is_err(), "{name} behind {cut} of {} bytes", whole.len());
+            }
+        }
+        let commented = [&whole[..whole.len() - 2], &[0xFF, 0xFE, 0, 4, b'a', b'b'], &jpeg::END].concat();
+        assert_eq!(decode(&commented).unwrap(), decode(&whole).unwrap());
+    }
+
+    /// A sequential JPEG file with a scan for each of its three components, 64x64 pixels of one color, and where the data
+    /// of the scans end.
+    fn a_scan_a_component() -> (Vec<u8>, Vec<usize>) {
+        let flat = encode(&DynamicImage::from(RgbImage::new(64, 64)), ImageFormat::Jpeg);
+        let scan = flat.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap();
+        let mut bytes = flat[..scan].to_vec();
+        let frame = bytes.windows(2).position(|w| w == [0xFF, 0xC0]).unwrap();
+        // All components have a block for each block of the image.
+        [11, 14, 17].iter().for_each(|at| bytes[frame + at] = 0x11);
+        let ids = [10, 13, 16].map(|at| bytes[frame + at]);
+        let ends = ids.map(|id| {
+            bytes.extend([0xFF, 0xDA, 0, 8, 1, id, 0, 0, 63, 0]);
+            // By the codes of T.81, K.3: 00 for the mean of the block before, 1010 for no more. 64 blocks, 6 bits each.
+            bytes.extend([0b0010_1000, 0b1010_0010, 0b1000_1010].repeat(16));
+            bytes.len()
+        });
+        bytes.extend(jpeg::END);
+        (bytes, ends.to_vec())
+    }
+
+    #[test]
+    fn each_scan_of_a_sequential_file_is_whole() {
+        let (bytes, ends) = a_scan_a_component();
+        assert_eq!(decode(&bytes).unwrap().pixel(60, 60), [128; 3]);
+        for end in ends {
+            for missing in [1, 9, 40] {
+                let cut = [&bytes[..end - missing], &bytes[end..]].concat();
+                assert!(decode(&cut).is_err(), "{missing} bytes before {end}");
+            }
         }
     }
 

@@ -1,19 +1,23 @@
 //! Structure of a JPEG file (ITU-T T.81), checked before it is decoded.
 //!
-//! Decoders fill what is missing with gray and report success. Four rules find what is cut short, also where an end
-//! marker was put behind the cut:
+//! Decoders fill what is missing with gray and report success. These rules find what is cut short, also where an end
+//! marker, or another one before it, was put behind the cut:
 //!
 //! - A scan has at least as many bits as its blocks need: two a block in sequential files (no Huffman code is shorter
 //!   than one bit, and a block has one for its mean and one for the rest), one a block in those scans of progressive
 //!   files that hold means. So a few bytes cannot claim to be a large image.
-//! - A scan with restart markers has all of them, and every component has a scan.
+//! - A scan has the restart markers that its interval asks for and no others, and every component has a scan.
+//! - No scan comes a second time: those of a sequential file have components of their own, those of a progressive one
+//!   coefficients, or the next bit of what earlier scans had.
 //! - The scans of a progressive file have every coefficient of every component to its last bit. The standard does not ask
 //!   for it, but encoders do it, and a file that ends between two scans is coarser than it was made.
-//! - The decoder gets [`STOP`] before the end marker: ones, which no Huffman code consists of (T.81, C.2). It stops
-//!   there with an error, unless it has all blocks already.
+//! - The decoder gets [`STOP`] behind the data of the last scan: ones, which no Huffman code consists of (T.81, C.2). It
+//!   stops there with an error, unless it has all blocks already. Earlier scans of a sequential file are tried
+//!   alone, because the decoder finds a scan only at once behind the data of the one before.
 
 use super::Header;
 use crate::image::ImageError;
+use std::ops::{Range, RangeInclusive};
 
 /// Bytes that no decoder gets past: one bits, each byte followed by the zero that tells it from a marker.
 pub(super) const STOP: [u8; 32] = [
@@ -23,7 +27,9 @@ pub(super) const STOP: [u8; 32] = [
 
 const START: [u8; 2] = [0xFF, 0xD8];
 pub(super) const END: [u8; 2] = [0xFF, 0xD9];
-const RESTART: std::ops::RangeInclusive<u8> = 0xD0..=0xD7;
+const RESTART: RangeInclusive<u8> = 0xD0..=0xD7;
+/// A marker of no use outside of arithmetic coding, without a length.
+const TEMPORARY: u8 = 0x01;
 const DEFINE_RESTARTS: u8 = 0xDD;
 const START_OF_SCAN: u8 = 0xDA;
 
@@ -47,6 +53,17 @@ struct Component {
 }
 
 impl Component {
+    /// Takes a scan with some coefficients down to a bit; false if it does not continue the scans before: a first one
+    /// has nothing before it, another one the next lower bit.
+    fn take(&mut self, coefficients: RangeInclusive<usize>, highest_bit: u8, lowest_bit: u8) -> bool {
+        let Some(bits) = self.lowest_bits.get_mut(coefficients) else { return false };
+        let before = if highest_bit == 0 { u8::MAX } else { highest_bit };
+        let follows = highest_bit == 0 || highest_bit == lowest_bit + 1;
+        let continues = follows && bits.iter().all(|bit| *bit == before);
+        bits.fill(lowest_bit);
+        continues
+    }
+
     fn is_complete(&self) -> bool {
         self.lowest_bits.iter().all(|bit| *bit == 0)
     }
@@ -119,14 +136,14 @@ impl FrameHeader {
 /// # Errors
 /// See the head of this file.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
-    let mut walk = Walk { frame: None, interval: 0, scans: 0, short: None };
+    let mut walk = Walk { frame: None, interval: 0, scans: Vec::new(), short: None };
     let mut at = START.len();
-    let end = loop {
-        let found = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
-        let (marker, place) = (bytes[found + 1], found);
-        at = found + 2;
+    loop {
+        let place = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
+        let marker = bytes[place + 1];
+        at = place + 2;
         if marker == END[1] {
-            break place;
+            break;
         }
         let length = bytes.get(at..).and_then(|rest| rest.first_chunk::<2>()).ok_or(ImageError::Truncated)?;
         let length = usize::from(u16::from_be_bytes(*length)).max(2);
@@ -144,21 +161,23 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
             START_OF_SCAN => {
                 let next = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
                 walk.scan(segment, &bytes[at..next])?;
+                walk.scans.push(place..next);
             }
             _ => {}
         }
-    };
+    }
     let Some(frame) = walk.frame else { return Err(ImageError::Decode("it has no frame header".into())) };
     if !frame.components.iter().all(Component::is_complete) {
         return Err(ImageError::Truncated);
     }
-    let keeps_all = frame.is_progressive || walk.scans > 1;
+    let keeps_all = frame.is_progressive || walk.scans.len() > 1;
     let coefficients = if keeps_all { frame.coefficients() } else { 0 };
     // A gray image is decoded to one byte a pixel, of which the frame's three are made.
     let samples = if frame.components.len() == 1 { 1 + 3 } else { 3 };
     let (packed, least) = walk.short.unwrap_or_default();
     let header = Header {
-        end,
+        is_progressive: frame.is_progressive,
+        scans: walk.scans,
         width: frame.width as u32,
         height: frame.height as u32,
         packed,
@@ -166,6 +185,16 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
         memory: coefficients + frame.width * frame.height * samples,
     };
     header.check(bytes)
+}
+
+/// The file with a single one of its scans, [`STOP`] and the end marker.
+pub(super) fn alone(bytes: &[u8], scans: &[Range<usize>], scan: usize) -> Vec<u8> {
+    let (mut made, mut at) = (Vec::new(), 0);
+    for before in &scans[..scan] {
+        made.extend_from_slice(&bytes[at..before.start]);
+        at = before.end;
+    }
+    [&made, &bytes[at..scans[scan].end], &STOP, &END].concat()
 }
 
 fn damaged(what: &str) -> ImageError {
@@ -176,7 +205,7 @@ fn damaged(what: &str) -> ImageError {
 /// a restart or a fill byte.
 fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
     let rest = bytes.get(from..)?;
-    let inside = |second: u8| matches!(second, 0x00 | 0x01 | 0xFF) || RESTART.contains(&second);
+    let inside = |second: u8| matches!(second, 0x00 | TEMPORARY | 0xFF) || RESTART.contains(&second);
     rest.windows(2).position(|w| w[0] == 0xFF && !inside(w[1])).map(|at| from + at)
 }
 
@@ -185,7 +214,7 @@ struct Walk {
     frame: Option<FrameHeader>,
     /// Units between two restart markers, 0 for none.
     interval: u64,
-    scans: usize,
+    scans: Vec<Range<usize>>,
     /// Bytes of the first scan that is too short, and the fewest that it can have.
     short: Option<(u64, u64)>,
 }
@@ -198,15 +227,16 @@ impl Walk {
         let (&count, rest) = segment.split_first().ok_or_else(bad)?;
         let (ids, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(bad)?;
         let &[first, last, bits, ..] = rest else { return Err(bad()) };
-        let (has, lowest_bit) = match frame.is_progressive {
-            true => (usize::from(first)..=usize::from(last), bits & 15),
-            false => (0..=COEFFICIENTS - 1, 0),
+        let (has, highest_bit, lowest_bit) = match frame.is_progressive {
+            true => (usize::from(first)..=usize::from(last), bits >> 4, bits & 15),
+            false => (0..=COEFFICIENTS - 1, 0, 0),
         };
         let mut scan = Vec::new();
         for id in ids.iter().step_by(2) {
             let component = frame.components.iter().position(|c| c.id == *id).ok_or_else(bad)?;
-            let lowest_bits = frame.components[component].lowest_bits.get_mut(has.clone()).ok_or_else(bad)?;
-            lowest_bits.iter_mut().for_each(|bit| *bit = lowest_bit.min(*bit));
+            if !frame.components[component].take(has.clone(), highest_bit, lowest_bit) {
+                return Err(damaged("the order of its scans"));
+            }
             scan.push(component);
         }
         let bits_a_block = match (frame.is_progressive, first) {
@@ -220,12 +250,18 @@ impl Walk {
         let stuffed = data.windows(2).filter(|w| *w == [0xFF, 0]).count();
         let (packed, least) = ((data.len() - stuffed) as u64, (blocks * bits_a_block).div_ceil(8));
         self.short = self.short.or((packed < least).then_some((packed, least)));
-        let restarts = data.windows(2).filter(|w| w[0] == 0xFF && RESTART.contains(&w[1])).count() as u64;
-        let needed = frame.units(&scan).div_ceil(self.interval.max(1)).saturating_sub(1);
-        if self.interval > 0 && restarts < needed && self.short.is_none() {
+        let count = |is: fn(u8) -> bool| data.windows(2).filter(|w| w[0] == 0xFF && is(w[1])).count() as u64;
+        let restarts = count(|second| RESTART.contains(&second));
+        let needed = match self.interval {
+            0 => 0,
+            interval => frame.units(&scan).div_ceil(interval).saturating_sub(1),
+        };
+        if restarts < needed && self.short.is_none() {
             return Err(ImageError::Truncated);
         }
-        self.scans += 1;
+        if restarts > needed || count(|second| second == TEMPORARY) > 0 {
+            return Err(damaged("the data of a scan, which has a marker where none belongs,"));
+        }
         Ok(())
     }
 }

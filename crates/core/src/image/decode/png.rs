@@ -64,7 +64,8 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     };
     let pixels = u64::from(width) * u64::from(height);
     let header = Header {
-        end: bytes.len(),
+        is_progressive: false,
+        scans: Vec::new(),
         width,
         height,
         packed,
