@@ -44,11 +44,14 @@ pub struct VideoLimits {
     pub frames: u32,
     /// Bytes of all frames together, as PNG files.
     pub bytes: u64,
+    /// Whether damage ends the decoding; else ffmpeg makes up what is missing.
+    pub damage_ends_it: bool,
 }
 
-/// VideoLimits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB).
+/// VideoLimits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB). The bytes of a suite's video are
+/// pinned, so that its flaws are part of the data.
 pub const DEFAULT_LIMITS: VideoLimits =
-    VideoLimits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30 };
+    VideoLimits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30, damage_ends_it: false };
 
 /// A range of a video's frames.
 #[derive(Debug)]
@@ -95,17 +98,18 @@ impl Video {
     }
 }
 
-/// Decodes all frames of a video into a folder that is not there yet, and returns their files in order. It ends soon after
-/// `is_stopped` says so.
+/// Decodes all frames of a user's video into a folder that is not there yet, and returns their files in order. It ends
+/// soon after `is_stopped` says so.
 ///
 /// # Errors
-/// No ffmpeg, a file it cannot decode, a limit, or an interruption.
+/// No ffmpeg, a file it cannot decode, damage, a limit, or an interruption.
 pub fn decode_all(
     video: &Path,
     folder: &Path,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<Vec<PathBuf>, DatasetError> {
-    decode(video, folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, is_stopped)?;
+    let limits = VideoLimits { damage_ends_it: true, ..DEFAULT_LIMITS };
+    decode(video, folder, OsStr::new("ffmpeg"), limits, is_stopped)?;
     let files = (1..=DEFAULT_LIMITS.frames).map(|n| folder.join(frame_name(n)));
     Ok(files.take_while(|file| file.is_file()).collect())
 }
@@ -192,6 +196,7 @@ fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limi
     let mut command = Command::new(program);
     command
         .args(["-nostdin", "-hide_banner", "-loglevel", "error"])
+        .args(if limits.damage_ends_it { &["-xerror", "-err_detect", "explode"][..] } else { &[] })
         .args(["-protocol_whitelist", "file", "-format_whitelist", FORMATS, "-i"])
         .arg(url)
         .args(["-map", "0:v:0", every_frame, "passthrough", "-pix_fmt", "rgb24"])
@@ -219,6 +224,13 @@ fn wait(
     let outcome = loop {
         match child.try_wait() {
             Ok(Some(status)) if status.success() => break Ok(()),
+            Ok(Some(_)) if limits.damage_ends_it && output.join(frame_name(1)).is_file() => {
+                break Err(
+                    "the video is damaged, its frames would be wrong; take a whole copy of it, or the \
+                           frames that are good as images. ffmpeg says"
+                        .to_string(),
+                );
+            }
             Ok(Some(status)) => break Err(format!("ffmpeg ends with {status}")),
             Err(e) => break Err(format!("ffmpeg: {e}")),
             Ok(None) if is_stopped() => break Err("interrupted".to_string()),

@@ -146,6 +146,29 @@ fn what_is_no_video_is_an_error_with_what_ffmpeg_says() {
 
 #[needs(ffmpeg)]
 #[test]
+fn damage_ends_the_decoding_of_a_users_video() {
+    let root = tempfile::tempdir().unwrap();
+    let codecs = [("a.avi", "mjpeg"), ("a.mp4", "mpeg4"), ("a.mpg", "mpeg2video"), ("a.mkv", "ffv1")];
+    for (name, codec) in codecs {
+        let path = root.path().join(name);
+        testsrc(20, &["-c:v", codec, "-bf", "0", &format!("file:{}", path.display())]);
+        let whole = decode_all(&path, &root.path().join(codec), &|| false).unwrap();
+        assert_eq!(whole.len(), 20, "{name}");
+    }
+    // Zeros inside of a frame near the middle.
+    let path = root.path().join("a.avi");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 600].fill(0);
+    std::fs::write(&path, bytes).unwrap();
+    let folder = root.path().join("damaged");
+    let error = decode_all(&path, &folder, &|| false).unwrap_err().to_string();
+    assert!(error.contains("a.avi: the video is damaged"), "{error}");
+    assert!(!folder.exists());
+}
+
+#[needs(ffmpeg)]
+#[test]
 fn limits_end_it_and_leave_nothing() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("a.mpg");
