@@ -3,7 +3,7 @@
 use super::load::LoadError;
 use super::user::{self, USER_LOCK, check_name, is_below};
 use crate::format::FormatEntry;
-use crate::lock::{Entry, PinnedSuite, below};
+use crate::lock::{Entry, PinnedSuite, below, pinned_suite, pinned_suite_names};
 use crate::{DatasetError, text};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,8 @@ pub struct GatherRequest<'w> {
 /// is one, `<folder>-<N>`. Hashes all files.
 ///
 /// # Errors
-/// No sequence, two of one name, a wanted one that is not there, and the first that cannot be read.
+/// No sequence, two of one name, a wanted one that is not there, and the first that cannot be read or has more ground truth
+/// than frames.
 pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, DatasetError> {
     let start = below(data_root, wanted.folder);
     let fault = |message: String| DatasetError::content(&start, message);
@@ -83,18 +84,37 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         .sequence
         .par_iter()
         .map(|entry| {
-            suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
+            let facts = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
                 LoadError::Missing(missing) => {
                     DatasetError::content(&entry.path(data_root), missing.how_to_get)
                 }
                 LoadError::Broken(error) => error,
-            })
+            })?;
+            check_surplus(&facts, data_root).map(|()| facts)
         })
         .collect();
     // The first in order, whichever was read first.
     let facts = facts.into_iter().collect::<Result<Vec<Entry>, _>>()?;
     suite.sequence = facts;
     Ok(user::section(&suite))
+}
+
+/// Refuses more ground truth than frames, unless a built-in suite pins a sequence of the name with just these ranges: of any
+/// other, lines and frames that differ in number may be shifted against each other.
+fn check_surplus(facts: &Entry, data_root: &Path) -> Result<(), DatasetError> {
+    let (Some((first, last)), Some((_, covered))) = (facts.range, facts.official) else { return Ok(()) };
+    let mut pinned = pinned_suite_names().filter_map(pinned_suite).flat_map(|suite| &suite.sequence);
+    let is_it = |e: &Entry| (&e.name, e.range, e.official) == (&facts.name, facts.range, facts.official);
+    if covered <= last || pinned.any(is_it) {
+        return Ok(());
+    }
+    let lines = u64::from(covered) + 1 - u64::from(first);
+    let message = format!(
+        "{lines} lines of ground truth for {} frames; there must be a line for each frame, so add the frames that are \
+         missing or take out the lines that are too many",
+        facts.frames.unwrap_or_default()
+    );
+    Err(DatasetError::content(&facts.path(data_root), message))
 }
 
 type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;

@@ -126,6 +126,14 @@ fn what_cannot_become_a_suite_is_named() {
     assert!(fails(&wanted("mine", format("got10k"), "got")).contains("2 images, but 1 lines"));
 }
 
+#[test]
+fn more_ground_truth_than_frames_is_told() {
+    let root = root();
+    write(root.path(), "otb/One/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n3,1,2,2\n");
+    let error = gather(&wanted("mine", format("otb"), "otb"), root.path()).unwrap_err().to_string();
+    assert!(error.contains("One: 3 lines of ground truth for 2 frames"), "{error}");
+}
+
 // What `data add` says of the published folders is what is pinned of them.
 #[trackfail_testing::needs(real_data)]
 #[test]
