@@ -5,19 +5,22 @@
 //! | `<name>_confidence.value` | pysot's long-term runs (`%.6f`; the first line is empty), the VOT toolkit |
 //! | `<name>_<property>.value` | the VOT toolkit, for each property that the tracker gives over TraX |
 //! | `<name>_object_presence_scores.txt` | pytracking (`%f`; the first frame has 1) |
-//! | `<name>_all_scores.txt` | STARK and what is built on it (`%.2f`) |
+//! | `<name>_all_scores.txt` | STARK and what is built on it (`%.2f`; no line for the first frame) |
 //! | `<name>_scores.txt` beside `<name>_bboxes.txt` | long-term runs of SiamFC; the first frame has 10000 |
 //!
-//! An empty line and NaN are frames without a value. A file with one line less than there are boxes has none of the
-//! first frame, in which the tracker was given its target. High values are sure; their scale is the tracker's.
+//! An empty line and NaN are frames without a value. Of these files STARK's alone may have one line less than there are
+//! boxes: it has none for the first frame, in which the tracker was given its target. In others a line too few is a line
+//! that was lost, nobody knows where. High values are sure; their scale is the tracker's.
 
 use super::drop_empty_end;
 use crate::dataset::{DatasetError, text};
 use std::path::{Path, PathBuf};
 
+/// End of the names of files that may lack a line for the first frame.
+const WITHOUT_FIRST: &str = "_all_scores.txt";
+
 /// Ends of the names of files with a confidence.
-const ENDS: [&str; 4] =
-    ["_confidence.value", "_object_presence_scores.txt", "_all_scores.txt", "_scores.txt"];
+const ENDS: [&str; 4] = ["_confidence.value", "_object_presence_scores.txt", WITHOUT_FIRST, "_scores.txt"];
 
 /// End of the name of a file of boxes whose scores are in a file of their own.
 pub const BOXES_END: &str = "_bboxes";
@@ -58,11 +61,13 @@ pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>
     if read > frames {
         drop_empty_end(&mut values, Option::is_none, |n| n == frames);
     }
-    if values.len() + 1 == frames {
+    if values.len() + 1 == frames && path.as_os_str().as_encoded_bytes().ends_with(WITHOUT_FIRST.as_bytes()) {
         values.insert(0, None);
     }
     if values.len() != frames {
-        let message = format!("{read} values for {frames} boxes; there must be a line for each box");
+        let message = format!(
+            "{read} values for {frames} boxes; there must be a line for each box, an empty one where there is no value"
+        );
         return Err(DatasetError::content(path, message));
     }
     Ok(values)
@@ -77,6 +82,17 @@ mod tests {
         parse(Path::new("S_001_confidence.value"), text.as_bytes(), frames)
     }
 
+    // STARK: np.savetxt(file, scores, delimiter='\t', fmt='%.2f'), without the first frame
+    #[test]
+    fn only_stark_leaves_the_first_frame_out() {
+        let short = |name: &str| parse(Path::new(name), b"1.00\n0.25\n", 3).map_err(|e| e.to_string());
+        assert_eq!(short("r/S_all_scores.txt").unwrap(), [None, Some(1.0), Some(0.25)]);
+        for name in ["S_confidence.value", "S_object_presence_scores.txt", "S_scores.txt", "mine.txt"] {
+            let error = short(name).unwrap_err();
+            assert!(error.contains(name) && error.contains("2 values for 3 boxes"), "{error}");
+        }
+    }
+
     // What the tools write for scores of .9987654, (none) and .25 after a first frame without a score.
     #[test]
     fn files_of_the_tools() {
@@ -88,8 +104,6 @@ mod tests {
             ("1.0\n0.9987654\n\n", vec![Some(1.0), Some(0.9987654), None]),
             // pytracking: np.savetxt(file, scores, delimiter='\t', fmt='%f')
             ("1.000000\n0.998765\n0.250000\n", vec![Some(1.0), Some(0.998765), Some(0.25)]),
-            // STARK: np.savetxt(file, scores, delimiter='\t', fmt='%.2f'), without the first frame
-            ("1.00\n0.25\n", vec![None, Some(1.0), Some(0.25)]),
             // SiamFC: a large number in the first frame
             ("10000\n9.851159\n", vec![Some(10000.0), Some(9.851159)]),
             ("1\r\nnan\r\n-1e-3", vec![Some(1.0), None, Some(-1e-3)]),
