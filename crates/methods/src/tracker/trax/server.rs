@@ -4,14 +4,13 @@
 //! Every `initialize` starts the tracker anew. A state has the property `confidence` where the tracker's
 //! posterior has a likelihood. An error ends the session with `quit`, which has the error as `trax.reason`.
 
-use super::{Answer, Hello, Message, Properties, Reader, TraxError, write};
+use super::{Answer, Hello, Message, Properties, Reader, TraxError, numbers, write};
 use crate::dataset::text::{shorten_to, visible};
 use crate::dataset::{DatasetError, Frames, Numbering, Sequence};
-use crate::image::Frame;
-use crate::region::Region;
+use crate::region::{Rect, Region};
 use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
 use std::io::{BufRead, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The version that the server announces.
 const VERSION: u32 = 3;
@@ -25,6 +24,18 @@ pub enum SessionError {
     /// An image cannot be read.
     #[error(transparent)]
     Image(#[from] DatasetError),
+    /// The target lies outside of the image in which it is given.
+    #[error("the region {region} lies outside of the image of {width}x{height} pixels {}", image.display())]
+    Outside {
+        /// The region, as the client gives it.
+        region: String,
+        /// The image.
+        image: PathBuf,
+        /// Its width in pixels.
+        width: usize,
+        /// Its height in pixels.
+        height: usize,
+    },
     /// The tracker broke.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
@@ -74,25 +85,16 @@ impl Server<'_> {
             ]),
         };
         say(output, &Message::Hello(hello))?;
-        let mut tracker: Option<Box<dyn Tracker>> = None;
+        let mut tracker: Option<Session> = None;
         loop {
             let state = match (input.read()?, &mut tracker) {
                 (None | Some(Message::Quit { .. }), _) => return Ok(()),
                 (Some(Message::Initialize { image: Some(image), region, .. }), _) => {
-                    let sequence = sequence(&image, Some(region.clone()));
-                    let frame = sequence.frame(0)?;
-                    let context = RunContext {
-                        sequence: &sequence,
-                        start_frame: 0,
-                        run: 0,
-                        seed: self.seed,
-                        data_roots: &[],
-                    };
-                    let (started, state) = self.config.start(&context, &frame, &region)?;
+                    let (started, state) = self.start(&image, &region)?;
                     tracker = Some(started);
                     state
                 }
-                (Some(Message::Frame { image, .. }), Some(tracker)) => tracker.update(&read(&image)?)?,
+                (Some(Message::Frame { image, .. }), Some(session)) => session.update(&image)?,
                 (Some(Message::Frame { .. }), None) => return Err(unexpected("frame", "`initialize` first")),
                 (Some(Message::Initialize { image: None, .. }), _) => {
                     return Err(unexpected("initialize", "an image and a region, as in version 3"));
@@ -104,6 +106,38 @@ impl Server<'_> {
             };
             say(output, &as_message(state))?;
         }
+    }
+
+    fn start(&self, image: &Path, region: &Region) -> Result<(Session, TrackerState), SessionError> {
+        let sequence = sequence(image, Some(region.clone()));
+        let frame = sequence.frame(0)?;
+        let size @ (width, height) = (frame.width(), frame.height());
+        if region.clipped(&Region::Rect(Rect::new(0.0, 0.0, width as f64, height as f64))).is_none() {
+            let (region, image) = (numbers(region), image.to_path_buf());
+            return Err(SessionError::Outside { region, image, width, height });
+        }
+        let context =
+            RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: self.seed, data_roots: &[] };
+        let (tracker, state) = self.config.start(&context, &frame, region)?;
+        Ok((Session { tracker, size }, state))
+    }
+}
+
+/// A tracker from its start on.
+struct Session {
+    tracker: Box<dyn Tracker>,
+    /// Width and height of its first image.
+    size: (usize, usize),
+}
+
+impl Session {
+    fn update(&mut self, image: &Path) -> Result<TrackerState, SessionError> {
+        let frame = sequence(image, None).frame(0)?;
+        let (expected, got) = (self.size, (frame.width(), frame.height()));
+        if got != expected {
+            return Err(DatasetError::FrameSize { path: image.to_path_buf(), expected, got }.into());
+        }
+        Ok(self.tracker.update(&frame)?)
     }
 }
 
@@ -136,8 +170,4 @@ fn sequence(image: &Path, region: Option<Region>) -> Sequence {
         digest: Default::default(),
         frames: Frames::Files(vec![image.to_path_buf()].into()),
     }
-}
-
-fn read(image: &Path) -> Result<Frame, DatasetError> {
-    sequence(image, None).frame(0)
 }
