@@ -19,12 +19,13 @@
 mod judge;
 mod parse;
 
-use super::error::{Source, SpecError};
+use super::error::{Errors, Source, SpecError};
 use super::table::{FindingName, Words};
 use super::wire;
 use crate::score::Metric;
 pub use judge::{Compared, Judgement, Measured, Spread};
 use parse::parse;
+use std::ops::Range;
 
 /// A checked conclusion.
 #[derive(Debug, Clone, PartialEq)]
@@ -196,7 +197,18 @@ fn eval(e: &Expr, value: &dyn Fn(&Reference) -> Result<f64, String>) -> Result<f
 /// Checks a `[[claim]]`.
 pub(super) fn read(source: Source<'_>, wire: &wire::Claim, words: &Words) -> Result<Claim, SpecError> {
     let predicate = wire.holds.get_ref().clone();
-    let expression = parse(&predicate, words).map_err(|m| source.error(wire.holds.span(), m))?;
+    let expression = parse(&predicate, words).map_err(|faults| {
+        let span = wire.holds.span();
+        // The words of a text with escapes are elsewhere in the file.
+        let text = source.slice(span.clone()).find(&predicate).map(|at| span.start + at);
+        let place = |word: Option<Range<usize>>| match (text, word) {
+            (Some(text), Some(word)) => text + word.start..text + word.end,
+            _ => span.clone(),
+        };
+        let mut errors = Errors::default();
+        faults.into_iter().for_each(|fault| errors.push(source.error(place(fault.word), fault.message)));
+        errors.first()
+    })?;
     Ok(Claim { text: wire.text.clone(), predicate, required: wire.required, expression })
 }
 
@@ -264,12 +276,16 @@ mod tests {
             "recall[ARTE*, length=1] <= recall[ARTE*, length=5, Struck]",
         );
         same("1 < 2 || (for all length in 1: recall[ARTE*] > 0)", "1 < 2 || recall[ARTE*, length=1] > 0");
-        let e = |text: &str| parse(text, &words()).unwrap_err();
+        let e = |text: &str| parse(text, &words()).unwrap_err().remove(0).message;
         assert_eq!(
             e("for all lenght: recall[ARTE*] > 0"),
             "unknown grid axis `lenght`; did you mean `length`?"
         );
         assert_eq!(e("for all length: recall[RAW] > 0"), "nothing in the claim varies with `length`");
+        assert_eq!(
+            e("for all length: for all length: recall[ARTE*] > 0"),
+            "`for all length` changes nothing: the claim behind it gives `length` already"
+        );
         assert_eq!(e("for all width: recall[ARTE*] > 0"), "nothing in the claim varies with `width`");
         assert_eq!(e("for all length in 5, 7: recall[ARTE*] > 0"), "no grid has length = 7; there are 1, 5");
         assert_eq!(e("for all length recall[ARTE*] > 0"), "a `:` is missing after `for all AXIS`");
@@ -353,7 +369,7 @@ mod tests {
 
     #[test]
     fn wrong_words_name_the_nearest() {
-        let e = |text: &str| parse(text, &words()).unwrap_err();
+        let e = |text: &str| parse(text, &words()).unwrap_err().remove(0).message;
         assert_eq!(e("recal[DTEF] > 0"), "unknown metric `recal`; did you mean `recall`?");
         assert_eq!(
             e("finding[model.component] > 0"),
@@ -364,6 +380,14 @@ mod tests {
         assert!(e("recall[RAW]").starts_with("a claim must compare"));
         assert!(e("1 < 2 < 3").contains("join"));
         assert!(e(&"(".repeat(2000)).contains("too deeply"));
+    }
+
+    #[test]
+    fn all_unknown_words_are_told_with_their_places() {
+        let text = "for all lenght: recal[DTEF, nc] > 0 && finding[model.x] > recall[RWA]";
+        let faults = parse(text, &words()).unwrap_err();
+        let places: Vec<&str> = faults.iter().map(|fault| &text[fault.word.clone().unwrap()]).collect();
+        assert_eq!(places, ["lenght", "recal", "nc", "model.x", "RWA"]);
     }
 
     proptest! {

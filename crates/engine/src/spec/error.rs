@@ -87,6 +87,16 @@ impl Errors {
         read.map_err(|error| self.push(error)).ok()
     }
 
+    /// The values of a list.
+    ///
+    /// # Errors
+    /// Those of all values that are wrong.
+    pub fn collect<T>(list: impl IntoIterator<Item = Result<T, SpecError>>) -> Result<Vec<T>, SpecError> {
+        let mut errors = Self::default();
+        let values = list.into_iter().filter_map(|read| errors.keep(read)).collect();
+        errors.check().map(|()| values)
+    }
+
     /// Whether nothing is wrong so far.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -101,16 +111,19 @@ impl Errors {
     ///
     /// # Errors
     /// All errors, in the order of the files.
-    pub fn check(mut self) -> Result<(), SpecError> {
+    pub fn check(self) -> Result<(), SpecError> {
+        if self.is_empty() { Ok(()) } else { Err(self.first()) }
+    }
+
+    /// The first of the errors in the order of the files, with the others behind it. For places where something is wrong.
+    pub fn first(mut self) -> SpecError {
         self.0.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         let mut all = self.0.into_iter();
-        match all.next() {
-            None => Ok(()),
-            Some(mut first) => {
-                first.below.others = all.collect();
-                Err(first)
-            }
-        }
+        let first = all.next();
+        let mut first =
+            first.unwrap_or_else(|| SpecError::of_file(String::new(), "cannot be read".to_string()));
+        first.below.others = all.collect();
+        first
     }
 }
 
@@ -278,11 +291,17 @@ impl SourceMap {
     }
 }
 
+/// Keys of a file that shorten it: they are written out before the keys are read, so that serde does not know them.
+pub(super) const SHORTCUTS: [&str; 4] = ["extends", "without", "tracker-group", "method-group"];
+
 /// serde names the unknown word first and the valid ones after it, all in backticks.
 fn with_hint(message: &str) -> String {
     if !message.starts_with("unknown ") {
         return message.to_string();
     }
+    let is_of_file = message.contains("expected one of `schema`, ");
+    let shortcuts: String = SHORTCUTS.iter().filter(|_| is_of_file).map(|key| format!(", `{key}`")).collect();
+    let message = &(message.to_string() + &shortcuts);
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let Some((word, known)) = words.split_first() else { return message.to_string() };
     let short = shorten_to(word, MAX_WORD);

@@ -19,15 +19,15 @@ mod document;
 mod merge;
 mod write;
 
-use super::error::{Piece, Source, SourceFile, SourceMap, SpecError};
+use super::error::{Piece, SHORTCUTS, Source, SourceFile, SourceMap, SpecError};
 pub(super) use chain::Place;
-use document::{Document, GROUPS};
+use document::Document;
 use toml::de::DeTable;
 
 /// Key that names the experiment to build on.
-const EXTENDS: &str = "extends";
+const EXTENDS: &str = SHORTCUTS[0];
 /// Table of what the base has and the experiment has not.
-const WITHOUT: &str = "without";
+const WITHOUT: &str = SHORTCUTS[1];
 
 /// Text of an experiment that needs no other file, and where its pieces come from.
 pub(super) struct Complete {
@@ -37,8 +37,7 @@ pub(super) struct Complete {
 
 /// Whether a file needs no other and has no groups.
 pub(super) fn is_complete(document: &DeTable<'_>) -> bool {
-    let kinds = GROUPS.iter().map(|group| group.key);
-    !kinds.chain([EXTENDS, WITHOUT]).any(|key| document.contains_key(key))
+    !SHORTCUTS.iter().any(|key| document.contains_key(*key))
 }
 
 /// Puts together what an experiment and those it extends say.

@@ -8,9 +8,9 @@ mod panel;
 
 pub use panel::Panel;
 
-use super::error::{Source, SpecError};
+use super::error::{Errors, Source, SpecError};
 use super::name::check_file_name;
-use super::table::{FindingName, Words, grid_axis, metric, read_methods};
+use super::table::{FindingName, Words, all_known, grid_axis, metric, read_methods};
 use super::width::Width;
 use super::wire;
 use crate::score::Metric;
@@ -235,17 +235,11 @@ impl FigureKey {
             Self::Methods => params.methods = read_methods(source, wire.methods.as_deref(), words)?,
             Self::MethodsWithoutGrid => params.methods = methods_without_grid(source, wire, words)?,
             Self::Tracker => {
-                if let Some(wrong) = wire.tracker.as_ref().filter(|t| !words.trackers.contains(t.get_ref())) {
-                    let known = words.trackers.iter().map(String::as_str);
-                    return Err(source.unknown(wrong.span(), "tracker", wrong.get_ref(), known));
-                }
+                all_known(source, "tracker", &wire.tracker, &words.trackers)?;
                 params.tracker = wire.tracker.as_ref().map(|t| t.get_ref().clone());
             }
             Self::Sequences => {
-                if let Some(wrong) = wire.sequences.iter().find(|s| !words.sequences.contains(s.get_ref())) {
-                    let known = words.sequences.iter().map(String::as_str);
-                    return Err(source.unknown(wrong.span(), "sequence", wrong.get_ref(), known));
-                }
+                all_known(source, "sequence", &wire.sequences, &words.sequences)?;
                 params.sequences = wire.sequences.iter().map(|s| s.get_ref().clone()).collect();
             }
             Self::Panels => {
@@ -253,8 +247,8 @@ impl FigureKey {
                     let message = "a `strips` figure needs `panels`, and none of its rows is empty";
                     return Err(source.error(wire.name.span(), message));
                 }
-                let row = |row: &Vec<_>| row.iter().map(|p| read_panel(source, p, words)).collect();
-                params.panels = wire.panels.iter().map(row).collect::<Result<_, _>>()?;
+                let row = |row: &Vec<_>| Errors::collect(row.iter().map(|p| read_panel(source, p, words)));
+                params.panels = Errors::collect(wire.panels.iter().map(row))?;
             }
             Self::Stills => {
                 if let Some(wrong) = wire.stills.as_ref().filter(|s| *s.get_ref() > MAX_STILLS) {
@@ -283,10 +277,11 @@ fn methods_without_grid(
 ) -> Result<Vec<String>, SpecError> {
     let mut methods = read_methods(source, wire.methods.as_deref(), words)?;
     let has_grid = |m: &&Spanned<String>| !words.drawn.contains(m.get_ref());
-    if let Some(wrong) = wire.methods.iter().flatten().find(has_grid) {
+    let error = |wrong: &Spanned<String>| {
         let message = format!("`{}` has a grid; delays are drawn of methods without one", wrong.get_ref());
-        return Err(source.error(wrong.span(), message));
-    }
+        Err::<(), _>(source.error(wrong.span(), message))
+    };
+    Errors::collect(wire.methods.iter().flatten().filter(has_grid).map(error))?;
     methods.retain(|m| words.drawn.contains(m));
     Ok(methods)
 }
@@ -294,31 +289,35 @@ fn methods_without_grid(
 /// Checks a `[[figure]]`.
 ///
 /// # Errors
-/// The first thing that is wrong: an unknown kind, a key that the kind does not read, one that it needs and that is
-/// left out, or a wrong value.
+/// All that is wrong: an unknown kind, keys that the kind does not read, those that it needs and that are left out, and
+/// wrong values.
 pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Result<Figure, SpecError> {
-    check_file_name(source, &wire.name)?;
+    let mut errors = Errors::default();
+    errors.keep(check_file_name(source, &wire.name));
+    let width = errors.keep(Width::read(source, wire.width.as_ref()));
     let word = wire.kind.get_ref().as_str();
     let Some(kind) = FigureKind::from_word(word) else {
         let known = FIGURE_KINDS.iter().map(|kind| kind.word);
-        return Err(source.unknown(wire.kind.span(), "figure kind", word, known));
+        errors.push(source.unknown(wire.kind.span(), "figure kind", word, known));
+        return Err(errors.first());
     };
     // A key that the kind does not read would have no effect.
     for key in FigureKey::ALL.into_iter().filter(|key| !kind.reads_word(key.word())) {
         if let Some(place) = key.place(wire) {
-            return Err(source.error(place, format!("a `{word}` figure has no `{}`", key.word())));
+            errors.push(source.error(place, format!("a `{word}` figure has no `{}`", key.word())));
         }
     }
     if kind.required.iter().any(|key| key.place(wire).is_none()) {
         let keys: Vec<String> = kind.required.iter().map(|key| format!("`{}`", key.word())).collect();
         let message = format!("a `{word}` figure needs {}", keys.join(" and "));
-        return Err(source.error(wire.name.span(), message));
+        errors.push(source.error(wire.name.span(), message));
     }
     let mut params = FigureParams::default();
     for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
-        key.read(source, wire, words, &mut params)?;
+        errors.keep(key.read(source, wire, words, &mut params));
     }
-    let width = Width::read(source, wire.width.as_ref())?.unwrap_or_default();
+    errors.check()?;
+    let width = width.flatten().unwrap_or_default();
     Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), width, kind, params })
 }
 

@@ -2,7 +2,7 @@
 
 mod published;
 
-use super::error::{Source, SpecError};
+use super::error::{Errors, Source, SpecError};
 use super::name::check_file_name;
 use super::width::Width;
 use super::wire;
@@ -11,6 +11,7 @@ use crate::direction::Direction;
 use crate::score::Metric;
 pub use published::{inherit_published, read_published};
 use serde::Serialize;
+use std::ops::Range;
 use toml::Spanned;
 
 /// The quantity that varies along one side of a table.
@@ -169,6 +170,20 @@ pub(super) fn grid_axis(
     Err(source.unknown(word.span(), "grid axis", word.get_ref(), words.axes.iter().map(String::as_str)))
 }
 
+/// Refuses each word of a list that is not among the known ones.
+pub(super) fn all_known<'l>(
+    source: Source<'_>,
+    what: &str,
+    list: impl IntoIterator<Item = &'l Spanned<String>>,
+    known: &[String],
+) -> Result<(), SpecError> {
+    let wrong = list.into_iter().filter(|word| !known.contains(word.get_ref()));
+    let error = |word: &Spanned<String>| {
+        source.unknown(word.span(), what, word.get_ref(), known.iter().map(String::as_str))
+    };
+    Errors::collect(wrong.map(|word| Err::<(), _>(error(word)))).map(drop)
+}
+
 /// The methods of the experiment that are in `list`, or all without a list.
 pub(super) fn read_methods(
     source: Source<'_>,
@@ -176,10 +191,7 @@ pub(super) fn read_methods(
     words: &Words,
 ) -> Result<Vec<String>, SpecError> {
     let Some(list) = list else { return Ok(words.methods.clone()) };
-    if let Some(wrong) = list.iter().find(|m| !words.methods.contains(m.get_ref())) {
-        let known = words.methods.iter().map(String::as_str);
-        return Err(source.unknown(wrong.span(), "method", wrong.get_ref(), known));
-    }
+    all_known(source, "method", list, &words.methods)?;
     let shown = |name: &&String| list.iter().any(|m| m.get_ref() == *name);
     Ok(words.methods.iter().filter(shown).cloned().collect())
 }
@@ -208,58 +220,68 @@ impl Table {
 }
 
 /// Checks a `[[table]]`.
+///
+/// # Errors
+/// All that is wrong with it.
 pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
-    check_file_name(source, &wire.name)?;
-    let name = wire.name.get_ref().clone();
-    if name == "macros" {
-        return Err(source.error(wire.name.span(), "`macros` is the file with the numbers of all tables"));
+    let mut errors = Errors::default();
+    errors.keep(check_file_name(source, &wire.name));
+    if wire.name.get_ref() == "macros" {
+        errors.push(source.error(wire.name.span(), "`macros` is the file with the numbers of all tables"));
     }
-    if let Some(shows) = &wire.shows {
-        return read_shown(source, wire, shows, words);
+    if let Some(column) = wire.column.as_ref().filter(|_| wire.shows.is_none()) {
+        errors.push(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
     }
-    if let Some(column) = &wire.column {
-        return Err(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
-    }
-    if let Some(rank) = &wire.rank {
-        return read_leaderboard(source, wire, rank, words);
-    }
-    let (Some(wire_rows), Some(wire_columns)) = (&wire.rows, &wire.columns) else {
-        return Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, `rank` or `shows`"));
+    let read = match (wire, &wire.rows, &wire.columns) {
+        (wire::Table { shows: Some(shows), .. }, ..) => read_shown(source, wire, shows, words),
+        (wire::Table { rank: Some(rank), .. }, ..) => read_leaderboard(source, wire, rank, words),
+        (_, Some(rows), Some(columns)) => read_crossed(source, wire, (rows, columns), words),
+        _ => Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, `rank` or `shows`")),
     };
-    let rows = read_rows(source, wire_rows, words)?;
-    let columns = read_columns(source, wire_columns, words)?;
-    let shown = wire.metric.as_ref().map(|m| metric(source, m)).transpose()?;
-    let shown = match (&rows, shown) {
-        (Side::Metrics(_), None) => None,
-        (Side::Metrics(_), Some(_)) => {
-            let span = wire.metric.as_ref().map_or(wire_rows.span(), Spanned::span);
-            return Err(source.error(span, "`metric` is for tables whose rows are a grid axis"));
-        }
-        (_, shown) => Some(shown.unwrap_or(Metric::F_SCORE)),
+    match errors.keep(read) {
+        Some(table) => errors.check().map(|()| table),
+        None => Err(errors.first()),
+    }
+}
+
+/// A table with rows and columns of its own.
+fn read_crossed(
+    source: Source<'_>,
+    wire: &wire::Table,
+    (wire_rows, wire_columns): (&Spanned<Vec<Spanned<String>>>, &Spanned<String>),
+    words: &Words,
+) -> Result<Table, SpecError> {
+    let mut errors = Errors::default();
+    let rows = errors.keep(read_rows(source, wire_rows, words));
+    let columns = errors.keep(read_columns(source, wire_columns, words));
+    let shown = errors.keep(wire.metric.as_ref().map(|m| metric(source, m)).transpose());
+    let methods = errors.keep(read_methods(source, wire.methods.as_deref(), words));
+    let known = match columns {
+        Some(Side::Method) => methods.as_ref(),
+        Some(Side::Tracker) => Some(&words.trackers),
+        _ => None,
     };
-    let attribute = [&rows, &columns].contains(&&Side::Attribute);
-    let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { shown.as_slice() };
-    if let Some(m) = metrics.iter().find(|m| attribute && !m.is_of_counts()) {
-        let message =
-            format!("`{}` is not known attribute by attribute, only what is made of counts is", m.name());
-        let span = wire.metric.as_ref().map_or(wire_rows.span(), Spanned::span);
-        return Err(source.error(span, message));
-    }
-    if rows == columns {
-        return Err(source.error(wire_columns.span(), "rows and columns are the same"));
-    }
-    let methods = read_methods(source, wire.methods.as_deref(), words)?;
-    let latex = match columns {
-        Side::Method => read_latex(source, wire, Some(&methods))?,
-        Side::Tracker => read_latex(source, wire, Some(&words.trackers))?,
-        _ => read_latex(source, wire, None)?,
+    let latex = errors.keep(read_latex(source, wire, known.map(Vec::as_slice)));
+    let shown = match (&rows, &columns, shown) {
+        (Some(rows), Some(columns), Some(shown)) => errors.keep(metric_of_cells(
+            source,
+            wire,
+            [(rows, wire_rows.span()), (columns, wire_columns.span())],
+            shown,
+        )),
+        _ => None,
+    };
+    let (Some(rows), Some(columns), Some(metric), Some(methods), Some(latex)) =
+        (rows, columns, shown, methods, latex)
+    else {
+        return Err(errors.first());
     };
     Ok(Table {
-        name,
+        name: wire.name.get_ref().clone(),
         caption: wire.caption.clone(),
         rows,
         columns,
-        metric: shown,
+        metric,
         methods,
         ranked: None,
         shows: None,
@@ -269,20 +291,50 @@ pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Resu
     })
 }
 
+/// The metric of all cells, where the rows, of which each side comes with its place, are no metrics; `shown` is the one
+/// that the file gives.
+fn metric_of_cells(
+    source: Source<'_>,
+    wire: &wire::Table,
+    [(rows, rows_place), (columns, columns_place)]: [(&Side, Range<usize>); 2],
+    shown: Option<Metric>,
+) -> Result<Option<Metric>, SpecError> {
+    let place = || wire.metric.as_ref().map_or(rows_place.clone(), Spanned::span);
+    let shown = match (rows, shown) {
+        (Side::Metrics(_), None) => None,
+        (Side::Metrics(_), Some(_)) => {
+            return Err(source.error(place(), "`metric` is for tables whose rows are a grid axis"));
+        }
+        (_, shown) => Some(shown.unwrap_or(Metric::F_SCORE)),
+    };
+    let attribute = [rows, columns].contains(&&Side::Attribute);
+    let metrics = if let Side::Metrics(list) = rows { list.as_slice() } else { shown.as_slice() };
+    if let Some(m) = metrics.iter().find(|m| attribute && !m.is_of_counts()) {
+        let message =
+            format!("`{}` is not known attribute by attribute, only what is made of counts is", m.name());
+        return Err(source.error(place(), message));
+    }
+    if rows == columns {
+        return Err(source.error(columns_place, "rows and columns are the same"));
+    }
+    Ok(shown)
+}
+
 /// Checks `latex = { columns, width }`.
 fn read_latex(source: Source<'_>, wire: &wire::Table, known: Option<&[String]>) -> Result<Latex, SpecError> {
     let Some(latex) = &wire.latex else { return Ok(Latex::default()) };
     let columns = latex.columns.iter().flatten();
-    if let Some(known) = known
-        && let Some(wrong) = columns.clone().find(|c| !known.contains(c.get_ref()))
-    {
-        let known = known.iter().map(String::as_str);
-        return Err(source.unknown(wrong.span(), "column", wrong.get_ref(), known));
+    let mut errors = Errors::default();
+    if let Some(known) = known {
+        errors.keep(all_known(source, "column", columns.clone(), known));
     }
-    Ok(Latex {
-        columns: columns.map(|c| c.get_ref().clone()).collect(),
-        width: Width::read(source, latex.width.as_ref())?,
-    })
+    match errors.keep(Width::read(source, latex.width.as_ref())) {
+        Some(width) => errors.check().map(|()| {
+            let columns = columns.map(|c| c.get_ref().clone()).collect();
+            Latex { columns, width }
+        }),
+        None => Err(errors.first()),
+    }
 }
 
 /// A table that an analysis makes.
@@ -294,12 +346,17 @@ fn read_shown(
 ) -> Result<Table, SpecError> {
     let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
     let span = span.or(wire.rank.as_ref().map(Spanned::span));
+    let mut errors = Errors::default();
     if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
         let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
-        return Err(source.error(span, message));
+        errors.push(source.error(span, message));
     }
     let finding = words.finding(shows.get_ref(), |n| &n.tables);
-    let finding = finding.map_err(|e| source.error(shows.span(), e.to_string()))?;
+    let finding = errors.keep(finding.map_err(|e| source.error(shows.span(), e.to_string())));
+    let latex = errors.keep(read_latex(source, wire, None));
+    let (Some(finding), Some(latex), true) = (finding, latex, errors.is_empty()) else {
+        return Err(errors.first());
+    };
     Ok(Table {
         name: wire.name.get_ref().clone(),
         caption: wire.caption.clone(),
@@ -311,28 +368,31 @@ fn read_shown(
         shows: Some(finding),
         column: wire.column.as_ref().map(|c| c.get_ref().clone()),
         published: None,
-        latex: read_latex(source, wire, None)?,
+        latex,
     })
 }
 
 /// The rows of a table: metrics, attributes, or the values of a grid axis.
-fn read_rows(source: Source<'_>, wire_rows: &Spanned<Vec<String>>, words: &Words) -> Result<Side, SpecError> {
+fn read_rows(
+    source: Source<'_>,
+    wire_rows: &Spanned<Vec<Spanned<String>>>,
+    words: &Words,
+) -> Result<Side, SpecError> {
     Ok(match wire_rows.get_ref().as_slice() {
         [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
-        [one] if words.axes.contains(one) => Side::Axis(one.clone()),
-        [one] if one == ATTRIBUTE => Side::Attribute,
+        [one] if words.axes.contains(one.get_ref()) => Side::Axis(one.get_ref().clone()),
+        [one] if one.get_ref() == ATTRIBUTE => Side::Attribute,
         list => {
-            let mut metrics = Vec::new();
-            for word in list {
-                let axes = words.axes.iter().map(String::as_str);
-                let known: Vec<&str> =
-                    Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes).collect();
-                let metric = Metric::from_name(word).ok_or_else(|| {
-                    source.unknown(wire_rows.span(), "metric, attribute or grid axis", word, known)
-                })?;
-                metrics.push(metric);
-            }
-            Side::Metrics(metrics)
+            let axes = words.axes.iter().map(String::as_str);
+            let known = Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes);
+            let known: Vec<&str> = known.collect();
+            let read = |word: &Spanned<String>| {
+                Metric::from_name(word.get_ref()).ok_or_else(|| {
+                    let known = known.iter().copied();
+                    source.unknown(word.span(), "metric, attribute or grid axis", word.get_ref(), known)
+                })
+            };
+            Side::Metrics(Errors::collect(list.iter().map(read))?)
         }
     })
 }
@@ -364,30 +424,36 @@ fn read_leaderboard(
     words: &Words,
 ) -> Result<Table, SpecError> {
     let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
+    let mut errors = Errors::default();
     if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
         let message = "a table with a `rank` has no rows, columns or metric of its own";
-        return Err(source.error(span, message));
+        errors.push(source.error(span, message));
     }
-    let metric = metric(source, rank)?;
-    let is_known = metric.is_of_counts() || metric.is_of_frames();
-    if metric.direction() == Direction::Neither || !is_known {
+    let metric = errors.keep(metric(source, rank));
+    let ranks = |m: &Metric| m.direction() != Direction::Neither && (m.is_of_counts() || m.is_of_frames());
+    if let Some(metric) = metric.filter(|metric| !ranks(metric)) {
         let message = format!(
             "`{}` ranks nothing: it is no measure of counts or frames with a better end",
             metric.name()
         );
-        return Err(source.error(rank.span(), message));
+        errors.push(source.error(rank.span(), message));
     }
+    let methods = errors.keep(read_methods(source, wire.methods.as_deref(), words));
+    let latex = errors.keep(read_latex(source, wire, None));
+    let (Some(metric), Some(methods), Some(latex), true) = (metric, methods, latex, errors.is_empty()) else {
+        return Err(errors.first());
+    };
     Ok(Table {
         name: wire.name.get_ref().clone(),
         caption: wire.caption.clone(),
         rows: Side::Metrics(Vec::new()),
         columns: Side::Tracker,
         metric: None,
-        methods: read_methods(source, wire.methods.as_deref(), words)?,
+        methods,
         ranked: Some(metric),
         shows: None,
         column: None,
         published: None,
-        latex: read_latex(source, wire, None)?,
+        latex,
     })
 }

@@ -181,7 +181,7 @@ pub struct Table {
     pub caption: Option<String>,
     /// Metrics, one grid axis, or `attribute`.
     #[schemars(with = "Option<Vec<String>>")]
-    pub rows: Option<Spanned<Vec<String>>>,
+    pub rows: Option<Spanned<Vec<Spanned<String>>>>,
     /// `method`, `tracker`, `attribute` or a grid axis.
     #[schemars(with = "Option<String>")]
     pub columns: Option<Spanned<String>>,

@@ -1,26 +1,40 @@
 //! Reads the text of a claim.
 
-use super::super::table::Words;
+use super::super::table::{FindingName, Words};
 use super::{Expr, Op, Quantity, Reference};
 use crate::plugin::unknown;
 use crate::score::Metric;
+use std::ops::Range;
 
 /// Most claims that one with `for all` stands for.
 const MAX_EXPANDED: usize = 256;
 
-pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, String> {
+/// What is wrong with a claim.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    pub message: String,
+    /// The word of the claim that is wrong; none where it is more than a word.
+    pub word: Option<Range<usize>>,
+}
+
+/// Reads a claim.
+///
+/// # Errors
+/// All of its words that are unknown, and the first thing by which it is no claim.
+pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, Vec<Fault>> {
+    let fault = |message: String| Fault { message, word: None };
     if text.len() > 4096 {
-        return Err("a claim has at most 4096 characters".to_string());
+        return Err(vec![fault("a claim has at most 4096 characters".to_string())]);
     }
-    let mut parser = Parser { rest: text, words, depth: 0 };
-    let e = parser.quantified()?;
-    if !parser.rest.trim_start().is_empty() {
-        return Err(format!("cannot read the claim from `{}` on", parser.rest.trim_start()));
+    let mut parser = Parser { text, rest: text, words, depth: 0, unknown: Vec::new() };
+    let read = parser.whole();
+    let mut faults = parser.unknown;
+    match read {
+        Ok(e) if faults.is_empty() => return Ok(e),
+        Ok(_) => {}
+        Err(message) => faults.push(fault(message)),
     }
-    if !is_truth(&e) {
-        return Err("a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`".to_string());
-    }
-    Ok(e)
+    Err(faults)
 }
 
 fn is_truth(e: &Expr) -> bool {
@@ -51,12 +65,39 @@ const LEVELS: [&[(&str, Op)]; 5] = [
 const MAX_DEPTH: usize = 64;
 
 struct Parser<'a> {
+    text: &'a str,
     rest: &'a str,
     words: &'a Words,
     depth: usize,
+    /// Unknown words, after which reading goes on as if they were known.
+    unknown: Vec<Fault>,
 }
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
+    fn whole(&mut self) -> Result<Expr, String> {
+        let e = self.quantified()?;
+        if !self.rest.trim_start().is_empty() {
+            return Err(format!("cannot read the claim from `{}` on", self.rest.trim_start()));
+        }
+        if !is_truth(&e) {
+            return Err("a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`".to_string());
+        }
+        Ok(e)
+    }
+
+    /// Keeps what is wrong with a word, which is a part of the text.
+    fn wrong(&mut self, word: &str, message: String) {
+        let start = word.as_ptr().addr() - self.text.as_ptr().addr();
+        self.unknown.push(Fault { message, word: Some(start..start + word.len()) });
+    }
+
+    /// Keeps a word that is not among the known ones.
+    fn check(&mut self, what: &str, word: &str, known: &[String]) {
+        if known.iter().all(|known| known != word) {
+            self.wrong(word, unknown(what, word, known.iter().map(String::as_str)));
+        }
+    }
+
     fn take(&mut self, token: &str) -> bool {
         match self.rest.trim_start().strip_prefix(token) {
             Some(rest) => {
@@ -84,9 +125,7 @@ impl Parser<'_> {
             Some((axis, list)) => (axis.trim(), Some(numbers(list)?)),
             None => (head.trim(), None),
         };
-        if self.words.axes.iter().all(|known| known != axis) {
-            return Err(unknown("grid axis", axis, self.words.axes.iter().map(String::as_str)));
-        }
+        self.check("grid axis", axis, &self.words.axes);
         self.depth += 1;
         if self.depth > MAX_DEPTH {
             return Err("the claim is nested too deeply".to_string());
@@ -96,7 +135,8 @@ impl Parser<'_> {
         if !is_truth(&body) {
             return Err("`for all` stands before a comparison".to_string());
         }
-        self.for_all(axis, chosen, &body)
+        // What varies with the axis is known of known words only.
+        if self.unknown.is_empty() { self.for_all(axis, chosen, &body) } else { Ok(body) }
     }
 
     /// The claim for each value of the axis: those asked for, or all in the grids of the methods that it speaks of.
@@ -105,7 +145,13 @@ impl Parser<'_> {
         super::collect(body, &mut references);
         let free: Vec<&[f64]> = references.iter().filter_map(|r| self.varies(r, axis)).collect();
         if free.is_empty() {
-            return Err(format!("nothing in the claim varies with `{axis}`"));
+            let is_given = references.iter().any(|r| r.point.iter().any(|(given, _)| given == axis));
+            return Err(match is_given {
+                true => {
+                    format!("`for all {axis}` changes nothing: the claim behind it gives `{axis}` already")
+                }
+                false => format!("nothing in the claim varies with `{axis}`"),
+            });
         }
         let mut known = free.concat();
         known.sort_by(f64::total_cmp);
@@ -213,7 +259,10 @@ impl Parser<'_> {
         }
         let metric = match word {
             "finding" => None,
-            word => Some(Metric::from_name(word).ok_or_else(|| unknown("metric", word, Metric::names()))?),
+            word => Some(Metric::from_name(word).unwrap_or_else(|| {
+                self.wrong(word, unknown("metric", word, Metric::names()));
+                Metric::F_SCORE
+            })),
         };
         if !self.take("[") {
             return Err(format!("`{word}` needs a method, e.g. `{word}[DTEF]`"));
@@ -225,31 +274,29 @@ impl Parser<'_> {
         self.reference(metric, inside).map(Expr::Value)
     }
 
-    fn reference(&self, metric: Option<Metric>, inside: &str) -> Result<Reference, String> {
+    fn reference(&mut self, metric: Option<Metric>, inside: &'a str) -> Result<Reference, String> {
+        let words = self.words;
         let mut parts = inside.split(',').map(str::trim);
-        let subject = parts.next().unwrap_or_default().to_string();
+        let subject = parts.next().unwrap_or_default();
         let quantity = match metric {
-            None => {
-                Quantity::Finding(self.words.finding(&subject, |n| &n.numbers).map_err(|e| e.to_string())?)
+            None => Quantity::Finding(words.finding(subject, |n| &n.numbers).unwrap_or_else(|e| {
+                self.wrong(subject, e.to_string());
+                FindingName { analysis: String::new(), part: String::new() }
+            })),
+            Some(metric) => {
+                self.check("method", subject, &words.methods);
+                Quantity::Metric(metric, subject.to_string())
             }
-            Some(_) if !self.words.methods.contains(&subject) => {
-                return Err(unknown("method", &subject, self.words.methods.iter().map(String::as_str)));
-            }
-            Some(metric) => Quantity::Metric(metric, subject),
         };
         let mut r = Reference { quantity, tracker: None, point: Vec::new() };
         for part in parts {
             if let Some((axis, value)) = part.split_once('=').filter(|_| metric.is_some()) {
-                let axis = axis.trim().to_string();
-                if !self.words.axes.contains(&axis) {
-                    return Err(unknown("grid axis", &axis, self.words.axes.iter().map(String::as_str)));
-                }
+                self.check("grid axis", axis.trim(), &words.axes);
                 let value = value.trim().parse().map_err(|_| format!("`{part}` has no number"))?;
-                r.point.push((axis, value));
-            } else if self.words.trackers.iter().any(|t| t == part) {
-                r.tracker = Some(part.to_string());
+                r.point.push((axis.trim().to_string(), value));
             } else {
-                return Err(unknown("tracker", part, self.words.trackers.iter().map(String::as_str)));
+                self.check("tracker", part, &words.trackers);
+                r.tracker = Some(part.to_string());
             }
         }
         r.point.sort_by(|a, b| a.0.cmp(&b.0));

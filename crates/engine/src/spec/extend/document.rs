@@ -1,7 +1,7 @@
 //! One file, cut into keys and items, with its groups written out.
 
 use super::{EXTENDS, WITHOUT};
-use crate::spec::error::{Source, SpecError};
+use crate::spec::error::{SHORTCUTS, Source, SpecError};
 use crate::spec::limits::MAX_BYTES;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -25,9 +25,9 @@ pub(super) struct GroupKind {
 
 /// All kinds of groups.
 pub(super) const GROUPS: [GroupKind; 2] = [
-    GroupKind { key: "tracker-group", kind: "tracker", list: "trackers", order: &["name"] },
+    GroupKind { key: SHORTCUTS[2], kind: "tracker", list: "trackers", order: &["name"] },
     GroupKind {
-        key: "method-group",
+        key: SHORTCUTS[3],
         kind: "method",
         list: "methods",
         order: &["name", "trackers", "protocol", "signal", "detector", "grid"],

@@ -1,6 +1,6 @@
 //! Panels of strip figures: `score:DTEF+RAW`.
 
-use crate::spec::error::{Source, SpecError};
+use crate::spec::error::{Errors, Source, SpecError};
 use crate::spec::table::Words;
 use toml::Spanned;
 
@@ -55,9 +55,9 @@ pub(super) fn read_panel(
         "error" if rest.is_empty() => Ok(Panel::Error),
         "signal" => Ok(Panel::Signal(signal(rest)?)),
         "forecast" => Ok(Panel::Forecast(signal(rest)?)),
-        "score" => Ok(Panel::Score(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        "labels" => Ok(Panel::Labels(rest.split('+').map(method).collect::<Result<_, _>>()?)),
-        "condition" => Ok(Panel::Condition(rest.split('+').map(method).collect::<Result<_, _>>()?)),
+        "score" => Ok(Panel::Score(Errors::collect(rest.split('+').map(method))?)),
+        "labels" => Ok(Panel::Labels(Errors::collect(rest.split('+').map(method))?)),
+        "condition" => Ok(Panel::Condition(Errors::collect(rest.split('+').map(method))?)),
         _ => {
             let known = ["error", "signal", "forecast", "score", "labels", "condition"];
             Err(source.unknown(word.span(), "panel", kind, known))

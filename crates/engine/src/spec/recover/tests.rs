@@ -156,3 +156,51 @@ fn of_very_many_errors_the_first_are_shown() {
     let shown = refused(&(SPEC.to_string() + &many)).to_string();
     assert!(shown.starts_with("try.toml: 200 errors\n") && shown.ends_with("\nand 180 more"), "{shown}");
 }
+
+#[test]
+fn all_errors_of_a_table_a_figure_and_a_claim_are_told() {
+    let figure =
+        "[[figure]]\nname = \"f\"\nkind = \"sweep\"\nmetric = \"recal\"\nx = \"belo\"\nwidth = \"colum\"\n\n";
+    let published = "[[published]]\ntable = \"t\"\ntracker = \"ncc\"\nrow = \"recal\"\nvalues = { AA = \"1\", B = \"x\" }\n\n";
+    let errors = with(&[
+        (
+            "rows = [\"recall\"]\ncolumns = \"method\"",
+            "rows = [\n\"recal\",\n\"precison\"]\ncolumns = \"metod\"",
+        ),
+        ("methods = [\"A\", \"B\"]", "methods = [\"AA\", \"BB\"]"),
+        ("[[claim]]", &format!("{figure}[[claim]]")),
+        ("recall[A] > recall[B,", "recal[A] > recall[BB,"),
+    ]);
+    let told: Vec<String> =
+        errors.iter().map(|(_, message)| message.split('`').nth(1).unwrap().to_string()).collect();
+    assert_eq!(
+        told,
+        ["recal", "precison", "metod", "AA", "BB", "recal", "belo", "colum", "recal", "BB"],
+        "{errors:?}"
+    );
+    let errors = with(&[("[[claim]]", &format!("{published}[[claim]]"))]);
+    let told: Vec<&str> = errors.iter().map(|(_, message)| message.split('`').nth(1).unwrap()).collect();
+    assert_eq!(told, ["recal", "AA", "x"], "{errors:?}");
+}
+
+#[test]
+fn a_mark_stands_below_the_word() {
+    let marked = |from: &str, to: &str| {
+        let error = refused(&SPEC.replacen(from, to, 1));
+        let (line, mark) =
+            error.below.excerpt.split_once('\n').map(|(l, m)| (l.to_string(), m.to_string())).unwrap();
+        let at = mark.find('^').unwrap();
+        line[at..at + mark.matches('^').count()].to_string()
+    };
+    assert_eq!(marked("rows = [\"recall\"]", "rows = [\"recall\", \"recal\"]"), "\"recal\"");
+    assert_eq!(marked("> recall[B,", "> recal[B,"), "recal");
+    assert_eq!(marked("> recall[B,", "> recall[BB,"), "BB");
+}
+
+#[test]
+fn keys_that_shorten_a_file_are_known() {
+    let errors = with(&[("title = \"A try\"", "title = \"A try\"\nextend = \"x\"")]);
+    assert!(errors[0].1.ends_with("did you mean `extends`?"), "{errors:?}");
+    let errors = with(&[("title = \"A try\"", "title = \"A try\"\nzzz = 1")]);
+    assert!(errors[0].1.contains("`without`, `tracker-group`, `method-group`"), "{errors:?}");
+}
