@@ -3,8 +3,9 @@
 use super::Failure;
 use super::output::{self, Format};
 use crate::num::paired::{self, Compared};
+use crate::plugin::unknown;
 use crate::report::finished;
-use crate::report::pairs::{self, Values};
+use crate::report::pairs::{self, PairsError, Values};
 use crate::results::Results;
 use std::path::{Path, PathBuf};
 
@@ -54,16 +55,13 @@ fn probability(text: &str) -> Result<f64, String> {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let read = |folder: &Path| Results::read(folder).map_err(Failure::from);
-    let mut rows = Vec::new();
+    let (mut rows, mut measures) = (Vec::new(), Vec::new());
     match &args.experiment {
         Some(name) => {
             let results = read(&finished::folder(&args.results, name)?)?;
-            let of = |side: &str| {
-                let values = pairs::values(&results, side, args.tracker.as_deref());
-                values.map_err(Failure::usage)
-            };
+            let of = |side: &str| pairs::values(&results, side, args.tracker.as_deref());
             let (first, second) = (of(&args.first)?, of(&args.second)?);
-            add_rows(args, &mut rows, "", &first, &second);
+            rows.extend(compared(args, &mut measures, "", &first, &second));
         }
         None => {
             let folders = [&args.first, &args.second].map(Path::new);
@@ -77,11 +75,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
                 let of = |results| pairs::values(results, &name, args.tracker.as_deref());
-                if let (Ok(a), Ok(b)) = (of(&first), of(&second)) {
-                    add_rows(args, &mut rows, &name, &a, &b);
-                }
+                rows.extend(compared(args, &mut measures, &name, &of(&first)?, &of(&second)?));
             }
         }
+    }
+    if let Some(wanted) =
+        args.metric.as_ref().filter(|wanted| !measures.is_empty() && !measures.contains(wanted))
+    {
+        return Err(Failure::usage(unknown("measure", wanted, measures.iter().map(String::as_str))));
     }
     if rows.is_empty() {
         let what = args.metric.as_deref().map_or("measure".to_string(), |m| format!("measure `{m}`"));
@@ -100,16 +101,35 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(args.format, &headings, &rows)
 }
 
-/// Adds a row for each measure that both sides have.
-fn add_rows(args: &Args, rows: &mut Vec<Vec<String>>, name: &str, first: &Values, second: &Values) {
-    for (metric, pairs) in pairs::common(first, second) {
-        if args.metric.as_ref().is_some_and(|wanted| *wanted != metric) {
-            continue;
-        }
-        if let Some(compared) = paired::compare(&pairs, args.level, args.samples as usize, args.seed) {
-            rows.push(row(name, &metric, &compared, args.format));
+impl From<PairsError> for Failure {
+    fn from(e: PairsError) -> Self {
+        match e {
+            PairsError::Results(e) => e.into(),
+            PairsError::Unknown(_) => Self::usage(e),
         }
     }
+}
+
+/// A row for each measure that both sides have and the user wants; all of them are added to `measures`, each once.
+fn compared(
+    args: &Args,
+    measures: &mut Vec<String>,
+    name: &str,
+    first: &Values,
+    second: &Values,
+) -> Vec<Vec<String>> {
+    let mut rows = Vec::new();
+    for (metric, pairs) in pairs::common(first, second) {
+        if args.metric.as_ref().is_none_or(|wanted| *wanted == metric)
+            && let Some(compared) = paired::compare(&pairs, args.level, args.samples as usize, args.seed)
+        {
+            rows.push(row(name, &metric, &compared, args.format));
+        }
+        if !measures.contains(&metric) {
+            measures.push(metric);
+        }
+    }
+    rows
 }
 
 fn row(name: &str, metric: &str, c: &Compared, format: Format) -> Vec<String> {

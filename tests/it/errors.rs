@@ -253,6 +253,39 @@ fn damaged_results_are_an_error_and_never_a_number() {
 }
 
 #[test]
+fn compared_results_that_are_damaged_are_no_results() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
+    let results = dir.path().join("results");
+    let folder = results.join("mine/try").display().to_string();
+    let compare = |words: &[&str]| {
+        let output = trackfail().arg("compare").args(words).arg("--results").arg(&results).output().unwrap();
+        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (inside, folders) = (["RAW", "RAW", "--in", "mine/try"], [folder.as_str(), &folder]);
+    let (code, text) = compare(&[&inside[..], &["--metric", "recal"]].concat());
+    assert!(code == 2 && text.contains("unknown measure `recal`; did you mean `recall`?"), "{text}");
+    for words in [&inside[..], &folders[..]] {
+        let (code, text) = compare(&[words, &["--tracker", "stil"]].concat());
+        assert!(code == 2 && text.contains("did you mean `still`?"), "{text}");
+        let (code, text) = compare(&[words, &["--tracker", "kangaroo"]].concat());
+        assert!(code == 2 && text.trim_end().ends_with("there is: still"), "{text}");
+    }
+    let path = results.join("mine/try/scores.csv");
+    let good = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, &good[..good.len() / 2]).unwrap();
+    for words in [&inside[..], &folders[..]] {
+        let (code, text) = compare(words);
+        assert!(code == 1 && text.contains("scores.csv"), "{code} {text}");
+    }
+    std::fs::remove_file(&path).unwrap();
+    for words in [&inside[..], &folders[..]] {
+        let (code, text) = compare(words);
+        assert!(code == 1 && text.contains("scores.csv"), "{code} {text}");
+    }
+}
+
+#[test]
 fn small_parameters_are_written_with_an_exponent() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("try.toml");

@@ -4,7 +4,7 @@ use crate::plugin::unknown;
 use crate::results::method_label;
 use crate::results::{Results, ResultsError};
 use crate::score::{Counts, Metric, Pooled, TrackerMetric};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Measure -> sequence -> value; sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;
@@ -56,7 +56,7 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
     if let Some(wanted) = tracker
         && !results.measures.iter().any(|m| m.tracker == wanted)
     {
-        let known = results.measures.iter().map(|m| m.tracker.as_str());
+        let known: BTreeSet<&str> = results.measures.iter().map(|m| m.tracker.as_str()).collect();
         return Err(PairsError::Unknown(unknown("tracker", wanted, known)));
     }
     let mut pooled: BTreeMap<String, Counts> = BTreeMap::new();
