@@ -25,6 +25,29 @@ fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
+#[test]
+fn a_line_of_confidence_that_is_missing_is_told() {
+    let root = tempfile::tempdir().unwrap();
+    let boxes = boxes(root.path());
+    let confidence = root.path().join("confidence.txt");
+    std::fs::write(&confidence, "0.5\n".repeat(59)).unwrap();
+    let output = detect(&boxes, &["--confidence", confidence.to_str().unwrap()]);
+    let told = text(output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("confidence.txt: 59 values for 60 boxes"), "{told}");
+}
+
+#[test]
+fn tiny_sides_are_told_with_an_exponent() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("boxes.txt");
+    image::RgbImage::new(40, 30).save(root.path().join("1.png")).unwrap();
+    std::fs::write(&path, "205,151,1e-300,50\n").unwrap();
+    let output = detect(&path, &["--frames", root.path().join("1.png").to_str().unwrap()]);
+    let told = text(output.stderr);
+    assert!(told.contains("the box 205,151,1e-300,50 (x,y,w,h) lies outside"), "{told}");
+}
+
 const VERDICT: &str = "lost from frame 41 (Displacement: 9.50 > 1.00); alarm over at 51\n";
 
 #[test]

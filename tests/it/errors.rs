@@ -286,6 +286,30 @@ fn compared_results_that_are_damaged_are_no_results() {
 }
 
 #[test]
+fn tables_have_long_numbers_with_an_exponent() {
+    let dir = tempfile::tempdir().unwrap();
+    let grid = "below = 0.9 }\ngrid = { below = [1e-300, 0.5, 1e300] }";
+    let tables = "columns = \"method\"\n\n[[table]]\nname = \"u\"\nrows = [\"below\"]\ncolumns = \"tracker\"\n\n\
+                  [[table]]\nname = \"v\"\nrows = [\"attribute\"]\ncolumns = \"below\"\n";
+    let spec = SPEC.replacen("below = 0.9 }", grid, 1).replacen("columns = \"method\"\n", tables, 1);
+    let path = dir.path().join("try.toml");
+    std::fs::write(&path, spec).unwrap();
+    let output = trackfail().current_dir(dir.path()).args(["run", "try.toml"]).output().unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.contains("below = 1e-300") && !printed.contains("0000000000"), "{printed}");
+    let folder = dir.path().join("results/mine/try/tables");
+    for name in ["u", "v"] {
+        for end in ["csv", "md", "tex"] {
+            let text = std::fs::read_to_string(folder.join(format!("{name}.{end}"))).unwrap();
+            assert!(!text.contains("0000000000"), "{name}.{end}: {text}");
+        }
+    }
+    let page = std::fs::read_to_string(dir.path().join("reports/mine/try/index.html")).unwrap();
+    assert!(page.contains("below = 1e-300"));
+    assert!(std::fs::read_to_string(folder.join("u.md")).unwrap().contains("| 1e300 |"));
+}
+
+#[test]
 fn small_parameters_are_written_with_an_exponent() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("try.toml");

@@ -13,6 +13,7 @@ pub use place::{CellRef, cell_refs};
 
 use super::number::{Style, printed_value};
 use crate::direction::Direction;
+use crate::num::readable;
 use crate::results::Measure;
 use crate::score::Metric;
 use crate::score::metric::Kind;
@@ -258,7 +259,7 @@ fn heading(experiment: &Experiment, name: &str, place: &Place, is_column: bool) 
     let is_anchor = place.method.as_deref().is_some_and(|m| is_anchor(experiment, m));
     let kind = if is_anchor { LabelKind::Anchor } else { LabelKind::Result };
     let shown = match place.axes.as_slice() {
-        [(axis, value)] if is_column => format!("{axis} = {value}"),
+        [(axis, value)] if is_column => format!("{axis} = {}", readable(value)),
         _ => name.to_string(),
     };
     Label { name: name.to_string(), shown, kind }

@@ -13,6 +13,7 @@
 
 use super::{Base, NoBox, drop_empty_end};
 use crate::dataset::{DatasetError, text};
+use crate::num::readable;
 use crate::region::{Rect, Region, RegionError};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -260,6 +261,7 @@ impl Reader<'_> {
                     return Ok(None);
                 }
                 let Rect { x, y, w, h } = base.from_zero(&region).bounds();
+                let [x, y, w, h] = [x, y, w, h].map(readable);
                 Err(self.fault(
                     line,
                     format!(

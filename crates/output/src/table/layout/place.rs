@@ -1,5 +1,6 @@
 //! Where the numbers of a table come from: tracker, method, grid point and metric of every cell.
 
+use crate::num::readable;
 use crate::results::Measure;
 use crate::results::method_label;
 use crate::score::Metric;
@@ -117,7 +118,7 @@ pub(super) fn steps(
         }
         Side::Axis(axis) => axis_values(axis, measures)
             .into_iter()
-            .map(|v| (v.to_string(), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
+            .map(|v| (readable(v), Place { axes: vec![(axis.clone(), v)], ..Place::default() }))
             .collect(),
     }
 }
