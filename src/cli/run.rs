@@ -104,9 +104,41 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
     if let Some((_, text)) = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name) {
         return spec::parse_with(name, text, catalog, Some(programs)).map_err(Failure::usage);
     }
+    if path.is_dir() {
+        return Err(Failure::usage(format!(
+            "{name}: a folder; name an experiment file in it, such as {name}/NAME.toml"
+        )));
+    }
     let known = builtin::EXPERIMENTS.iter().map(|(known, _)| *known);
     let unknown = plugin::unknown("built-in experiment", name, known);
     Err(Failure::usage(format!("{name}: no such file, and {unknown}")))
+}
+
+/// Experiments that are wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+struct SeveralWrong(Vec<Failure>);
+
+/// Reads experiments as [`read_spec`] does.
+///
+/// # Errors
+/// [`Failure::Usage`] with the errors of all that are wrong.
+pub fn read_specs(
+    names: &[String],
+    catalog: &Catalog,
+    programs: &Programs,
+) -> Result<Vec<Experiment>, Failure> {
+    let mut wrong = Vec::new();
+    let read = names.iter().map(|name| read_spec(name, catalog, programs));
+    let experiments = read.filter_map(|read| read.map_err(|failure| wrong.push(failure)).ok()).collect();
+    match (wrong.pop(), wrong.is_empty()) {
+        (None, _) => Ok(experiments),
+        (Some(one), true) => Err(one),
+        (Some(last), false) => {
+            wrong.push(last);
+            Err(Failure::usage(SeveralWrong(wrong)))
+        }
+    }
 }
 
 /// Runs the verb: all experiments, one after the other. One whose data are missing or whose cells fail does not keep
@@ -140,8 +172,7 @@ fn parse(args: &Args) -> Result<Vec<Experiment>, Failure> {
     let catalog = super::catalog(&args.data_roots.given)?;
     let quickstart = [builtin::QUICKSTART.to_string()];
     let names = if args.specs.is_empty() { &quickstart } else { args.specs.as_slice() };
-    let mut experiments =
-        names.iter().map(|name| read_spec(name, &catalog, &programs)).collect::<Result<Vec<_>, _>>()?;
+    let mut experiments = read_specs(names, &catalog, &programs)?;
     if let Some(runs) = args.runs {
         experiments.iter_mut().for_each(|e| e.limit_runs(runs));
     }

@@ -8,7 +8,7 @@ mod estimate;
 pub mod script;
 pub mod value;
 
-use super::{Failure, output, run::read_spec};
+use super::{Failure, output, run::read_specs};
 use crate::engine::store;
 use crate::spec::Experiment;
 use script::{ClusterRun, REPORT, SHARDS, SUBMIT};
@@ -120,10 +120,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn plan(args: &Args) -> Result<(ClusterRun, Vec<Experiment>), Failure> {
     let data_roots = args.data_roots.folders()?;
     let catalog = super::catalog(&data_roots)?;
-    let (mut specs, mut experiments) = (Vec::new(), Vec::new());
     let programs = super::programs(args.plugins.as_deref())?;
+    let experiments = read_specs(&args.specs, &catalog, &programs)?;
+    let mut specs = Vec::new();
     for name in &args.specs {
-        experiments.push(read_spec(name, &catalog, &programs)?);
         let is_file = Path::new(name).is_file();
         specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
     }

@@ -286,6 +286,22 @@ fn compared_results_that_are_damaged_are_no_results() {
 }
 
 #[test]
+fn all_wrong_experiments_are_told_and_folders_are_none() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, wrong) in [("a.toml", "tittle"), ("b.toml", "titel")] {
+        std::fs::write(dir.path().join(name), SPEC.replacen("title", wrong, 1)).unwrap();
+    }
+    let run = |words: &[&str]| {
+        let output = trackfail().current_dir(dir.path()).arg("run").args(words).output().unwrap();
+        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, text) = run(&["a.toml", "b.toml"]);
+    assert!(code == 2 && text.contains("a.toml:3: ") && text.contains("b.toml:3: "), "{code} {text}");
+    let (code, text) = run(&["."]);
+    assert!(code == 2 && text.contains(".: a folder; name an experiment file in it"), "{code} {text}");
+}
+
+#[test]
 fn tables_have_long_numbers_with_an_exponent() {
     let dir = tempfile::tempdir().unwrap();
     let grid = "below = 0.9 }\ngrid = { below = [1e-300, 0.5, 1e300] }";
