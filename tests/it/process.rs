@@ -374,6 +374,8 @@ fn a_session_ends_well_or_with_a_reason() {
     let place = Place::new();
     let image = |t| place.image(t).display().to_string();
     let (a, b) = (image(0), image(1));
+    let other = place.path("other.png");
+    image::RgbImage::new(9, 9).save(&other).unwrap();
     let start = format!("@@TRAX:initialize \"file://{a}\" \"8,10,16,12\"\n");
     let (code, said, _) =
         serve(&["still"], &format!("{start}@@TRAX:frame \"{b}\"\nnoise\n{start}@@TRAX:quit\n"));
@@ -404,6 +406,12 @@ fn a_session_ends_well_or_with_a_reason() {
         (format!("{start}@@TRAX:frame\n"), 1, "`frame` with one image"),
         (format!("{start}@@TRAX:frame /no/such/image.png\n"), 3, "/no/such/image.png: "),
         (start.replace("8,10", "nan,10"), 1, "not a finite number"),
+        (start.replace("8,10", "5000,5000"), 1, "the region 5000,5000,16,12 lies outside of the image of "),
+        (
+            format!("{start}@@TRAX:frame \"{}\"\n", other.display()),
+            3,
+            "all frames of a sequence must have one size",
+        ),
     ] {
         let (got, said, told) = serve(&["still"], &lines);
         let last = said.lines().last().unwrap();
