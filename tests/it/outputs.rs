@@ -86,6 +86,42 @@ fn boxes_go_through_links_and_devices_and_make_no_folders() {
 }
 
 #[test]
+fn no_output_replaces_an_input() {
+    let root = tempfile::tempdir().unwrap();
+    frames(root.path());
+    let boxes = "11,9,20,16\n12,9,20,16\n13,9,20,16\n";
+    std::fs::write(root.path().join("boxes.txt"), boxes).unwrap();
+    std::os::unix::fs::symlink("boxes.txt", root.path().join("link.svg")).unwrap();
+    let frame = std::fs::read(root.path().join("frames/1.jpg")).unwrap();
+    for (output, words) in [
+        ("--report boxes.txt", "--report boxes.txt would replace what --boxes boxes.txt reads"),
+        ("--report ./frames/../boxes.txt", "would replace what --boxes boxes.txt reads"),
+        ("--plot link.svg", "--plot link.svg would replace what --boxes"),
+        ("--annotate frames", "--annotate frames would replace what --frames frames reads"),
+        ("--report frames/1.jpg", "--report frames/1.jpg would replace what --frames frames reads"),
+        ("--companion c.txt --report c.txt", "would replace what --companion c.txt reads"),
+    ] {
+        std::fs::write(root.path().join("c.txt"), boxes).unwrap();
+        let command =
+            format!("\"$PROGRAM\" detect --frames frames --boxes boxes.txt --method Displacement {output}");
+        let output = shell(root.path(), &command);
+        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+        assert!(told(&output).contains(words), "{}", told(&output));
+    }
+    let command = "\"$PROGRAM\" detect --frames frames/*.jpg --init 11,9,20,16 --method Displacement \
+                   --save-boxes frames/2.jpg";
+    assert_eq!(shell(root.path(), command).status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(root.path().join("boxes.txt")).unwrap(), boxes);
+    assert_eq!(std::fs::read(root.path().join("frames/1.jpg")).unwrap(), frame);
+    let command = "\"$PROGRAM\" detect --frames frames --boxes boxes.txt --method Displacement --annotate drawn \
+                   --report page.html";
+    for _ in 0..2 {
+        let output = shell(root.path(), command);
+        assert!(output.status.success(), "{}", told(&output));
+    }
+}
+
+#[test]
 fn folders_and_states_are_not_made_where_there_is_no_folder() {
     let root = tempfile::tempdir().unwrap();
     for arguments in ["render synthetic-otb --sequence Girl none/suite", "run --export-tracks none/tracks"] {

@@ -181,7 +181,7 @@ pub(crate) fn folder_name(folder: &Path) -> String {
 }
 
 /// Whether the name is a JPEG or PNG file's.
-pub(crate) fn is_image(path: &Path) -> bool {
+pub fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     extension == "jpg" || extension == "jpeg" || extension == "png"
 }

@@ -3,6 +3,7 @@
 use super::Args;
 use crate::cli::Failure;
 use crate::dataset::DatasetError;
+use crate::dataset::files::is_image;
 use crate::engine::Stop;
 use crate::engine::limits::Interrupted;
 use crate::engine::store;
@@ -10,7 +11,8 @@ use crate::figure::Plot;
 use crate::image::{self, Frame};
 use crate::report::user_track::UserVideo;
 use crate::report::user_track::video::{self, CONTAINERS, VideoError};
-use std::path::Path;
+use crate::tracker::results::write;
+use std::path::{Path, PathBuf};
 
 /// Frames in a second of a video made of single images.
 const RATE: f64 = 25.0;
@@ -38,8 +40,58 @@ pub fn check(args: &Args) -> Result<(), Failure> {
             )));
         }
     }
-    let named = [&args.report, &args.plot, &args.annotate, &args.save_boxes];
-    named.into_iter().flatten().try_for_each(|path| store::check_output(path)).map_err(Failure::io)
+    let outputs = outputs(args);
+    outputs.iter().try_for_each(|(_, path)| store::check_output(path)).map_err(Failure::io)?;
+    outputs.iter().try_for_each(|(option, output)| keeps_inputs(args, option, output))
+}
+
+/// Files and folders that are written, with their options.
+fn outputs(args: &Args) -> Vec<(&'static str, PathBuf)> {
+    let named = [
+        ("--report", &args.report),
+        ("--plot", &args.plot),
+        ("--annotate", &args.annotate),
+        ("--save-boxes", &args.save_boxes),
+    ];
+    let named = named.into_iter().filter_map(|(option, path)| Some((option, path.clone()?)));
+    // The tracker's confidence goes beside its boxes.
+    let beside = args.save_boxes.as_deref().map(|boxes| ("--save-boxes", write::confidence_path(boxes)));
+    named.chain(beside).collect()
+}
+
+/// Refuses an output that would replace an input.
+fn keeps_inputs(args: &Args, option: &str, output: &Path) -> Result<(), Failure> {
+    let Ok(there) = output.canonicalize() else { return Ok(()) };
+    if !there.is_file() && !there.is_dir() {
+        return Ok(());
+    }
+    let files = [("--boxes", &args.boxes), ("--confidence", &args.confidence), ("--model", &args.model)];
+    let files = files.into_iter().filter_map(|(name, path)| Some((name, path.as_ref()?)));
+    let files = files.chain(args.companion.iter().map(|path| ("--companion", path)));
+    let is_it = |path: &Path| path.canonicalize().is_ok_and(|path| path == there);
+    let is_frame = |given: &Path| {
+        let folders = [given.to_path_buf(), given.join("img")];
+        let in_folder = |folder: &PathBuf| {
+            is_it(folder)
+                || there.parent().is_some_and(|parent| {
+                    is_image(&there) && folder.canonicalize().is_ok_and(|folder| folder == parent)
+                })
+        };
+        match given.is_dir() {
+            true => folders.iter().any(in_folder),
+            // Annotated frames have names of frames.
+            false => is_it(given) || (is_image(given) && given.parent().is_some_and(is_it)),
+        }
+    };
+    let frames = args.frames.iter().filter(|given| is_frame(given)).map(|path| ("--frames", path));
+    match files.filter(|(_, path)| is_it(path)).chain(frames).next() {
+        None => Ok(()),
+        Some((input, path)) => Err(Failure::usage(format!(
+            "{option} {} would replace what {input} {} reads; name another one",
+            output.display(),
+            path.display()
+        ))),
+    }
 }
 
 fn has_end(path: &Path, end: &str) -> bool {
