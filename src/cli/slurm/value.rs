@@ -15,6 +15,24 @@ pub const NOTICE: u64 = 120;
 const SHORTEST: u64 = 300;
 const LONGEST: u64 = 365 * 86_400;
 
+/// Options of sbatch that the scripts give themselves, or could not do with. What is said of `--time` must be the job's time:
+/// it is told to stop before that.
+const TAKEN: [&str; 13] = [
+    "--array",
+    "-a",
+    "--chdir",
+    "-D",
+    "--dependency",
+    "-d",
+    "--output",
+    "-o",
+    "--parsable",
+    "--signal",
+    "--time",
+    "-t",
+    "--wrap",
+];
+
 /// A value that cannot stand in a batch script.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ValueError {
@@ -40,7 +58,7 @@ pub enum ValueError {
     Memory,
     /// An argument of sbatch that is none, or that the scripts give.
     #[error(
-        "want an option of sbatch such as --gres=gpu:1, and none of --array, --chdir, --dependency, --output, --parsable, --signal and --wrap, which are set already"
+        "want an option of sbatch such as --gres=gpu:1, and none of {}, which are set already, also not shortened; --time has an option of its own here", TAKEN.join(", ")
     )]
     Option,
     /// No name of a partition or account.
@@ -91,10 +109,11 @@ impl Word {
     /// # Errors
     /// [`ValueError::Option`], and as [`Word::new`].
     pub fn sbatch_option(text: &str) -> Result<Self, ValueError> {
-        let taken = ["--array", "--chdir", "--dependency", "--output", "--parsable", "--signal", "--wrap"];
         let name = text.split('=').next().unwrap_or_default();
-        let short = ["-a", "-D", "-d", "-o"].iter().any(|own| name.starts_with(own));
-        if !text.starts_with('-') || text.len() < 2 || taken.contains(&name) || short {
+        // sbatch takes the beginning of a name for the whole.
+        let is_taken =
+            |own: &&str| own.len() > 2 && own.starts_with(name) || name.starts_with(*own) && own.len() == 2;
+        if !text.starts_with('-') || text.len() < 2 || TAKEN.iter().any(is_taken) {
             return Err(ValueError::Option);
         }
         Self::new(text)
@@ -283,6 +302,14 @@ mod tests {
         {
             assert_eq!(Word::sbatch_option(text), Err(ValueError::Option), "{text}");
         }
+        for text in
+            ["--arr=1-3", "--outp=x", "--ch", "--tim=1", "--time=1", "-t1", "--dep=afterok:1", "--wra=ls"]
+        {
+            assert_eq!(Word::sbatch_option(text), Err(ValueError::Option), "{text}");
+        }
+        assert!(
+            Word::sbatch_option("--time-min=10").is_ok() && Word::sbatch_option("--open-mode=append").is_ok()
+        );
         assert!(matches!(Word::sbatch_option("--comment=a\nb"), Err(ValueError::Control(_))));
     }
 
