@@ -127,19 +127,18 @@ pub fn methods_with_budget() -> Vec<&'static str> {
 /// When the detector takes no budget, or refuses this one.
 pub fn published_method_with_budget(name: &str, budget: f64) -> Option<Result<Method, SpecError>> {
     let text = format!("{BUDGET} = {budget:?}");
-    let source = Source::new("methods.toml", METHODS);
+    // The published method is right, so what is wrong is the budget.
+    let source = Source::new("--budget", &text);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     let mut table: Spanned<DeTable<'_>> = table.clone();
-    let span = table.span();
     let set = match DeTable::parse(&text) {
         Ok(set) => set.into_inner(),
-        Err(e) => return Some(Err(source.toml(&e, span))),
+        Err(e) => return Some(Err(source.toml(&e, 0..0))),
     };
     if let Some(DeValue::Table(detector)) = table.get_mut().get_mut("detector").map(Spanned::get_mut) {
         for (key, value) in set {
-            let (place, value) = (value.span(), value.into_inner());
             detector.remove(&**key.get_ref());
-            detector.insert(key, Spanned::new(span.start..span.start + place.len(), value));
+            detector.insert(key, value);
         }
     }
     Some(method::read(source, None, name, &table, &PROTOCOLS[0], MAX_DETECTORS))
@@ -205,6 +204,10 @@ mod tests {
         };
         assert_eq!(of_budget(7.0).unwrap(), 7.0);
         assert!(of_budget(f64::NAN).is_err());
+        for wrong in [0.0, 1e9] {
+            let error = of_budget(wrong).unwrap_err().to_string();
+            assert!(error.starts_with("--budget:1: `budget` must be from 0.000001 to 1000, not "), "{error}");
+        }
         assert!(published_method_with_budget("CovF", 1.0).unwrap().is_err());
         assert!(published_method_with_budget("none", 1.0).is_none());
     }
