@@ -69,6 +69,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let label = method_label(&cell.method, &cell.params);
         let traces = trace::read(&results, &cell.tracker, &label, Some(sequence)).map_err(|e| io(&e))?;
         select::check_counts(&explained, sequence, &traces).map_err(|e| io(&e))?;
+        if let Some((from, to)) = args.frames {
+            let numbers = || traces.iter().flat_map(|trace| &trace.numbers);
+            if let (Some(first), Some(last)) = (numbers().min(), numbers().max())
+                && (to < *first || from > *last)
+            {
+                let message = format!("--frames {from}-{to}: {sequence} has the frames {first} to {last}");
+                return Err(Failure::usage(message));
+            }
+        }
         let headline = listing::sequence_headline(&results, &explained, sequence);
         let listing = match (args.frames, explained.protocol.and_then(|p| p.frame)) {
             (Some(range), _) => listing::frames(&explained, &traces, range, digits),

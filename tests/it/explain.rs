@@ -118,5 +118,7 @@ fn unknown_names_are_refused_with_the_nearest_known_one() {
     refused(&["t", "tp", "level", "--tracker", "stil"], "did you mean `still`?");
     refused(&["t", "tp", "level", "--sequence", "\u{1b}[2J"], "unknown sequence");
     refused(&["t", "tp", "level", "--sequence", "a", "--frames", "9-3"], "names no frames");
+    let beyond = ["t", "tp", "level", "--sequence", "ball", "--frames", "5000-5001"];
+    refused(&beyond, "--frames 5000-5001: ball has the frames 1 to ");
     refused(&["../t", "tp", "level"], "unknown finished experiment");
 }
