@@ -2,7 +2,7 @@
 
 use super::{Failure, output, schema};
 use crate::engine::store;
-use crate::spec::check_experiment_name;
+use crate::spec::{builtin, check_experiment_name};
 use std::path::Path;
 
 /// Arguments of `new`.
@@ -23,10 +23,16 @@ const SCHEMA: &str = "trackfail.schema.json";
 /// Runs the verb.
 ///
 /// # Errors
-/// `Usage` for a name that no experiment can have and a file that is there, `Io` for what the file system refuses.
+/// `Usage` for a name that no experiment can have, or a built-in one has, and a file that is there, `Io` for what the file system refuses.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
     check_experiment_name(name).map_err(Failure::usage)?;
+    if builtin::EXPERIMENTS.iter().any(|(known, _)| *known == name) {
+        let message = format!(
+            "`{name}` is a built-in experiment, whose results these would replace; take another name"
+        );
+        return Err(Failure::usage(message));
+    }
     let file = format!("{}.toml", name.rsplit('/').next().unwrap_or(name));
     let path = Path::new(&file);
     if path.symlink_metadata().is_ok() && !args.force {

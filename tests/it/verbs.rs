@@ -39,7 +39,7 @@ fn a_new_experiment_runs_and_is_not_overwritten() {
     );
     assert_eq!(std::fs::read_to_string(here.join("first.toml")).unwrap(), "mine");
     good(here, &["new", "first", "--force"]);
-    for bad in ["../first", "", "First", "a//b", "/a"] {
+    for bad in ["../first", "", "First", "a//b", "/a", "quickstart", "khalid2016/table1"] {
         let refused = trackfail().current_dir(here).args(["new", bad]).output().unwrap();
         assert_eq!(refused.status.code(), Some(2), "{bad}");
     }
