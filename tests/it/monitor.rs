@@ -460,3 +460,13 @@ fn what_it_says_live_is_what_detect_says_of_the_whole() {
         }
     }
 }
+
+#[test]
+fn a_byte_order_mark_before_the_first_line_is_none_of_it() {
+    let line = json!({ "box": [10, 10, 20, 20] }).to_string() + "\n";
+    let method = ["--method", "Displacement"];
+    let (code, plain, _) = monitor(&method, &line);
+    assert!(code == 0 && !plain.contains("error"), "{plain}");
+    assert_eq!(monitor(&method, &format!("\u{feff}{line}")).1, plain);
+    assert!(monitor(&method, &format!("{line}\u{feff}{line}")).1.contains("expected value"));
+}

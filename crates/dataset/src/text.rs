@@ -78,12 +78,17 @@ pub fn read(path: &Path) -> Result<String, DatasetError> {
     Ok(decode(path, &read_capped(path)?)?.to_owned())
 }
 
+/// Bytes without the byte-order mark of UTF-8 before them.
+pub fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
 /// The text that bytes are, without a byte-order mark; `path` names them in messages.
 ///
 /// # Errors
 /// Bytes that are not UTF-8, with their line.
 pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let bytes = without_mark(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let line = 1 + bytes.iter().take(e.valid_up_to()).filter(|&&b| b == b'\n').count();
         DatasetError::line(path, line, "bytes that are not UTF-8 text; save the file as plain text")
@@ -121,10 +126,16 @@ pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, Da
 /// empty line is a frame without a value.
 ///
 /// # Errors
-/// A text without any character but blanks, and a line above [`MAX_LINE_BYTES`].
+/// A text without any character but blanks, line ends that are carriage returns alone, and a line above
+/// [`MAX_LINE_BYTES`].
 pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
     if text.trim_end().is_empty() {
         return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
+    }
+    if !text.contains('\n') && text.trim_end().contains('\r') {
+        let message =
+            "the line ends are carriage returns alone; save the file with line feeds (LF, or CR LF)";
+        return Err(DatasetError::content(path, message));
     }
     let lines: Vec<_> = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
     match lines.iter().find(|(_, l)| l.len() > MAX_LINE_BYTES) {
@@ -210,6 +221,17 @@ mod tests {
         let f = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(f.path(), bytes).unwrap();
         f
+    }
+
+    #[test]
+    fn carriage_returns_alone_are_no_line_ends() {
+        let path = Path::new("a.txt");
+        for text in ["1,2,3,4\r5,6,7,8\r", "1,2,3,4\r5,6,7,8"] {
+            let error = lines(path, text).unwrap_err().to_string();
+            assert!(error.contains("a.txt: the line ends are carriage returns alone"), "{error}");
+        }
+        assert_eq!(lines(path, "1\r").unwrap(), [(1, "1")]);
+        assert_eq!(lines(path, "1\r\n2\r\n").unwrap(), [(1, "1"), (2, "2")]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use super::line::MAX_LINE;
 use crate::cli::Failure;
+use crate::dataset::text;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -48,8 +49,12 @@ impl Pipes {
         let lines = sender.clone();
         std::thread::spawn(move || {
             let mut input = BufReader::with_capacity(1 << 18, io::stdin().lock());
+            let mut is_first = true;
             for () in requested {
-                let _ = lines.send(Event::Line(read_line(&mut input)));
+                let line = read_line(&mut input);
+                let line = if is_first { line.map(|line| line.map(without_mark)) } else { line };
+                is_first = false;
+                let _ = lines.send(Event::Line(line));
             }
         });
         std::thread::spawn(move || {
@@ -83,6 +88,11 @@ impl Pipes {
             _ => Err(End::Stopped),
         }
     }
+}
+
+/// The first line without a byte-order mark, which some programs write before their text.
+fn without_mark(line: Vec<u8>) -> Vec<u8> {
+    text::without_mark(&line).to_vec()
 }
 
 /// The next line without its end; of one that is too long, the beginning, one byte longer than lines may be.
