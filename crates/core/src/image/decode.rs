@@ -232,14 +232,13 @@ mod tests {
     }
 
     /// A sequential JPEG file with a scan for each of its three components, 64x64 pixels of one color, and where the data
-    /// of the scans end.
-    fn a_scan_a_component() -> (Vec<u8>, Vec<usize>) {
+    /// of the scans end; the first component has this many samples to one of the others.
+    fn a_scan_a_component(sampling: u8) -> (Vec<u8>, Vec<usize>) {
         let flat = encode(&DynamicImage::from(RgbImage::new(64, 64)), ImageFormat::Jpeg);
         let scan = flat.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap();
         let mut bytes = flat[..scan].to_vec();
         let frame = bytes.windows(2).position(|w| w == [0xFF, 0xC0]).unwrap();
-        // All components have a block for each block of the image.
-        [11, 14, 17].iter().for_each(|at| bytes[frame + at] = 0x11);
+        [(11, sampling), (14, 0x11), (17, 0x11)].iter().for_each(|(at, value)| bytes[frame + at] = *value);
         let ids = [10, 13, 16].map(|at| bytes[frame + at]);
         let ends = ids.map(|id| {
             bytes.extend([0xFF, 0xDA, 0, 8, 1, id, 0, 0, 63, 0]);
@@ -253,7 +252,7 @@ mod tests {
 
     #[test]
     fn each_scan_of_a_sequential_file_is_whole() {
-        let (bytes, ends) = a_scan_a_component();
+        let (bytes, ends) = a_scan_a_component(0x11);
         assert_eq!(decode(&bytes).unwrap().pixel(60, 60), [128; 3]);
         for end in ends {
             for missing in [1, 9, 40] {
@@ -261,6 +260,9 @@ mod tests {
                 assert!(decode(&cut).is_err(), "{missing} bytes before {end}");
             }
         }
+        // Of such a file the decoder makes wrong pixels.
+        let error = decode(&a_scan_a_component(0x21).0).unwrap_err().to_string();
+        assert!(error.contains("scans of their own"), "{error}");
     }
 
     #[test]

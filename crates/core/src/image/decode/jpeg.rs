@@ -170,6 +170,12 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     if !frame.components.iter().all(Component::is_complete) {
         return Err(ImageError::Truncated);
     }
+    // The decoder loses rows and colors of such files and reports success.
+    if !frame.is_progressive && walk.scans.len() > 1 && frame.largest() != (1, 1) {
+        let message =
+            "its colors are in scans of their own and have fewer pixels; save it as a common JPEG or PNG";
+        return Err(ImageError::Decode(message.into()));
+    }
     let keeps_all = frame.is_progressive || walk.scans.len() > 1;
     let coefficients = if keeps_all { frame.coefficients() } else { 0 };
     // A gray image is decoded to one byte a pixel, of which the frame's three are made.
