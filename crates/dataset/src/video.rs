@@ -231,6 +231,9 @@ fn wait(
                         .to_string(),
                 );
             }
+            Ok(Some(status)) if limits.damage_ends_it => {
+                break Err(format!("no video, or a damaged one; ffmpeg ends with {status}"));
+            }
             Ok(Some(status)) => break Err(format!("ffmpeg ends with {status}")),
             Err(e) => break Err(format!("ffmpeg: {e}")),
             Ok(None) if is_stopped() => break Err("interrupted".to_string()),

@@ -155,16 +155,19 @@ fn damage_ends_the_decoding_of_a_users_video() {
         let whole = decode_all(&path, &root.path().join(codec), &|| false).unwrap();
         assert_eq!(whole.len(), 20, "{name}");
     }
-    // Zeros inside of a frame near the middle.
+    // Zeros inside of a frame near the middle, and of the first.
     let path = root.path().join("a.avi");
-    let mut bytes = std::fs::read(&path).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 600].fill(0);
-    std::fs::write(&path, bytes).unwrap();
-    let folder = root.path().join("damaged");
-    let error = decode_all(&path, &folder, &|| false).unwrap_err().to_string();
-    assert!(error.contains("a.avi: the video is damaged"), "{error}");
-    assert!(!folder.exists());
+    let whole = std::fs::read(&path).unwrap();
+    let first = whole.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap() + 20;
+    for (place, words) in [(whole.len() / 2, "the video is damaged"), (first, "no video, or a damaged one")] {
+        let mut bytes = whole.clone();
+        bytes[place..place + 600].fill(0);
+        std::fs::write(&path, bytes).unwrap();
+        let folder = root.path().join("damaged");
+        let error = decode_all(&path, &folder, &|| false).unwrap_err().to_string();
+        assert!(error.contains(&format!("a.avi: {words}")), "{error}");
+        assert!(!folder.exists());
+    }
 }
 
 #[needs(ffmpeg)]
