@@ -224,6 +224,19 @@ fn values_differences_and_missing_values_are_shown() {
     assert!(html.contains("<th scope=\"rowgroup\" class=\"group\" colspan=\"4\">"));
 }
 
+// On paper a table of 17 columns has a sheet on its side, and what is folded stays so: digests, numbers of claims, long tables.
+#[test]
+fn only_what_is_open_is_printed() {
+    let mut page = page("RAW");
+    let table = &mut page.tables[0];
+    table.columns = (0..17).map(|k| k.to_string().into()).collect();
+    table.groups[0].rows.iter_mut().for_each(|row| row.cells.resize(17, Cell::default()));
+    let html = render(&page).expect("a page");
+    assert!(html.contains("<details class=\"table wide sheet\" open style=\"--columns: 20\">"), "{html}");
+    let style = html.split("@media print").nth(1).expect("a style for paper");
+    assert!(style.contains("details.table.sheet[open] { page: sheet; }") && !style.contains("details-content"));
+}
+
 #[test]
 fn an_empty_page_is_rendered() {
     let html = render(&Page::default()).expect("a page");
