@@ -12,6 +12,7 @@
 //! | [`trace`] | follows a method frame by frame |
 //! | [`stills`] | finds the video frames that figures show |
 //! | `operating` | finds the published point of a method's grid |
+//! | `colors` | gives each method a color |
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
@@ -21,18 +22,21 @@
 //! | [`explain`](mod@explain) | takes numbers of tables apart |
 //! | [`verdict`] | says in sentences when a user's tracker has lost its target |
 //! | [`page`] | the data of the page |
+//! | `glance` | chooses the figure and the table at the head of it |
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`site`] | the page over all reports |
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
 //! | [`server`] | shows the reports in a browser |
 
 pub mod claims;
+mod colors;
 pub mod differences;
 pub mod explain;
 mod facts;
 pub mod figures;
 mod files;
 pub mod finished;
+mod glance;
 mod headline;
 mod html;
 mod layouts;

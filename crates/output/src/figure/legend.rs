@@ -1,5 +1,6 @@
 //! Legends: symbols with names, laid out in rows.
 
+use super::edge::Edge;
 use super::font;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
 use super::sign::{Sign, draw_sign};
@@ -60,8 +61,8 @@ pub enum Symbol {
     Band(Color),
     /// An upright line.
     Upright(Style),
-    /// The triangle of a detection.
-    Detection([u8; 3]),
+    /// The triangle of an alarm.
+    Alarm(Color, Edge),
     /// The line around a box.
     Outline {
         /// Its color.
@@ -89,9 +90,16 @@ impl Entry {
     }
 }
 
-/// The triangle that marks a detection, its tip down at `(x, y)`.
-pub fn detection(scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
-    scene.items.push(Item::Polygon { corners: vec![(x - 3.2, y - 5.5), (x + 3.2, y - 5.5), (x, y)], rgb });
+/// The triangle that marks an alarm, its tip down at `(x, y)`: filled where the alarm begins, hollow where it ends.
+pub fn alarm(scene: &mut Scene, (x, y): Point, (color, edge): (Color, Edge)) {
+    let triangle = |in_by: f64| {
+        let half = 3.2 - 0.87 * in_by;
+        vec![(x - half, y - 5.5 + 0.5 * in_by), (x + half, y - 5.5 + 0.5 * in_by), (x, y - in_by)]
+    };
+    scene.items.push(Item::Polygon { corners: triangle(0.0), rgb: color.rgb() });
+    if edge == Edge::Ends {
+        scene.items.push(Item::Polygon { corners: triangle(2.0), rgb: [255; 3] });
+    }
 }
 
 /// A legend broken into rows for a given width.
@@ -167,7 +175,7 @@ impl Symbol {
             Self::Upright(style) => {
                 scene.line(vec![(middle, y - 6.0), (middle, y + 6.0)], Stroke::of(&style));
             }
-            Self::Detection(rgb) => detection(scene, (middle, y + 3.0), rgb),
+            Self::Alarm(color, edge) => alarm(scene, (middle, y + 3.0), (color, edge)),
             Self::Outline { rgb, dash } => {
                 let (l, r, t, b) = (x + 2.0, x + SYMBOL - 2.0, y - 5.5, y + 5.5);
                 let corners = vec![(l, t), (r, t), (r, b), (l, b), (l, t)];

@@ -1,6 +1,7 @@
 //! One panel of a strip: values over the frames of a sequence.
 
 use super::axes::{self, Axis, Range};
+use super::edge::Edge;
 use super::error::FigureError;
 use super::font;
 use super::legend::{self, Entry, Rows, Symbol};
@@ -38,7 +39,7 @@ pub struct Threshold {
     pub style: Style,
 }
 
-/// A panel. Frames are counted from 0 in `spans`, `events` and `detections`.
+/// A panel. Frames are counted from 0 in `spans`, `events` and `alarms`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Short text above the panel, such as `(a)`; may be empty.
@@ -59,10 +60,12 @@ pub struct Panel {
     pub thresholds: Vec<Threshold>,
     /// Shaded runs of frames: where the target is lost (O_t = 1).
     pub spans: Vec<std::ops::Range<usize>>,
-    /// Frames with an upright line: true failures.
-    pub events: Vec<usize>,
-    /// Frames with a triangle at the top: detections.
-    pub detections: Vec<usize>,
+    /// Frames with an upright line: the target is lost, or found again.
+    pub events: Vec<(usize, Edge)>,
+    /// Frames with a triangle at the top: an alarm begins, or ends.
+    pub alarms: Vec<(usize, Edge)>,
+    /// The color of these triangles.
+    pub alarm_color: Color,
 }
 
 impl Panel {
@@ -79,7 +82,8 @@ impl Panel {
             thresholds: Vec::new(),
             spans: Vec::new(),
             events: Vec::new(),
-            detections: Vec::new(),
+            alarms: Vec::new(),
+            alarm_color: Color::Vermilion,
         }
     }
 }
@@ -98,9 +102,11 @@ pub fn spans_where(flags: &[bool]) -> Vec<std::ops::Range<usize>> {
 
 /// Shade of the frames where the target is lost.
 pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
-/// Line of a true failure.
-pub const EVENT: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
-/// Height of the band for detections, in units.
+/// Line where the target is lost.
+pub const LOSS: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
+/// Line where it is found again.
+pub const RECOVERY: Style = Style { color: Color::Gray, dash: Dash::DashDot, width: 1.0 };
+/// Height of the band for alarms, in units.
 const BAND: f64 = 8.0;
 /// Room for the names of rows, in units.
 const MAX_NAME: f64 = 90.0;
@@ -168,7 +174,7 @@ impl<'a> PanelLayout<'a> {
     }
 
     fn band(&self) -> f64 {
-        if self.panel.detections.is_empty() { 0.0 } else { BAND }
+        if self.panel.alarms.is_empty() { 0.0 } else { BAND }
     }
 
     fn y_axis(&self, area: &Area) -> Axis {
@@ -218,8 +224,9 @@ impl<'a> PanelLayout<'a> {
             let area = Area { x: from, w: (to - from).max(0.5), ..*area };
             scene.items.push(Item::Rect { area, rgb: SHADE });
         }
-        for &t in self.panel.events.iter().filter(|t| **t < count) {
-            scene.line(vec![(x_of(t), area.y), (x_of(t), area.bottom())], Stroke::of(&EVENT));
+        for &(t, edge) in self.panel.events.iter().filter(|e| e.0 < count) {
+            let style = if edge == Edge::Begins { LOSS } else { RECOVERY };
+            scene.line(vec![(x_of(t), area.y), (x_of(t), area.bottom())], Stroke::of(&style));
         }
         for t in self.panel.thresholds.iter().filter(|t| axes::usable(t.value)) {
             let y = y_axis.place(t.value);
@@ -237,8 +244,8 @@ impl<'a> PanelLayout<'a> {
                 }
             }
         }
-        for &t in self.panel.detections.iter().filter(|t| **t < count) {
-            legend::detection(scene, (x_of(t), area.y + BAND - 1.0), Color::Vermilion.rgb());
+        for &(t, edge) in self.panel.alarms.iter().filter(|a| a.0 < count) {
+            legend::alarm(scene, (x_of(t), area.y + BAND - 1.0), (self.panel.alarm_color, edge));
         }
         let drawn = self.panel.series.iter().flat_map(|s| &s.values).any(|v| axes::usable(*v));
         if !drawn {

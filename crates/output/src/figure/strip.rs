@@ -5,11 +5,12 @@
 
 use super::axes;
 use super::draw::Plot;
+use super::edge::Edge;
 use super::error::FigureError;
 use super::font;
 use super::heading::heading;
 use super::legend::{Entry, Rows, Symbol};
-use super::panel::{EVENT, Panel, PanelLayout, SHADE};
+use super::panel::{LOSS, Panel, PanelLayout, RECOVERY, SHADE};
 use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
 use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL};
 use crate::image::Frame;
@@ -124,11 +125,25 @@ impl Strip {
         if panels().any(|p| !p.spans.is_empty()) {
             add(Symbol::Patch(SHADE), self.shaded);
         }
-        if panels().any(|p| !p.events.is_empty()) {
-            add(Symbol::Upright(EVENT), "failure");
+        let has =
+            |of: fn(&Panel) -> &[(usize, Edge)], edge| panels().any(|p| of(p).iter().any(|e| e.1 == edge));
+        for (edge, style, name) in [(Edge::Begins, LOSS, "loss"), (Edge::Ends, RECOVERY, "recovery")] {
+            if has(|p| &p.events, edge) {
+                add(Symbol::Upright(style), name);
+            }
         }
-        if panels().any(|p| !p.detections.is_empty()) {
-            add(Symbol::Detection(Color::Vermilion.rgb()), "detection");
+        let mut colors: Vec<Color> = Vec::new();
+        for panel in panels().filter(|p| !p.alarms.is_empty()) {
+            if !colors.contains(&panel.alarm_color) {
+                colors.push(panel.alarm_color);
+            }
+        }
+        // Triangles of several methods have the colors of their lines.
+        let color = if let [only] = colors.as_slice() { *only } else { Color::Gray };
+        for (edge, name) in [(Edge::Begins, "alarm begins"), (Edge::Ends, "alarm ends")] {
+            if has(|p| &p.alarms, edge) {
+                add(Symbol::Alarm(color, edge), name);
+            }
         }
         out
     }

@@ -38,7 +38,7 @@ fn panels(name: &str, first: u32, n: usize) -> [Panel; 3] {
     let mut o = Panel::new("Oₜ", frames);
     o.range = Range::Fixed(0.0, 1.0);
     o.spans = vec![lost.clone()];
-    o.events = vec![lost.start];
+    o.events = vec![(lost.start, Edge::Begins), (lost.end, Edge::Ends)];
     o.series = vec![line("Oₜ", error, blue)];
     let mut y = Panel::new("yₜ", frames);
     y.spans = vec![lost.clone()];
@@ -46,7 +46,7 @@ fn panels(name: &str, first: u32, n: usize) -> [Panel; 3] {
     let mut z = Panel::new("|zₜ|", frames);
     z.range = Range::FromZero;
     z.spans = vec![lost];
-    z.detections = (0..n).filter(|t| residual[*t] >= 0.004).collect();
+    z.alarms = (0..n).filter(|t| residual[*t] >= 0.004).map(|t| (t, Edge::Begins)).collect();
     z.thresholds = vec![Threshold { name: "τ₁ = 0.004".into(), value: 0.004, style: black }];
     z.series = vec![line("|zₜ|", residual, blue)];
     [o, y, z]
@@ -338,6 +338,21 @@ fn hostile_and_long_names_stay_text_and_on_the_page() {
     }
 }
 
+// Where the target is found again is no failure, and where an alarm ends no detection of one.
+#[test]
+fn the_key_of_a_strip_tells_the_two_ends_of_losses_and_alarms_apart() {
+    let names = |strip: &Strip| parse(&strip.to_svg().expect("a figure")).1;
+    let mut strip = three();
+    let has = |texts: &[String], word: &str| texts.iter().any(|t| t == word);
+    let both = names(&strip);
+    assert!(has(&both, "loss") && has(&both, "recovery") && has(&both, "alarm begins"), "{both:?}");
+    assert!(!has(&both, "alarm ends"));
+    strip.rows[0][0].events.truncate(1);
+    strip.rows[0][2].alarms.push((3, Edge::Ends));
+    let other = names(&strip);
+    assert!(has(&other, "loss") && !has(&other, "recovery") && has(&other, "alarm ends"), "{other:?}");
+}
+
 #[test]
 fn values_that_are_not_finite_leave_gaps() {
     let mut strip = four();
@@ -356,8 +371,8 @@ fn values_that_are_not_finite_leave_gaps() {
             ]);
         }
         panel.thresholds.push(Threshold { name: "none".into(), value: f64::NAN, style: Style::nth(0) });
-        panel.events.push(usize::MAX);
-        panel.detections.push(1_000_000);
+        panel.events.push((usize::MAX, Edge::Begins));
+        panel.alarms.push((1_000_000, Edge::Ends));
         panel.spans.push(1_000_000..usize::MAX);
     }
     parse(&strip.to_svg().expect("a figure"));

@@ -179,6 +179,20 @@ pub fn view(finding: &Finding) -> ClaimView {
     }
 }
 
+/// What the claims of a page come to, in a sentence, and the first of them; `None` without claims of a paper.
+pub fn verdict(claims: &[ClaimView]) -> Option<String> {
+    let of_paper: Vec<&ClaimView> = claims.iter().filter(|c| !c.is_check).collect();
+    let first = of_paper.first()?;
+    let words = ClaimCounts::of(of_paper.iter().map(|c| c.verdict)).words();
+    let of =
+        if of_paper.len() == 1 { "Its claim".to_string() } else { format!("Of {} claims", of_paper.len()) };
+    let text = first.text.trim_end_matches('.');
+    Some(match of_paper.len() {
+        1 => format!("{of} {}: {text}.", first.verdict.words()),
+        _ => format!("{of}, {words}. The first {}: {text}.", first.verdict.words()),
+    })
+}
+
 /// A claim as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimView {

@@ -2,6 +2,7 @@
 //!
 //! The numbers are those of `frame_pairs.csv`; see [`crate::results::frame_pairs`] for the statistics.
 
+use super::colors;
 use super::headline::{self, MAX_ROWS, by_chance, estimate, signed_bounds};
 use super::layouts::{self, cell, group, of_suite};
 use crate::figure::{Dot, Dots};
@@ -11,6 +12,11 @@ use crate::results::frame_pairs::{Difference, Pair};
 use crate::score::{FrameMeasures, Metric};
 use crate::table::layout::{Cell, TableLayout, is_anchor};
 use crate::table::number::Style;
+
+/// The metric that the methods are ordered by.
+pub fn metric() -> Option<Metric> {
+    Metric::from_name("auroc")
+}
 
 /// A method with its measures over all trackers.
 struct Ranked<'a> {
@@ -77,7 +83,8 @@ pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
     let ranked = ranked(results);
     let shown = &ranked[..ranked.len().min(MAX_ROWS)];
     let dot = |m: &Ranked<'_>| m.measures.auroc.map(|value| Dot { value, bounds: bounds(m) });
-    let panel = ("all trackers together".to_string(), shown.iter().map(dot).collect());
+    let values = shown.iter().map(|m| (dot(m), None)).collect();
+    let panel = ("all trackers together".to_string(), values);
     let caption = format!(
         "Area under the ROC curve of lost frames against good ones, all trackers together, with 95 % bootstrap intervals over \
          sequences; the best {} of {} methods. {}",
@@ -85,15 +92,18 @@ pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
         ranked.len(),
         layouts::suite(results)
     );
-    let rows = shown.iter().map(|m| m.name.to_string()).collect();
+    let rows =
+        shown.iter().map(|m| (m.name.to_string(), colors::color(&results.experiment, m.name))).collect();
     let dots = headline::dots("Area under the ROC curve", "larger", rows, vec![panel]);
+    // A score that says nothing has this area.
+    let dots = Dots { note: format!("{}; dashed: chance", dots.note), chance: Some(0.5), ..dots };
     (!pairs.is_empty() && shown.len() > 1).then_some((dots, caption))
 }
 
 /// The table; `None` for results without pairs.
 pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
     let ranked = ranked(results);
-    let style = Style::of_metric(Metric::from_name("auroc")?);
+    let style = Style::of_metric(metric()?);
     let signed = |d: Difference| {
         let shown = |v: Option<f64>| cell(v, |v| style.format_signed(v));
         [shown(d.value), shown(d.bounds.map(|b| b.0)), shown(d.bounds.map(|b| b.1))]

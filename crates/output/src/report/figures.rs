@@ -11,7 +11,7 @@ mod drawer;
 mod lines;
 mod machine;
 mod panels;
-mod published;
+pub(super) mod published;
 mod strips;
 mod sweep;
 

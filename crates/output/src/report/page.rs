@@ -31,6 +31,8 @@ pub struct Page {
     pub claims: Vec<ClaimView>,
     /// Tables, the main one first.
     pub tables: Vec<TableLayout>,
+    /// Whether the main table has room beside the figure at the head.
+    pub is_beside: bool,
     /// Origins of the cells of the first of these tables; may be empty.
     pub origins: Vec<TableOrigins>,
     /// Figures, the one that stands at the head first.

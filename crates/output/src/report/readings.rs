@@ -173,6 +173,7 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
     let figure = |g: &Group<'_>| {
         let panel = |statistic: &&str| DotPanel {
             label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
+            published: Vec::new(),
             mark: g.readings.iter().find_map(|r| r.rows.get(statistic)?.published),
             values: g
                 .readings
@@ -192,6 +193,8 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
             rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
             panels: shown.iter().map(panel).collect(),
             shared_axis: false,
+            colors: Vec::new(),
+            chance: None,
         };
         let caption = format!(
             "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",

@@ -114,6 +114,7 @@ fn page(name: &str) -> Page {
         }],
         origins: Vec::new(),
         figures: vec![figure("Sweep"), figure(name)],
+        is_beside: true,
         figures_beside: false,
         sequences: Tallies {
             unannotated: false,
@@ -234,7 +235,9 @@ fn only_what_is_open_is_printed() {
     let html = render(&page).expect("a page");
     assert!(html.contains("<details class=\"table wide sheet\" open style=\"--columns: 20\">"), "{html}");
     let style = html.split("@media print").nth(1).expect("a style for paper");
-    assert!(style.contains("details.table.sheet[open] { page: sheet; }") && !style.contains("details-content"));
+    assert!(
+        style.contains("details.table.sheet[open] { page: sheet; }") && !style.contains("details-content")
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! reference, and a grid is a search for one method, which is ranked at its published parameters. See [`crate::num::pooled`] and [`crate::num::ranks`]
 //! for the statistics.
 
+mod diagram;
 mod verdict;
 
 use super::layouts::{self, cell, group, of_suite, table};
@@ -16,7 +17,7 @@ use super::units::{counts_of_column, counts_of_sequences, mean_of_sum, metric_of
 use crate::analysis::Grid;
 use crate::direction::Direction;
 use crate::engine::execute::analyse::Analysed;
-use crate::figure::{Dots, Ranking, Ranks};
+use crate::figure::{Dots, Ranks};
 use crate::num::pooled::{self, Drawn, Draws};
 use crate::num::{ranks, seed};
 use crate::results::Results;
@@ -49,6 +50,10 @@ pub struct Uncertainty {
     pub verdict: Option<String>,
     /// All of them with their intervals, as a figure with its caption.
     pub headline: Option<(Dots, String)>,
+    /// The rows of the first table that are ranked.
+    pub ranked: Option<TableLayout>,
+    /// The methods that the verdict names as the best.
+    pub best: Vec<String>,
 }
 
 /// The metric that a report is ordered by. Of the metrics in its tables of methods it is F, or else informedness, or else
@@ -145,6 +150,8 @@ impl Competitor {
 struct Field {
     /// Tracker, and protocol where the tracker's methods have several.
     label: String,
+    /// The tracker; empty where trackers compete.
+    tracker: String,
     /// How detections at random match by the protocol.
     chance: Chance,
     competitors: Vec<Competitor>,
@@ -181,7 +188,8 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
             let label =
                 if several { format!("{}, {}", tracker.label, protocol.name) } else { tracker.label.clone() };
             if !competitors.is_empty() {
-                fields.push(Field { label, chance: protocol.chance, competitors });
+                let (tracker, chance) = (tracker.label.clone(), protocol.chance);
+                fields.push(Field { label, tracker, chance, competitors });
             }
         }
     }
@@ -203,7 +211,7 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
         let competitors = tables.iter().map(competitor).collect();
         (
             Measured::Mean(column.clone()),
-            Field { label: String::new(), chance: Chance::within(0), competitors },
+            Field { label: String::new(), tracker: String::new(), chance: Chance::within(0), competitors },
         )
     };
     tables[0].1.columns.iter().enumerate().map(field).collect()
@@ -241,13 +249,19 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
         let duels = duels(fields, measured, seed);
         if k == 0 {
             uncertainty.verdict = verdict::verdict(fields, [&tables[0], &duels], measured);
-            uncertainty.headline = verdict::dots(fields, &tables[0], measured, &suite);
+            uncertainty.headline = verdict::dots(fields, &tables[0], measured, (experiment, &suite));
+            uncertainty.best = verdict::best_names(fields, [&tables[0], &duels], measured);
+            uncertainty.ranked = Some(of_suite(ranked_rows(&tables[0], fields, measured), results));
         }
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         tables.iter_mut().for_each(|table| table.name.push_str(suffix));
         uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));
-        let diagram = diagram(fields, &ranked, measured, &suite);
-        uncertainty.ranks.extend(diagram.map(|(ranks, caption)| (format!("ranks{suffix}"), ranks, caption)));
+        let diagram = diagram::diagram(fields, &ranked, measured, &suite);
+        match diagram {
+            Some(Ok((ranks, caption))) => uncertainty.ranks.push((format!("ranks{suffix}"), ranks, caption)),
+            Some(Err(reason)) => uncertainty.note = uncertainty.note.or(Some(reason)),
+            None => {}
+        }
     }
     uncertainty
 }
@@ -337,6 +351,21 @@ fn intervals(
     let title = measured.title();
     let columns = [title.as_str(), "95 % from", "95 % to", "sequences", "mean rank"];
     table("uncertainty", caption, who, &columns, groups)
+}
+
+/// The rows of the table of intervals that are ranked, the best of each field first.
+fn ranked_rows(table: &TableLayout, fields: &[Field], measured: &Measured) -> TableLayout {
+    let mut table = table.clone();
+    for (group, field) in table.groups.iter_mut().zip(fields) {
+        let competes = |label: &str| field.competitors.iter().any(|c| c.competes && c.label == label);
+        group.rows.retain(|row| competes(&row.label.name));
+        let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
+        let value = |row: &layout::Row| row.cells[0].value.map_or(f64::INFINITY, |v| sign * v);
+        group.rows.sort_by(|a, b| value(a).total_cmp(&value(b)));
+    }
+    table.groups.retain(|group| !group.rows.is_empty());
+    table.caption.push_str(" Here are those that are ranked; the table below has all.");
+    table
 }
 
 /// The interval of every competitor of a field.
@@ -443,40 +472,6 @@ fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
     );
     let columns = ["difference", "95 % from", "95 % to", "p", "p (Holm)", "sequences"];
     table("pairs", caption, "pair", &columns, fields.iter().filter_map(of_field).collect())
-}
-
-fn diagram(
-    fields: &[Field],
-    ranked: &[Option<Ranked>],
-    measured: &Measured,
-    suite: &str,
-) -> Option<(Ranks, String)> {
-    let ranking = |(field, ranked): (&Field, &Option<Ranked>)| {
-        let ranked = ranked.as_ref()?;
-        let rank = |c: &Competitor| Some((c.name.clone(), *ranked.mean_ranks.get(&c.label)?));
-        Some(Ranking {
-            label: format!("{} ({} sequences)", field.label, ranked.blocks),
-            methods: field.competitors.iter().filter_map(rank).collect(),
-            critical: ranked.critical,
-        })
-    };
-    let rankings: Vec<Ranking> = fields.iter().zip(ranked).filter_map(ranking).collect();
-    if rankings.is_empty() {
-        return None;
-    }
-    let caption = format!(
-        "Mean ranks by {}, 1 the best; a bar joins methods that are less than the critical difference of Nemenyi's \
-         test at 5 % apart, which these sequences cannot tell apart. {suite}",
-        measured.title()
-    );
-    let competing = || fields.iter().flat_map(|f| &f.competitors).filter(|c| c.competes);
-    let of_grid = if competing().any(|c| c.label != c.name) {
-        "; a method with a grid is at its published parameters"
-    } else {
-        ""
-    };
-    let note = format!("Mean rank by {}, 1 the best{of_grid}", measured.title());
-    Some((Ranks { title: String::new(), note, rankings }, caption))
 }
 
 #[cfg(test)]

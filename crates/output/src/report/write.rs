@@ -6,6 +6,7 @@ use super::explain;
 use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
 use super::files::{INDEX, MARKDOWN};
+use super::glance::{self, HEADLINE};
 use super::html::render;
 use super::learned_on_test;
 use super::markdown::markdown;
@@ -21,7 +22,6 @@ use crate::engine::store::{self, StoreError};
 use crate::figure::{Files, Plot, WIDTH};
 use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
-use crate::spec::Experiment;
 use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::{self, TableLayout};
@@ -72,7 +72,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     }
     layouts.extend(of_experiment.into_iter().flatten());
     let own = layouts.len();
-    let Uncertainty { tables, ranks, note, verdict, headline } = uncertainty::measure(results, &scores);
+    let Uncertainty { tables, ranks, note, verdict, headline, ranked, best } =
+        uncertainty::measure(results, &scores);
     layouts.extend(tables);
     refuse_link(&results.folder.join("tables"))?;
     let findings = claims::test(results, &scores);
@@ -82,6 +83,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.verdict = differences::verdict(results, &pairs)
         .or(readings::verdict(results, &of_readings))
         .or(verdict)
+        .or_else(|| claims::verdict(&page.claims))
         .into_iter()
         .collect();
     // Beside the page too: it offers them, wherever the results are.
@@ -90,28 +92,21 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
-    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, &tracks, &scores)) {
-        match drawn? {
-            FigureOutcome::Drawn(drawn) => {
-                let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
-                page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
-            }
-            FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
-        }
-    }
+    figures_of_experiment(results, folder, (&tracks, &scores), &mut page)?;
     let of_readings = readings::figures(&of_readings);
     let is_about_readings = readings_first && !of_readings.is_empty();
-    for (name, dots, caption) in of_readings {
-        page.figures.push(draw_own(results, folder, name, &dots, caption)?);
-    }
     let headline = differences::dots(results, &pairs).or(headline).filter(|_| !is_about_readings);
-    if let Some((dots, caption)) = headline {
-        page.figures.push(draw_own(results, folder, HEADLINE.to_string(), &dots, caption)?);
+    let headline = headline.into_iter().map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
+    for (name, dots, caption) in of_readings.into_iter().chain(headline) {
+        page.figures.push(draw_own(results, folder, name, &dots, caption)?);
     }
     for (name, ranks, caption) in ranks {
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
-    headline_first(&mut page.figures, &results.experiment, is_about_readings);
+    // Differences and readings have a verdict of their own, and their tables stand first.
+    let counted = uncertainty::headline(&results.experiment);
+    let metric = if pairs.is_empty() { Some(counted) } else { differences::metric() };
+    glance::figure_first(&mut page.figures, &results.experiment, metric, is_about_readings);
     // The others are looked at more closely; a second picture of each would double what a page has to carry.
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
     page.summary.extend(note);
@@ -127,36 +122,34 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.sequences = sequences.tallies();
     page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
     page.tables = layouts;
+    let tables = page.tables[..own].to_vec();
+    if pairs.is_empty() && !readings_first {
+        glance::table_first(&mut page, &results.experiment, counted, (ranked, &best));
+    }
+    page.is_beside = page.tables.first().is_some_and(glance::fits_beside);
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
-    page.tables.truncate(own);
-    Ok(WrittenReport { findings, tables: page.tables, scores, verdict: page.verdict.join(" ") })
+    Ok(WrittenReport { findings, tables, scores, verdict: page.verdict.join(" ") })
 }
 
-/// Name of the figure of all methods with their intervals.
-const HEADLINE: &str = "headline";
-
-/// Puts the figure at the head that answers what the page is about. Of methods that is how they compare over a grid, else
-/// all of them with their intervals; readings have figures of their own; else it is the first one.
-fn headline_first(figures: &mut [FigureView], experiment: &Experiment, is_about_readings: bool) {
-    let is_sweep = |file: &str| {
-        let figure = experiment.figures.iter().find(|f| file == format!("figures/{}.svg", f.name));
-        figure.is_some_and(|f| ["sweep", "curve"].contains(&f.kind.word))
-    };
-    let own = experiment.figures.len();
-    let place = if is_about_readings {
-        (figures.len() > own).then(|| figures.len().min(own))
-    } else if experiment.methods.is_empty() {
-        None
-    } else {
-        let headline = format!("figures/{HEADLINE}");
-        let place = figures.iter().position(|f| is_sweep(&f.file));
-        place.or_else(|| figures.iter().position(|f| f.file.starts_with(&headline)))
-    };
-    if let Some(place) = place.filter(|place| *place < figures.len()) {
-        figures[..=place].rotate_right(1);
+/// Draws the figures that the experiment asks for into the folder, and shows them on the page.
+fn figures_of_experiment(
+    results: &Results,
+    folder: &Path,
+    (tracks, scores): (&[TrackSeries], &[CellScore]),
+    page: &mut Page,
+) -> Result<(), WriteError> {
+    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, tracks, scores)) {
+        match drawn? {
+            FigureOutcome::Drawn(drawn) => {
+                let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
+                page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
+            }
+            FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
+        }
     }
+    Ok(())
 }
 
 /// Draws all figures, several at once.

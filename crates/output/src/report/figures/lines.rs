@@ -5,6 +5,7 @@ use super::drawer::Drawing;
 use crate::figure::{
     Color, Curve, CurveAxis, Curves, Dash, Entry, Facet, Marker, Range, Sign, Style, Symbol,
 };
+use crate::report::colors;
 use crate::spec::Experiment;
 use crate::table::layout::is_anchor;
 
@@ -79,13 +80,11 @@ impl Arranged<'_> {
 
     /// The style of a method, the same in all figures of its experiment; anchors are gray.
     fn style(&self, line: &Line) -> (Style, Marker) {
-        let anchor = self.is_anchor(line);
-        let like = |m: &str| is_anchor(self.experiment, m) == anchor;
-        let mine = self.experiment.methods.iter().filter(|m| like(&m.name));
-        let k = mine.into_iter().position(|m| m.name == line.method).unwrap_or(0);
-        if anchor {
+        let Some(k) = colors::place(self.experiment, &line.method) else {
+            let mut anchors = self.experiment.methods.iter().filter(|m| is_anchor(self.experiment, &m.name));
+            let k = anchors.position(|m| m.name == line.method).unwrap_or(0);
             return (Style::new(Color::Gray, Dash::nth(k + 1)), Marker::nth(k + 1));
-        }
+        };
         let style = match &self.plan {
             PanelPlan::Ordered(axis, values) => {
                 let value = line.others.iter().find(|(a, _)| a == axis).map(|(_, v)| *v);

@@ -1,10 +1,11 @@
 //! The panels of a strip figure.
 
 use crate::detector::Condition;
-use crate::figure::{Color, Dash, FrameAxis, Panel, Range, Series, Style, Threshold, spans_where};
+use crate::figure::{Color, Dash, Edge, FrameAxis, Panel, Range, Series, Style, Threshold, spans_where};
+use crate::report::colors;
 use crate::report::stills;
 use crate::results::{Results, TrackSeries};
-use crate::score::TrackScore;
+use crate::score::{TrackScore, sanmiguel2015};
 use crate::spec::figure;
 
 /// One panel over the frames of a track.
@@ -46,6 +47,30 @@ impl Over<'_> {
         protocol.map_or_else(TrackScore::default, |p| (p.score)(&self.track.error, alarm, changes))
     }
 
+    /// The color of a method.
+    fn color(&self, method: &str) -> Color {
+        colors::color(&self.results.experiment, method)
+    }
+
+    /// The line of a method; it is whole, as it steps up and down.
+    fn style(&self, method: &str) -> Style {
+        Style::new(self.color(method), Dash::Solid)
+    }
+
+    /// Events with what happens in them: the target is found where the tracker is not lost any more.
+    fn signed(&self, events: Vec<usize>) -> Vec<(usize, Edge)> {
+        let found = sanmiguel2015::events(&self.track.error);
+        let edge = |t: usize| if found.get(t) == Some(&-1) { Edge::Ends } else { Edge::Begins };
+        events.into_iter().map(|t| (t, edge(t))).collect()
+    }
+
+    /// Detections of a method, by whether its alarm begins or ends there.
+    fn edges(&self, method: &str, detections: Vec<usize>) -> Vec<(usize, Edge)> {
+        let changes = self.track.method(method).map_or(&[][..], |m| &m.changes);
+        let edge = |t: usize| if changes.get(t).is_some_and(|c| *c < 0) { Edge::Ends } else { Edge::Begins };
+        detections.into_iter().map(|t| (t, edge(t))).collect()
+    }
+
     fn error(&self) -> Panel {
         Panel {
             range: Range::Fixed(0.0, 1.0),
@@ -54,7 +79,7 @@ impl Over<'_> {
                 values: self.track.error.clone(),
                 style: Style::new(Color::Black, Dash::Solid),
             }],
-            events: stills::events(self.results, self.track),
+            events: self.signed(stills::events(self.results, self.track)),
             ..self.blank("Oₜ")
         }
     }
@@ -67,11 +92,12 @@ impl Over<'_> {
             values: values.to_vec(),
             style: Style::new(color, dash),
         };
-        let mut series = vec![line(symbol, &m.signal, Color::Blue, Dash::Solid)];
+        let mut series = vec![line(symbol, &m.signal, self.color(method), Dash::Solid)];
         if with_forecast {
-            series.push(line("forecast", &m.forecast, Color::Vermilion, Dash::Dashed));
+            series.push(line("forecast", &m.forecast, Color::Black, Dash::Dashed));
         }
-        Panel { series, events: self.judged(method).events, ..self.blank(&format!("{symbol} ({method})")) }
+        let events = self.signed(self.judged(method).events);
+        Panel { series, events, ..self.blank(&format!("{symbol} ({method})")) }
     }
 
     /// Lanes with the names of the methods, the first at the top; an alarm lifts a method's line.
@@ -81,14 +107,14 @@ impl Over<'_> {
             let alarm = self.track.method(method).map(|m| m.alarm.clone()).unwrap_or_default();
             let height = |t: usize| base(i) + if alarm.get(t) == Some(&true) { 0.75 } else { 0.1 };
             let values = (0..self.track.error.len()).map(height).collect();
-            Series { name: method.clone(), values, style: lane_style(i) }
+            Series { name: method.clone(), values, style: self.style(method) }
         };
         Panel {
             range: Range::Fixed(0.0, methods.len() as f64),
             names: methods.iter().enumerate().map(|(i, m)| (base(i) + 0.4, m.clone())).collect(),
             series: methods.iter().enumerate().map(lane).collect(),
             legend: false,
-            events: methods.first().map_or(Vec::new(), |m| self.judged(m).events),
+            events: methods.first().map_or(Vec::new(), |m| self.signed(self.judged(m).events)),
             ..self.blank("alarm")
         }
     }
@@ -100,7 +126,7 @@ impl Over<'_> {
             let values = self.track.method(method).map(|m| m.condition.clone()).filter(|c| !c.is_empty());
             let values = values.unwrap_or_else(|| vec![f64::NAN; self.track.error.len()]);
             let values = values.into_iter().map(|v| v + apart(i)).collect();
-            Series { name: method.clone(), values, style: lane_style(i) }
+            Series { name: method.clone(), values, style: self.style(method) }
         };
         let all = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
         Panel {
@@ -120,9 +146,9 @@ impl Over<'_> {
         };
         let labels: Vec<String> = methods.iter().map(label).collect();
         let mut drawn = self.blank(&labels.join(", "));
-        for (i, method) in methods.iter().enumerate() {
+        for method in methods {
             let Some(m) = self.track.method(method) else { continue };
-            let style = lane_style(i);
+            let style = self.style(method);
             drawn.series.push(Series { name: method.clone(), values: m.score.clone(), style });
             let record = self.results.manifest.method(method);
             let threshold = record.and_then(|r| r.thresholds.get(self.tracker));
@@ -135,18 +161,14 @@ impl Over<'_> {
                 });
             }
             let score = self.judged(method);
-            drawn.events = score.events;
+            drawn.events = self.signed(score.events);
             if methods.len() == 1 {
-                drawn.detections = score.detections;
+                drawn.alarms = self.edges(method, score.detections);
+                drawn.alarm_color = style.color;
             }
         }
         drawn
     }
-}
-
-/// Color of the `i`-th of several methods over the same frames; their lines are whole, as they step up and down.
-fn lane_style(i: usize) -> Style {
-    Style { dash: Dash::Solid, ..Style::nth(i) }
 }
 
 /// The letter of the signal that a method reads.

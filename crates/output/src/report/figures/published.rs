@@ -12,14 +12,15 @@ fn value(published: &Published, method: &str) -> Option<f64> {
 }
 
 /// The value of a metric that is printed for a method on a tracker.
-fn of_metric(experiment: &Experiment, measure: &Measure, metric: Metric) -> Option<f64> {
-    let mine = experiment.published.iter().filter(|p| p.tracker == measure.tracker);
-    mine.filter(|p| p.row == metric.name()).find_map(|p| value(p, &measure.method))
+pub fn of_metric(experiment: &Experiment, tracker: &str, method: &str, metric: Metric) -> Option<f64> {
+    let mine = experiment.published.iter().filter(|p| p.tracker == tracker);
+    mine.filter(|p| p.row == metric.name()).find_map(|p| value(p, method))
 }
 
 /// The point of two metrics that is printed for a method on a tracker.
 pub fn point(experiment: &Experiment, measure: &Measure, x: Metric, y: Metric) -> Option<(f64, f64)> {
-    Some((of_metric(experiment, measure, x)?, of_metric(experiment, measure, y)?))
+    let of = |metric| of_metric(experiment, &measure.tracker, &measure.method, metric);
+    Some((of(x)?, of(y)?))
 }
 
 /// The values of a metric that are printed for a method on a tracker along an axis of its grid.

@@ -1,3 +1,4 @@
+use super::diagram::diagram;
 use super::*;
 use crate::figure::Plot;
 use crate::table::layout::Row;
@@ -24,7 +25,7 @@ fn field() -> Field {
         competitor("bad", true, &[bad; 8]),
         competitor("swept[a=1]", false, &[good; 8]),
     ];
-    Field { label: "NCC".into(), chance: CHANCE, competitors }
+    Field { label: "NCC".into(), tracker: "NCC".into(), chance: CHANCE, competitors }
 }
 
 fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
@@ -111,7 +112,9 @@ fn the_diagram_shows_those_that_compete() {
     let fields = [field()];
     let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
     let (ranks, caption) =
-        diagram(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), "Suite s: 8 targets.").unwrap();
+        diagram(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), "Suite s: 8 targets.")
+            .unwrap()
+            .unwrap();
     let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
     assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
     assert!(caption.starts_with("Mean ranks by F1 score") && caption.ends_with("8 targets."));
@@ -119,6 +122,17 @@ fn the_diagram_shows_those_that_compete() {
     // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.
     let fewer = rank(&fields[0], &Measured::Counted(Metric::FP)).unwrap();
     assert_eq!(fewer.mean_ranks["good"], 1.25);
+}
+
+#[test]
+fn a_diagram_of_more_than_twelve_methods_is_a_sentence() {
+    let name = |k: usize| format!("m{k:02}");
+    let competitors = (0..13).map(|k| competitor(&name(k), true, &[[1 + k as i64, 1, 1]; 4])).collect();
+    let fields = [Field { competitors, ..field() }];
+    let measured = Measured::Counted(Metric::F_SCORE);
+    let ranked = [rank(&fields[0], &measured)];
+    let reason = diagram(&fields, &ranked, &measured, "").unwrap().unwrap_err();
+    assert!(reason.contains("13 methods are more than a diagram can show"), "{reason}");
 }
 
 // By hand: means .5 and .4; the first is better in 3 of 4 sequences by .2 and worse by .2 in one. Of 16 patterns those
@@ -134,7 +148,12 @@ fn trackers_are_compared_by_their_mean() {
         Competitor { label: label.into(), name: label.into(), competes: true, counts }
     };
     let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
-    let field = Field { label: String::new(), chance: Chance::within(0), competitors: vec![a, b] };
+    let field = Field {
+        label: String::new(),
+        tracker: String::new(),
+        chance: Chance::within(0),
+        competitors: vec![a, b],
+    };
     let mean = Measured::Mean("success AUC".into());
     let ranked = [rank(&field, &mean)];
     let table = intervals(std::slice::from_ref(&field), &ranked, &mean, 1);

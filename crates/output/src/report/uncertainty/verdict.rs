@@ -1,9 +1,12 @@
 //! The best method or tracker in a sentence and as a figure, with how sure that is. Both read the tables `uncertainty` and
 //! `pairs`, so that a page says one thing of a number.
 
-use super::{Direction, Field, Measured};
-use crate::figure::{Dot, Dots};
-use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds};
+use super::{Competitor, Direction, Field, Measured};
+use crate::figure::{Color, Dot, Dots};
+use crate::report::colors;
+use crate::report::figures::published;
+use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds, spoken};
+use crate::spec::Experiment;
 use crate::table::layout::{Group, TableLayout};
 use crate::table::number::Style;
 
@@ -18,7 +21,8 @@ struct Best<'a> {
     label: &'a str,
     value: f64,
     bounds: Option<(f64, f64)>,
-    next: &'a str,
+    /// It and the next one, as sentences have them.
+    spoken: [String; 2],
     /// Value of the next one.
     next_value: f64,
     /// Bounds of how far the best one is ahead.
@@ -63,7 +67,7 @@ pub(super) fn verdict(
         if one.ties(style) {
             let bounds = one.lead.map(|lead| signed_bounds(style, lead));
             let bounds = bounds.map_or_else(String::new, |b| format!(" (95 % of their difference: {b})"));
-            let (label, next, value) = (one.label, one.next, style.format(one.value));
+            let ([label, next], value) = (&one.spoken, style.format(one.value));
             return Some(format!("{most} {title}{on}: {label} and {next} are equal, {value}{bounds}."));
         }
         let shown = estimate(style, one.value, one.bounds);
@@ -71,8 +75,8 @@ pub(super) fn verdict(
         let interval = one.lead.map(|lead| format!(" ({})", signed_bounds(style, lead))).unwrap_or_default();
         return Some(format!(
             "{most} {title}{on}: {}, {shown}. The next is {}, behind by {behind}{interval}, {}.",
-            one.label,
-            one.next,
+            one.spoken[0],
+            one.spoken[1],
             by_chance(one.lead)
         ));
     }
@@ -82,9 +86,9 @@ pub(super) fn verdict(
     let mut winners: Vec<(&str, Vec<String>)> = Vec::new();
     for b in ahead {
         let on = format!("{} {}", b.field, style.format(b.value));
-        match winners.iter_mut().find(|(label, _)| *label == b.label) {
+        match winners.iter_mut().find(|(label, _)| *label == b.spoken[0]) {
             Some((_, fields)) => fields.push(on),
-            None => winners.push((b.label, vec![on])),
+            None => winners.push((&b.spoken[0], vec![on])),
         }
     }
     winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
@@ -113,6 +117,21 @@ pub(super) fn verdict(
         .then(|| format!("{most} {title}, of {} {what}: {}; {told}.", best.len(), won.join(", ")))
 }
 
+/// The names of the best methods of all fields.
+pub(super) fn best_names(
+    fields: &[Field],
+    [values, pairs]: [&TableLayout; 2],
+    measured: &Measured,
+) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for (field, group) in fields.iter().zip(&values.groups) {
+        let Some(best) = best(field, group, pairs, measured) else { continue };
+        let name = field.competitors.iter().find(|c| c.label == best.label).map(|c| c.name.clone());
+        names.extend(name.filter(|name| !names.contains(name)));
+    }
+    names
+}
+
 /// The best of a field that has another one to be better than.
 fn best<'a>(field: &'a Field, values: &Group, pairs: &TableLayout, measured: &Measured) -> Option<Best<'a>> {
     let sign = if measured.direction() == Direction::LowerIsBetter { -1.0 } else { 1.0 };
@@ -128,7 +147,11 @@ fn best<'a>(field: &'a Field, values: &Group, pairs: &TableLayout, measured: &Me
     };
     let ahead = pair(label, next).or_else(|| pair(next, label).map(|(low, high)| (-high, -low)));
     let lead = ahead.map(|(low, high)| if sign > 0.0 { (low, high) } else { (-high, -low) });
-    Some(Best { field: &field.label, label, value, bounds: bounds(values, label), next, next_value, lead })
+    let name =
+        |label: &str| field.competitors.iter().find(|c| c.label == label).map_or("", |c| c.name.as_str());
+    let spoken = [label, next].map(|label| spoken(name(label), label));
+    let (field, bounds) = (field.label.as_str(), bounds(values, label));
+    Some(Best { field, label, value, bounds, spoken, next_value, lead })
 }
 
 /// Those that compete with their intervals, the best at the top, a panel for each tracker; `table` holds the numbers.
@@ -136,16 +159,16 @@ pub(super) fn dots(
     fields: &[Field],
     table: &TableLayout,
     measured: &Measured,
-    suite: &str,
+    (experiment, suite): (&Experiment, &str),
 ) -> Option<(Dots, String)> {
     let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
-    let mut rows: Vec<(&str, f64)> = Vec::new();
+    let mut rows: Vec<(&Competitor, f64)> = Vec::new();
     for (field, group) in fields.iter().zip(&table.groups) {
-        for label in field.competitors.iter().filter(|c| c.competes).map(|c| c.label.as_str()) {
-            if let Some(value) = number(group, label, 0)
-                && rows.iter().all(|known| known.0 != label)
+        for competitor in field.competitors.iter().filter(|c| c.competes) {
+            if let Some(value) = number(group, &competitor.label, 0)
+                && rows.iter().all(|known| known.0.label != competitor.label)
             {
-                rows.push((label, sign * value));
+                rows.push((competitor, sign * value));
             }
         }
     }
@@ -156,8 +179,13 @@ pub(super) fn dots(
         return None;
     }
     let panel = |(field, group): (&Field, &Group)| {
-        let dot = |label: &&str| Some(Dot { value: number(group, label, 0)?, bounds: bounds(group, label) });
-        (field.label.clone(), rows.iter().map(|(label, _)| dot(label)).collect())
+        let dot = |label: &str| Some(Dot { value: number(group, label, 0)?, bounds: bounds(group, label) });
+        let printed = |name: &str| match measured {
+            Measured::Counted(metric) => published::of_metric(experiment, &field.tracker, name, *metric),
+            Measured::Mean(_) => None,
+        };
+        let values = rows.iter().map(|(c, _)| (dot(&c.label), printed(&c.name)));
+        (field.label.clone(), values.collect())
     };
     let panels = fields.iter().zip(&table.groups).map(panel).collect();
     let which = if measured.direction() == Direction::LowerIsBetter { "smaller" } else { "larger" };
@@ -166,6 +194,10 @@ pub(super) fn dots(
         "{} with 95 % bootstrap intervals over sequences, those that overlap by much are not told apart.{left_out} {suite}",
         measured.title()
     );
-    let rows = rows.into_iter().map(|(label, _)| label.to_string()).collect();
+    let row = |c: &Competitor| (spoken(&c.name, &c.label), colors::color(experiment, &c.name));
+    let of_methods = matches!(measured, Measured::Counted(_));
+    // Trackers are no methods: all have one color.
+    let tracker = |c: &Competitor| (c.label.clone(), Color::Blue);
+    let rows = rows.into_iter().map(|(c, _)| if of_methods { row(c) } else { tracker(c) }).collect();
     Some((headline::dots(&measured.title(), which, rows, panels), caption))
 }

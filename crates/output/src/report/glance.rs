@@ -1,0 +1,138 @@
+//! What stands at the head of a page: the figure and the table that show what its verdict says, beside each other where
+//! the table has room there.
+
+use super::explain::TableOrigins;
+use super::page::{FigureView, Page};
+use crate::score::Metric;
+use crate::spec::Experiment;
+use crate::spec::figure::Figure;
+use crate::spec::table::{Side, Table};
+use crate::table::layout::{self, Cell, Label, LabelKind, TableLayout};
+
+/// Name of the figure of all methods with their intervals.
+pub const HEADLINE: &str = "headline";
+
+/// Room for a table beside a figure on a screen of 1400 pixels, in pixels.
+const ROOM: f64 = 700.0;
+/// Most width of a heading of rows, in pixels; longer ones are broken.
+const MAX_HEADING: f64 = 288.0;
+/// Least width of a column without its padding, and that padding, in pixels.
+const COLUMN: (f64, f64) = (64.0, 15.0);
+/// Width of a letter of a heading, of a number, and of the small text below a number, in pixels.
+const LETTERS: [f64; 3] = [11.0, 10.4, 7.8];
+
+/// Whether a figure shows a metric: along its curves or, for F, by lines of equal F.
+fn shows(figure: &Figure, metric: Metric) -> bool {
+    let [y, x] = [figure.params.metric, figure.params.x_metric];
+    let is_curve = ["sweep", "curve"].contains(&figure.kind.word);
+    let has_iso_f = [x, y] == [Some(Metric::RECALL), Some(Metric::PRECISION)] && metric == Metric::F_SCORE;
+    is_curve && (y == Some(metric) || has_iso_f)
+}
+
+/// Puts the figure at the head that answers what the page is about. Of methods that is a curve of the metric that the
+/// verdict is about, else all of them with their intervals; readings have figures of their own; else it is the first one.
+pub fn figure_first(
+    figures: &mut [FigureView],
+    experiment: &Experiment,
+    metric: Option<Metric>,
+    is_about_readings: bool,
+) {
+    let of_file = |file: &str| {
+        let is_it = |f: &&Figure| file == format!("figures/{}.svg", f.name);
+        experiment.figures.iter().find(is_it)
+    };
+    let own = experiment.figures.len();
+    let place = if is_about_readings {
+        (figures.len() > own).then(|| figures.len().min(own))
+    } else if experiment.methods.is_empty() {
+        None
+    } else {
+        let headline = format!("figures/{HEADLINE}");
+        let place = figures
+            .iter()
+            .position(|f| metric.zip(of_file(&f.file)).is_some_and(|(metric, f)| shows(f, metric)));
+        place.or_else(|| figures.iter().position(|f| f.file.starts_with(&headline)))
+    };
+    if let Some(place) = place.filter(|place| *place < figures.len()) {
+        figures[..=place].rotate_right(1);
+    }
+}
+
+/// Whether a table has a metric of methods.
+fn has(table: &Table, metric: Metric) -> bool {
+    let of_rows = matches!(&table.rows, Side::Metrics(metrics) if metrics.contains(&metric));
+    table.shows.is_none() && (of_rows || table.metric == Some(metric) || table.ranked == Some(metric))
+}
+
+/// The table of an experiment that shows its metric for most of its methods without anchors, with its place among its
+/// tables; the first of equal ones.
+fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)> {
+    let competing =
+        |t: &Table| t.methods.iter().filter(|method| !layout::is_anchor(experiment, method)).count();
+    let with = experiment.tables.iter().enumerate().filter(|(_, t)| has(t, metric));
+    with.rev().max_by_key(|(_, t)| competing(t))
+}
+
+/// Puts the table at the head that has the metric of the verdict: the experiment's own one or, where that lacks one of the
+/// methods in `best`, those that are ranked with their intervals. The experiment's own tables are the first of the page.
+pub fn table_first(
+    page: &mut Page,
+    experiment: &Experiment,
+    metric: Metric,
+    (ranked, best): (Option<TableLayout>, &[String]),
+) {
+    let main = main_table(experiment, metric);
+    let has_all = |table: &Table| best.iter().all(|method| table.methods.contains(method));
+    match (main, ranked) {
+        (Some((k, table)), _) if has_all(table) => {
+            if k < page.tables.len() {
+                page.tables[..=k].rotate_right(1);
+            }
+            if k < page.origins.len() {
+                page.origins[..=k].rotate_right(1);
+            }
+        }
+        (_, Some(ranked)) if !best.is_empty() => {
+            let none: TableOrigins = ranked
+                .groups
+                .iter()
+                .map(|g| g.rows.iter().map(|r| vec![None; r.cells.len()]).collect())
+                .collect();
+            page.tables.insert(0, ranked);
+            if !page.origins.is_empty() {
+                page.origins.insert(0, none);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Whether a table has room beside a figure, by the letters of what it shows.
+pub fn fits_beside(table: &TableLayout) -> bool {
+    let is_result = |label: &Label| label.kind == LabelKind::Result;
+    let all = !table.columns.iter().any(is_result);
+    let shown = (0..table.columns.len()).filter(|k| all || is_result(&table.columns[*k]));
+    let [heading, number, small] = LETTERS;
+    let letters = |text: &str| text.chars().count() as f64;
+    let rows = || table.groups.iter().flat_map(|g| &g.rows);
+    let of_cell = |cell: &Cell| {
+        let ours = cell.ours.as_deref().map_or(0.0, |text| number * letters(text));
+        let below = [("published ", &cell.published), ("difference ", &cell.difference)];
+        let below =
+            below.map(|(word, text)| text.as_ref().map_or(0.0, |t| small * (letters(word) + letters(t))));
+        below.into_iter().fold(ours, f64::max)
+    };
+    let width = |k: usize| {
+        let words = table.columns[k].shown.split_whitespace().map(|word| heading * letters(word));
+        let cells = rows().filter_map(|row| row.cells.get(k)).map(of_cell);
+        words.chain(cells).fold(COLUMN.0, f64::max) + COLUMN.1
+    };
+    let names = rows()
+        .filter(|row| row.label.kind == LabelKind::Result)
+        .map(|row| heading * letters(&row.label.shown));
+    let first = names.fold(heading * letters(&table.corner), f64::max).min(MAX_HEADING);
+    first + COLUMN.1 + shown.map(width).sum::<f64>() <= ROOM
+}
+
+#[cfg(test)]
+mod tests;
