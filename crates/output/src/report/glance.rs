@@ -73,8 +73,8 @@ fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)
     with.rev().max_by_key(|(_, t)| competing(t))
 }
 
-/// Puts the table at the head that has the metric of the verdict: the experiment's own one or, where that lacks one of the
-/// methods in `best`, those that are ranked with their intervals. The experiment's own tables are the first of the page.
+/// Puts the table at the head that has the metric of the verdict: the experiment's own one or, where that lacks most of the
+/// methods in `best`, one for each tracker, those that are ranked with their intervals. The experiment's own tables are the first of the page.
 pub fn table_first(
     page: &mut Page,
     experiment: &Experiment,
@@ -82,9 +82,10 @@ pub fn table_first(
     (ranked, best): (Option<TableLayout>, &[String]),
 ) {
     let main = main_table(experiment, metric);
-    let has_all = |table: &Table| best.iter().all(|method| table.methods.contains(method));
+    let known = |table: &Table| best.iter().filter(|method| table.methods.contains(method)).count();
+    let has_most = |table: &Table| 2 * known(table) >= best.len();
     match (main, ranked) {
-        (Some((k, table)), _) if has_all(table) => {
+        (Some((k, table)), _) if has_most(table) => {
             if k < page.tables.len() {
                 page.tables[..=k].rotate_right(1);
             }

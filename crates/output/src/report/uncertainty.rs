@@ -52,7 +52,7 @@ pub struct Uncertainty {
     pub headline: Option<(Dots, String)>,
     /// The rows of the first table that are ranked.
     pub ranked: Option<TableLayout>,
-    /// The methods that the verdict names as the best.
+    /// The best method of each tracker by the verdict.
     pub best: Vec<String>,
 }
 

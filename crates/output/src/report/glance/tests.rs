@@ -92,6 +92,7 @@ fn first_tables(best: &[&str]) -> Vec<String> {
 #[test]
 fn the_table_at_the_head_has_the_metric_and_the_best_method() {
     assert_eq!(first_tables(&["DTEF"]), ["two", "precision", "one"]);
+    assert_eq!(first_tables(&["DTEF", "CovF"]), ["two", "precision", "one"]);
     assert_eq!(first_tables(&["CovF"]), ["ranked", "precision", "one", "two"]);
 }
 

@@ -117,19 +117,17 @@ pub(super) fn verdict(
         .then(|| format!("{most} {title}, of {} {what}: {}; {told}.", best.len(), won.join(", ")))
 }
 
-/// The names of the best methods of all fields.
+/// The name of the best method of each field.
 pub(super) fn best_names(
     fields: &[Field],
     [values, pairs]: [&TableLayout; 2],
     measured: &Measured,
 ) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for (field, group) in fields.iter().zip(&values.groups) {
-        let Some(best) = best(field, group, pairs, measured) else { continue };
-        let name = field.competitors.iter().find(|c| c.label == best.label).map(|c| c.name.clone());
-        names.extend(name.filter(|name| !names.contains(name)));
-    }
-    names
+    let name = |(field, group): (&Field, &Group)| {
+        let best = best(field, group, pairs, measured)?;
+        field.competitors.iter().find(|c| c.label == best.label).map(|c| c.name.clone())
+    };
+    fields.iter().zip(&values.groups).filter_map(name).collect()
 }
 
 /// The best of a field that has another one to be better than.
