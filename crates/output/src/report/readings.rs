@@ -20,6 +20,13 @@ struct Group<'a> {
     readings: Vec<Reading<'a>>,
 }
 
+impl Group<'_> {
+    /// Whether there are published numbers that readings are compared with.
+    fn is_judged(&self) -> bool {
+        self.readings.iter().any(|r| r.discrepancy().is_some())
+    }
+}
+
 /// One reading with its rows by statistic.
 struct Reading<'a> {
     tracker: &'a str,
@@ -76,38 +83,42 @@ pub fn are_the_answer(experiment: &Experiment) -> bool {
     2 * experiment.methods.iter().filter(|m| m.like.is_some()).count() > experiment.methods.len()
 }
 
-/// Most readings that the verdict names.
-const MAX_NAMED: usize = 6;
-
-/// The reading that the published numbers speak for, of each method, in a sentence; `None` where most methods are no
-/// readings.
+/// How many of the methods have a reading nearer to the published numbers than they are themselves, and the one that gains
+/// most by it, in a sentence; `None` where most methods are no readings, or nothing that they are judged by is published.
 pub fn verdict(results: &Results, rows: &[Row]) -> Option<String> {
-    if !are_the_answer(&results.experiment) {
-        return None;
-    }
-    let groups = groups(rows);
-    let sentence = |g: &Group<'_>| {
-        let nearest = g.readings.first()?;
-        let of = |r: &Reading<'_>| r.discrepancy().map(|v| D.format(v));
-        let plain = g.readings.iter().find(|r| (r.tracker, r.method) == g.of)?;
-        Some(format!(
-            "{} on {}: {} ({}; as it is {})",
-            g.of.1,
-            g.of.0,
-            nearest.name(g.of),
-            of(nearest)?,
-            of(plain)?
-        ))
+    if are_the_answer(&results.experiment) { sentence(&groups(rows)) } else { None }
+}
+
+/// A method with its nearest reading, that one's discrepancy, and its own as it is.
+fn nearest<'g>(g: &'g Group<'_>) -> Option<((&'g str, &'g str), String, f64, f64)> {
+    let first = g.readings.first()?;
+    let plain = g.readings.iter().find(|r| (r.tracker, r.method) == g.of)?;
+    Some((g.of, first.name(g.of), first.discrepancy()?, plain.discrepancy()?))
+}
+
+fn sentence(groups: &[Group<'_>]) -> Option<String> {
+    let judged: Vec<_> = groups.iter().filter_map(nearest).collect();
+    let nearer: Vec<_> =
+        judged.iter().filter(|(_, _, near, plain)| D.round(*near) < D.round(*plain)).collect();
+    let methods = if judged.len() == 1 { "method" } else { "methods" };
+    let Some((of, name, near, plain)) = nearer.iter().max_by(|a, b| (a.3 - a.2).total_cmp(&(b.3 - b.2)))
+    else {
+        let text = format!(
+            "No reading is nearer to the published numbers than the {} {methods} as they are.",
+            judged.len()
+        );
+        return (!judged.is_empty()).then_some(text);
     };
-    let named: Vec<String> = groups.iter().take(MAX_NAMED).filter_map(sentence).collect();
-    let more = groups.len().saturating_sub(MAX_NAMED);
-    let more = if more > 0 { format!("; {more} more below") } else { String::new() };
-    (!named.is_empty()).then(|| {
-        format!(
-            "Nearest to the published numbers, by the discrepancy in standard errors: {}{more}.",
-            named.join("; ")
-        )
-    })
+    Some(format!(
+        "Another reading of the text is nearer to the published numbers for {} of {} {methods}, most of all for {} on {}: \
+         {} standard errors off instead of {}, with \u{201c}{name}\u{201d}.",
+        nearer.len(),
+        judged.len(),
+        of.1,
+        of.0,
+        D.format(*near),
+        D.format(*plain),
+    ))
 }
 
 fn heading(statistic: &str) -> String {
@@ -158,11 +169,14 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
         }
         group(&format!("{} {}", g.of.0, g.of.1), format!("{} on {}", g.of.1, g.of.0), lines)
     };
-    let caption = "Which reading of the text the published numbers speak for: the smallest discrepancy first. The discrepancy is \
-                   the root mean square of the differences to the published numbers, each in units of its standard error over \
-                   sequences, the same for all readings of a method on a tracker: about 1 where another choice of sequences would \
-                   explain them. `nearest in` is the share of the samples in which a reading has \
-                   the smallest one. F is not among the statistics, and nothing was chosen by it.";
+    let judged = "Which reading of the text the published numbers speak for: the smallest discrepancy first. The discrepancy is \
+                  the root mean square of the differences to the published numbers, each in units of its standard error over \
+                  sequences, the same for all readings of a method on a tracker: about 1 where another choice of sequences would \
+                  explain them. `nearest in` is the share of the samples in which a reading has \
+                  the smallest one. F is not among the statistics, and nothing was chosen by it.";
+    let listed = "The readings of each method, in the order of the experiment. Nothing is published that they could be \
+                  compared with by a discrepancy.";
+    let caption = if groups.iter().any(Group::is_judged) { judged } else { listed };
     let table =
         layouts::table("readings", caption.to_string(), "reading", &columns, groups.iter().map(of).collect());
     vec![of_suite(table, results)]
@@ -196,10 +210,11 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
             colors: Vec::new(),
             chance: None,
         };
-        let caption = format!(
-            "Readings of {} on {}, the one with the smallest discrepancy to the published numbers at the top.",
-            g.of.1, g.of.0
-        );
+        let order = match g.is_judged() {
+            true => ", the one with the smallest discrepancy to the published numbers at the top",
+            false => " in the order of the experiment: nothing that could be compared with them is published",
+        };
+        let caption = format!("Readings of {} on {}{order}.", g.of.1, g.of.0);
         (file_name(g.of), dots, caption)
     };
     groups(rows).iter().map(figure).collect()
@@ -234,6 +249,28 @@ mod tests {
             ours: Some(ours),
             ..Row::default()
         }
+    }
+
+    #[test]
+    fn the_verdict_is_a_sentence() {
+        let rows = [
+            row("CovF", DISCREPANCY, 4.0),
+            row("CovF sum", DISCREPANCY, 1.0),
+            Row { of_method: "RAW".into(), ..row("RAW", DISCREPANCY, 0.5) },
+        ];
+        let expected = "Another reading of the text is nearer to the published numbers for 1 of 2 methods, most of all for \
+                        CovF on SP: 1.00 standard errors off instead of 4.00, with \u{201c}CovF sum\u{201d}.";
+        assert_eq!(sentence(&groups(&rows)).as_deref(), Some(expected));
+        assert_eq!(sentence(&groups(&[row("CovF", "recall", 0.3)])), None);
+    }
+
+    #[test]
+    fn without_published_numbers_no_reading_is_the_nearest() {
+        let (_, _, caption) = figures(&[row("CovF", "recall", 0.3)]).remove(0);
+        assert!(
+            caption.contains("in the order of the experiment") && !caption.contains("smallest"),
+            "{caption}"
+        );
     }
 
     #[test]
