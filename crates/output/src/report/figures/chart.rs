@@ -148,6 +148,26 @@ fn numbers(names: &[&str]) -> Option<Vec<f64>> {
     (parts.len() > 2 && parts.iter().all(is_like) && grows).then(|| parts.iter().map(|p| p.1).collect())
 }
 
+/// The points of a curve, with a gap where the values of empty bins are left out: on a logarithmic axis these have no
+/// place, and a line over them would say that there is something. Points that are not the middles of equal bins are as
+/// they are.
+fn broken(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let steps = || points.windows(2).map(|p| p[1].0 - p[0].0);
+    let bin = steps().fold(f64::INFINITY, f64::min);
+    let is_whole = |step: f64| (step / bin - (step / bin).round()).abs() < 1e-3;
+    if points.len() < 4 || bin <= 0.0 || !steps().all(is_whole) {
+        return points.to_vec();
+    }
+    let mut out = points[..1].to_vec();
+    for p in points.windows(2) {
+        if p[1].0 - p[0].0 > 1.5 * bin {
+            out.push((f64::NAN, f64::NAN));
+        }
+        out.push(p[1]);
+    }
+    out
+}
+
 /// Several curves by name: a panel a tracker.
 fn by_name(found: &[(&Analysed, &Chart)]) -> Parts {
     let mut names: Vec<&str> = Vec::new();
@@ -172,9 +192,15 @@ fn by_name(found: &[(&Analysed, &Chart)]) -> Parts {
         let (style, marker) = style(name);
         Curve { marker: few.then_some(marker), ..Curve::new(points.clone(), style, marker) }
     };
+    let of_chart = |chart: &Chart| -> Vec<Curve> {
+        let gaps = |(name, points): &Named| {
+            (name.clone(), if chart.y_log { broken(points) } else { points.clone() })
+        };
+        chart.curves.iter().map(gaps).map(|named| curve(&named)).collect()
+    };
     let facet = |(analysed, chart): &(&Analysed, &Chart)| Facet {
         label: if found.len() > 1 { analysed.tracker.clone() } else { String::new() },
-        series: chart.curves.iter().map(curve).collect(),
+        series: of_chart(chart),
         ..Facet::default()
     };
     let entry = |name: &&str| {
@@ -199,6 +225,17 @@ mod tests {
         assert_eq!(numbers(&["deviance", "penalty, d = 1", "penalty, d = 50"]), None);
         assert_eq!(numbers(&["a 1", "b 2", "c 3"]), None);
         assert_eq!(numbers(&["a 1", "a 2"]), None);
+    }
+
+    #[test]
+    fn a_line_does_not_go_over_empty_bins() {
+        let at = |places: &[f64]| places.iter().map(|x| (*x, 1.0)).collect::<Vec<_>>();
+        let shown = |places: &[f64]| broken(&at(places)).iter().map(|p| p.0).collect::<Vec<_>>();
+        let gaps = shown(&[0.5, 1.5, 2.5, 4.5, 5.5]);
+        assert_eq!((gaps.len(), gaps[3].is_nan(), gaps[4]), (6, true, 4.5));
+        assert_eq!(shown(&[0.5, 1.5, 2.5, 3.5]).len(), 4);
+        // A grid of rates is none of bins.
+        assert_eq!(shown(&[0.001, 0.005, 0.0175, 0.05, 0.1]).len(), 5);
     }
 
     fn named(n: usize, points: usize) -> Vec<Named> {
