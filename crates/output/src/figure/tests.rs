@@ -175,6 +175,24 @@ fn panels_of_methods() -> Curves {
     Curves { iso_f: true, facets: vec![facet; 5], ..receiver() }
 }
 
+#[test]
+fn lines_of_equal_f_begin_at_the_upper_edge() {
+    let scene = panels_of_methods().scene(WIDTH).expect("a scene");
+    let starts: Vec<f64> = scene
+        .items
+        .iter()
+        .filter_map(|item| match item {
+            scene::Item::Line { points, stroke } if stroke.rgb == [0xDC; 3] => points.first().map(|p| p.1),
+            _ => None,
+        })
+        .collect();
+    // F .2 to .8 in each of five panels, which stand in two rows.
+    assert_eq!(starts.len(), 20);
+    let mut edges = starts;
+    edges.dedup_by(|a, b| (*a - *b).abs() < 0.5);
+    assert_eq!(edges.len(), 2, "{edges:?}");
+}
+
 /// Every figure in both widths.
 fn all() -> Vec<(&'static str, Files)> {
     let points = (-4..=2).map(|k| (10.0_f64.powi(k), f64::from(k * k))).collect();

@@ -101,12 +101,13 @@ impl Place {
         let highest = 2.0 * recall * precision / (recall + precision);
         let ticks = Axis::new((0.0, highest), (0.0, 1.0), 0.0, false).ticks(MAX_ISO);
         for (f, name) in ticks.into_iter().filter(|t| t.0 > 0.0 && t.0 < highest * 0.97) {
+            // From the recall at which it meets the panel's upper edge.
+            let first = f * precision / (2.0 * precision - f);
             let at = |k: usize| {
-                let r = f / 2.0 + (recall - f / 2.0) * (k as f64 / 100.0).powi(2);
-                (r, if k == 0 { f64::INFINITY } else { f * r / (2.0 * r - f) })
+                let r = first + (recall - first) * (k as f64 / 100.0).powi(2);
+                (r, if k == 0 { precision } else { f * r / (2.0 * r - f) })
             };
-            let line: Vec<Point> =
-                (1..=100).map(at).filter(|p| p.1 <= precision).map(|p| self.of(p)).collect();
+            let line: Vec<Point> = (0..=100).map(|k| self.of(at(k))).collect();
             scene.clipped(&line, &self.area, ISO);
             if let Some(end) = line.last() {
                 let name = format!("F {}", name.trim_start_matches('0'));
