@@ -36,9 +36,14 @@ pub trait Plot {
     fn draw(&self, width: f64) -> Result<Files, FigureError> {
         let scene = self.scene(width)?;
         device_size(&scene)?;
-        // What finds no room in a column is scrolled on a narrow screen.
-        let narrow = self.scene(COLUMN).and_then(|scene| svg(&scene)).unwrap_or_default();
-        Ok(Files { svg: svg(&scene)?, narrow, png: raster::png(&scene)?, pdf: pdf::pdf(&scene)? })
+        // What finds no room in a column is scrolled on a narrow screen, and has no files of that width.
+        let in_column = || {
+            let scene = self.scene(COLUMN)?;
+            device_size(&scene)?;
+            Ok::<_, FigureError>((svg(&scene)?, pdf::pdf(&scene)?))
+        };
+        let (narrow, narrow_pdf) = in_column().unwrap_or_default();
+        Ok(Files { svg: svg(&scene)?, narrow, narrow_pdf, png: raster::png(&scene)?, pdf: pdf::pdf(&scene)? })
     }
 
     /// The figure as SVG, as wide as a page's text.
@@ -75,8 +80,10 @@ pub trait Plot {
 pub struct Files {
     /// SVG text.
     pub svg: String,
-    /// SVG text of the figure as wide as a column, for narrow screens; empty where it does not fit one.
+    /// SVG text of the figure as wide as a column, for papers of two columns and narrow screens; empty where it does not fit one.
     pub narrow: String,
+    /// PDF bytes of the same; empty where it does not fit.
+    pub narrow_pdf: Vec<u8>,
     /// PNG bytes.
     pub png: Vec<u8>,
     /// PDF bytes.

@@ -68,7 +68,7 @@ pub struct FigureView {
     pub narrow: String,
     /// Its file beside the report: `figures/fig3.svg`.
     pub file: String,
-    /// Endings of its files: `svg`, `png`.
+    /// Endings of its files: `svg`, `png`, and `column.svg` of the one that is as wide as a column.
     pub endings: Vec<&'static str>,
 }
 

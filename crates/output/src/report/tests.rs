@@ -32,7 +32,7 @@ fn figure(name: &str) -> FigureView {
         svg: curves.to_svg().expect("a figure"),
         narrow: String::new(),
         file: "figures/sweep.svg".into(),
-        endings: vec!["svg", "png"],
+        endings: vec!["svg", "png", "column.svg"],
     }
 }
 
@@ -238,6 +238,13 @@ fn only_what_is_open_is_printed() {
     assert!(
         style.contains("details.table.sheet[open] { page: sheet; }") && !style.contains("details-content")
     );
+}
+
+#[test]
+fn a_figure_for_a_column_can_be_had() {
+    let html = render(&page("RAW")).expect("a page");
+    let link = "· for a column <a href=\"figures/sweep.column.svg\" download>SVG</a>";
+    assert!(html.contains(link), "{html}");
 }
 
 #[test]

@@ -178,18 +178,24 @@ fn draw_own(
     keep_figure(folder, (&name, name.clone()), caption, files)
 }
 
-/// Writes a figure as SVG, PNG and PDF under a file name; returns how the page shows it, under a title and with a caption.
+/// Writes a figure as SVG, PNG and PDF under a file name, and as wide as a column where it is wider; returns how the page
+/// shows it, under a title and with a caption.
 fn keep_figure(
     folder: &Path,
     (file, name): (&str, String),
     caption: String,
-    Files { svg, narrow, png, pdf }: Files,
+    Files { svg, narrow, narrow_pdf, png, pdf }: Files,
 ) -> Result<FigureView, WriteError> {
     let path = |ending: &str| format!("figures/{file}.{ending}");
-    store::write_derived(&folder.join(path("svg")), svg.as_bytes())?;
-    store::write_derived(&folder.join(path("png")), &png)?;
-    store::write_derived(&folder.join(path("pdf")), &pdf)?;
-    Ok(FigureView { file: path("svg"), endings: vec!["svg", "pdf", "png"], name, caption, svg, narrow })
+    let mut files: Vec<(&'static str, &[u8])> = vec![("svg", svg.as_bytes()), ("pdf", &pdf), ("png", &png)];
+    if !narrow.is_empty() && narrow != svg {
+        files.extend([("column.svg", narrow.as_bytes()), ("column.pdf", narrow_pdf.as_slice())]);
+    }
+    for (ending, bytes) in &files {
+        store::write_derived(&folder.join(path(ending)), bytes)?;
+    }
+    let endings = files.iter().map(|(ending, _)| *ending).collect();
+    Ok(FigureView { file: path("svg"), endings, name, caption, svg, narrow })
 }
 
 /// Copies the stills of the figures for the frame viewer.
