@@ -1,20 +1,25 @@
 //! `reports/leaderboard.html`: every method on every experiment that asks for it (`leaderboard = true`), with all trackers
 //! of an experiment pooled. It answers which detector to use with what is at hand.
 //!
-//! The first table has, for each thing that a method may need, the method with the largest AUROC of each experiment. The
-//! second has all methods, anchors last, in the order of their mean AUROC over the experiments on real video (over all, without any). A
-//! mean is over the experiments in which a method was run, and says over how many.
+//! Methods are ranked on the same data: by their AUROC in the one experiment that ran most of them, on real video where
+//! there is any. Only named methods of the program are, on experiments of at least [`MIN_SEQUENCES`] sequences; variants
+//! that an experiment makes for itself, methods that were not run there, and anchors are listed without a rank. A best one
+//! is named only where its interval is above chance.
 
 use super::collect::Site;
 use super::standing::Standing;
-use super::summary::Summary;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
+use crate::score::frames::bootstrap::MIN_SEQUENCES;
+use crate::spec::builtin;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
 
 /// Name of the page.
 pub const LEADERBOARD: &str = "leaderboard.html";
+
+/// The AUROC of a score that says nothing.
+const CHANCE: f64 = 0.5;
 
 /// The order in which needs are shown: what comes with any tracker first.
 const NEEDS: [&str; 6] = [
@@ -28,39 +33,56 @@ const NEEDS: [&str; 6] = [
 
 #[derive(Serialize)]
 struct View<'s> {
+    verdict: Vec<String>,
+    /// All experiments, that of the ranks first.
     experiments: Vec<Experiment<'s>>,
+    /// Those of them that are asked for the best method.
+    asked: Vec<Experiment<'s>>,
     answers: Vec<Answer<'s>>,
     rows: Vec<Row<'s>>,
-    mean_over: &'static str,
+    has_cost: bool,
 }
 
 /// A column of the page.
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 struct Experiment<'s> {
     folder: &'s str,
     title: &'s str,
     data: &'s str,
     suite: &'s str,
     synthetic: bool,
+    sequences: u64,
     trackers: u64,
+    /// Its methods, the best first.
+    standings: Vec<&'s Standing>,
 }
 
 /// The best method of each experiment among those that need one thing.
 #[derive(Serialize)]
 struct Answer<'s> {
     needs: &'s str,
-    best: Vec<Option<&'s Standing>>,
+    best: Vec<Best<'s>>,
+}
+
+/// The best method of an experiment with some needs.
+#[derive(Serialize)]
+struct Best<'s> {
+    standings: Vec<&'s Standing>,
+    /// Whether its interval is above chance.
+    is_better: bool,
 }
 
 /// A method with its standing in each experiment.
 #[derive(Serialize)]
 struct Row<'s> {
+    /// `3`, or `3=` where another one has it too; empty where it is not ranked.
+    rank: String,
+    /// Why it is not.
+    reason: String,
     method: &'s str,
     needs: &'s str,
     anchor: bool,
     cost: &'s str,
-    mean: String,
-    of: usize,
     standings: Vec<Option<&'s Standing>>,
 }
 
@@ -68,66 +90,171 @@ fn auroc(standing: &Standing) -> Option<f64> {
     standing.auroc.value.parse().ok()
 }
 
-/// The best method with this need by AUROC, anchors aside; the first among equals.
-fn best<'s>(summary: &'s Summary, needs: &str) -> Option<&'s Standing> {
-    let competing = summary.standings.iter().filter(|s| !s.anchor && s.needs == needs);
-    let valued = competing.filter_map(|s| Some((auroc(s)?, s)));
-    valued.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, standing)| standing)
+/// Whether a method can be the best: a named one of the program, and no anchor.
+fn competes(standing: &Standing) -> bool {
+    !standing.anchor && builtin::method_names().contains(&standing.method.as_str())
+}
+
+/// Larger values first, as they are printed; what has none comes last.
+fn better_first(a: Option<f64>, b: Option<f64>) -> Ordering {
+    let key = |v: Option<f64>| v.unwrap_or(f64::NEG_INFINITY);
+    key(b).total_cmp(&key(a))
+}
+
+/// The methods with these needs that have the largest AUROC as printed.
+fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
+    let fits = |s: &&&Standing| competes(s) && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
+    let first = experiment.standings.iter().find(fits)?;
+    let ties = experiment.standings.iter().filter(fits).filter(|s| auroc(s) == auroc(first));
+    let is_above = |s: &&Standing| s.auroc.low.parse::<f64>().is_ok_and(|low| low > CHANCE);
+    let standings: Vec<&Standing> = ties.copied().collect();
+    let is_better = standings.iter().all(is_above);
+    Some(Best { standings, is_better })
+}
+
+/// All experiments with standings, the one that the ranks are of first: of those on real video and of enough sequences it
+/// has most methods that compete.
+fn experiments(site: &Site) -> Vec<Experiment<'_>> {
+    let mut all: Vec<Experiment<'_>> = Vec::new();
+    for (folder, s) in site.reports.iter().filter(|(_, s)| !s.standings.is_empty()) {
+        let mut standings: Vec<&Standing> = s.standings.iter().collect();
+        standings.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b))));
+        all.push(Experiment {
+            folder,
+            title: &s.title,
+            data: &s.data,
+            suite: &s.suite,
+            synthetic: s.synthetic,
+            sequences: s.present,
+            trackers: s.standings.iter().map(|s| s.trackers).max().unwrap_or(0),
+            standings,
+        });
+    }
+    let key = |e: &Experiment<'_>| {
+        let methods = e.standings.iter().filter(|s| competes(s)).count();
+        (e.sequences >= MIN_SEQUENCES as u64, !e.synthetic, methods, e.sequences)
+    };
+    // The first of equal ones.
+    if let Some(k) = (0..all.len()).rev().max_by_key(|k| key(&all[*k])) {
+        all[..=k].rotate_right(1);
+    }
+    all
+}
+
+/// All methods: those that are ranked in their order, then the others with the reason, anchors last.
+fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
+    let mut methods: Vec<&Standing> = Vec::new();
+    for standing in experiments.iter().flat_map(|e| &e.standings) {
+        match methods.iter_mut().find(|known| known.method == standing.method) {
+            None => methods.push(standing),
+            // The one that says its cost.
+            Some(known) if known.cost.is_empty() => *known = standing,
+            Some(_) => {}
+        }
+    }
+    let Some(base) = experiments.first() else { return Vec::new() };
+    let of = |e: &Experiment<'s>, method: &str| e.standings.iter().find(|s| s.method == method).copied();
+    let is_enough = base.sequences >= MIN_SEQUENCES as u64;
+    let value = |s: &Standing| of(base, &s.method).filter(|_| is_enough && competes(s)).and_then(auroc);
+    let ranked: Vec<f64> = methods.iter().filter_map(|s| value(s)).collect();
+    let row = |s: &&'s Standing| {
+        let rank = value(s).map_or(String::new(), |v| {
+            let (above, equal) = (ranked.iter().filter(|w| **w > v), ranked.iter().filter(|w| **w == v));
+            format!("{}{}", 1 + above.count(), if equal.count() > 1 { "=" } else { "" })
+        });
+        let mine = || experiments.iter().filter(|e| of(e, &s.method).is_some());
+        let reason = match value(s) {
+            Some(_) => String::new(),
+            None if s.anchor => "anchor".to_string(),
+            None if !competes(s) => match mine().next() {
+                Some(first) => format!("a variant of {}, no named method", first.folder),
+                None => String::new(),
+            },
+            None if mine().all(|e| e.sequences < MIN_SEQUENCES as u64) => {
+                format!("tested on fewer than {MIN_SEQUENCES} sequences")
+            }
+            None => format!("not in {}", base.folder),
+        };
+        let standings = experiments.iter().map(|e| of(e, &s.method)).collect();
+        (
+            value(s),
+            Row {
+                rank,
+                reason,
+                method: &s.method,
+                needs: &s.needs,
+                anchor: s.anchor,
+                cost: &s.cost,
+                standings,
+            },
+        )
+    };
+    let mut rows: Vec<(Option<f64>, Row<'s>)> = methods.iter().map(row).collect();
+    rows.sort_by(|a, b| {
+        a.1.anchor.cmp(&b.1.anchor).then(better_first(a.0, b.0)).then(a.1.method.cmp(b.1.method))
+    });
+    rows.into_iter().map(|(_, row)| row).collect()
+}
+
+/// What the page says, in a sentence or two.
+fn verdict(base: &Experiment<'_>, needs: &[&str]) -> Vec<String> {
+    let names = |best: &Best<'_>| {
+        let names: Vec<&str> = best.standings.iter().map(|s| s.method.as_str()).collect();
+        names.join(" and ")
+    };
+    let Some(first) = best(base, None) else { return Vec::new() };
+    let auroc = &first.standings[0].auroc;
+    let interval = if auroc.low.is_empty() {
+        String::new()
+    } else {
+        format!(" (95 %: {} to {})", auroc.low, auroc.high)
+    };
+    let is_better = if first.is_better { "" } else { ", which is not beyond chance" };
+    let overall = format!(
+        "Lost frames are told from good ones best by {}: AUROC {}{interval}{is_better}, on {} sequences of {}.",
+        names(&first),
+        auroc.value,
+        base.sequences,
+        base.folder
+    );
+    let with = |needs: &&str| {
+        let best = best(base, Some(needs))?;
+        Some(match best.is_better {
+            true => format!("{needs} {} ({})", names(&best), best.standings[0].auroc.value),
+            false => format!("{needs} none better than chance"),
+        })
+    };
+    let by_need: Vec<String> = needs.iter().filter_map(with).collect();
+    vec![overall, format!("Of those that read one thing it is: with {}.", by_need.join("; "))]
 }
 
 fn view(site: &Site) -> View<'_> {
-    let reports = site.reports.iter().map(|(folder, summary)| (folder.as_str(), summary));
-    let with: Vec<(&str, &Summary)> = reports.filter(|(_, s)| !s.standings.is_empty()).collect();
-    let any_real = with.iter().any(|(_, s)| !s.synthetic);
-    let answer = |needs: &'static str| {
-        let best: Vec<Option<&Standing>> = with.iter().map(|(_, s)| best(s, needs)).collect();
-        best.iter().any(Option::is_some).then_some(Answer { needs, best })
-    };
-    // The standing of each method that says most of its cost.
-    let mut methods: BTreeMap<&str, &Standing> = BTreeMap::new();
-    for standing in with.iter().flat_map(|(_, s)| &s.standings) {
-        let known = methods.entry(&standing.method).or_insert(standing);
-        if known.cost.is_empty() {
-            *known = standing;
+    let experiments = experiments(site);
+    let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| competes(s)).count();
+    let is_asked = |e: &&Experiment<'_>| e.sequences >= MIN_SEQUENCES as u64 && competing(e) > 1;
+    let asked: Vec<Experiment<'_>> = experiments.iter().filter(is_asked).cloned().collect();
+    let mut needs: Vec<&str> = NEEDS.into();
+    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| competes(s)) {
+        if !needs.contains(&standing.needs.as_str()) {
+            needs.push(&standing.needs);
         }
     }
-    let mut rows: Vec<Row<'_>> = methods.into_values().map(|first| row(first, &with, any_real)).collect();
-    // Texts of three digits compare as their numbers do; a method without a mean comes last.
-    rows.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(b.mean.cmp(&a.mean)).then(a.method.cmp(b.method)));
-    let experiments = with.iter().map(|(folder, s)| Experiment {
-        folder,
-        title: &s.title,
-        data: &s.data,
-        suite: &s.suite,
-        synthetic: s.synthetic,
-        trackers: s.standings.iter().map(|s| s.trackers).max().unwrap_or(0),
-    });
-    View {
-        experiments: experiments.collect(),
-        answers: NEEDS.into_iter().filter_map(answer).collect(),
-        rows,
-        mean_over: if any_real {
-            "experiments on real video"
-        } else {
-            "experiments, none of them on real video"
-        },
+    let mut answers: Vec<Answer<'_>> = Vec::new();
+    for needs in &needs {
+        let best: Vec<Option<Best<'_>>> = asked.iter().map(|e| best(e, Some(needs))).collect();
+        if best.iter().any(Option::is_some) {
+            let none = || Best { standings: Vec::new(), is_better: false };
+            answers.push(Answer { needs, best: best.into_iter().map(|b| b.unwrap_or_else(none)).collect() });
+        }
     }
-}
-
-/// A method's row; `real` leaves synthetic experiments out of its mean.
-fn row<'s>(first: &'s Standing, with: &[(&'s str, &'s Summary)], real: bool) -> Row<'s> {
-    let mine = |summary: &'s Summary| summary.standings.iter().find(|s| s.method == first.method);
-    let counted = with.iter().filter(|(_, s)| !(real && s.synthetic));
-    let values: Vec<f64> = counted.filter_map(|(_, s)| auroc(mine(s)?)).collect();
-    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    Row {
-        method: &first.method,
-        needs: &first.needs,
-        anchor: first.anchor,
-        cost: &first.cost,
-        mean: if values.is_empty() { String::new() } else { format!("{mean:.3}") },
-        of: values.len(),
-        standings: with.iter().map(|(_, s)| mine(s)).collect(),
+    let rows = rows(&experiments);
+    View {
+        verdict: asked.first().map_or_else(Vec::new, |base| verdict(base, &needs)),
+        has_cost: rows.iter().any(|row| !row.cost.is_empty()),
+        asked,
+        answers,
+        rows,
+        experiments,
     }
 }
 
