@@ -3,7 +3,8 @@
 //! [`layouts`] makes the tables that an experiment asks for, each a [`layout`](mod@layout) of texts; [`write_tables`] writes
 //! them,
 //! [`render`] as CSV, Parquet, Markdown and plain text, [`latex`](mod@latex) as LaTeX, and [`macros`] with a LaTeX command
-//! for every number. [`leaderboard`](mod@leaderboard) ranks methods, [`number`] prints numbers as papers do.
+//! for every number. [`leaderboard`](mod@leaderboard) ranks methods, [`number`] prints numbers as papers do,
+//! [`suites`] names suites.
 
 mod experiment;
 pub mod latex;
@@ -12,5 +13,6 @@ pub mod leaderboard;
 pub mod macros;
 pub mod number;
 pub mod render;
+pub mod suites;
 
 pub use experiment::{data_note, layouts, write_tables};

@@ -15,6 +15,7 @@ use crate::figure::{
 use crate::results::Results;
 use crate::results::manifest;
 use crate::spec::table::FindingName;
+use crate::table::suites::suites_note;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "chart", shows_tracks: false, draw };
@@ -61,7 +62,7 @@ fn chart(results: &Results, shows: &FindingName) -> Curves {
         Some(named) => together(&named, is_precision_recall),
         None => by_name(&found),
     };
-    let note = format!("{}, {}", first.suites_note(), manifest::runs(first.runs));
+    let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
     let frame = plain(&note, &capitalized(&look.x), &capitalized(&look.y));
     let y = CurveAxis { log: look.y_log, ..frame.y.clone() };
     let (x, y) = if is_precision_recall {

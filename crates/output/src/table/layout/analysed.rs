@@ -8,6 +8,7 @@ use crate::score::TrackerMetric;
 use crate::spec::Experiment;
 use crate::spec::table::{FindingName, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value, style_of_column};
+use crate::table::suites::suites_note;
 
 /// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(
@@ -85,7 +86,7 @@ pub fn analysed(
         }
         groups = vec![Group { rows, ..ungrouped() }];
     }
-    let suites = found.first().map_or_else(String::new, |(a, _)| a.suites_note());
+    let suites = found.first().map_or_else(String::new, |(a, _)| suites_note(a));
     if !caption.ends_with('.') {
         caption.push('.');
     }
