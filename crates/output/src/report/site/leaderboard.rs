@@ -31,6 +31,9 @@ const NEEDS: [&str; 6] = [
     "the tracker's posterior",
 ];
 
+/// How many of these are at hand for most trackers; the verdict names their methods.
+const MOST_HAVE: usize = 3;
+
 #[derive(Serialize)]
 struct View<'s> {
     verdict: Vec<String>,
@@ -197,7 +200,7 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
 }
 
 /// What the page says, in a sentence or two.
-fn verdict(base: &Experiment<'_>, needs: &[&str]) -> Vec<String> {
+fn verdict(base: &Experiment<'_>) -> Vec<String> {
     let names = |best: &Best<'_>| {
         let names: Vec<&str> = best.standings.iter().map(|s| s.method.as_str()).collect();
         names.join(" and ")
@@ -220,12 +223,13 @@ fn verdict(base: &Experiment<'_>, needs: &[&str]) -> Vec<String> {
     let with = |needs: &&str| {
         let best = best(base, Some(needs))?;
         Some(match best.is_better {
-            true => format!("{needs} {} ({})", names(&best), best.standings[0].auroc.value),
-            false => format!("{needs} none better than chance"),
+            true => format!("{} ({}) with {needs}", names(&best), best.standings[0].auroc.value),
+            false => format!("none better than chance with {needs}"),
         })
     };
-    let by_need: Vec<String> = needs.iter().filter_map(with).collect();
-    vec![overall, format!("Of those that read one thing it is: with {}.", by_need.join("; "))]
+    let by_need: Vec<String> = NEEDS[..MOST_HAVE].iter().filter_map(with).collect();
+    let by_need = if by_need.is_empty() { String::new() } else { format!(" It is {}.", by_need.join(", ")) };
+    vec![format!("{overall}{by_need}")]
 }
 
 fn view(site: &Site) -> View<'_> {
@@ -249,7 +253,7 @@ fn view(site: &Site) -> View<'_> {
     }
     let rows = rows(&experiments);
     View {
-        verdict: asked.first().map_or_else(Vec::new, |base| verdict(base, &needs)),
+        verdict: asked.first().map_or_else(Vec::new, |base| verdict(base)),
         has_cost: rows.iter().any(|row| !row.cost.is_empty()),
         asked,
         answers,

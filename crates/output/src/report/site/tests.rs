@@ -367,7 +367,10 @@ fn none_is_the_best_that_may_be_chance() {
         !answers.contains("<strong><bdi>Scale") && answers.contains("none better than chance"),
         "{answers}"
     );
-    assert!(answers.contains("with boxes alone none better than chance; frames CovF (0.900)"), "{answers}");
+    assert!(
+        answers.contains("It is none better than chance with boxes alone, CovF (0.900) with frames."),
+        "{answers}"
+    );
 }
 
 #[test]
