@@ -6,6 +6,7 @@
 
 use super::page::{Page, ReportError};
 use crate::dataset::text::visible;
+use crate::score::tracker_metric::TRACKER_METRICS;
 use base64::Engine;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -53,14 +54,36 @@ impl Parts {
         // minijinja escapes because the name ends in .html.
         environment.add_template("page.html", self.template).map_err(failed)?;
         environment.add_filter("visible", |text: String| visible(&text));
+        environment.add_filter("in_words", |name: String| in_words(&name));
         environment.add_filter("address", |path: String| address(&path));
         let template = environment.get_template("page.html").map_err(failed)?;
         template.render(Serde(about)).map_err(failed)
     }
 }
 
+/// A name of a table or a figure as a heading: a metric of trackers that it ends with is in words, as in
+/// `uncertainty, success AUC` of `uncertainty-success_auc`.
+fn in_words(name: &str) -> String {
+    let metric = |(what, metric): (&str, &str)| {
+        let known = TRACKER_METRICS.iter().find(|m| m.name == metric)?;
+        Some(format!("{what}, {}", known.heading))
+    };
+    name.split_once('-').and_then(metric).unwrap_or_else(|| name.to_string())
+}
+
 /// A path below the page's folder as a URL, with all other characters percent-encoded.
 fn address(path: &str) -> String {
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_./".contains(&b);
     path.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_words;
+
+    #[test]
+    fn a_metric_in_a_heading_is_in_words() {
+        assert_eq!(in_words("uncertainty-success_auc"), "uncertainty, success AUC");
+        assert_eq!((in_words("f-score"), in_words("table1")), ("f-score".into(), "table1".into()));
+    }
 }

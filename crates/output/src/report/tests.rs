@@ -240,6 +240,25 @@ fn only_what_is_open_is_printed() {
     );
 }
 
+// By hand: two cells of the row are second, as the third one is better than both.
+#[test]
+fn a_tie_for_the_second_place_is_marked() {
+    let mut page = page("RAW");
+    let cells = &mut page.tables[0].groups[0].rows[1].cells;
+    cells.iter_mut().for_each(|c| c.best = false);
+    cells[2].best = true;
+    let html = |second: [&str; 2]| {
+        let mut page = page.clone();
+        let cells = &mut page.tables[0].groups[0].rows[1].cells;
+        for (cell, text) in cells.iter_mut().zip(second) {
+            cell.second = true;
+            cell.ours = Some(text.into());
+        }
+        render(&page).expect("a page").matches("</em><span class=\"tied\"").count()
+    };
+    assert_eq!((html([".650", ".650"]), html([".650", ".640"])), (2, 0));
+}
+
 #[test]
 fn a_figure_for_a_column_can_be_had() {
     let html = render(&page("RAW")).expect("a page");
