@@ -113,7 +113,7 @@ pub fn write_tables(
     layouts: &[TableLayout],
 ) -> Result<(), ResultsError> {
     for layout in layouts {
-        write_table(folders, layout)?;
+        write_table(folders, &experiment.name, layout)?;
     }
     if !layouts.is_empty() {
         let commands = macros::macros(&experiment.name, facts, layouts);
@@ -126,14 +126,14 @@ pub fn write_tables(
 ///
 /// # Errors
 /// When a file cannot be written.
-fn write_table(folders: [&Path; 2], layout: &TableLayout) -> Result<(), ResultsError> {
+fn write_table(folders: [&Path; 2], experiment: &str, layout: &TableLayout) -> Result<(), ResultsError> {
     let write = |ending: &str, bytes: &[u8]| write_file(folders, &format!("{}.{ending}", layout.name), bytes);
     write("csv", &render::csv(layout)?)?;
     write("md", render::markdown(layout).as_bytes())?;
     write("parquet", &render::parquet(layout)?)?;
-    write("tex", latex::latex(layout).as_bytes())?;
+    write("tex", latex::latex(experiment, layout).as_bytes())?;
     write("body.tex", latex::body(layout).as_bytes())?;
-    if let Some(counts) = latex::counts(layout) {
+    if let Some(counts) = latex::counts(experiment, layout) {
         write("counts.tex", counts.as_bytes())?;
     }
     Ok(())

@@ -6,10 +6,12 @@
 //!
 //! A paper shows the methods: anchors are left out unless the experiment names them ([`Latex`]), counts are a table of
 //! their own. A table is made for the width of a column (3.3 in) or of the text (7 in): in letters of ten, nine or eight
-//! points by what they take on average, else as several tables below each other. What is wider all the same is scaled
+//! points by what they take on average, else as several tables below each other. One that is longer than a sheet is several floats. What is wider all the same is scaled
 //! down to its line when LaTeX has measured it.
 //!
 //! [`Latex`]: crate::spec::table::Latex
+
+mod shape;
 
 use super::layout::{Group, LabelKind, TableLayout};
 use super::render::{Mark, lines};
@@ -109,7 +111,22 @@ fn cell(text: &str, is_best: bool, aligned: bool) -> String {
     if text.is_empty() {
         return String::new();
     }
-    format!("{{{bold}{}}}", latex_escape(text))
+    format!("{{{bold}{}}}", upright(text))
+}
+
+/// A text whose numbers have a minus where they have a hyphen: siunitx is not asked for these.
+fn upright(text: &str) -> String {
+    let begins = |rest: &str| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find('-') {
+        let (before, after) = (&rest[..at], &rest[at + 1..]);
+        let is_sign = begins(after) && !before.ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        out.push_str(&latex_escape(before));
+        out.push_str(if is_sign { "$-$" } else { "-" });
+        rest = after;
+    }
+    out + &latex_escape(rest)
 }
 
 /// A line of a table: its heading, and for each column its text and whether it is the best.
@@ -149,11 +166,12 @@ fn part(layout: &TableLayout, columns: &[usize], keep: fn(LabelKind) -> bool) ->
         let heading = if is_short { &group.label } else { &group.key };
         (!lines.is_empty()).then(|| Block { heading: heading.clone(), lines })
     };
-    Part {
+    let part = Part {
         corner: layout.corner.clone(),
         columns: columns.iter().filter_map(|k| layout.columns.get(*k)).map(|c| c.shown.clone()).collect(),
         blocks: layout.groups.iter().filter_map(block).collect(),
-    }
+    };
+    part.with_intervals()
 }
 
 /// The columns that are shown: those that the experiment names, or all but anchors.
@@ -206,15 +224,16 @@ impl Part {
         let (size, scale) = SIZES[SIZES.len() - 1];
         let mut parts = Vec::new();
         let mut left = 0.0;
-        for column in &widths {
-            let more = scale * column + 2.0 * SPACE;
+        for (from, count) in self.together() {
+            let columns = widths[from..from + count].iter();
+            let more = columns.map(|column| scale * column + 2.0 * SPACE).sum::<f64>();
             match parts.last_mut() {
-                Some(count) if left >= more => {
-                    *count += 1;
+                Some(before) if left >= more => {
+                    *before += count;
                     left -= more;
                 }
                 _ => {
-                    parts.push(1);
+                    parts.push(count);
                     left = width - scale * first - 2.0 * SPACE - more;
                 }
             }
@@ -332,76 +351,48 @@ pub fn body(layout: &TableLayout) -> String {
     part.body(points(width(layout, &part)))
 }
 
-/// The whole floating table, with caption and label.
-pub fn latex(layout: &TableLayout) -> String {
+/// The whole floating table, with caption and label; several where it is longer than a sheet.
+pub fn latex(experiment: &str, layout: &TableLayout) -> String {
     let part = main_part(layout);
-    floating(layout, &part, &layout.caption, &layout.name)
+    floating(layout, &part, &layout.caption, &label(experiment, &layout.name))
+}
+
+/// The label of a table, `tab:khalid2016-table1-counts`: no two tables of all experiments have the same. As in the names of
+/// numbers, a table that is called like the last word of its experiment is left out.
+fn label(experiment: &str, table: &str) -> String {
+    let own =
+        if experiment.split('/').next_back() == Some(table) { String::new() } else { format!("-{table}") };
+    format!("tab:{}{own}", experiment.replace('/', "-"))
 }
 
 /// The counts that the table's numbers are made from, as a floating table of their own; `None` without results or counts.
-pub fn counts(layout: &TableLayout) -> Option<String> {
+pub fn counts(experiment: &str, layout: &TableLayout) -> Option<String> {
     let has = |kind| layout.groups.iter().flat_map(|g| &g.rows).any(|row| row.label.kind == kind);
     if !has(LabelKind::Count) || !has(LabelKind::Result) {
         return None;
     }
     let part = part(layout, &columns(layout), |kind| kind == LabelKind::Count);
     let caption = format!("Counts behind {}. {}.", layout.name, layout.data);
-    Some(floating(layout, &part, &caption, &format!("{}-counts", layout.name)))
+    Some(floating(layout, &part, &caption, &format!("{}-counts", label(experiment, &layout.name))))
 }
 
 fn floating(layout: &TableLayout, part: &Part, caption: &str, label: &str) -> String {
     let width = width(layout, part);
     // A table* goes over both columns of a paper that has two.
     let float = if width == Width::Column { "table" } else { "table*" };
-    format!(
-        "{NEEDS}\\begin{{{float}}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{label}}}\n{}\\end{{{float}}}\n",
-        latex_escape(caption),
-        part.body(points(width)),
-    )
+    let sheets = part.sheets(part.fit(points(width)).1.len());
+    let mut text = String::from(NEEDS);
+    for (k, sheet) in sheets.iter().enumerate() {
+        // The parts of a table have one number, and the first one has its caption and label.
+        let head = match k {
+            0 => format!("\\caption{{{}}}\n\\label{{{label}}}", latex_escape(caption)),
+            _ => format!("\\addtocounter{{table}}{{-1}}\n\\caption{{Part {} of {}.}}", k + 1, sheets.len()),
+        };
+        let body = sheet.body(points(width));
+        text.push_str(&format!("\\begin{{{float}}}\n\\centering\n{head}\n{body}\\end{{{float}}}\n"));
+    }
+    text
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::render::tests::sample;
-    use super::*;
-
-    #[test]
-    fn escapes_everything_special() {
-        let text = latex(&sample());
-        assert!(text.contains("\\caption{A \\& B\\_1. 12 of 21 targets.}"));
-        // The paper leaves zeros out, so the columns are flush right.
-        assert!(text.contains("\\begin{tabular}{lrr}"), "{text}");
-        assert!(
-            text.contains("Precision $\\uparrow$ & {\\bfseries .120\\textdagger{}} & {.100} \\\\"),
-            "{text}"
-        );
-        assert_eq!(
-            latex_escape("\\{$}^~"),
-            "\\textbackslash{}\\{\\$\\}\\textasciicircum{}\\textasciitilde{}"
-        );
-        assert_eq!(latex_escape("a--b é"), "a-{}-b é");
-        assert_eq!(
-            latex_escape("a\u{5d0}\u{5d1}b"),
-            "a{\\ifdefined\\Umathcode \u{5d0}\u{5d1}\\else ??\\fi}b"
-        );
-    }
-
-    #[test]
-    fn siunitx_aligns_numbers_with_a_digit_before_the_point() {
-        let mut layout = sample();
-        let cells = &mut layout.groups[0].rows[0].cells;
-        cells[0].ours = Some("0.120".into());
-        cells[0].published = Some("12".into());
-        cells[0].difference = Some("-0.010".into());
-        let text = latex(&layout);
-        assert!(text.contains("\\begin{tabular}{lS[table-format=+2.3]r}"), "{text}");
-        assert!(
-            text.contains("& \\bfseries 0.120{\\textdagger} &") && text.contains("difference & -0.010 &")
-        );
-        assert_eq!(digits("-0.5"), Some((1, 1, true)));
-        for none in ["", ".5", "5.", "0.1±0.2", "1e5", "--1", "nan", "1.2.3"] {
-            assert_eq!(digits(none), None, "{none}");
-        }
-        assert!(is_bare("-.5") && !is_bare("0.5") && !is_bare(".") && !is_bare(".a"));
-    }
-}
+mod tests;
