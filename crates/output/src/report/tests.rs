@@ -257,6 +257,16 @@ fn a_tie_for_the_second_place_is_marked() {
         render(&page).expect("a page").matches("</em><span class=\"tied\"").count()
     };
     assert_eq!((html([".650", ".650"]), html([".650", ".640"])), (2, 0));
+    // A second cell of another row is of another parameter, unless rows are trackers.
+    let [first, second] = page.tables[0].groups[0].rows.as_mut_slice() else { panic!("two rows") };
+    for row in [&mut *first, &mut *second] {
+        row.cells[1].second = true;
+        row.cells[1].ours = Some(".650".into());
+    }
+    let ties = |page: &Page| render(page).expect("a page").matches("</em><span class=\"tied\"").count();
+    assert_eq!(ties(&page), 0);
+    page.tables[0].groups[0].rows.iter_mut().for_each(|row| row.direction = Direction::Neither);
+    assert_eq!(ties(&page), 2);
 }
 
 #[test]
