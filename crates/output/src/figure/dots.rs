@@ -151,7 +151,8 @@ impl Dots {
         }
         if let Some(mark) = panel.mark.filter(|v| usable(*v)) {
             let x = axis.place(mark);
-            let stroke = Stroke { rgb: Color::Vermilion.rgb(), width: 1.4, dash: Dash::Solid };
+            // Black, because a method has each of the other colors.
+            let stroke = Stroke { rgb: Color::Black.rgb(), width: 1.4, dash: Dash::Solid };
             scene.line(vec![(x, area.y), (x, area.bottom())], stroke);
         }
         for (k, value) in panel.values.iter().enumerate() {
@@ -193,11 +194,11 @@ mod tests {
         };
         let scene = dots.scene(crate::figure::WIDTH).unwrap();
         let circles = scene.items.iter().filter(|i| matches!(i, Item::Circle { .. })).count();
-        let red = Color::Vermilion.rgb();
+        let black = Color::Black.rgb();
         let marks = scene
             .items
             .iter()
-            .filter(|i| matches!(i, Item::Line { stroke, .. } if stroke.rgb == red))
+            .filter(|i| matches!(i, Item::Line { stroke, .. } if stroke.rgb == black))
             .count();
         assert_eq!((circles, marks), (2, 1));
         let with = |stroke: [u8; 3], dash| {

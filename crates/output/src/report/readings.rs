@@ -3,7 +3,7 @@
 //! The numbers are those of `readings.csv`; see [`crate::results::readings`] for the discrepancy.
 
 use super::layouts::{self, cell, group, of_suite};
-use crate::figure::{Dot, DotPanel, Dots};
+use crate::figure::{Color, Dot, DotPanel, Dots};
 use crate::results::Results;
 use crate::results::readings::{DISCREPANCY, Row};
 use crate::score::Metric;
@@ -182,8 +182,8 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     vec![of_suite(table, results)]
 }
 
-/// The figures: name, figure and caption, one for each method on a tracker.
-pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
+/// The figures: name, figure and caption, one for each method on a tracker, in the color of the method.
+pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots, String)> {
     let figure = |g: &Group<'_>| {
         let panel = |statistic: &&str| DotPanel {
             label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
@@ -207,7 +207,7 @@ pub fn figures(rows: &[Row]) -> Vec<(String, Dots, String)> {
             rows: g.readings.iter().map(|r| r.name(g.of)).collect(),
             panels: shown.iter().map(panel).collect(),
             shared_axis: false,
-            colors: Vec::new(),
+            colors: vec![color(g.of.1); g.readings.len()],
             chance: None,
         };
         let order = match g.is_judged() {
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn without_published_numbers_no_reading_is_the_nearest() {
-        let (_, _, caption) = figures(&[row("CovF", "recall", 0.3)]).remove(0);
+        let (_, _, caption) = figures(&[row("CovF", "recall", 0.3)], |_| Color::Blue).remove(0);
         assert!(
             caption.contains("in the order of the experiment") && !caption.contains("smallest"),
             "{caption}"
@@ -281,12 +281,12 @@ mod tests {
             row("CovF sum", "recall", 0.6),
             row("CovF sum", DISCREPANCY, 1.0),
         ];
-        let (name, dots, _) = figures(&rows).remove(0);
+        let (name, dots, _) = figures(&rows, |_| Color::Green).remove(0);
         assert_eq!(name, "readings-covf-sp");
         assert_eq!(dots.rows, ["CovF sum", "CovF (as it is)"]);
-        assert_eq!(dots.panels.len(), 1);
+        assert_eq!((dots.panels.len(), dots.colors.as_slice()), (1, &[Color::Green; 2][..]));
         let dot = Dot { value: 0.6, bounds: None };
         assert_eq!((dots.panels[0].mark, dots.panels[0].values[0]), (Some(0.7), Some(dot)));
-        assert!(figures(&[]).is_empty());
+        assert!(figures(&[], |_| Color::Blue).is_empty());
     }
 }

@@ -10,6 +10,7 @@
 mod diagram;
 mod verdict;
 
+use super::headline::spoken;
 use super::layouts::{self, cell, group, of_suite, table};
 use super::operating;
 use super::pairs;
@@ -359,6 +360,10 @@ fn ranked_rows(table: &TableLayout, fields: &[Field], measured: &Measured) -> Ta
     for (group, field) in table.groups.iter_mut().zip(fields) {
         let competes = |label: &str| field.competitors.iter().any(|c| c.competes && c.label == label);
         group.rows.retain(|row| competes(&row.label.name));
+        for row in &mut group.rows {
+            let name = field.competitors.iter().find(|c| c.label == row.label.name).map_or("", |c| &c.name);
+            row.label.shown = spoken(name, &row.label.name);
+        }
         let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
         let value = |row: &layout::Row| row.cells[0].value.map_or(f64::INFINITY, |v| sign * v);
         group.rows.sort_by(|a, b| value(a).total_cmp(&value(b)));

@@ -1,6 +1,7 @@
 //! Fills the page of a report from a results folder, and writes the report.
 
 use super::claims;
+use super::colors;
 use super::differences;
 use super::explain;
 use super::facts;
@@ -93,7 +94,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
     figures_of_experiment(results, folder, (&tracks, &scores), &mut page)?;
-    let of_readings = readings::figures(&of_readings);
+    let of_readings = readings::figures(&of_readings, |method| colors::color(&results.experiment, method));
     let is_about_readings = readings_first && !of_readings.is_empty();
     let headline = differences::dots(results, &pairs).or(headline).filter(|_| !is_about_readings);
     let headline = headline.into_iter().map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
