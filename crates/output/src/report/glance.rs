@@ -29,12 +29,17 @@ fn shows(figure: &Figure, metric: Metric) -> bool {
     is_curve && (y == Some(metric) || has_iso_f)
 }
 
+/// Whether methods have at least half of the best ones, one for each tracker.
+fn has_most(methods: &[String], best: &[String]) -> bool {
+    2 * best.iter().filter(|method| methods.contains(method)).count() >= best.len()
+}
+
 /// Puts the figure at the head that answers what the page is about. Of methods that is a curve of the metric that the
-/// verdict is about, else all of them with their intervals; readings have figures of their own; else it is the first one.
+/// verdict is about, with the best of them, else all of them with their intervals; readings have figures of their own; else it is the first one.
 pub fn figure_first(
     figures: &mut [FigureView],
     experiment: &Experiment,
-    metric: Option<Metric>,
+    (metric, best): (Option<Metric>, &[String]),
     is_about_readings: bool,
 ) {
     let of_file = |file: &str| {
@@ -48,9 +53,11 @@ pub fn figure_first(
         None
     } else {
         let headline = format!("figures/{HEADLINE}");
-        let place = figures
-            .iter()
-            .position(|f| metric.zip(of_file(&f.file)).is_some_and(|(metric, f)| shows(f, metric)));
+        let place = figures.iter().position(|f| {
+            metric
+                .zip(of_file(&f.file))
+                .is_some_and(|(m, f)| shows(f, m) && has_most(&f.params.methods, best))
+        });
         place.or_else(|| figures.iter().position(|f| f.file.starts_with(&headline)))
     };
     if let Some(place) = place.filter(|place| *place < figures.len()) {
@@ -81,11 +88,15 @@ pub fn table_first(
     metric: Metric,
     (ranked, best): (Option<TableLayout>, &[String]),
 ) {
+    // Trackers are compared by the tables that the experiment has of them, and one that begins with the table of an analysis
+    // is about that.
+    let begins_with_analysis = experiment.tables.first().is_some_and(|t| t.shows.is_some());
+    if experiment.methods.is_empty() || begins_with_analysis {
+        return;
+    }
     let main = main_table(experiment, metric);
-    let known = |table: &Table| best.iter().filter(|method| table.methods.contains(method)).count();
-    let has_most = |table: &Table| 2 * known(table) >= best.len();
     match (main, ranked) {
-        (Some((k, table)), _) if has_most(table) => {
+        (Some((k, table)), _) if has_most(&table.methods, best) => {
             if k < page.tables.len() {
                 page.tables[..=k].rotate_right(1);
             }

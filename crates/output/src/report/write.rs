@@ -107,7 +107,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Differences and readings have a verdict of their own, and their tables stand first.
     let counted = uncertainty::headline(&results.experiment);
     let metric = if pairs.is_empty() { Some(counted) } else { differences::metric() };
-    glance::figure_first(&mut page.figures, &results.experiment, metric, is_about_readings);
+    glance::figure_first(&mut page.figures, &results.experiment, (metric, &best), is_about_readings);
     // The others are looked at more closely; a second picture of each would double what a page has to carry.
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
     page.summary.extend(note);
