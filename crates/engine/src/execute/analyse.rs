@@ -35,14 +35,6 @@ pub struct Analysed {
     pub findings: Findings,
 }
 
-impl Analysed {
-    /// Its suites in words: `synthetic-d1 (18 targets), synthetic-d2 (51 targets)`.
-    pub fn suites_note(&self) -> String {
-        let one = |(name, targets): &(String, usize)| format!("{name} ({targets} targets)");
-        self.suites.iter().map(one).collect::<Vec<_>>().join(", ")
-    }
-}
-
 /// A track with its sequence.
 struct TrackView {
     track: Arc<Track>,

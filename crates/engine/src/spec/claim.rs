@@ -23,7 +23,7 @@ use super::error::{Errors, Source, SpecError};
 use super::table::{FindingName, Words};
 use super::wire;
 use crate::score::Metric;
-pub use judge::{Compared, Judgement, Measured, Spread};
+pub use judge::{Compared, Judgement, LEVEL, Measured, Spread};
 use parse::parse;
 use std::ops::Range;
 
@@ -303,7 +303,7 @@ mod tests {
             _ => None,
         };
         let of = |(draws, value): (&[f64], f64)| Measured { value, spread: Spread::Draws(draws.to_vec()) };
-        claim.judge("ncc", &|r| measured(r).map(of)).verdict
+        claim.judge("ncc", LEVEL, &|r| measured(r).map(of)).verdict
     }
 
     #[test]
@@ -332,6 +332,9 @@ mod tests {
         assert_eq!(judged("recall[DTEF] > 0", &missing(2), &[0.1; 80]), Holds);
         assert_eq!(judged("recall[DTEF] > 0", &missing(3), &[0.1; 80]), Undecided);
         assert!(matches!(judged("recall[DTEF] > recall[ARTE*]", &a, &a), Untestable(_)));
+        // Equality is a matter of the samples that have a value.
+        let ones = [vec![f64::NAN; 9], vec![1.0; 71]].concat();
+        assert_eq!(judged("recall[DTEF] == 1", &ones, &[0.1; 80]), Holds);
         // So are samples whose ratio has no value.
         let raw = [vec![0.0; 2], vec![0.3; 78]].concat();
         assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &[0.5; 80], &raw), Holds);
@@ -349,7 +352,7 @@ mod tests {
             let (value, low, high) = if dtef { (0.9, 0.86, 0.93) } else { (0.8, 0.77, 0.83) };
             Some(Measured { value, spread: Spread::Bounds(low, high) })
         };
-        let judgement = claim.judge("ncc", &of);
+        let judgement = claim.judge("ncc", LEVEL, &of);
         // .1 - sqrt(.04^2 + .03^2) and .1 + sqrt(.03^2 + .03^2).
         let (low, high) = judgement.compared[0].bounds.unwrap();
         assert!((low - 0.05).abs() < 1e-12 && (high - (0.1 + 0.0018_f64.sqrt())).abs() < 1e-12);

@@ -7,7 +7,7 @@ mod sampled;
 
 use crate::results::{CellScore, Results};
 use crate::spec::Tracker;
-use crate::spec::claim::{Claim, ClaimVerdict, Compared, Quantity, Reference};
+use crate::spec::claim::{Claim, ClaimVerdict, Compared, LEVEL, Quantity, Reference};
 use crate::table::layout;
 use crate::table::number::{Style, four_digits};
 use sampled::Samples;
@@ -37,6 +37,8 @@ pub struct Tested {
     pub is_met: bool,
     /// The verdict of our numbers with their uncertainty.
     pub verdict: ClaimVerdict,
+    /// Whether it does not hold at the level, either, that allows for the number of trackers (Bonferroni's).
+    pub fails_beyond_chance: bool,
     /// The numbers behind it, one line for each comparison.
     pub lines: Vec<String>,
 }
@@ -48,13 +50,14 @@ impl Finding {
     }
 
     /// The outcome over all trackers: it holds where it holds for each of them; it does not hold where it holds for none
-    /// and fails for one; what can be tested for some trackers is judged by these; all else is undecided.
+    /// and fails for one by more than chance does among so many; what can be tested for some trackers is judged by
+    /// these; all else is undecided.
     pub fn overall(&self) -> ClaimOutcome {
-        let [holds, _, fails, untestable] = self.counts();
+        let [holds, _, _, untestable] = self.counts();
         match self.tested.len() - untestable {
             0 => ClaimOutcome::CannotBeTested,
             tested if holds == tested => ClaimOutcome::Holds,
-            _ if holds == 0 && fails > 0 => ClaimOutcome::DoesNotHold,
+            _ if holds == 0 && self.tested.iter().any(|t| t.fails_beyond_chance) => ClaimOutcome::DoesNotHold,
             _ => ClaimOutcome::Undecided,
         }
     }
@@ -90,21 +93,25 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     let trackers = experiment.trackers.iter().filter(concerns);
     let trackers: Vec<&str> = trackers.map(|t| t.label.as_str()).collect();
     let each: Vec<&str> = if claim.is_per_tracker() { trackers } else { vec![""] };
+    let corrected = 1.0 - (1.0 - LEVEL) / each.len().max(1) as f64;
     let tested = each.iter().map(|tracker| {
         let met = claim.test(tracker, &|r| samples.value(r));
-        let judgement = claim.judge(tracker, &|r| samples.measured(r));
+        let judgement = claim.judge(tracker, LEVEL, &|r| samples.measured(r));
+        let fails_beyond_chance = judgement.verdict == ClaimVerdict::Fails
+            && claim.judge(tracker, corrected, &|r| samples.measured(r)).verdict == ClaimVerdict::Fails;
         let lines = match &judgement.verdict {
             ClaimVerdict::Untestable(reason) => vec![reason.clone()],
             _ => judgement.compared.iter().map(|c| line(claim, c)).collect(),
         };
-        let tracker = (*tracker).to_string();
-        Tested { tracker, is_met: met == ClaimVerdict::Holds, verdict: judgement.verdict, lines }
+        let (tracker, is_met) = ((*tracker).to_string(), met == ClaimVerdict::Holds);
+        Tested { tracker, is_met, verdict: judgement.verdict, fails_beyond_chance, lines }
     });
     let mut tested: Vec<Tested> = tested.collect();
     if tested.is_empty() {
         let reason = "no tracker has all of its methods".to_string();
         let verdict = ClaimVerdict::Untestable(reason.clone());
-        tested.push(Tested { tracker: String::new(), is_met: false, verdict, lines: vec![reason] });
+        let (tracker, fails_beyond_chance) = (String::new(), false);
+        tested.push(Tested { tracker, is_met: false, verdict, fails_beyond_chance, lines: vec![reason] });
     }
     let is_of_anchor = |r: &&Reference| match &r.quantity {
         Quantity::Metric(_, method) => layout::is_anchor(experiment, method),
@@ -140,7 +147,7 @@ fn line(claim: &Claim, c: &Compared) -> String {
     let interval = match c.bounds {
         Some((low, high)) if low == high => String::new(),
         Some((low, high)) => format!(" ({} to {})", signed(low), signed(high)),
-        None => " (too few sequences for an interval)".to_string(),
+        None => " (too few sequences, or samples with a value, for an interval)".to_string(),
     };
     let (left, right) = (&c.left, &c.right);
     let numbers = format!("{} and {}, {}{interval}", shown(a), shown(b), signed(a - b));
@@ -302,5 +309,34 @@ impl ClaimOutcome {
             Self::DoesNotHold => "does not hold",
             Self::CannotBeTested => "cannot be tested",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_tracker_of_many_decides_only_beyond_chance() {
+        let tested = |verdict: ClaimVerdict, fails_beyond_chance: bool| Tested {
+            tracker: String::new(),
+            is_met: false,
+            verdict,
+            fails_beyond_chance,
+            lines: Vec::new(),
+        };
+        let overall = |tested: Vec<Tested>| {
+            let (text, predicate) = (String::new(), String::new());
+            Finding { text, predicate, required: false, is_check: false, tested }.overall()
+        };
+        let (holds, open) = (tested(ClaimVerdict::Holds, false), tested(ClaimVerdict::Undecided, false));
+        let fails = |beyond| tested(ClaimVerdict::Fails, beyond);
+        assert_eq!(overall(vec![holds.clone(), holds.clone()]), ClaimOutcome::Holds);
+        assert_eq!(overall(vec![open.clone(), fails(true)]), ClaimOutcome::DoesNotHold);
+        assert_eq!(overall(vec![open.clone(), fails(false)]), ClaimOutcome::Undecided);
+        assert_eq!(overall(vec![holds, fails(true)]), ClaimOutcome::Undecided);
+        let untestable = tested(ClaimVerdict::Untestable(String::new()), false);
+        assert_eq!(overall(vec![untestable.clone(), fails(true)]), ClaimOutcome::DoesNotHold);
+        assert_eq!(overall(vec![untestable]), ClaimOutcome::CannotBeTested);
     }
 }

@@ -188,6 +188,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     };
     let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
     let positives = protocol.map_or("events", |p| p.positives);
+    let counted = |n: u64| format!("{n} {}", if n == 1 { singular(positives) } else { positives });
     let mut groups = Vec::new();
     let mut shown_trackers: Vec<&str> = Vec::new();
     for (label, place) in group_places(experiment, table, measures) {
@@ -198,8 +199,8 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         }
         let key = if label.is_empty() { tracker.clone().unwrap_or_default() } else { label.clone() };
         let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
-            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({events} {positives})"),
-            (Some(_), Some(events)) => format!("{label} ({events} {positives})"),
+            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({})", counted(events)),
+            (Some(_), Some(events)) => format!("{label} ({})", counted(events)),
             _ => label,
         };
         groups.push(Group { key, ..make_group(&context, measures, heading, source, &place) });
@@ -263,6 +264,14 @@ fn heading(experiment: &Experiment, name: &str, place: &Place, is_column: bool) 
         _ => name.to_string(),
     };
     Label { name: name.to_string(), shown, kind }
+}
+
+/// One of the things that protocols count, such as `events` or `losses`.
+fn singular(positives: &str) -> &str {
+    match positives {
+        "losses" => "loss",
+        plural => plural.strip_suffix('s').unwrap_or(plural),
+    }
 }
 
 /// Number of events of a tracker (of the only one when `None`) for the table's methods. All methods have the same

@@ -12,14 +12,14 @@
 //! interval). Numbers of which the bounds alone are known are added and subtracted as if they were independent (MOVER:
 //! Zou, Donner, Statistics in Medicine 27(10), 2008), which is too wide for methods on the same sequences; numbers
 //! without either are taken as they are. A sample without a value, such as a ratio whose lower part is 0 there, might lie
-//! anywhere: where there are more of them than lie beyond a bound, 2.5 %, there is no interval. Outcomes are joined by Kleene's logic: `&&` takes the worse one, `||` the
-//! better one, `!` turns it. The 95 % are those of each comparison by itself; nothing corrects for their number.
+//! anywhere: where there are more of them than lie beyond a bound, 2.5 %, a comparison of order has no interval. Outcomes are joined by Kleene's logic: `&&` takes the worse one, `||` the
+//! better one, `!` turns it. The level is that of each comparison by itself; nothing corrects for their number.
 
 use super::{Claim, ClaimVerdict, Expr, Op, Reference};
 use crate::num::pooled::percentiles;
 
-/// Level of the intervals.
-const LEVEL: f64 = 0.95;
+/// Level of the intervals that reports show.
+pub const LEVEL: f64 = 0.95;
 
 /// Differences this close to 0 are rounding.
 const EQUAL: f64 = 1e-12;
@@ -71,23 +71,33 @@ pub struct Judgement {
 }
 
 impl Claim {
-    /// Tests the claim for one tracker, as far as the sequences can tell; `measured` gives the number of a reference, if
-    /// there is one.
-    pub fn judge(&self, tracker: &str, measured: &dyn Fn(&Reference) -> Option<Measured>) -> Judgement {
+    /// Tests the claim for one tracker, as far as the sequences can tell with intervals of a level such as [`LEVEL`];
+    /// `measured` gives the number of a reference, if there is one.
+    pub fn judge(
+        &self,
+        tracker: &str,
+        level: f64,
+        measured: &dyn Fn(&Reference) -> Option<Measured>,
+    ) -> Judgement {
         let bound = |r: &Reference| {
             let mut r = r.clone();
             r.tracker.get_or_insert_with(|| tracker.to_string());
             measured(&r).ok_or_else(|| format!("{r} has no value"))
         };
         let mut compared = Vec::new();
-        let verdict = truth(&self.expression, &bound, &mut compared);
+        let numbers = Numbers { level, of: &bound };
+        let verdict = truth(&self.expression, &numbers, &mut compared);
         Judgement { verdict: verdict.unwrap_or_else(ClaimVerdict::Untestable), compared }
     }
 }
 
-type Numbers<'a> = &'a dyn Fn(&Reference) -> Result<Measured, String>;
+/// The numbers of a claim, and the level of their intervals.
+struct Numbers<'a> {
+    level: f64,
+    of: &'a dyn Fn(&Reference) -> Result<Measured, String>,
+}
 
-fn truth(e: &Expr, numbers: Numbers<'_>, compared: &mut Vec<Compared>) -> Result<ClaimVerdict, String> {
+fn truth(e: &Expr, numbers: &Numbers<'_>, compared: &mut Vec<Compared>) -> Result<ClaimVerdict, String> {
     let rank = |v: &ClaimVerdict| match v {
         ClaimVerdict::Fails => 0,
         ClaimVerdict::Holds => 2,
@@ -114,10 +124,11 @@ fn truth(e: &Expr, numbers: Numbers<'_>, compared: &mut Vec<Compared>) -> Result
     }
 }
 
-fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: Numbers<'_>) -> Result<Compared, String> {
+fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Compared, String> {
     let (left, right) = (number(a, numbers)?, number(b, numbers)?);
-    let difference = combine(Op::Subtract, &left, &right)?;
-    let bounds = bounds(&difference);
+    let difference = combine(Op::Subtract, (&left, &right), numbers.level)?;
+    let is_order = !matches!(op, Op::Equal | Op::NotEqual);
+    let bounds = bounds(&difference, numbers.level, is_order);
     let zeroed = |d: f64| if d.abs() < EQUAL { 0.0 } else { d };
     let is_true = |d: f64| match op {
         Op::GreaterEqual => d >= 0.0,
@@ -127,7 +138,6 @@ fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: Numbers<'_>) -> Result<Compa
         Op::Equal => d == 0.0,
         _ => d != 0.0,
     };
-    let is_order = !matches!(op, Op::Equal | Op::NotEqual);
     let is_tie = is_order && a != b && measures(a) && measures(b) && zeroed(difference.value) == 0.0;
     let verdict = match bounds.map(|(low, high)| (zeroed(low), zeroed(high))) {
         _ if is_tie => ClaimVerdict::Undecided,
@@ -152,19 +162,20 @@ fn measures(e: &Expr) -> bool {
     !found.is_empty()
 }
 
-fn number(e: &Expr, numbers: Numbers<'_>) -> Result<Measured, String> {
+fn number(e: &Expr, numbers: &Numbers<'_>) -> Result<Measured, String> {
     match e {
         Expr::Number(value) => Ok(Measured { value: *value, spread: Spread::Exact }),
-        Expr::Value(r) => numbers(r),
+        Expr::Value(r) => (numbers.of)(r),
         Expr::Negate(a) => {
-            combine(Op::Subtract, &Measured { value: 0.0, spread: Spread::Exact }, &number(a, numbers)?)
+            let zero = Measured { value: 0.0, spread: Spread::Exact };
+            combine(Op::Subtract, (&zero, &number(a, numbers)?), numbers.level)
         }
-        Expr::Binary(op, a, b) => combine(*op, &number(a, numbers)?, &number(b, numbers)?),
+        Expr::Binary(op, a, b) => combine(*op, (&number(a, numbers)?, &number(b, numbers)?), numbers.level),
         Expr::Not(_) => Err("a truth is no number".to_string()),
     }
 }
 
-fn combine(op: Op, a: &Measured, b: &Measured) -> Result<Measured, String> {
+fn combine(op: Op, (a, b): (&Measured, &Measured), level: f64) -> Result<Measured, String> {
     let of = |a: f64, b: f64| match op {
         Op::Add => a + b,
         Op::Subtract => a - b,
@@ -184,7 +195,7 @@ fn combine(op: Op, a: &Measured, b: &Measured) -> Result<Measured, String> {
         }
         (Spread::Draws(x), Spread::Exact) => Spread::Draws(x.iter().map(|x| drawn(*x, b.value)).collect()),
         (Spread::Exact, Spread::Draws(y)) => Spread::Draws(y.iter().map(|y| drawn(a.value, *y)).collect()),
-        _ => match (bounds(a), bounds(b)) {
+        _ => match (bounds(a, level, true), bounds(b, level, true)) {
             (Some(x), Some(y)) => together(op, (a.value, x), (b.value, y), of),
             _ => Spread::TooFew,
         },
@@ -211,14 +222,17 @@ fn together(
     }
 }
 
-fn bounds(m: &Measured) -> Option<(f64, f64)> {
+/// The bounds of a number. Samples without a value are left out; too many of them leave none where the `order` of two
+/// numbers is asked for, while equality, such as that of an anchor with 1, is a matter of the samples that have a value.
+/// Bounds that are known alone stay as they are, whatever the level.
+fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
     match &m.spread {
         Spread::Exact => Some((m.value, m.value)),
         Spread::Draws(draws) => {
             let missing = draws.iter().filter(|draw| draw.is_nan()).count();
             let beyond = (1.0 - LEVEL) / 2.0 * draws.len() as f64;
-            let is_known = missing as f64 <= beyond;
-            is_known.then(|| percentiles(draws.clone(), draws.len(), LEVEL)).flatten()
+            let is_known = !order || missing as f64 <= beyond;
+            is_known.then(|| percentiles(draws.clone(), draws.len(), level)).flatten()
         }
         Spread::Bounds(low, high) => Some((*low, *high)),
         Spread::TooFew => None,
