@@ -23,6 +23,8 @@ function options(select, values, names, value) {
     option.selected = v === value;
     return option;
   }));
+  // Where there is nothing to choose, the picture is what one came for.
+  select.parentElement.hidden = values.length < 2;
 }
 
 function fillChoices() {
