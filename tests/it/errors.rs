@@ -112,7 +112,7 @@ fn methods_of_some_trackers_and_analyses_are_checked() {
 #[test]
 fn a_method_twice_is_refused() {
     let twice = "[[method]]\nname = \"RAW\"\n[[method]]";
-    refused("[[method]]", twice, 15, "method `RAW` stands there twice");
+    refused("[[method]]", twice, 15, "method `RAW` is listed twice");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn published_numbers_belong_to_a_column_once() {
     };
     refused(&row("RWA = \".1\""), 25, "did you mean `RAW`?");
     refused(&row("RAW = \"nan\""), 25, "`nan` is not a printed number");
-    refused(&(row("RAW = \".1\"") + &row("RAW = \".2\"")), 29, "stands there twice");
+    refused(&(row("RAW = \".1\"") + &row("RAW = \".2\"")), 29, "is listed twice");
 }
 
 #[test]

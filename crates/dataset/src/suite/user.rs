@@ -51,7 +51,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
         };
         check(suite).map_err(|e| fault(e.to_string()))?;
         if !seen.insert(&suite.name) {
-            return Err(fault("it stands there twice; names are unique".into()));
+            return Err(fault("it is listed twice; names are unique".into()));
         }
     }
     Ok(wire.suite)
@@ -95,7 +95,7 @@ pub enum UserSuiteError {
     #[error("it has no sequence")]
     Empty,
     /// Two sequences have one name.
-    #[error("sequence `{0}` stands there twice; names are unique in a suite")]
+    #[error("sequence `{0}` is listed twice; names are unique in a suite")]
     Twice(String),
     /// A sequence is not described as it must be.
     #[error("sequence `{name}`: {error}")]

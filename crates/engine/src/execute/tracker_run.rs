@@ -67,10 +67,10 @@ pub enum TrackingError {
         number: u32,
     },
     /// The tracker cannot be copied.
-    #[error("this tracker cannot be started from what it believes, so it cannot run backwards")]
+    #[error("this tracker has no copy that could start again from its posterior, so it cannot run backwards")]
     NoFork,
     /// A second run of the tracker differs from the first, in this frame, from 0.
-    #[error("run again, the tracker gave another answer in frame {0} (from 0)")]
+    #[error("the tracker is not deterministic: a second run gave another region in frame {0} (from 0)")]
     NotRepeatable(usize),
     /// A reverse run that does not go back to an earlier frame.
     #[error("there is no way back from frame {from} to frame {to} (from 0)")]

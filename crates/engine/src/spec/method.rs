@@ -381,7 +381,7 @@ fn read_axes<'i>(
             if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
                 return Err(source.error(
                     item.span(),
-                    format!("grid `{name}`: {} is not finite or stands there twice", readable(number)),
+                    format!("grid `{name}`: {} is not finite or is listed twice", readable(number)),
                 ));
             }
             numbers.push((number, item.clone()));

@@ -73,7 +73,7 @@ pub(super) fn check_unique<'k>(
     mut known: impl Iterator<Item = &'k str>,
 ) -> Result<(), SpecError> {
     if known.any(|k| k == name.get_ref()) {
-        return Err(source.error(name.span(), format!("{what} `{}` stands there twice", name.get_ref())));
+        return Err(source.error(name.span(), format!("{what} `{}` is listed twice", name.get_ref())));
     }
     Ok(())
 }

@@ -378,7 +378,7 @@ fn read_published(
         errors.keep(check_label(source, &p.tracker));
         let Some(row) = errors.keep(table::read_published(source, p, tables)) else { continue };
         if published.iter().any(|k| (&k.table, &k.tracker, &k.row) == (&row.table, &row.tracker, &row.row)) {
-            let message = format!("`{}` of {} stands there twice", row.row, row.tracker);
+            let message = format!("`{}` of {} is listed twice", row.row, row.tracker);
             errors.push(source.error(p.row.span(), message));
             continue;
         }

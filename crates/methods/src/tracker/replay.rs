@@ -330,7 +330,8 @@ struct Player {
 impl Player {
     fn step(&mut self) -> Result<TrackerState, TrackerError> {
         let state = self.states.get(self.next).cloned().ok_or_else(|| {
-            let message = format!("the result has {} frames; there is no further one", self.states.len());
+            let message =
+                format!("the result ends after {} frames; the sequence is longer", self.states.len());
             TrackerError::Broken(message)
         })?;
         self.next += 1;

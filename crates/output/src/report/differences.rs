@@ -61,7 +61,7 @@ pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
     let style = Style::DEFAULT;
     let shown = estimate(style, first.measures.auroc?, bounds(first));
     let mut text = format!(
-        "Lost frames are told from good ones best by {}: area under the ROC curve {shown} over all trackers together.",
+        "{} tells lost frames from good ones best: area under the ROC curve {shown} over all trackers together.",
         first.name
     );
     let lead = pair_of(pairs, first.name, second.name).map(|pair| pair.auroc);
@@ -120,19 +120,19 @@ pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
         (method.name.to_string(), cells)
     };
     let rows: Vec<(String, Vec<Cell>)> = ranked.iter().enumerate().map(row).collect();
-    let caption = "Each method against the best one by AUROC that was run on the same tracks, all trackers together: area under \
-                   the ROC curve, and losses found within 15 frames at 5 false alarms per 1000 good frames, with 95 % bounds of \
-                   the differences by bootstrap over sequences, which are the same for both. A method without a better one on its \
-                   tracks stands alone; frame_pairs.csv has all other pairs.";
+    let caption = "AUROC is the area under the ROC curve, all trackers together; found at 5 the share of losses found within 15 \
+                   frames at 5 false alarms per 1000 good frames. Differences are those from the best method by AUROC that was \
+                   run on the same tracks, with 95 % bounds by bootstrap over the same sequences for both; a method without a \
+                   better one has none. frame_pairs.csv has all other pairs.";
     let columns = [
         "reads",
         "AUROC",
         "found at 5",
-        "against",
-        "AUROC less its",
+        "compared with",
+        "AUROC difference",
         "95 % from",
         "95 % to",
-        "found less its",
+        "found difference",
         "95 % from ",
         "95 % to ",
     ];

@@ -36,7 +36,7 @@ fn files_are_read_and_faults_are_named() {
         ("\"a/S\"", "\"a/../S\"", "sequence `S`: `folder`"),
         ("\"a/S\"", "\"/a\"", "sequence `S`: `folder`"),
         ("\"a/S\"", "\"a\\\\S\"", "sequence `S`: `folder`"),
-        ("name = \"T\"", "name = \"S\"", "sequence `S` stands there twice"),
+        ("name = \"T\"", "name = \"S\"", "sequence `S` is listed twice"),
         ("name = \"T\"", "name = \"T/1\"", "without quotes"),
         ("name = \"T\"", "name = \"\"", "without quotes"),
         ("range = [3, 4]", "range = [4, 3]", "`range`"),

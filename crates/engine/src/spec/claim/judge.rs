@@ -171,7 +171,7 @@ fn number(e: &Expr, numbers: &Numbers<'_>) -> Result<Measured, String> {
             combine(Op::Subtract, (&zero, &number(a, numbers)?), numbers.level)
         }
         Expr::Binary(op, a, b) => combine(*op, (&number(a, numbers)?, &number(b, numbers)?), numbers.level),
-        Expr::Not(_) => Err("a truth is no number".to_string()),
+        Expr::Not(_) => Err("a comparison cannot be used as a number".to_string()),
     }
 }
 

@@ -375,7 +375,7 @@ fn errors_name_both_files_and_their_lines() {
             "[[claim]]\ntext = \"less\"\nholds = \"1 > 0\"\n[[table]]\nname = \"u\"\n[[figure]]",
         ),
         &base,
-        "child.toml:33: table `u` stands there twice",
+        "child.toml:33: table `u` is listed twice",
     );
     let third = "schema = 1\n\nextends = \"third.toml\"\n";
     let bad = broken("name = \"base\"", "name = \"Base\"");
@@ -459,7 +459,7 @@ fn wrong_groups_are_refused() {
     refused(
         &with("[[method-group]]\nmethods = [\"RAW\"]\n"),
         &[],
-        "child.toml:45: method `RAW` stands there twice",
+        "child.toml:45: method `RAW` is listed twice",
     );
     refused(
         &with("[[method-group]]\nshared = 1\nmethods = [\"CovF\"]\n"),

@@ -36,7 +36,7 @@ pub(super) fn train_choice(
     if !can_be_maximised(&metric) {
         let good = Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised));
         let good = good.collect::<Vec<_>>().join(", ");
-        let message = format!("`maximise` takes measures of counts of which more is better: {good}");
+        let message = format!("`maximise` takes a metric of counts for which higher is better: {good}");
         return Err(source.error(wire.maximise.span(), message));
     }
     let build = |value: f64| {

@@ -214,8 +214,9 @@ fn verdict(base: &Experiment<'_>) -> Vec<String> {
     };
     let is_better = if first.is_better { "" } else { ", which is not beyond chance" };
     let overall = format!(
-        "Lost frames are told from good ones best by {}: AUROC {}{interval}{is_better}, on {} sequences of {}.",
+        "{} {} lost frames from good ones best: AUROC {}{interval}{is_better}, on {} sequences of {}.",
         names(&first),
+        if first.standings.len() == 1 { "tells" } else { "tell" },
         auroc.value,
         base.sequences,
         base.folder
@@ -223,13 +224,17 @@ fn verdict(base: &Experiment<'_>) -> Vec<String> {
     let with = |needs: &&str| {
         let best = best(base, Some(needs))?;
         Some(match best.is_better {
-            true => format!("{} ({}) with {needs}", names(&best), best.standings[0].auroc.value),
-            false => format!("none better than chance with {needs}"),
+            true => format!("with {needs} it is {} ({})", names(&best), best.standings[0].auroc.value),
+            false => format!("with {needs} none is better than chance"),
         })
     };
     let by_need: Vec<String> = NEEDS[..MOST_HAVE].iter().filter_map(with).collect();
-    let by_need = if by_need.is_empty() { String::new() } else { format!(" It is {}.", by_need.join(", ")) };
-    vec![format!("{overall}{by_need}")]
+    if by_need.is_empty() {
+        return vec![overall];
+    }
+    // The sentence begins with its first `with`.
+    let by_need = by_need.join("; ").replacen('w', "W", 1);
+    vec![format!("{overall} {by_need}.")]
 }
 
 fn view(site: &Site) -> View<'_> {

@@ -368,7 +368,7 @@ fn none_is_the_best_that_may_be_chance() {
         "{answers}"
     );
     assert!(
-        answers.contains("It is none better than chance with boxes alone, CovF (0.900) with frames."),
+        answers.contains("With boxes alone none is better than chance; with frames it is CovF (0.900)."),
         "{answers}"
     );
 }

@@ -189,7 +189,7 @@ pub(super) fn dots(
     let which = if measured.direction() == Direction::LowerIsBetter { "smaller" } else { "larger" };
     let left_out = if more > 0 { format!(" {more} more are in the tables.") } else { String::new() };
     let caption = format!(
-        "{} with 95 % bootstrap intervals over sequences, those that overlap by much are not told apart.{left_out} {suite}",
+        "{} with 95 % bootstrap intervals over sequences; where these overlap by much, the methods cannot be told apart.{left_out} {suite}",
         measured.title()
     );
     let row = |c: &Competitor| (spoken(&c.name, &c.label), colors::color(experiment, &c.name));
