@@ -11,6 +11,7 @@ pub mod conformal_forecast;
 pub mod consistency;
 pub mod control_chart;
 pub mod cusum;
+pub mod example;
 pub mod forecasting;
 pub mod fused;
 pub mod hysteresis;
@@ -40,8 +41,9 @@ mod conformance;
 #[path = "../../../docs/examples/deviation.rs"]
 mod deviation;
 
+pub use example::Example;
 pub use labels::{RECOVERY_FRAMES, changes, lost, run_starts};
-pub use learning::{Example, LearnError, Learner};
+pub use learning::{LearnError, Learner};
 pub use stream::{Judgement, Reason, Stream};
 pub use track_quality::{Check, Condition, Quality};
 

@@ -9,7 +9,8 @@
 //! without ground truth are left out, and so are the frames at the start of a track in which c_t is exactly 0
 //! because it has no reference yet.
 
-use super::{DetectorOutput, Example};
+use super::DetectorOutput;
+use super::example::Example;
 use crate::num::accumulation::sums;
 use crate::num::gamma_mixture::select::{self, Criterion, MAX_PENALTY_WEIGHT};
 use crate::num::gamma_mixture::{Binned, Clipped, Fit, FitError, FitOptions, Mixture, SampleError, fit_all};

@@ -5,8 +5,8 @@ use super::{Block, Line, Part};
 /// Headings of the columns of lower and upper bounds, and of both together.
 const BOUNDS: [&str; 3] = ["95 % from", "95 % to", "95 %"];
 
-/// Most lines of a float with its headings: about a sheet of small letters.
-const MAX_LINES: usize = 55;
+/// Most lines of a float with its headings: a sheet of small letters, with room for a caption of five lines.
+const MAX_LINES: usize = 50;
 
 impl Part {
     /// The table with the two bounds of each interval in one column: `[low, high]`.
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(part.together(), [(0, 1), (1, 2), (3, 2)]);
     }
 
-    // A sheet has 52 lines; a group that goes over its end has its heading again.
+    // A sheet has 47 lines; a group that goes over its end has its heading again.
     #[test]
     fn a_long_table_is_several() {
         let lines = |part: &Part, below| -> Vec<Vec<usize>> {
@@ -110,8 +110,8 @@ mod tests {
             sheets.iter().map(|s| s.blocks.iter().map(|b| b.lines.len()).collect()).collect()
         };
         let long = part(&["F"], &[30, 40, 5]);
-        assert_eq!(lines(&long, 1), [vec![30, 20], vec![20, 5]]);
-        assert_eq!(lines(&part(&["F"], &[30]), 2), [vec![23], vec![7]]);
-        assert_eq!(lines(&part(&["F"], &[51]), 1), [vec![51]]);
+        assert_eq!(lines(&long, 1), [vec![30, 15], vec![25, 5]]);
+        assert_eq!(lines(&part(&["F"], &[30]), 2), [vec![21], vec![9]]);
+        assert_eq!(lines(&part(&["F"], &[46]), 1), [vec![46]]);
     }
 }
