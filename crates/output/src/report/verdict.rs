@@ -21,7 +21,8 @@ const EVEN: f64 = 0.5;
 /// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches
 /// (52 to 60, 81)`.
 ///
-/// A loss that is followed by `tracking` ends with `recovered` only where the method says so, see [`ending`].
+/// A loss that is followed by `tracking` ends with `recovered` only where the method gives a reason to say so, else with
+/// `alarm over`.
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let frames = method.states.len();
     let mut parts = Vec::new();
