@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use trackfail_testing::conditions::{BROWSERS, runs};
 
 /// How long the browser may think about anything.
@@ -64,6 +64,11 @@ impl Browser {
 
     /// Calls a method of the protocol and gives its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.ask(method, parameters).unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// Calls a method of the protocol and gives its result or its error.
+    fn ask(&mut self, method: &str, parameters: Value) -> Result<Value, Value> {
         self.last += 1;
         let mut message = json!({"id": self.last, "method": method, "params": parameters});
         if !self.session.is_empty() {
@@ -75,8 +80,8 @@ impl Browser {
         loop {
             let answer = self.read();
             if answer["id"] == self.last {
-                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
-                return answer["result"].clone();
+                let error = answer["error"].clone();
+                return if error.is_null() { Ok(answer["result"].clone()) } else { Err(error) };
             }
             self.events.push(answer);
         }
@@ -101,10 +106,21 @@ impl Browser {
         }
     }
 
-    /// The value of an expression in the page.
+    /// The value of an expression in the page; while the page gives way to another one, in that.
     pub fn value(&mut self, expression: &str) -> Value {
         let asked = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
-        let result = self.call("Runtime.evaluate", asked);
+        let end = Instant::now() + PATIENCE;
+        let result = loop {
+            match self.ask("Runtime.evaluate", asked.clone()) {
+                Ok(result) => break result,
+                Err(error) => {
+                    let message = error["message"].as_str().unwrap_or_default();
+                    let gone = ["navigated or closed", "context"].iter().any(|words| message.contains(words));
+                    assert!(gone && Instant::now() < end, "{expression}: {error}");
+                    std::thread::sleep(Duration::from_millis(25));
+                }
+            }
+        };
         assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
         result["result"]["value"].clone()
     }
