@@ -131,13 +131,10 @@ pub fn read_specs(
     let mut wrong = Vec::new();
     let read = names.iter().map(|name| read_spec(name, catalog, programs));
     let experiments = read.filter_map(|read| read.map_err(|failure| wrong.push(failure)).ok()).collect();
-    match (wrong.pop(), wrong.is_empty()) {
-        (None, _) => Ok(experiments),
-        (Some(one), true) => Err(one),
-        (Some(last), false) => {
-            wrong.push(last);
-            Err(Failure::usage(SeveralWrong(wrong)))
-        }
+    match wrong.len() {
+        0 => Ok(experiments),
+        1 => Err(wrong.remove(0)),
+        _ => Err(Failure::usage(SeveralWrong(wrong))),
     }
 }
 

@@ -113,6 +113,11 @@ pub static SUITES: &[RenderedSuite] = &[
     },
 ];
 
+/// Whether a suite of this name is rendered by the program, so that it is no real video.
+pub fn is_rendered(name: &str) -> bool {
+    SUITES.iter().any(|suite| suite.name == name)
+}
+
 /// The sequences of a suite, or `None` if there is no such suite.
 pub fn suite(name: &str) -> Option<Vec<Sequence>> {
     SUITES.iter().find(|s| s.name == name).map(RenderedSuite::sequences)

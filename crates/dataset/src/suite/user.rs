@@ -160,7 +160,7 @@ pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
     if name.is_empty() || name.len() > MAX_NAME || name.starts_with('.') || !name.chars().all(fits) {
         return Err(UserSuiteNameError::Malformed);
     }
-    if pinned_suite_names().any(|n| n == name) || synthetic::SUITES.iter().any(|s| s.name == name) {
+    if pinned_suite_names().any(|n| n == name) || synthetic::is_rendered(name) {
         return Err(UserSuiteNameError::BuiltIn);
     }
     Ok(())

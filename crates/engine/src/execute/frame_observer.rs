@@ -1,4 +1,4 @@
-//! What is told of the work on frames while it goes on.
+//! Observers of the work on frames, which receive its results while it goes on.
 
 use super::lane::LaneStep;
 use super::tracker_run::TrackingError;

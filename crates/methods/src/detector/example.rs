@@ -1,4 +1,4 @@
-//! What detectors learn from.
+//! Tracks that detectors learn from.
 
 /// One track to learn from.
 #[derive(Debug, Clone, Default)]

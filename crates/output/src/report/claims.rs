@@ -186,17 +186,15 @@ pub fn view(finding: &Finding) -> ClaimView {
     }
 }
 
-/// What the claims of a page come to, in a sentence, and the first of them; `None` without claims of a paper.
+/// The outcome of a page's claims in a sentence, with the first claim; `None` without claims of a paper.
 pub fn verdict(claims: &[ClaimView]) -> Option<String> {
     let of_paper: Vec<&ClaimView> = claims.iter().filter(|c| !c.is_check).collect();
     let first = of_paper.first()?;
     let words = ClaimCounts::of(of_paper.iter().map(|c| c.verdict)).words();
-    let of =
-        if of_paper.len() == 1 { "Its claim".to_string() } else { format!("Of {} claims", of_paper.len()) };
-    let text = first.text.trim_end_matches('.');
+    let (outcome, text) = (first.verdict.words(), first.text.trim_end_matches('.'));
     Some(match of_paper.len() {
-        1 => format!("{of} {}: {text}.", first.verdict.words()),
-        _ => format!("{of}, {words}. The first {}: {text}.", first.verdict.words()),
+        1 => format!("Its claim {outcome}: {text}."),
+        n => format!("Of {n} claims, {words}. The first {outcome}: {text}."),
     })
 }
 

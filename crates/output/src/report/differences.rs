@@ -13,6 +13,9 @@ use crate::score::{FrameMeasures, Metric};
 use crate::table::layout::{Cell, TableLayout, is_anchor};
 use crate::table::number::Style;
 
+/// The area under the ROC curve of a score that says nothing.
+pub const CHANCE: f64 = 0.5;
+
 /// The metric that the methods are ordered by.
 pub fn metric() -> Option<Metric> {
     Metric::from_name("auroc")
@@ -95,8 +98,7 @@ pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
     let rows =
         shown.iter().map(|m| (m.name.to_string(), colors::color(&results.experiment, m.name))).collect();
     let dots = headline::dots("Area under the ROC curve", "larger", rows, vec![panel]);
-    // A score that says nothing has this area.
-    let dots = Dots { note: format!("{}; dashed: chance", dots.note), chance: Some(0.5), ..dots };
+    let dots = Dots { note: format!("{}; dashed: chance", dots.note), chance: Some(CHANCE), ..dots };
     (!pairs.is_empty() && shown.len() > 1).then_some((dots, caption))
 }
 

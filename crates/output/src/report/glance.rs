@@ -1,5 +1,5 @@
-//! What stands at the head of a page: the figure and the table that show what its verdict says, beside each other where
-//! the table has room there.
+//! The head of a page: the figure and the table that show what its verdict says, beside each other where the table has
+//! room there.
 
 use super::explain::TableOrigins;
 use super::page::{FigureView, Page};
@@ -34,8 +34,9 @@ fn has_most(methods: &[String], best: &[String]) -> bool {
     2 * best.iter().filter(|method| methods.contains(method)).count() >= best.len()
 }
 
-/// Puts the figure at the head that answers what the page is about. Of methods that is a curve of the metric that the
-/// verdict is about, with the best of them, else all of them with their intervals; readings have figures of their own; else it is the first one.
+/// Puts the figure that answers the page's question at the head. For methods it is the curve of the verdict's metric with the
+/// best of them, or else the figure of all of them with their intervals; for readings it is the first of theirs; otherwise the first
+/// figure stays.
 pub fn figure_first(
     figures: &mut [FigureView],
     experiment: &Experiment,
@@ -48,7 +49,7 @@ pub fn figure_first(
     };
     let own = experiment.figures.len();
     let place = if is_about_readings {
-        (figures.len() > own).then(|| figures.len().min(own))
+        (figures.len() > own).then_some(own)
     } else if experiment.methods.is_empty() {
         None
     } else {
@@ -80,8 +81,9 @@ fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)
     with.rev().max_by_key(|(_, t)| competing(t))
 }
 
-/// Puts the table at the head that has the metric of the verdict: the experiment's own one or, where that lacks most of the
-/// methods in `best`, one for each tracker, those that are ranked with their intervals. The experiment's own tables are the first of the page.
+/// Puts the table with the verdict's metric at the head: the experiment's own one or, where that lacks most of the methods in
+/// `best` (one for each tracker), that of the ranked methods with their intervals. The experiment's own tables are the
+/// first of the page.
 pub fn table_first(
     page: &mut Page,
     experiment: &Experiment,

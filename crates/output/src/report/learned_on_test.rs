@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// A sentence for all methods that share the same sequences. Sequences are compared by their names, which is all that a model
 /// says of them; rendered ones, which share names with real ones, are no real video.
 pub fn warnings(manifest: &Manifest) -> Vec<String> {
-    if synthetic::SUITES.iter().any(|suite| suite.name == manifest.suite.name) {
+    if synthetic::is_rendered(&manifest.suite.name) {
         return Vec::new();
     }
     let mut methods: BTreeMap<Vec<String>, Vec<&str>> = BTreeMap::new();

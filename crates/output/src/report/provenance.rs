@@ -2,7 +2,7 @@
 
 use crate::dataset::synthetic;
 use crate::results::Results;
-use crate::table::layout;
+use crate::table::suites::targets_note;
 
 /// The protocol of the experiment, and those of methods with another one.
 fn protocols(results: &Results) -> String {
@@ -25,11 +25,11 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
     ];
     for (suite, sequences) in &manifest.digests {
         let mut value = if *suite == manifest.suite.name {
-            layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted)
+            targets_note(manifest.suite.present.len(), manifest.suite.wanted)
         } else {
-            layout::targets_note(sequences.len(), sequences.len())
+            targets_note(sequences.len(), sequences.len())
         };
-        if synthetic::SUITES.iter().any(|s| s.name == suite) {
+        if synthetic::is_rendered(suite) {
             value.push_str("; synthetic: rendered by the program, no real video");
         }
         all.push((format!("suite {suite}"), value));

@@ -105,6 +105,11 @@ impl Measured {
         }
     }
 
+    /// 1 where larger values are better, -1 where smaller ones are.
+    fn sign(&self) -> f64 {
+        if self.direction() == Direction::LowerIsBetter { -1.0 } else { 1.0 }
+    }
+
     fn style(&self) -> Style {
         match self {
             Self::Counted(metric) => Style::of_metric(*metric),
@@ -141,6 +146,11 @@ struct Competitor {
 }
 
 impl Competitor {
+    /// Its name with the point of its grid, as sentences and figures have it.
+    fn spoken(&self) -> String {
+        spoken(&self.name, &self.label)
+    }
+
     /// The summed counts of all sequences.
     fn total(&self) -> [i64; 4] {
         sum_of(&self.counts)
@@ -358,14 +368,15 @@ fn intervals(
 fn ranked_rows(table: &TableLayout, fields: &[Field], measured: &Measured) -> TableLayout {
     let mut table = table.clone();
     for (group, field) in table.groups.iter_mut().zip(fields) {
-        let competes = |label: &str| field.competitors.iter().any(|c| c.competes && c.label == label);
-        group.rows.retain(|row| competes(&row.label.name));
-        for row in &mut group.rows {
-            let name = field.competitors.iter().find(|c| c.label == row.label.name).map_or("", |c| &c.name);
-            row.label.shown = spoken(name, &row.label.name);
-        }
-        let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
-        let value = |row: &layout::Row| row.cells[0].value.map_or(f64::INFINITY, |v| sign * v);
+        let competing = |label: &str| field.competitors.iter().find(|c| c.competes && c.label == label);
+        group.rows.retain_mut(|row| {
+            let competitor = competing(&row.label.name);
+            if let Some(competitor) = competitor {
+                row.label.shown = competitor.spoken();
+            }
+            competitor.is_some()
+        });
+        let value = |row: &layout::Row| row.cells[0].value.map_or(f64::INFINITY, |v| -measured.sign() * v);
         group.rows.sort_by(|a, b| value(a).total_cmp(&value(b)));
     }
     table.groups.retain(|group| !group.rows.is_empty());

@@ -25,7 +25,8 @@ use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::spec::figure::Figure;
 use crate::table;
-use crate::table::layout::{self, TableLayout};
+use crate::table::layout::TableLayout;
+use crate::table::suites::targets_note;
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -304,7 +305,7 @@ fn page_frame(results: &Results) -> Page {
     if !suite.missing.is_empty() {
         warnings.push(format!(
             "Only {} of the suite are here; every number below rests on these.",
-            layout::targets_note(suite.present.len(), suite.wanted)
+            targets_note(suite.present.len(), suite.wanted)
         ));
     }
     if !manifest.differing.is_empty() {

@@ -1,4 +1,4 @@
-//! What is known of a report once it is written.
+//! The content of a report once it is written.
 
 use super::claims::Finding;
 use crate::results::CellScore;

@@ -2,6 +2,7 @@
 
 use super::layout::{self, TableLayout};
 use super::macros::Fact;
+use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::engine::store;
 use crate::results::manifest::{self, Manifest, TrackerRecord};
@@ -18,7 +19,7 @@ const MAX_NAMED: usize = 3;
 /// The data that the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
 /// experiment asks for, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
-    let mut note = layout::targets_note(manifest.suite.present.len(), manifest.suite.wanted);
+    let mut note = targets_note(manifest.suite.present.len(), manifest.suite.wanted);
     let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
     let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
         let counted: Vec<_> =

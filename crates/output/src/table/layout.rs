@@ -168,12 +168,6 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
         .all(|v| !v.detector.example().detector.needs_signal())
 }
 
-/// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
-pub fn targets_note(present: usize, wanted: usize) -> String {
-    let targets = if wanted == 1 { "target" } else { "targets" };
-    if present == wanted { format!("{wanted} {targets}") } else { format!("{present} of {wanted} {targets}") }
-}
-
 /// Makes a table of pooled numbers; `data_note` says what they rest on.
 pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> TableLayout {
     let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();

@@ -1,12 +1,18 @@
-//! The suites of an analysis in words.
+//! Suites in words: how many of their targets are there, and those of an analysis.
 
 use crate::engine::execute::analyse::Analysed;
+
+/// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
+pub fn targets_note(present: usize, wanted: usize) -> String {
+    let targets = if wanted == 1 { "target" } else { "targets" };
+    if present == wanted { format!("{wanted} {targets}") } else { format!("{present} of {wanted} {targets}") }
+}
 
 /// Its suites, each once: `synthetic-d1 (18 targets), vot-longterm-car9 (1 target)`.
 pub fn suites_note(analysed: &Analysed) -> String {
     let mut notes: Vec<String> = Vec::new();
     for (name, targets) in &analysed.suites {
-        let note = format!("{name} ({targets} {})", if *targets == 1 { "target" } else { "targets" });
+        let note = format!("{name} ({})", targets_note(*targets, *targets));
         if !notes.contains(&note) {
             notes.push(note);
         }

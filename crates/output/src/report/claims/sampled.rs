@@ -28,7 +28,7 @@ fn draws_of(results: &Results, sequences: usize) -> Draws {
 /// A number of a sum over sequences, where it has one.
 type Statistic = fn(&[i64; 4]) -> Option<f64>;
 
-/// What a number is of its column by sequence: the mean or the total, whichever gives it.
+/// The statistic of a column by sequence that gives a number: the mean or the total.
 fn statistic_of(sum: &[i64; 4], value: f64) -> Option<Statistic> {
     // Values of a column are rounded to billionths.
     let gives = |statistic: &Statistic| {

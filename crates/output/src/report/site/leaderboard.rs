@@ -8,6 +8,7 @@
 
 use super::collect::Site;
 use super::standing::Standing;
+use crate::report::differences::CHANCE;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
 use crate::score::frames::bootstrap::MIN_SEQUENCES;
@@ -17,9 +18,6 @@ use std::cmp::Ordering;
 
 /// Name of the page.
 pub const LEADERBOARD: &str = "leaderboard.html";
-
-/// The AUROC of a score that says nothing.
-const CHANCE: f64 = 0.5;
 
 /// The order in which needs are shown: what comes with any tracker first.
 const NEEDS: [&str; 6] = [
@@ -199,7 +197,7 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
     rows.into_iter().map(|(_, row)| row).collect()
 }
 
-/// What the page says, in a sentence or two.
+/// The verdict of the page in a sentence or two: the best method of all, and with each thing that most trackers have.
 fn verdict(base: &Experiment<'_>) -> Vec<String> {
     let names = |best: &Best<'_>| {
         let names: Vec<&str> = best.standings.iter().map(|s| s.method.as_str()).collect();

@@ -99,7 +99,7 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
         data: table::data_note(experiment, manifest),
         present: suite.present.len() as u64,
         wanted: suite.wanted as u64,
-        synthetic: synthetic::SUITES.iter().any(|s| s.name == suite.name),
+        synthetic: synthetic::is_rendered(&suite.name),
         failed: manifest.cells_failed.len() as u64,
         verdict: written.verdict.clone(),
         best: best(results),

@@ -5,7 +5,7 @@ use super::{Competitor, Direction, Field, Measured};
 use crate::figure::{Color, Dot, Dots};
 use crate::report::colors;
 use crate::report::figures::published;
-use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds, spoken};
+use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds};
 use crate::spec::Experiment;
 use crate::table::layout::{Group, TableLayout};
 use crate::table::number::Style;
@@ -18,7 +18,7 @@ const MAX_WINNERS: usize = 3;
 /// The best of a field, and the next one.
 struct Best<'a> {
     field: &'a str,
-    label: &'a str,
+    competitor: &'a Competitor,
     value: f64,
     bounds: Option<(f64, f64)>,
     /// It and the next one, as sentences have them.
@@ -124,32 +124,30 @@ pub(super) fn best_names(
     measured: &Measured,
 ) -> Vec<String> {
     let name = |(field, group): (&Field, &Group)| {
-        let best = best(field, group, pairs, measured)?;
-        field.competitors.iter().find(|c| c.label == best.label).map(|c| c.name.clone())
+        best(field, group, pairs, measured).map(|best| best.competitor.name.clone())
     };
     fields.iter().zip(&values.groups).filter_map(name).collect()
 }
 
 /// The best of a field that has another one to be better than.
 fn best<'a>(field: &'a Field, values: &Group, pairs: &TableLayout, measured: &Measured) -> Option<Best<'a>> {
-    let sign = if measured.direction() == Direction::LowerIsBetter { -1.0 } else { 1.0 };
-    let competing = field.competitors.iter().filter(|c| c.competes).map(|c| c.label.as_str());
-    let mut all: Vec<(&str, f64)> = competing.filter_map(|c| Some((c, number(values, c, 0)?))).collect();
+    let sign = measured.sign();
+    let competing = field.competitors.iter().filter(|c| c.competes);
+    let mut all: Vec<(&Competitor, f64)> =
+        competing.filter_map(|c| Some((c, number(values, &c.label, 0)?))).collect();
     // Equal ones stay in the order of the experiment.
     all.sort_by(|a, b| (sign * b.1).total_cmp(&(sign * a.1)));
-    let [(label, value), (next, next_value), ..] = *all.as_slice() else { return None };
+    let [(competitor, value), (next, next_value), ..] = *all.as_slice() else { return None };
     // A difference is in the table once, in one of the two directions.
-    let pair = |a: &str, b: &str| {
+    let pair = |a: &Competitor, b: &Competitor| {
         let group = pairs.groups.iter().find(|g| g.key == field.label)?;
-        bounds(group, &format!("{a} against {b}"))
+        bounds(group, &format!("{} against {}", a.label, b.label))
     };
-    let ahead = pair(label, next).or_else(|| pair(next, label).map(|(low, high)| (-high, -low)));
+    let ahead = pair(competitor, next).or_else(|| pair(next, competitor).map(|(low, high)| (-high, -low)));
     let lead = ahead.map(|(low, high)| if sign > 0.0 { (low, high) } else { (-high, -low) });
-    let name =
-        |label: &str| field.competitors.iter().find(|c| c.label == label).map_or("", |c| c.name.as_str());
-    let spoken = [label, next].map(|label| spoken(name(label), label));
-    let (field, bounds) = (field.label.as_str(), bounds(values, label));
-    Some(Best { field, label, value, bounds, spoken, next_value, lead })
+    let spoken = [competitor, next].map(Competitor::spoken);
+    let (field, bounds) = (field.label.as_str(), bounds(values, &competitor.label));
+    Some(Best { field, competitor, value, bounds, spoken, next_value, lead })
 }
 
 /// Those that compete with their intervals, the best at the top, a panel for each tracker; `table` holds the numbers.
@@ -159,7 +157,7 @@ pub(super) fn dots(
     measured: &Measured,
     (experiment, suite): (&Experiment, &str),
 ) -> Option<(Dots, String)> {
-    let sign = if measured.direction() == Direction::LowerIsBetter { 1.0 } else { -1.0 };
+    let sign = -measured.sign();
     let mut rows: Vec<(&Competitor, f64)> = Vec::new();
     for (field, group) in fields.iter().zip(&table.groups) {
         for competitor in field.competitors.iter().filter(|c| c.competes) {
@@ -192,7 +190,7 @@ pub(super) fn dots(
         "{} with 95 % bootstrap intervals over sequences; where these overlap by much, the methods cannot be told apart.{left_out} {suite}",
         measured.title()
     );
-    let row = |c: &Competitor| (spoken(&c.name, &c.label), colors::color(experiment, &c.name));
+    let row = |c: &Competitor| (c.spoken(), colors::color(experiment, &c.name));
     let of_methods = matches!(measured, Measured::Counted(_));
     // Trackers are no methods: all have one color.
     let tracker = |c: &Competitor| (c.label.clone(), Color::Blue);
