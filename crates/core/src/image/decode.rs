@@ -3,7 +3,7 @@
 //! The structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk (PNG); bytes
 //! after it are tolerated. A file that is cut, with or without an end marker behind the cut, is an error, and so is
 //! one whose codes are damaged. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB; alpha is dropped, not
-//! blended.
+//! blended. A frame is upright: it is turned and mirrored as the file's Exif orientation says, as OpenCV and browsers do.
 //!
 //! A few bytes can claim to be an image of any size. So before memory is allocated, the size in the header is checked
 //! against [`MAX_SIDE`] and [`MAX_PIXELS`], against the fewest bytes that so many pixels can be packed into, and against
@@ -13,6 +13,7 @@ mod jpeg;
 mod png;
 
 use super::{Frame, ImageError};
+use ::image::metadata::Orientation;
 use std::io::Cursor;
 use std::ops::Range;
 use zune_core::bytestream::ZCursor;
@@ -39,11 +40,13 @@ const PNG_ROWS: u64 = 4 << 20;
 pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
     let header = header(bytes)?;
     let rgb = if jpeg::is_jpeg(bytes) { decode_jpeg(bytes, &header)? } else { decode_png(bytes)? };
-    let (width, height) = (header.width as usize, header.height as usize);
-    if rgb.len() != 3 * width * height {
-        return Err(ImageError::Decode("it has another size than its header says".into()));
-    }
-    Ok(Frame::new(width, height, rgb))
+    let stored = ::image::RgbImage::from_raw(header.width, header.height, rgb)
+        .filter(|image| image.as_raw().len() as u64 == 3 * u64::from(header.width) * u64::from(header.height))
+        .ok_or_else(|| ImageError::Decode("it has another size than its header says".into()))?;
+    let mut upright = ::image::DynamicImage::from(stored);
+    upright.apply_orientation(header.orientation);
+    let (width, height) = header.size();
+    Ok(Frame::new(width, height, upright.into_rgb8().into_raw()))
 }
 
 /// Width and height in pixels, from the structure of the file alone.
@@ -51,8 +54,7 @@ pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
 /// # Errors
 /// As [`decode`], except that the pixels are not checked.
 pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
-    let header = header(bytes)?;
-    Ok((header.width as usize, header.height as usize))
+    Ok(header(bytes)?.size())
 }
 
 /// Facts of a file that are known before it is decoded.
@@ -61,8 +63,11 @@ struct Header {
     is_progressive: bool,
     /// The scans of a JPEG file, each from its marker to the end of its data.
     scans: Vec<Range<usize>>,
+    /// Sides of the image as it is stored, before it is turned.
     width: u32,
     height: u32,
+    /// How the stored image becomes upright.
+    orientation: Orientation,
     /// Bytes that hold the pixels, and the fewest that can hold so many.
     packed: u64,
     least: u64,
@@ -71,6 +76,18 @@ struct Header {
 }
 
 impl Header {
+    /// Width and height of the frame.
+    fn size(&self) -> (usize, usize) {
+        let (width, height) = (self.width as usize, self.height as usize);
+        match self.orientation {
+            Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH => (height, width),
+            _ => (width, height),
+        }
+    }
+
     /// The header, if the image may be decoded.
     fn check(self, bytes: &[u8]) -> Result<Self, ImageError> {
         let Self { width, height, packed, .. } = self;
@@ -83,12 +100,20 @@ impl Header {
         if packed < self.least {
             return Err(ImageError::TooFewBytes { width, height, bytes: packed });
         }
-        let memory = self.memory + 2 * bytes.len() as u64;
+        // Turning makes a copy.
+        let turned = if self.size() == (width as usize, height as usize) { 0 } else { 3 };
+        let turned = u64::from(width) * u64::from(height) * turned;
+        let memory = self.memory + turned + 2 * bytes.len() as u64;
         if memory > MAX_MEMORY {
             return Err(ImageError::TooMuchMemory { width, height, memory });
         }
         Ok(self)
     }
+}
+
+/// The orientation that an Exif block names; none is upright, as is one that is no number from 1 to 8.
+fn orientation(exif: Option<&[u8]>) -> Orientation {
+    exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
 
 fn header(bytes: &[u8]) -> Result<Header, ImageError> {
@@ -163,6 +188,73 @@ mod tests {
         assert_eq!((frame.width(), frame.height()), (37, 23));
         assert_eq!(frame.pixel(5, 2), [35, 22, 10]);
         assert_eq!(size(&encode(&picture(), ImageFormat::Png)).unwrap(), (37, 23));
+    }
+
+    /// An Exif block with an orientation, in either order of bytes.
+    fn exif(orientation: u8, big_endian: bool) -> Vec<u8> {
+        if big_endian {
+            [b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", &[orientation][..], &[0; 6]].concat()
+        } else {
+            [b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0", &[orientation][..], &[0; 7]].concat()
+        }
+    }
+
+    /// A file with an Exif block: behind the start of a JPEG, before the end of a PNG.
+    fn with_exif(file: &[u8], block: &[u8]) -> Vec<u8> {
+        if jpeg::is_jpeg(file) {
+            let body = [b"Exif\0\0", block].concat();
+            let length = (body.len() as u16 + 2).to_be_bytes();
+            [&file[..2], &[0xFF, 0xE1], &length, &body, &file[2..]].concat()
+        } else {
+            let end = file.len() - 12;
+            [&file[..end], &chunk(b"eXIf", block), &file[end..]].concat()
+        }
+    }
+
+    // python3, OpenCV 5.0: a = np.array([[1, 2, 3], [4, 5, 6]]), written as 8-bit PNG with an eXIf chunk of this orientation,
+    // and read by cv2.imread(f): the same as the table of Exif 2.3, 4.6.4.
+    #[test]
+    fn frames_are_upright_as_their_file_says() {
+        let stored = DynamicImage::from(GrayImage::from_raw(3, 2, vec![1, 2, 3, 4, 5, 6]).unwrap());
+        let stored = encode(&stored, ImageFormat::Png);
+        let upright: [(u8, usize, [u8; 6]); 9] = [
+            (1, 3, [1, 2, 3, 4, 5, 6]),
+            (2, 3, [3, 2, 1, 6, 5, 4]),
+            (3, 3, [6, 5, 4, 3, 2, 1]),
+            (4, 3, [4, 5, 6, 1, 2, 3]),
+            (5, 2, [1, 4, 2, 5, 3, 6]),
+            (6, 2, [4, 1, 5, 2, 6, 3]),
+            (7, 2, [6, 3, 5, 2, 4, 1]),
+            (8, 2, [3, 6, 2, 5, 1, 4]),
+            (0, 3, [1, 2, 3, 4, 5, 6]),
+        ];
+        for (orientation, width, pixels) in upright {
+            for big_endian in [true, false] {
+                let file = with_exif(&stored, &exif(orientation, big_endian));
+                let frame = decode(&file).unwrap();
+                assert_eq!((frame.width(), frame.height()), (width, 6 / width), "{orientation}");
+                assert_eq!(size(&file).unwrap(), (width, 6 / width), "{orientation}");
+                let values: Vec<u8> = frame.bytes().chunks(3).map(|rgb| rgb[0]).collect();
+                assert_eq!(values, pixels, "{orientation}");
+            }
+        }
+    }
+
+    #[test]
+    fn jpeg_files_are_turned_as_png_files_are() {
+        let file = encode(&picture(), ImageFormat::Jpeg);
+        let plain =
+            DynamicImage::from(RgbImage::from_raw(37, 23, decode(&file).unwrap().bytes().to_vec()).unwrap());
+        let png = encode(&plain, ImageFormat::Png);
+        for orientation in 1..=8 {
+            let block = exif(orientation, orientation % 2 == 0);
+            let turned = decode(&with_exif(&file, &block)).unwrap();
+            assert_eq!(turned, decode(&with_exif(&png, &block)).unwrap(), "{orientation}");
+        }
+        // A second block, as of a thumbnail, counts for nothing, and neither does a damaged one.
+        let twice = with_exif(&with_exif(&file, &exif(6, true)), &exif(1, true));
+        assert_eq!(size(&twice).unwrap(), (37, 23));
+        assert_eq!(size(&with_exif(&file, &exif(6, true)[..12])).unwrap(), (37, 23));
     }
 
     #[test]

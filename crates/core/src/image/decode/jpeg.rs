@@ -32,6 +32,9 @@ const RESTART: RangeInclusive<u8> = 0xD0..=0xD7;
 const TEMPORARY: u8 = 0x01;
 const DEFINE_RESTARTS: u8 = 0xDD;
 const START_OF_SCAN: u8 = 0xDA;
+/// The segment of an application in which cameras say how they were held, and its first bytes.
+const APPLICATION_1: u8 = 0xE1;
+const EXIF: &[u8] = b"Exif\0\0";
 
 /// Number of samples in the side of a block.
 const BLOCK: u64 = 8;
@@ -137,7 +140,7 @@ impl FrameHeader {
 /// See the head of this file.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     let mut walk = Walk { frame: None, interval: 0, scans: Vec::new(), short: None };
-    let mut at = START.len();
+    let (mut at, mut exif) = (START.len(), None);
     loop {
         let place = next_marker(bytes, at).ok_or(ImageError::Truncated)?;
         let marker = bytes[place + 1];
@@ -163,6 +166,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
                 walk.scan(segment, &bytes[at..next])?;
                 walk.scans.push(place..next);
             }
+            APPLICATION_1 => exif = exif.or(segment.strip_prefix(EXIF)),
             _ => {}
         }
     }
@@ -186,6 +190,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
         scans: walk.scans,
         width: frame.width as u32,
         height: frame.height as u32,
+        orientation: super::orientation(exif),
         packed,
         least,
         memory: coefficients + frame.width * frame.height * samples,

@@ -39,11 +39,14 @@ fn walk<'a>(bytes: &'a [u8], mut visit: impl FnMut(&'a [u8; 4], &'a [u8])) -> Re
 /// # Errors
 /// See the head of this file.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
-    let (mut packed, mut first) = (0, None);
+    let (mut packed, mut first, mut exif) = (0, None, None);
     walk(bytes, |kind, chunk| {
         first = first.or(Some((kind, chunk)));
         if kind == b"IDAT" {
             packed += chunk.len() as u64 - 12;
+        }
+        if kind == b"eXIf" {
+            exif = exif.or(chunk.get(8..chunk.len() - 4));
         }
     })?;
     let Some((b"IHDR", &[_, _, _, _, _, _, _, _, w3, w2, w1, w0, h3, h2, h1, h0, depth, color, ..])) = first
@@ -68,6 +71,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
         scans: Vec::new(),
         width,
         height,
+        orientation: super::orientation(exif),
         packed,
         least: pixels.saturating_mul(channels * u64::from(depth)) / 8 / MAX_RATIO,
         memory: pixels.saturating_mul(made),
