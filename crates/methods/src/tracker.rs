@@ -46,12 +46,23 @@ pub enum Status {
     /// A reset protocol found a failure in this frame. The region is the one that failed; for result files without it,
     /// the last one again.
     Failed,
-    /// A reset protocol skipped this frame; the region repeats the last one.
+    /// A reset protocol skipped this frame, or the tracker was not asked for it; the region repeats the last one.
     Skipped,
     /// The tracker has not started yet; the region is the one that it will start with.
     Waiting,
     /// The tracker says that the target is absent; the region repeats the last one that it gave.
     Absent,
+    /// A result file has no box for this frame, and its reader was told to pass that over: the region repeats the last one
+    /// and counts as the tracker's answer.
+    Repeated,
+}
+
+impl Status {
+    /// Whether the region is an answer to this frame or counts as one. Where it is not, rules of scoring differ, see
+    /// [`Trajectory::counted`](crate::score::trajectory::Trajectory::counted).
+    pub fn has_box(self) -> bool {
+        matches!(self, Self::Initialized | Self::Tracked | Self::Repeated)
+    }
 }
 
 /// First and second moments of a tracker's posterior, and the evenness of its weights: of particles, or of a response

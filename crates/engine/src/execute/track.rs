@@ -24,7 +24,8 @@ pub struct Track {
     pub error: Vec<f64>,
     /// One series for each of the experiment's distinct signals; empty for those not needed on this track.
     pub signals: Vec<Vec<f64>>,
-    /// Frames whose region repeats the last one, because the tracker was marked failed or skipped.
+    /// Frames whose region repeats the last one: those marked failed or skipped, and those of a result file without a box
+    /// that were passed over.
     pub repeated: usize,
     /// Reverse runs of its tracker, where a method of the experiment needs them.
     pub reversal: Option<Arc<Reversal>>,

@@ -268,7 +268,8 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
         let run = context.tracker_run(&planned.sequence, plan.jobs[found.job]);
         Arc::new(Reversal::new(run, regions.clone()))
     });
-    let repeated = states.iter().filter(|s| matches!(s.status, Status::Failed | Status::Skipped)).count();
+    let repeats = |status| matches!(status, Status::Failed | Status::Skipped | Status::Repeated);
+    let repeated = states.iter().filter(|s| repeats(s.status)).count();
     let confident = states.iter().any(|s| s.confidence.is_some());
     Track {
         regions,

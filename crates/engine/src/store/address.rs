@@ -244,7 +244,7 @@ mod tests {
         ("analysis uncertainty-model", "934aff386c64f2e2"),
         ("analysis cut-values", "0c486de33a3f6668"),
         ("analysis window-lengths", "9befcd641164ca8d"),
-        ("analysis success", "f25e98d2fde8a01c"),
+        ("analysis success", "3bb083cb2d637d54"),
         ("analysis resets", "d1f1e9e19bba66cc"),
         ("analysis collapsed-boxes", "063ffcd07d0d4ed8"),
         ("analysis longterm", "05f633b7c34c8491"),

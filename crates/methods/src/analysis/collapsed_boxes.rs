@@ -149,6 +149,7 @@ mod tests {
             regions: &regions,
             status: &[Status::Tracked; 4],
             truth: &truth,
+            confidence: &[],
             frame: None,
             attributes: &[],
             frame_attributes: &[],

@@ -162,6 +162,7 @@ mod tests {
             regions: &regions,
             status: &status,
             truth: &truth,
+            confidence: &[],
             frame: None,
             attributes: &[],
             frame_attributes: &[],

@@ -213,6 +213,7 @@ mod tests {
             run,
             regions: &regions,
             status,
+            confidence: &[],
             truth: &truth,
             frame: Some((99, 99)),
             attributes: &[],

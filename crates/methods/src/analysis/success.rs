@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "success",
-    version: 1,
+    version: 2,
     summary: "success AUC and precision@20 of trackers, by the rules of an evaluation program",
     example: "{ rules = \"otb-matlab/1\" }",
     build: |raw| Ok(Box::new(Success::new(read_params(raw)?)?)),
@@ -30,7 +30,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// `otb-matlab/1`, `pysot/1` or `got10k/1`.
+    /// `otb-matlab/1`, `pysot/1`, `got10k/1`, `pysot-toolkit/1` or `lasot/1`.
     pub rules: String,
 }
 

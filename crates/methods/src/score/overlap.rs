@@ -37,8 +37,8 @@ pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
             (Status::Waiting, _) => f64::NAN,
             (Status::Failed | Status::Skipped, _) => 1.0,
             (_, None) => f64::NAN,
-            (Status::Absent, Some(_)) => 1.0,
-            (_, Some(truth)) => error(&state.region, truth),
+            (status, Some(truth)) if status.has_box() => error(&state.region, truth),
+            (_, Some(_)) => 1.0,
         })
         .collect()
 }

@@ -16,6 +16,8 @@
 //! sequences of the mean over repetitions. Overlaps count on the frame where `bounded`. Low numbers of
 //! failures and high values of the rest are good.
 //!
+//! A frame in which the tracker says that an annotated target is absent counts with overlap 0.
+//!
 //! An attribute is a set of frames: see [`attributes`].
 //!
 //! Source: Kristan et al., The Visual Object Tracking VOT2014 and VOT2015 challenge results; agrees with
@@ -24,7 +26,7 @@
 
 pub mod attributes;
 
-use super::trajectory::{Trajectory, mean};
+use super::trajectory::{Missing, Trajectory, mean};
 use crate::region::Areas;
 use crate::tracker::Status;
 
@@ -60,10 +62,12 @@ impl Rules {
         let frame = trajectory.frame.filter(|_| self.bounded);
         let mut counts = vec![true; trajectory.len()];
         let mut overlaps = Vec::with_capacity(trajectory.len());
+        let regions = trajectory.counted(Missing::Miss);
         for (t, status) in trajectory.status.iter().enumerate() {
-            let tracked = matches!(status, Status::Tracked);
-            overlaps.push(match &trajectory.truth[t] {
-                Some(truth) if tracked => self.areas.overlap(&trajectory.regions[t], truth, frame),
+            overlaps.push(match (regions[t], &trajectory.truth[t]) {
+                (Some(region), Some(truth)) if *status != Status::Initialized => {
+                    self.areas.overlap(region, truth, frame)
+                }
                 _ => 0.0,
             });
             match status {
@@ -72,7 +76,9 @@ impl Rules {
                     counts[t..end].fill(false);
                     counts[t] = false;
                 }
-                Status::Tracked | Status::Absent => counts[t] &= trajectory.truth[t].is_some(),
+                Status::Tracked | Status::Repeated | Status::Absent => {
+                    counts[t] &= trajectory.truth[t].is_some()
+                }
                 Status::Failed | Status::Skipped | Status::Waiting => counts[t] = false,
             }
         }

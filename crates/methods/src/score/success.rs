@@ -11,24 +11,29 @@
 //!
 //! The programs agree on these formulas and differ in the rules below, so that the same boxes have different scores:
 //!
-//! | | `otb-matlab/1` | `pysot/1` | `got10k/1` |
-//! |---|---|---|---|
-//! | first frame | replaced by the truth | as reported | replaced by the truth |
-//! | frame without annotation | overlap -1: a miss; error -1: a **hit** | the same | a miss |
-//! | what counts as annotated | x, y, w and h above 0, 1-based | w and h above 0; for the error, the center above 0 | every box |
-//! | tracker without a box | its last box stays | a miss | a miss |
+//! | | `otb-matlab/1` | `pysot/1` | `got10k/1` | `pysot-toolkit/1` | `lasot/1` |
+//! |---|---|---|---|---|---|
+//! | first frame | replaced by the truth | as reported | replaced by the truth | as reported | replaced by the truth |
+//! | frame without truth | a miss of the overlap, a **hit** of the error | the same | a miss of both | as `pysot/1` | a miss of both |
+//! | truth that does not count for the overlap | x or y not above 0 | none | none | x or y not above 0 | x or y not above 0 |
+//! | truth that does not count for the error | the same | center not above 0 | none | center not above 0 | x or y not above 0 |
+//! | tracker without a box | its last box stands | a miss | a miss | a miss | its last box stands |
+//!
+//! A truth that does not count is a miss of the overlap and a **hit** of the error. x, y and the center are 1-based there.
+//! `lasot/1` leaves frames in which the target is absent out of both counts, but not out of n, which makes them misses.
 //!
 //! Boxes are continuous and 0-based here; in OTB's 1-based pixels x and y are larger by 1 and a center is
-//! `x + (w - 1) / 2`, which cancels in both measures and counts only for the rules of the third row. In a frame
-//! that a reset protocol skipped, or a replayed file had no box for, the tracker has no box.
-//! A run that starts later than the sequence (a temporal restart) is scored from its start on.
+//! `x + (w - 1) / 2`, which cancels in both measures and counts only for the truths that do not count. What a frame without a
+//! box is, [`Trajectory::counted`] says; a box of a file that is four zeros is none, where pysot's and got10k's programs
+//! measure the distance of its center from the truth's. A run that starts later than the sequence (a temporal restart) is
+//! scored from its start on.
 //!
-//! Sources: OTB toolkit `calcSeqErrRobust.m`, `perfPlot`; pysot-toolkit `success_overlap`, `success_error`;
-//! got10k-toolkit `ExperimentOTB`, all read for their rules only.
+//! Sources: OTB toolkit `calcSeqErrRobust.m`, `perfPlot`; STVIR/pysot (c7fd71c) and its elder, StrangerZhang/pysot-toolkit,
+//! `success_overlap`, `success_error`; got10k-toolkit `ExperimentOTB`; HengLan/LaSOT_Evaluation_Toolkit
+//! `calc_seq_err_robust.m`, `eval_tracker.m`; all read for their rules only.
 
-use super::trajectory::{Trajectory, mean};
+use super::trajectory::{Missing, Trajectory, mean};
 use crate::region::{Rect, Region};
-use crate::tracker::Status;
 
 /// Number of overlap thresholds, from 0 to 1.
 pub const OVERLAPS: usize = 21;
@@ -48,21 +53,37 @@ pub struct Rules {
     replaces_first: bool,
     /// Whether frames without annotation are hits of the precision.
     absent_is_hit: bool,
-    /// Whether a tracker without a box keeps its last one.
-    keeps_box: bool,
-    /// Which annotations count.
-    counts: Annotated,
+    /// What a tracker without a box counts as.
+    missing: Missing,
+    /// Which annotations count for the overlap.
+    overlap: Annotated,
+    /// Which annotations count for the error.
+    error: Annotated,
 }
 
 /// Which annotations count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Annotated {
-    /// Those that are positive in all four 1-based numbers.
-    Positive,
-    /// Those with a positive size and, for the error, with a positive 1-based center.
-    PositiveCenter,
+    /// Those whose left top corner is positive, 1-based.
+    Corner,
+    /// Those whose center is.
+    Center,
     /// All.
     All,
+}
+
+impl Annotated {
+    fn includes(self, truth: &Rect) -> bool {
+        let (x, y) = match self {
+            Self::Corner => (truth.x + 1.0, truth.y + 1.0),
+            Self::Center => {
+                let (x, y) = truth.center();
+                (x + 0.5, y + 0.5)
+            }
+            Self::All => return true,
+        };
+        x > 0.0 && y > 0.0
+    }
 }
 
 /// Every set of rules.
@@ -72,24 +93,45 @@ pub static RULES: &[Rules] = &[
         summary: "success AUC and precision@20 as the OTB toolkit computes them",
         replaces_first: true,
         absent_is_hit: true,
-        keeps_box: true,
-        counts: Annotated::Positive,
+        missing: Missing::LastBox,
+        overlap: Annotated::Corner,
+        error: Annotated::Corner,
     },
     Rules {
         name: "pysot/1",
-        summary: "success AUC and precision@20 as pysot-toolkit computes them",
+        summary: "success AUC and precision@20 as STVIR/pysot computes them",
         replaces_first: false,
         absent_is_hit: true,
-        keeps_box: false,
-        counts: Annotated::PositiveCenter,
+        missing: Missing::Miss,
+        overlap: Annotated::All,
+        error: Annotated::Center,
     },
     Rules {
         name: "got10k/1",
         summary: "success AUC and precision@20 as got10k-toolkit computes them",
         replaces_first: true,
         absent_is_hit: false,
-        keeps_box: false,
-        counts: Annotated::All,
+        missing: Missing::Miss,
+        overlap: Annotated::All,
+        error: Annotated::All,
+    },
+    Rules {
+        name: "pysot-toolkit/1",
+        summary: "success AUC and precision@20 as StrangerZhang/pysot-toolkit computes them",
+        replaces_first: false,
+        absent_is_hit: true,
+        missing: Missing::Miss,
+        overlap: Annotated::Corner,
+        error: Annotated::Center,
+    },
+    Rules {
+        name: "lasot/1",
+        summary: "success AUC and precision@20 as LaSOT's toolkit computes them, absent frames in the length alone",
+        replaces_first: true,
+        absent_is_hit: false,
+        missing: Missing::LastBox,
+        overlap: Annotated::Corner,
+        error: Annotated::Corner,
     },
 ];
 
@@ -145,7 +187,8 @@ fn errors_below(error: f64) -> usize {
     if error <= (ERRORS - 1) as f64 { error.max(0.0).ceil() as usize } else { ERRORS }
 }
 
-fn iou(a: &Rect, b: &Rect) -> f64 {
+/// Intersection over union.
+pub(super) fn iou(a: &Rect, b: &Rect) -> f64 {
     let inside = Region::Rect(*a).intersection(&Region::Rect(*b));
     let all = a.area() + b.area() - inside;
     if all > 0.0 { inside / all } else { 0.0 }
@@ -154,38 +197,26 @@ fn iou(a: &Rect, b: &Rect) -> f64 {
 impl Rules {
     /// Success and precision of one run; all 0 for a run without frames.
     pub fn curves(&self, trajectory: &Trajectory<'_>) -> Curves {
-        let started = trajectory.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0);
-        let boxes: Vec<Option<Rect>> = trajectory.regions[started..]
-            .iter()
-            .zip(&trajectory.status[started..])
-            .map(|(r, s)| (!matches!(s, Status::Failed | Status::Skipped)).then(|| r.rect()))
-            .collect();
+        let start = trajectory.start();
+        let boxes: Vec<Option<Rect>> =
+            trajectory.counted(self.missing).into_iter().skip(start).map(|r| r.map(Region::rect)).collect();
         let truth: Vec<Option<Rect>> =
-            trajectory.truth[started..].iter().map(|t| t.as_ref().map(Region::rect)).collect();
+            trajectory.truth.iter().skip(start).map(|t| t.as_ref().map(Region::rect)).collect();
         self.of_boxes(&boxes, &truth)
     }
 
-    /// Success and precision of plain boxes, `None` in frames without a box.
+    /// Success and precision of plain boxes, `None` in frames that count as having none.
     pub fn of_boxes(&self, boxes: &[Option<Rect>], truth: &[Option<Rect>]) -> Curves {
         // How many frames pass exactly so many of the thresholds, which rise.
         let (mut success, mut precision) = ([0_u64; OVERLAPS + 1], [0_u64; ERRORS + 1]);
-        let mut last = None;
         for (t, (reported, truth)) in boxes.iter().zip(truth).enumerate() {
-            let mut tracked = *reported;
-            if tracked.is_none() && self.keeps_box {
-                tracked = last;
-            }
-            last = tracked;
-            if t == 0 && self.replaces_first {
-                tracked = *truth;
-            }
-            let (for_overlap, for_error) = self.annotated(truth.as_ref());
-            let overlap = match (for_overlap, tracked) {
+            let tracked = if t == 0 && self.replaces_first { *truth } else { *reported };
+            let overlap = match (truth.filter(|truth| self.overlap.includes(truth)), tracked) {
                 (Some(truth), Some(tracked)) => iou(&tracked, &truth),
                 _ => -1.0,
             };
-            let error = match (for_error, tracked) {
-                (None, _) if self.absent_is_hit => -1.0,
+            let error = match (truth.filter(|truth| self.error.includes(truth)), tracked) {
+                (None, _) if truth.is_some() || self.absent_is_hit => -1.0,
                 (Some(truth), Some(tracked)) => {
                     let (a, b) = (tracked.center(), truth.center());
                     (a.0 - b.0).hypot(a.1 - b.1)
@@ -200,23 +231,6 @@ impl Rules {
         let above = |i: usize| success[i + 1..].iter().sum::<u64>() as f64 / frames;
         let within = |e: usize| precision[..=e].iter().sum::<u64>() as f64 / frames;
         Curves { success: (0..OVERLAPS).map(above).collect(), precision: (0..ERRORS).map(within).collect() }
-    }
-
-    /// The annotation that counts for the overlap, and the one that counts for the error.
-    fn annotated(&self, truth: Option<&Rect>) -> (Option<Rect>, Option<Rect>) {
-        let Some(truth) = truth else { return (None, None) };
-        let keep = |good: bool| good.then_some(*truth);
-        match self.counts {
-            Annotated::All => (keep(true), keep(true)),
-            Annotated::Positive => {
-                let good = truth.x + 1.0 > 0.0 && truth.y + 1.0 > 0.0;
-                (keep(good), keep(good))
-            }
-            Annotated::PositiveCenter => {
-                let (x, y) = truth.center();
-                (keep(true), keep(x + 0.5 > 0.0 && y + 0.5 > 0.0))
-            }
-        }
     }
 }
 

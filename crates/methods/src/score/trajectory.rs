@@ -3,6 +3,16 @@
 use crate::region::Region;
 use crate::tracker::Status;
 
+/// What a rule takes a frame for in which the tracker has no box. Every rule that scores a tracker chooses one; the table of
+/// all of them is in `docs/metrics.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// A frame without a region: it has no overlap, and no center.
+    Miss,
+    /// One in which the tracker's last region stands.
+    LastBox,
+}
+
 /// One track with its ground truth; every list has one entry for each frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Trajectory<'a> {
@@ -16,6 +26,8 @@ pub struct Trajectory<'a> {
     pub status: &'a [Status],
     /// Ground truth; `None` where the target is not annotated.
     pub truth: &'a [Option<Region>],
+    /// The tracker's own confidence in each frame, where the signal beside the track is this confidence; else empty.
+    pub confidence: &'a [Option<f64>],
     /// Width and height of the frames in pixels, where there are frames.
     pub frame: Option<(usize, usize)>,
     /// Attributes of the sequence.
@@ -24,7 +36,7 @@ pub struct Trajectory<'a> {
     pub frame_attributes: &'a [(String, Vec<bool>)],
 }
 
-impl Trajectory<'_> {
+impl<'a> Trajectory<'a> {
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.regions.len()
@@ -34,10 +46,80 @@ impl Trajectory<'_> {
     pub fn is_empty(&self) -> bool {
         self.regions.is_empty()
     }
+
+    /// Index of the frame in which the tracker starts.
+    pub fn start(&self) -> usize {
+        self.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0)
+    }
+
+    /// The region that each frame counts as having, `None` where it counts as having none: that of the frame where it
+    /// [has a box](Status::has_box), and what the rule takes it for in all others. Before the start there is none.
+    pub fn counted(&self, missing: Missing) -> Vec<Option<&'a Region>> {
+        let mut last = None;
+        let one = |(region, status): (&'a Region, &Status)| {
+            let own = status.has_box().then_some(region);
+            last = own.or(last);
+            if missing == Missing::LastBox { last } else { own }
+        };
+        self.regions.iter().zip(self.status).map(one).collect()
+    }
 }
 
 /// Mean of the numbers; `None` without numbers.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
     (count > 0).then(|| sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Rect;
+    use Status::{Absent, Failed, Initialized, Repeated, Skipped, Tracked, Waiting};
+    use proptest::prelude::*;
+
+    fn regions(frames: usize) -> Vec<Region> {
+        (0..frames).map(|t| Region::Rect(Rect::new(t as f64, 0.0, 1.0, 1.0))).collect()
+    }
+
+    /// The frame whose region each frame counts as having.
+    fn counted(status: &[Status], missing: Missing) -> Vec<Option<usize>> {
+        let regions = regions(status.len());
+        let trajectory = Trajectory {
+            sequence: "a",
+            run: 0,
+            regions: &regions,
+            status,
+            truth: &[],
+            confidence: &[],
+            frame: None,
+            attributes: &[],
+            frame_attributes: &[],
+        };
+        trajectory.counted(missing).into_iter().map(|r| r.map(|r| r.rect().x as usize)).collect()
+    }
+
+    // The table of docs/metrics.md: a repeated box is an answer, all others without a box are what the rule says.
+    #[test]
+    fn statuses_by_hand() {
+        let status = [Waiting, Initialized, Tracked, Absent, Repeated, Failed, Skipped, Tracked];
+        let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
+        assert_eq!(miss, [None, Some(1), Some(2), None, Some(4), None, None, Some(7)]);
+        assert_eq!(last, [None, Some(1), Some(2), Some(2), Some(4), Some(4), Some(4), Some(7)]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_region_is_that_of_the_frame_or_the_one_before(
+            status in prop::collection::vec(
+                prop::sample::select(vec![Initialized, Tracked, Absent, Repeated, Failed, Skipped]), 1..40),
+        ) {
+            let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
+            for t in 0..status.len() {
+                prop_assert_eq!(miss[t], status[t].has_box().then_some(t));
+                let before = if t == 0 { None } else { last[t - 1] };
+                prop_assert_eq!(last[t], miss[t].or(before));
+            }
+        }
+    }
 }

@@ -319,7 +319,7 @@ impl Supervised {
             }
         };
         let fails = match state.status {
-            Status::Tracked => self.is_failure(&state.region, frame),
+            Status::Tracked | Status::Repeated => self.is_failure(&state.region, frame),
             Status::Absent => self.restarts() && self.truth(t).is_some(),
             _ => false,
         };

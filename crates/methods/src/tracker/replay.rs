@@ -35,9 +35,9 @@
 //!
 //! **Frames without a box.** No area, NaN, an empty line, a row that says `false` (OxUvA), no row (MOT): these are errors
 //! that name the line, unless `without_area` says otherwise. With `"absent"` the tracker says by them that the target is
-//! absent: the frame has [`Status::Absent`] and repeats the last region. With `"repeat"` it is a fault of the tracker's
-//! that is passed over: the frame has [`Status::Skipped`], so that it can be counted. (IVT's affine box collapses to a
-//! point in `Girl` from frame 402 on; no range used here has one.) Infinity is always an error, and so is a first frame
+//! absent: the frame has [`Status::Absent`], and rules of scoring say what it counts as. With `"repeat"` it is a fault that
+//! is passed over: the last region stands as the answer, under [`Status::Repeated`], so that it can be counted. (IVT's affine
+//! box collapses to a point in `Girl` from frame 402 on; no range used here has one.) Infinity is always an error, and so is a first frame
 //! without a box; where the format leaves out the first frame (OxUvA, MOT), it has the ground truth. Frames that OxUvA's
 //! tracker was not asked for are skipped.
 //!
@@ -65,7 +65,7 @@ pub enum WithoutArea {
     /// Refuse the file.
     #[default]
     Error,
-    /// Repeat the last region and mark the frame as skipped.
+    /// Repeat the last region, which counts as the tracker's answer.
     Repeat,
     /// Take it as the tracker's word that the target is absent.
     Absent,
@@ -76,7 +76,7 @@ impl WithoutArea {
     fn status(self) -> Option<Status> {
         match self {
             Self::Error => None,
-            Self::Repeat => Some(Status::Skipped),
+            Self::Repeat => Some(Status::Repeated),
             Self::Absent => Some(Status::Absent),
         }
     }
@@ -287,7 +287,12 @@ fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Res
 
 impl TrackerConfig for Replay {
     fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
+        let mut params = show_params(&self.0);
+        if self.0.without_area == WithoutArea::Repeat {
+            // Tracks of its first version have these frames as skipped ones; they are other tracks.
+            params["without_area"] = "repeat/2".into();
+        }
+        params
     }
 
     fn uses_seed(&self) -> bool {

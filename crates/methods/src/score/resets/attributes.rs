@@ -136,6 +136,7 @@ mod tests {
                 regions: shift,
                 status,
                 truth,
+                confidence: &[],
                 frame: None,
                 attributes: &[],
                 frame_attributes,

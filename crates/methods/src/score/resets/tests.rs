@@ -21,6 +21,7 @@ fn trajectory<'a>(
         regions,
         status,
         truth,
+        confidence: &[],
         frame: Some((40, 40)),
         attributes,
         frame_attributes,

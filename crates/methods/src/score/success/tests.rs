@@ -1,8 +1,37 @@
 use super::*;
+use crate::tracker::Status;
 use proptest::prelude::*;
 
 fn square(x: f64) -> Rect {
     Rect::new(x, 100.0, 40.0, 40.0)
+}
+
+fn rules(name: &str) -> &'static Rules {
+    RULES.iter().find(|r| r.name == name).unwrap()
+}
+
+/// The curves of a track whose frames without a box have a status.
+fn of_track(rules: &Rules, boxes: &[Option<Rect>], truth: &[Option<Rect>], without: Status) -> Curves {
+    let mut last = square(0.0);
+    let region = |b: &Option<Rect>| {
+        last = b.unwrap_or(last);
+        Region::Rect(last)
+    };
+    let regions: Vec<Region> = boxes.iter().map(region).collect();
+    let status: Vec<Status> =
+        boxes.iter().map(|b| if b.is_some() { Status::Tracked } else { without }).collect();
+    let truth: Vec<Option<Region>> = truth.iter().map(|t| t.map(Region::Rect)).collect();
+    rules.curves(&Trajectory {
+        sequence: "a",
+        run: 0,
+        regions: &regions,
+        status: &status,
+        truth: &truth,
+        confidence: &[],
+        frame: None,
+        attributes: &[],
+        frame_attributes: &[],
+    })
 }
 
 /// A thousand frames, drift after 600, of boxes 40 pixels wide that are shifted sideways by whole pixels `d`:
@@ -40,7 +69,7 @@ fn the_same_boxes_score_as_the_three_programs_say() {
         [(&boxes, &truth, clean), (&boxes, &absent, unannotated), (&lost, &truth, silent)]
     {
         for (rules, (auc, precision)) in RULES.iter().zip(expected) {
-            let curves = rules.of_boxes(boxes, truth);
+            let curves = of_track(rules, boxes, truth, Status::Absent);
             assert_eq!(format!("{:.4}", curves.auc()), auc, "{}", rules.name);
             assert_eq!(format!("{:.4}", curves.precision_at_20()), precision, "{}", rules.name);
         }
@@ -74,6 +103,97 @@ fn a_target_that_touches_the_border() {
     assert!((of(1).auc() - 20.0 / 21.0).abs() < 1e-12);
 }
 
+/// Forty boxes of 24 x 18 pixels, the target of the tests below, moving by whole pixels a frame.
+fn moving(right: f64, down: f64) -> Vec<Option<Rect>> {
+    let at = |t: f64| Rect::new(20.0 + right * t, 30.0 + down * t, 24.0, 18.0);
+    (0..40).map(|t| Some(at(f64::from(t)))).collect()
+}
+
+// Boxes of 0,0,0,0 in frames 2 to 40 of a target at 21,31 that stands still, and in frames 11 to 15 of one that moves by 2, 1.
+// python3 with got10k 0.1.3, as in `curves_are_those_of_got10k`, b[0] = g[0]; the equations of STVIR/pysot
+// (toolkit/utils/statistics.py), pysot-toolkit (pysot/utils/statistics.py) and LaSOT's toolkit (utils/calc_seq_err_robust.m,
+// utils/eval_tracker.m; the OTB toolkit's are the same without absent frames) in NumPy 2. NaN boxes give the same numbers.
+#[test]
+fn frames_without_a_box_are_what_the_programs_take_them_for() {
+    let (still, moved) = (moving(0.0, 0.0), moving(2.0, 1.0));
+    let (mut given_up, mut gap) = (still.clone(), moved.clone());
+    given_up[1..].fill(None);
+    gap[10..15].fill(None);
+    let miss = [(0.023_809_523_809_523_815, 0.025), (0.833_333_333_333_333_4, 0.875)];
+    let stays = [(0.952_380_952_380_952_3, 1.0), (0.894_047_619_047_619, 1.0)];
+    for (name, expected) in [
+        ("got10k/1", miss),
+        ("pysot/1", miss),
+        ("pysot-toolkit/1", miss),
+        ("otb-matlab/1", stays),
+        ("lasot/1", stays),
+    ] {
+        for ((boxes, truth), (auc, precision)) in
+            [(&given_up, &still), (&gap, &moved)].into_iter().zip(expected)
+        {
+            // Frames that a reset protocol failed in or skipped have no box either.
+            for without in [Status::Absent, Status::Skipped, Status::Failed] {
+                let curves = of_track(rules(name), boxes, truth, without);
+                assert!((curves.auc() - auc).abs() < 1e-12, "{name} {without:?}: {}", curves.auc());
+                assert_eq!(curves.precision_at_20(), precision, "{name} {without:?}");
+            }
+        }
+        // A box that is repeated is an answer, by every rule that of the box that stands.
+        for ((boxes, truth), (auc, precision)) in [(&given_up, &still), (&gap, &moved)].into_iter().zip(stays)
+        {
+            let curves = of_track(rules(name), boxes, truth, Status::Repeated);
+            assert!((curves.auc() - auc).abs() < 1e-12, "{name}: {}", curves.auc());
+            assert_eq!(curves.precision_at_20(), precision, "{name}");
+        }
+    }
+}
+
+// The equations as above. The target's left side is at x = 0 of the file in the second half of the frames, its center above 0.
+// Boxes that are exact, and boxes that are 100 pixels off, but for the truth that three programs put in the first frame.
+#[test]
+fn truths_at_the_border_count_by_some_rules() {
+    let mut truth = moving(2.0, 1.0);
+    for t in truth[20..].iter_mut().flatten() {
+        t.x = -1.0;
+    }
+    let off: Vec<Option<Rect>> = truth.iter().map(|t| t.map(|t| t.shifted(100.0, 0.0))).collect();
+    let all = 0.952_380_952_380_952_3;
+    for (name, exact, precision, off_auc, off_precision) in [
+        ("got10k/1", all, 1.0, all / 40.0, 0.025),
+        ("pysot/1", all, 1.0, 0.0, 0.0),
+        ("pysot-toolkit/1", all / 2.0, 1.0, 0.0, 0.0),
+        ("lasot/1", all / 2.0, 1.0, all / 40.0, 0.525),
+        ("otb-matlab/1", all / 2.0, 1.0, all / 40.0, 0.525),
+    ] {
+        let curves = rules(name).of_boxes(&truth, &truth);
+        assert!((curves.auc() - exact).abs() < 1e-12, "{name}: {}", curves.auc());
+        assert_eq!(curves.precision_at_20(), precision, "{name}");
+        let curves = rules(name).of_boxes(&off, &truth);
+        assert!((curves.auc() - off_auc).abs() < 1e-12, "{name}: {}", curves.auc());
+        assert_eq!(curves.precision_at_20(), off_precision, "{name}");
+    }
+}
+
+// The equations as above: absent in frames 31 to 38, boxes 6 pixels off from frame 6 on, none from frame 36 on. The last box
+// is still near the target when it is back in frames 39 and 40.
+#[test]
+fn frames_without_target_are_in_lasot_s_length_alone() {
+    let (mut truth, mut boxes) = (moving(2.0, 1.0), moving(2.0, 1.0));
+    boxes[5..].iter_mut().flatten().for_each(|b| b.x += 6.0);
+    boxes[35..].fill(None);
+    truth[30..38].fill(None);
+    for (name, auc, precision) in [
+        ("lasot/1", 0.501_190_476_190_476_3, 0.8),
+        ("got10k/1", 0.476_190_476_190_476_17, 0.75),
+        ("pysot/1", 0.476_190_476_190_476_17, 0.95),
+        ("pysot-toolkit/1", 0.476_190_476_190_476_17, 0.95),
+    ] {
+        let curves = of_track(rules(name), &boxes, &truth, Status::Absent);
+        assert!((curves.auc() - auc).abs() < 1e-12, "{name}: {}", curves.auc());
+        assert!((curves.precision_at_20() - precision).abs() < 1e-12, "{name}");
+    }
+}
+
 #[test]
 fn a_later_start_is_scored_from_there() {
     let regions = vec![Region::Rect(square(10.0)); 4];
@@ -86,6 +206,7 @@ fn a_later_start_is_scored_from_there() {
         regions: &regions,
         status: &status,
         truth: &truth,
+        confidence: &[],
         frame: Some((640, 480)),
         attributes: &[],
         frame_attributes: &[],

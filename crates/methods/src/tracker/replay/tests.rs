@@ -299,7 +299,7 @@ fn frames_without_a_box_may_be_absence() {
             assert_eq!([states[1].status, states[2].status], [status, Status::Tracked], "{text}");
         };
         told("absent", Status::Absent);
-        told("repeat", Status::Skipped);
+        told("repeat", Status::Repeated);
         assert!(read("error").unwrap_err().contains("2: "), "{text}");
     }
     // VOT's own files begin with a mark, and count from 0.
@@ -331,7 +331,9 @@ fn boxes_without_area_may_be_repeated_and_are_marked() {
     let root = with_files(&files);
     let repeat = configured("{ results = \"a\", without_area = \"repeat\" }");
     let states = repeat.read(&sequence(), 0, &roots(&root)).unwrap();
-    assert_eq!((lefts(&states), states[1].status), (vec![4.0, 4.0], Status::Skipped));
+    assert_eq!((lefts(&states), states[1].status), (vec![4.0, 4.0], Status::Repeated));
+    // The first version's tracks are not taken for these.
+    assert_eq!(repeat.params()["without_area"], "repeat/2");
     let other = Sequence { name: "T".into(), ..sequence() };
     assert!(repeat.read(&other, 0, &roots(&root)).is_err());
 }

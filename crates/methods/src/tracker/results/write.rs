@@ -29,7 +29,7 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
             Status::Failed => writeln!(text, "2"),
             Status::Skipped | Status::Waiting => writeln!(text, "0"),
             Status::Absent => writeln!(text, "{ABSENT}"),
-            Status::Tracked => writeln!(text, "{}", numbers(region)),
+            Status::Tracked | Status::Repeated => writeln!(text, "{}", numbers(region)),
         };
     }
     text
@@ -84,6 +84,7 @@ mod tests {
         assert_eq!(vot(&twice, &status), "0.1,-2,3,4.5\nnan,nan,nan,nan\n");
         assert_eq!(boxes(&twice, &status, Base::One), "1.1,-1,3,4.5\nnan,nan,nan,nan\n");
         assert_eq!(boxes(&twice, &status, Base::Zero), "0.1,-2,3,4.5\nnan,nan,nan,nan\n");
+        assert_eq!(vot(&mixed, &[Initialized, Status::Repeated]), "1\n0,0,4,1,3,5\n");
         assert_eq!(confidence(&[None, Some(0.1), Some(-2.0)]), "\n0.1\n-2\n");
         assert_eq!(confidence_path(Path::new("a/S.1.txt")), Path::new("a/S.1_confidence.value"));
     }
