@@ -12,6 +12,7 @@ use crate::plan::recipes::Read;
 use crate::plan::{PlannedSuite, signal_index};
 use crate::score::overlap::OVERLAP;
 use crate::score::trajectory::Trajectory;
+use crate::signal::confidence;
 use crate::spec::analysis::Analysis;
 use crate::store::address::{Recipe, Stage};
 use crate::store::{self, Name};
@@ -45,11 +46,11 @@ struct TrackView {
 }
 
 impl TrackView {
-    /// The track as tracking protocols read it.
+    /// The track as tracking protocols read it, with the tracker's confidence where that is what the analysis takes.
     ///
     /// # Errors
     /// When the size of the frames cannot be read.
-    fn trajectory(&self) -> Result<Trajectory<'_>, DatasetError> {
+    fn trajectory(&self, over_confidence: bool) -> Result<Trajectory<'_>, DatasetError> {
         let Sequence { name, truth, attributes, frame_attributes, .. } = &*self.sequence;
         Ok(Trajectory {
             sequence: name,
@@ -57,6 +58,7 @@ impl TrackView {
             regions: &self.track.regions,
             status: &self.track.status,
             truth,
+            confidence: if over_confidence { self.track.confidence.as_slice() } else { &[] },
             frame: self.sequence.has_frames().then(|| self.sequence.size()).transpose()?,
             attributes,
             frame_attributes,
@@ -119,6 +121,7 @@ fn make(
 ) -> Result<Analysed, StepError> {
     let plan = context.plan;
     let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
+    let over_confidence = analysis.signal.as_ref().is_some_and(|s| s.kind == confidence::ENTRY.kind);
     let reads_regions = analysis.plugin.reads().has_regions();
     let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
@@ -160,7 +163,8 @@ fn make(
         let mut views = Vec::new();
         for (suite, tracks) in &populations {
             let with_regions = tracks.iter().filter(|_| reads_regions);
-            let trajectories: Result<_, DatasetError> = with_regions.map(TrackView::trajectory).collect();
+            let trajectories: Result<_, DatasetError> =
+                with_regions.map(|view| view.trajectory(over_confidence)).collect();
             let trajectories = trajectories.map_err(StepError::failed)?;
             let tracks = tracks.iter().map(|view| view.track.example(signal)).collect();
             views.push(Population { suite, tracks, trajectories, timings: Vec::new() });

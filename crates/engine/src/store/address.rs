@@ -247,8 +247,8 @@ mod tests {
         ("analysis success", "3bb083cb2d637d54"),
         ("analysis resets", "d1f1e9e19bba66cc"),
         ("analysis collapsed-boxes", "063ffcd07d0d4ed8"),
-        ("analysis longterm", "05f633b7c34c8491"),
-        ("analysis oxuva", "8c49bd1653c025f1"),
+        ("analysis longterm", "91d43538fc1d1edf"),
+        ("analysis oxuva", "e3ffe5373b029e3d"),
         ("analysis processing-time", "293d26ffa82b8225"),
     ];
 

@@ -2,7 +2,7 @@
 
 use super::{AnalysisError, Population};
 use crate::region::Areas;
-use crate::score::trajectory::Trajectory;
+use crate::score::trajectory::{Missing, Trajectory};
 use crate::tracker::Status;
 
 /// A frame of a track.
@@ -10,27 +10,28 @@ use crate::tracker::Status;
 pub struct ConfidentFrame {
     /// The event of the frame.
     pub status: Status,
-    /// Overlap with the target: 0 where the tracker says that it is absent, `None` where it is not annotated.
+    /// Overlap with the target: 0 where the tracker has no box, `None` where the target is not annotated.
     pub overlap: Option<f64>,
-    /// The confidence.
+    /// The signal; 0 where it is the tracker's own confidence and the tracker gives none.
     pub confidence: f64,
 }
 
 /// The frames of a run, from its start on.
-fn frames(
-    trajectory: &Trajectory<'_>,
-    confidence: &[f64],
-    areas: Areas,
-    bounded: bool,
-) -> Vec<ConfidentFrame> {
+fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bool) -> Vec<ConfidentFrame> {
     let frame = trajectory.frame.filter(|_| bounded);
-    let answers = trajectory.regions.iter().zip(trajectory.status).zip(trajectory.truth).zip(confidence);
-    let started = answers.filter(|(((_, status), _), _)| **status != Status::Waiting);
+    let regions = trajectory.counted(Missing::Miss);
+    let answers = regions.into_iter().zip(trajectory.status).zip(trajectory.truth).zip(signal).enumerate();
+    let started = answers.filter(|(_, (((_, status), _), _))| **status != Status::Waiting);
     started
-        .map(|(((region, status), truth), confidence)| {
-            let has_region = !matches!(status, Status::Absent | Status::Skipped);
-            let overlap = |truth| if has_region { areas.overlap(region, truth, frame) } else { 0.0 };
-            ConfidentFrame { status: *status, overlap: truth.as_ref().map(overlap), confidence: *confidence }
+        .map(|(t, (((region, status), truth), value))| {
+            let overlap = |truth| region.map_or(0.0, |region| areas.overlap(region, truth, frame));
+            // The signal repeats its last value there, the programs read 0.
+            let is_given = trajectory.confidence.get(t).is_none_or(|c| c.is_some_and(f64::is_finite));
+            ConfidentFrame {
+                status: *status,
+                overlap: truth.as_ref().map(overlap),
+                confidence: if is_given { *value } else { 0.0 },
+            }
         })
         .collect()
 }

@@ -17,8 +17,8 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("success", 2, "48c57a1ce123ee66"),
     ("resets", 2, "28363e6ee86d3b8d"),
     ("collapsed-boxes", 1, "316ae4a1da3ad77a"),
-    ("longterm", 1, "4f85128efec37cf6"),
-    ("oxuva", 1, "f2dd8e5a81d6a9d2"),
+    ("longterm", 2, "28cdc55268204bb5"),
+    ("oxuva", 2, "83bb3cea244ed34b"),
     ("processing-time", 1, "a21aa7671c76ccbc"),
 ];
 

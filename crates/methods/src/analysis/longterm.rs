@@ -2,7 +2,9 @@
 //!
 //! The measures, and what the programs differ in, are in [`crate::score::longterm`]. The signal is the confidence, high
 //! values are sure. A frame without annotation is one without target; the overlap there is 0, and so it is in frames in
-//! which the tracker says that the target is absent. Frames before a tracker that starts later are left out.
+//! which the tracker has no box, such as those in which it says that the target is absent. Where the signal is the tracker's
+//! own confidence, a frame for which the tracker gives none, the first one included, has confidence 0, as in the programs.
+//! Frames before a tracker that starts later are left out.
 //!
 //! Numbers: `lt_precision`, `lt_recall` and `lt_f` at the threshold with the largest F, and `lt_threshold`, the lowest
 //! confidence that reaches it. Tables: `overall`, and `sequences` with precision and recall of each at that threshold.
@@ -20,7 +22,7 @@ use serde::{Deserialize, Serialize};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "longterm",
-    version: 1,
+    version: 2,
     summary: "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
     example: "{ rules = \"longterm/vot-toolkit/1\" }",
     build: |raw| Ok(Box::new(Longterm::new(read_params(raw)?)?)),
@@ -146,38 +148,124 @@ mod tests {
     use crate::region::{Rect, Region};
     use crate::score::trajectory::Trajectory;
     use crate::tracker::Status;
+    use proptest::prelude::*;
+
+    fn square(x: f64) -> Region {
+        Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
+    }
+
+    /// A track: its regions, status and truth, the signal, and the confidence that the signal is made of.
+    struct Drawn {
+        regions: Vec<Region>,
+        status: Vec<Status>,
+        truth: Vec<Option<Region>>,
+        signal: Vec<f64>,
+        confidence: Vec<Option<f64>>,
+    }
+
+    fn findings(rules: &str, drawn: &Drawn) -> Findings {
+        let trajectory = Trajectory {
+            sequence: "s",
+            run: 0,
+            regions: &drawn.regions,
+            status: &drawn.status,
+            truth: &drawn.truth,
+            confidence: &drawn.confidence,
+            frame: None,
+            attributes: &[],
+            frame_attributes: &[],
+        };
+        let error = vec![0.0; drawn.signal.len()];
+        let population = Population {
+            suite: "suite",
+            tracks: vec![Example::new(&drawn.signal, &error)],
+            trajectories: vec![trajectory],
+            timings: vec![],
+        };
+        let text = format!("{{ rules = \"{rules}\", overlap = \"exact\" }}");
+        ENTRY.build_from_text(&text).unwrap().analyze(&[population]).unwrap()
+    }
+
+    /// Forty frames of a tracker that is right but says absent in frames 21 to 25, with a confidence for these, and the
+    /// signal that repeats the last one where there is none.
+    fn said_absent(is_absent: bool, confidence: Option<f64>) -> Drawn {
+        let gone = |t: &usize| (20..25).contains(t);
+        let status = |t: usize| match t {
+            0 => Status::Initialized,
+            _ if gone(&t) => Status::Absent,
+            _ => Status::Tracked,
+        };
+        let given: Vec<Option<f64>> =
+            (0..40).map(|t| if gone(&t) { confidence } else { Some(0.9) }).collect();
+        Drawn {
+            regions: vec![square(0.0); 40],
+            status: (0..40).map(status).collect(),
+            truth: (0..40).map(|t| (!(is_absent && gone(&t))).then(|| square(0.0))).collect(),
+            signal: given.iter().map(|c| c.unwrap_or(0.9)).collect(),
+            confidence: given,
+        }
+    }
+
+    // vot-toolkit 0.9.0, determine_thresholds and compute_tpr_curves in `vot/analysis/longterm.py`, with overlaps of 1, and of
+    // 0 in frames 21 to 25, and `properties(i).get("confidence", 0)`: Pr, Re and F at the largest F.
+    #[test]
+    fn a_frame_without_a_confidence_has_0() {
+        for (is_absent, confidence, expected) in [
+            (true, None, [1.0, 1.0, 1.0]),
+            (true, Some(0.0), [1.0, 1.0, 1.0]),
+            (true, Some(f64::NAN), [1.0, 1.0, 1.0]),
+            (true, Some(0.9), [0.875, 1.0, 0.933_333_333_333_333_3]),
+            // It is said to be absent and is not.
+            (false, None, [1.0, 0.875, 0.933_333_333_333_333_3]),
+            (false, Some(0.0), [1.0, 0.875, 0.933_333_333_333_333_3]),
+        ] {
+            let mut drawn = said_absent(is_absent, confidence);
+            drawn.signal.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.9);
+            for rules in ["longterm/vot-toolkit/1", "longterm/pysot/1", "longterm/pytracking/1"] {
+                let found = findings(rules, &drawn);
+                let numbers = ["lt_precision", "lt_recall", "lt_f"].map(|name| found.number(name).unwrap());
+                for (number, expected) in numbers.iter().zip(expected) {
+                    assert!(
+                        (number - expected).abs() < 1e-12,
+                        "{rules} {is_absent} {confidence:?}: {numbers:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    // The same functions with overlaps 1, 1/3, 0, 0, 0, three frames with target, confidence none, .5, none, .9, none.
+    #[test]
+    fn a_first_frame_without_one_has_0_too_and_other_signals_have_theirs() {
+        let mut drawn = Drawn {
+            regions: vec![square(0.0), square(5.0), square(90.0), square(0.0), square(0.0)],
+            status: vec![Status::Tracked; 5],
+            truth: vec![Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None, None],
+            signal: vec![1.0, 0.5, 0.5, 0.9, 0.9],
+            confidence: vec![None, Some(0.5), None, Some(0.9), None],
+        };
+        let found = findings("longterm/vot-toolkit/1", &drawn);
+        for (name, expected) in [("lt_precision", 4.0 / 15.0), ("lt_recall", 4.0 / 9.0), ("lt_f", 1.0 / 3.0)]
+        {
+            assert!((found.number(name).unwrap() - expected).abs() < 1e-12, "{name}: {found:?}");
+        }
+        drawn.confidence.clear();
+        let found = findings("longterm/vot-toolkit/1", &drawn);
+        assert_eq!((found.number("lt_precision"), found.number("lt_threshold")), (Some(1.0), Some(1.0)));
+    }
 
     // By hand: overlaps 1, 1/3, 0 (said to be absent), and no target with confidence 0.9. At 0.9 precision is
     // (1 + 0) / 2 and recall 1 / 3; at 0.5 they are 4/9 and 4/9, F is 4/9.
     #[test]
     fn frames_without_target_cost_precision_and_absence_recall() {
-        let square = |x: f64| Region::Rect(Rect::new(x, 0.0, 10.0, 10.0));
-        let regions = [square(0.0), square(5.0), square(0.0), square(0.0)];
-        let status = [Status::Initialized, Status::Tracked, Status::Absent, Status::Tracked];
-        let truth = [Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None];
-        let confidence = [1.0, 0.5, 0.1, 0.9];
-        let trajectory = Trajectory {
-            sequence: "s",
-            run: 0,
-            regions: &regions,
-            status: &status,
-            truth: &truth,
-            confidence: &[],
-            frame: None,
-            attributes: &[],
-            frame_attributes: &[],
+        let drawn = Drawn {
+            regions: vec![square(0.0), square(5.0), square(0.0), square(0.0)],
+            status: vec![Status::Initialized, Status::Tracked, Status::Absent, Status::Tracked],
+            truth: vec![Some(square(0.0)), Some(square(0.0)), Some(square(0.0)), None],
+            signal: vec![1.0, 0.5, 0.1, 0.9],
+            confidence: vec![],
         };
-        let population = Population {
-            suite: "suite",
-            tracks: vec![Example::new(&confidence, &[0.0; 4])],
-            trajectories: vec![trajectory],
-            timings: vec![],
-        };
-        let of = |rules: &str| {
-            let text = format!("{{ rules = \"{rules}\", overlap = \"exact\" }}");
-            ENTRY.build_from_text(&text).unwrap().analyze(std::slice::from_ref(&population)).unwrap()
-        };
-        let findings = of("longterm/vot-toolkit/1");
+        let findings = findings("longterm/vot-toolkit/1", &drawn);
         let number = |name: &str| findings.number(name).unwrap();
         assert!((number("lt_f") - 0.5).abs() < 1e-12, "{findings:?}");
         assert_eq!((number("lt_precision"), number("lt_threshold")), (1.0, 1.0));
@@ -186,5 +274,37 @@ mod tests {
         assert!(curve.iter().any(|p| (p.0 - 1.0 / 3.0).abs() < 1e-12 && (p.1 - 0.5).abs() < 1e-12));
         assert!(curve.iter().any(|p| (p.0 - 4.0 / 9.0).abs() < 1e-12 && (p.1 - 4.0 / 9.0).abs() < 1e-12));
         assert!(ENTRY.build_from_text("{ rules = \"longterm/vot/1\" }").is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_confidence_is_a_confidence_of_0(
+            frames in prop::collection::vec((0.0..20.0_f64, prop::option::of(-1.0..1.0_f64), any::<bool>()), 1..40),
+        ) {
+            let mut last = 1.0;
+            let repeat = |c: &Option<f64>| {
+                last = c.unwrap_or(last);
+                last
+            };
+            let confidence: Vec<Option<f64>> = frames.iter().map(|f| f.1).collect();
+            let empty = Drawn {
+                regions: frames.iter().map(|f| square(f.0)).collect(),
+                status: frames.iter().map(|f| if f.2 { Status::Tracked } else { Status::Absent }).collect(),
+                truth: vec![Some(square(0.0)); frames.len()],
+                signal: confidence.iter().map(repeat).collect(),
+                confidence,
+            };
+            let given: Vec<f64> = empty.confidence.iter().map(|c| c.unwrap_or(0.0)).collect();
+            let zero = Drawn {
+                regions: empty.regions.clone(),
+                status: empty.status.clone(),
+                truth: empty.truth.clone(),
+                confidence: given.iter().copied().map(Some).collect(),
+                signal: given,
+            };
+            for rules in RULES {
+                prop_assert_eq!(findings(rules.name, &empty), findings(rules.name, &zero));
+            }
+        }
     }
 }

@@ -3,7 +3,8 @@
 //! The measures are in [`crate::score::oxuva`]. The signal is the confidence, high values are sure. A tracker says that the
 //! target is absent by its status, or by a confidence below `threshold`, where one is given. A frame without annotation is
 //! one without target. Frames in which the tracker is told the target, which are not labeled in OxUvA, and those before
-//! its start are left out; those of all runs and sequences count alike.
+//! its start are left out; those of all runs and sequences count alike. A frame without a box has overlap 0, and one for which
+//! the tracker gives no confidence has confidence 0, where the signal is that confidence.
 //!
 //! Numbers: `oxuva_tpr`, `oxuva_tnr`, `oxuva_gm`, `oxuva_max_gm`. Table: `overall`. Chart: `rates`, TPR over TNR for every
 //! threshold on the confidence.
@@ -21,7 +22,7 @@ use serde::{Deserialize, Serialize};
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "oxuva",
-    version: 1,
+    version: 2,
     summary: "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
     example: "{ rules = \"oxuva/1\", threshold = 0.1 }",
     build: |raw| Ok(Box::new(Oxuva::new(read_params(raw)?)?)),
