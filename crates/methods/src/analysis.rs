@@ -3,6 +3,7 @@
 //!
 //! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
 
+pub mod average_overlap;
 pub mod collapsed_boxes;
 mod confident;
 #[cfg(test)]
@@ -178,6 +179,7 @@ pub static ANALYSES: &[Entry<dyn Analysis>] = &[
     cut_values::ENTRY,
     window_lengths::ENTRY,
     success::ENTRY,
+    average_overlap::ENTRY,
     resets::ENTRY,
     collapsed_boxes::ENTRY,
     longterm::ENTRY,

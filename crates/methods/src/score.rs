@@ -11,9 +11,10 @@
 //! | [`khalid2016`], [`sanmiguel2015`], [`segmentation`] | the exact rules of one paper each |
 //! | [`frames`] | measures and protocols that judge a detector frame by frame |
 //! | [`pooled`], [`metric`] | counts over a suite; the list of all numbers that tables show |
-//! | [`trajectory`], [`success`], [`resets`], [`longterm`], [`oxuva`] | scores of trackers: OTB, VOT, and with their confidence |
+//! | [`trajectory`], [`success`], [`average_overlap`], [`resets`], [`longterm`], [`oxuva`] | scores of trackers: OTB, GOT-10k, VOT, and with their confidence |
 //! | [`tracker_metric`] | the list of the numbers of trackers |
 
+pub mod average_overlap;
 pub mod chance;
 pub mod counts;
 pub mod frames;

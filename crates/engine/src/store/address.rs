@@ -245,6 +245,7 @@ mod tests {
         ("analysis cut-values", "0c486de33a3f6668"),
         ("analysis window-lengths", "9befcd641164ca8d"),
         ("analysis success", "3bb083cb2d637d54"),
+        ("analysis average-overlap", "a0d7d5316f2ec533"),
         ("analysis resets", "d1f1e9e19bba66cc"),
         ("analysis collapsed-boxes", "063ffcd07d0d4ed8"),
         ("analysis longterm", "91d43538fc1d1edf"),

@@ -15,6 +15,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
     ("cut-values", 2, "202b3a37cfee1274"),
     ("window-lengths", 1, "0595df1e64cb2c76"),
     ("success", 2, "48c57a1ce123ee66"),
+    ("average-overlap", 1, "7eba09a20a6023f7"),
     ("resets", 2, "28363e6ee86d3b8d"),
     ("collapsed-boxes", 1, "316ae4a1da3ad77a"),
     ("longterm", 2, "28cdc55268204bb5"),

@@ -28,14 +28,14 @@ const WITHOUT_BOX: &str = "
 What a frame counts as that has no box of the tracker. A result file has none where a line is empty, has NaN or has no area;
 `without_area` of `replay` says what that means. A box of four zeros is none to any rule.
 
-| frame | `otb-matlab/1`, `lasot/1` | `got10k/1`, `pysot/1`, `pysot-toolkit/1` | `longterm/...` | `oxuva/1` | `resets` | error O, which detectors are judged by |
+| frame | `otb-matlab/1`, `lasot/1` | `got10k/1`, `pysot/1`, `pysot-toolkit/1`, `average-overlap` | `longterm/...` | `oxuva/1` | `resets` | error O, which detectors are judged by |
 |---|---|---|---|---|---|---|
 | the tracker says that the target is absent; no box and `without_area = \"absent\"` | the last box | a miss | overlap 0 | said to be absent | overlap 0 | 1 |
 | no box and `without_area = \"repeat\"` | the last box | the last box | the last box | the last box | the last box | that of the last box |
 | failed or skipped by a reset protocol (`2` and `0` in VOT's files); not asked for in OxUvA's | the last box | a miss | overlap 0 | overlap 0, said to be present | a failure, or in no mean | 1 |
 | before the tracker's start | left out | left out | left out | left out | in no mean | left out |
 | no confidence, where it is the signal | | | confidence 0 | confidence 0 | | |
-| no ground truth | a miss; by `otb-matlab/1` a hit of the precision | a miss; by pysot's two a hit of the precision | no target | no target | in no mean | left out |
+| no ground truth | a miss; by `otb-matlab/1` a hit of the precision | a miss; by pysot's two a hit of the precision; left out of `average-overlap` | no target | no target | in no mean | left out |
 ";
 
 fn better(direction: Direction) -> &'static str {
@@ -64,7 +64,7 @@ pub fn metrics_page() -> String {
         let (kind, better) = (kind(m.kind()), better(m.direction()));
         page += &format!("| `{name}` | {heading} | {kind} | {unit} | {better} | {formula} |\n");
     }
-    page += "\n## Trackers\n\nMade by the analyses `success`, `resets`, `longterm` and `oxuva`.\n\n";
+    page += "\n## Trackers\n\nMade by the analyses `success`, `average-overlap`, `resets`, `longterm` and `oxuva`.\n\n";
     page += "| name | heading | unit | better | what |\n|---|---|---|---|---|\n";
     for m in TRACKER_METRICS {
         let better = better(m.direction);

@@ -187,11 +187,11 @@ fn errors_below(error: f64) -> usize {
     if error <= (ERRORS - 1) as f64 { error.max(0.0).ceil() as usize } else { ERRORS }
 }
 
-/// Intersection over union.
+/// Intersection over union, at most 1.
 pub(super) fn iou(a: &Rect, b: &Rect) -> f64 {
     let inside = Region::Rect(*a).intersection(&Region::Rect(*b));
     let all = a.area() + b.area() - inside;
-    if all > 0.0 { inside / all } else { 0.0 }
+    if all > 0.0 { (inside / all).min(1.0) } else { 0.0 }
 }
 
 impl Rules {

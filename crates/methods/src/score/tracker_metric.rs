@@ -1,7 +1,8 @@
-//! The metrics of trackers themselves: what the analyses `success`, `resets`, `longterm` and `oxuva` put into tables.
+//! The metrics of trackers themselves: what the analyses `success`, `average-overlap`, `resets`, `longterm` and `oxuva` put
+//! into tables.
 //!
-//! The functions are in [`super::success`], [`super::resets`], [`super::longterm`] and [`super::oxuva`]; the analyses take the names and headings of their
-//! numbers and columns from here, reports the directions.
+//! The functions are in [`super::success`], [`super::average_overlap`], [`super::resets`], [`super::longterm`] and
+//! [`super::oxuva`]; the analyses take the names and headings of their numbers and columns from here, reports the directions.
 
 use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
 
@@ -36,6 +37,30 @@ impl TrackerMetric {
         direction: HigherIsBetter,
         unit: "",
         formula: "share of frames whose center error is at most 20 pixels",
+    };
+    /// Average overlap.
+    pub const AO: Self = Self {
+        name: "ao",
+        heading: "AO",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "mean overlap of the frames with ground truth after the start, those of all sequences alike",
+    };
+    /// Success rate at 0.5.
+    pub const SR_50: Self = Self {
+        name: "sr_50",
+        heading: "SR.5",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "share of these frames whose overlap is larger than 0.5",
+    };
+    /// Success rate at 0.75.
+    pub const SR_75: Self = Self {
+        name: "sr_75",
+        heading: "SR.75",
+        direction: HigherIsBetter,
+        unit: "",
+        formula: "share of these frames whose overlap is larger than 0.75",
     };
     /// Accuracy of the reset protocol, weighted by frames.
     pub const ACCURACY: Self = Self {
@@ -161,6 +186,9 @@ impl TrackerMetric {
 pub const TRACKER_METRICS: &[TrackerMetric] = &[
     TrackerMetric::SUCCESS_AUC,
     TrackerMetric::PRECISION_20,
+    TrackerMetric::AO,
+    TrackerMetric::SR_50,
+    TrackerMetric::SR_75,
     TrackerMetric::ACCURACY,
     TrackerMetric::ACCURACY_OF_SEQUENCES,
     TrackerMetric::ACCURACY_OF_ATTRIBUTES,

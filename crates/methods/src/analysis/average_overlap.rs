@@ -1,0 +1,117 @@
+//! `average-overlap`: the average overlap of trackers and their success rates at 0.5 and 0.75, as GOT-10k's toolkit has them.
+//!
+//! The measures, and which frames count, are in [`crate::score::average_overlap`]. Those of all runs and sequences count alike.
+//!
+//! Numbers: `ao`, `sr_50`, `sr_75`. Tables: `overall`, `sequences`.
+
+use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use crate::plugin::{Entry, read_params, show_params};
+use crate::score::TrackerMetric;
+use crate::score::average_overlap::{overlaps, rates};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Analysis> = Entry {
+    kind: "average-overlap",
+    version: 1,
+    summary: "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
+    example: "{}",
+    build: |raw| Ok(Box::new(AverageOverlap(read_params(raw)?))),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Parameters: none.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {}
+
+struct AverageOverlap(Params);
+
+/// The numbers of the analysis, and the columns of its tables.
+const NUMBERS: [TrackerMetric; 3] = [TrackerMetric::AO, TrackerMetric::SR_50, TrackerMetric::SR_75];
+
+impl Analysis for AverageOverlap {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn reads(&self) -> Reads {
+        Reads::Regions
+    }
+
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
+
+    fn names(&self, _: usize) -> Names {
+        Names {
+            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
+            tables: vec!["overall".to_string(), "sequences".to_string()],
+            charts: Vec::new(),
+        }
+    }
+
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
+        let of_sequences = trajectories.chunk_by(|a, b| a.sequence == b.sequence);
+        let sequences: Vec<(&str, Vec<f64>)> =
+            of_sequences.map(|runs| (runs[0].sequence, runs.iter().flat_map(overlaps).collect())).collect();
+        let all: Vec<f64> = sequences.iter().flat_map(|(_, overlaps)| overlaps).copied().collect();
+        let numbers = rates(&all).into_iter().collect::<Option<Vec<f64>>>().ok_or(AnalysisError::NoTrack)?;
+        let table = |name: &str, corner: &str, rows| Grid {
+            name: name.into(),
+            corner: corner.into(),
+            columns: NUMBERS.map(|m| m.heading.to_string()).into(),
+            rows,
+        };
+        let rows = sequences.iter().map(|(name, overlaps)| (name.to_string(), rates(overlaps).to_vec()));
+        Ok(Findings {
+            tables: vec![
+                table("overall", "tracker", vec![(String::new(), rates(&all).to_vec())]),
+                table("sequences", "sequence", rows.collect()),
+            ],
+            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers).collect(),
+            charts: Vec::new(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::{Rect, Region};
+    use crate::score::trajectory::Trajectory;
+    use crate::tracker::Status;
+
+    // By hand: one frame with overlap 1 in the first sequence, six with 1/2 in the two runs of the second: (1 + 3) / 7.
+    #[test]
+    fn frames_of_all_sequences_weigh_alike() {
+        let rect = |h: f64| Region::Rect(Rect::new(5.0, 5.0, 10.0, h));
+        let (whole, halves) = ([rect(10.0), rect(10.0)], [rect(10.0), rect(5.0), rect(5.0), rect(5.0)]);
+        let truth = vec![Some(rect(10.0)); 4];
+        let status = [Status::Initialized, Status::Tracked, Status::Tracked, Status::Tracked];
+        let trajectory = |sequence, run, frames: usize, regions| Trajectory {
+            sequence,
+            run,
+            regions,
+            status: &status[..frames],
+            truth: &truth[..frames],
+            confidence: &[],
+            frame: None,
+            attributes: &[],
+            frame_attributes: &[],
+        };
+        let trajectories = vec![
+            trajectory("a", 0, 2, &whole[..]),
+            trajectory("b", 0, 4, &halves[..]),
+            trajectory("b", 1, 4, &halves[..]),
+        ];
+        let population = Population { suite: "s", tracks: vec![], trajectories, timings: vec![] };
+        let found = ENTRY.build_from_text("{}").unwrap().analyze(&[population]).unwrap();
+        let number = |name: &str| found.number(name).unwrap();
+        assert_eq!((number("ao"), number("sr_50"), number("sr_75")), (4.0 / 7.0, 1.0 / 7.0, 1.0 / 7.0));
+        assert_eq!(found.tables[1].rows[1], ("b".to_string(), vec![Some(0.5), Some(0.0), Some(0.0)]));
+        assert!(ENTRY.build_from_text("{ more = 1 }").is_err());
+    }
+}
