@@ -24,7 +24,7 @@ fn noise(seed: usize) -> impl FnMut() -> f64 {
 }
 
 fn result() -> Sequences {
-    let judge = protocol("khalid2016/1").expect("a protocol").score;
+    let protocol = protocol("khalid2016/1").expect("a protocol");
     let sequence = |s: usize| Sequence {
         name: format!("Sequence {s:03}"),
         first: 1,
@@ -43,7 +43,7 @@ fn result() -> Sequences {
             let score: Vec<f64> = (0..FRAMES).map(|_| number()).collect();
             let alarm: Vec<bool> = score.iter().map(|v| *v > 0.95).collect();
             let changes = vec![0; FRAMES];
-            let judged = judge(&error, &alarm, &changes);
+            let judged = protocol.judge(&error, &alarm, &changes, &[]);
             JudgedSeries { score, alarm, changes, judged, ..JudgedSeries::default() }
         };
         let methods = (0..METHODS).map(|m| (m, said(m))).collect();

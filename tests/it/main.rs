@@ -28,6 +28,7 @@ mod parquet;
 mod process;
 #[cfg(unix)]
 mod readings;
+mod restarts;
 mod serve;
 mod server;
 #[cfg(unix)]

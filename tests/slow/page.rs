@@ -18,7 +18,7 @@ fn series(names: [&str; 2]) -> Sequences {
     let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
     let said = |from: usize| {
         let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
-        let judged = (protocol("khalid2016/1").unwrap().score)(&error, &alarm, &vec![0; frames]);
+        let judged = protocol("khalid2016/1").unwrap().judge(&error, &alarm, &vec![0; frames], &[]);
         let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
         JudgedSeries { score, alarm, changes: vec![0; frames], judged, ..JudgedSeries::default() }
     };

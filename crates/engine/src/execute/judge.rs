@@ -31,8 +31,8 @@ pub struct Judged {
     pub effort: Effort,
     /// Whether the output holds a [`Quality`].
     pub follows: bool,
-    /// The pieces of the track that were scored by themselves, where a restart begins a new track.
-    pub pieces: Option<Vec<Range<usize>>>,
+    /// The pieces of the track that were scored by themselves, where a restart begins a new track; else none.
+    pub pieces: Vec<Range<usize>>,
 }
 
 /// A detector with its parameters or model, and their source.
@@ -80,9 +80,10 @@ pub fn detect(
 ) -> Result<DetectorOutput, TrackingError> {
     let (signal, more) = (track.signal(signals.first), track.more(signals));
     let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
-    let Some(pieces) = fixed.restarts.pieces(&track.status).filter(|pieces| pieces.len() > 1) else {
+    let pieces = fixed.restarts.pieces(&track.status);
+    if pieces.len() < 2 {
         return reverse::detect(&*fixed.detector, input, track.reversal.as_deref());
-    };
+    }
     let mut whole = DetectorOutput::default();
     for piece in pieces {
         let more: Vec<&[f64]> = more.iter().map(|series| &series[piece.clone()]).collect();

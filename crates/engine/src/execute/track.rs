@@ -47,13 +47,9 @@ impl Track {
 
     /// The score of a detector's output by a protocol, with the pieces that were scored by themselves, where a restart
     /// begins a new track.
-    pub fn judge(
-        &self,
-        protocol: &Protocol,
-        output: &DetectorOutput,
-    ) -> (TrackScore, Option<Vec<Range<usize>>>) {
+    pub fn judge(&self, protocol: &Protocol, output: &DetectorOutput) -> (TrackScore, Vec<Range<usize>>) {
         let pieces = protocol.restarts.pieces(&self.status);
-        let score = protocol.judge(&self.error, &output.alarm, &output.changes(), pieces.as_deref());
+        let score = protocol.judge(&self.error, &output.alarm, &output.changes(), &pieces);
         (score, pieces)
     }
 

@@ -26,6 +26,12 @@ impl TrackScore {
     }
 }
 
+/// What a piece has of the values of a track, which may be shorter.
+fn part<'v, T>(values: &'v [T], piece: &Range<usize>) -> &'v [T] {
+    let end = piece.end.min(values.len());
+    &values[piece.start.min(end)..end]
+}
+
 /// Rules that turn errors and alarms into counts, under a versioned name.
 pub struct Protocol {
     /// Name and version: `khalid2016/1`.
@@ -41,33 +47,37 @@ pub struct Protocol {
     pub restarts: Restarts,
     /// How random detections match.
     pub chance: Chance,
-    /// Scores one track: tracking errors (NaN where unknown), alarms and changes between them, one a frame.
-    pub score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
+    /// Scores one track, or a piece of one: tracking errors (NaN where unknown), alarms and changes between them, one a
+    /// frame. Only [`Protocol::judge`] knows which it is.
+    pub(crate) score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
 }
 
 impl Protocol {
-    /// Scores the pieces of a track, from [`Restarts::pieces`], or all of it without any; frames count from the track's first.
+    /// Scores a track whose restarts begin these pieces, from [`super::restarts::pieces`], or none; whether each is scored by
+    /// itself is the protocol's choice. Frames count from the track's first. Pieces may be longer than the track.
     pub fn judge(
         &self,
         error: &[f64],
         alarm: &[bool],
         changes: &[i32],
-        pieces: Option<&[Range<usize>]>,
+        pieces: &[Range<usize>],
     ) -> TrackScore {
-        let Some(pieces) = pieces else { return (self.score)(error, alarm, changes) };
+        let pieces = self.restarts.apart(pieces);
+        if pieces.is_empty() {
+            return (self.score)(error, alarm, changes);
+        }
         let mut whole = TrackScore::default();
         for (k, piece) in pieces.iter().enumerate() {
-            let mut alarm = alarm[piece.clone()].to_vec();
+            let mut alarm = part(alarm, piece).to_vec();
             if k > 0 {
                 alarm.iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
             }
-            let changes = changes.get(piece.clone()).unwrap_or_default();
-            let part = (self.score)(&error[piece.clone()], &alarm, changes);
+            let score = (self.score)(part(error, piece), &alarm, part(changes, piece));
             let (events, detections) = (whole.events.len(), whole.detections.len());
-            whole.counts = [whole.counts, part.counts].into_iter().sum::<Counts>();
-            whole.events.extend(part.events.iter().map(|t| t + piece.start));
-            whole.detections.extend(part.detections.iter().map(|t| t + piece.start));
-            whole.matches.extend(part.matches.iter().map(|(e, d)| (e + events, d + detections)));
+            whole.counts = [whole.counts, score.counts].into_iter().sum::<Counts>();
+            whole.events.extend(score.events.iter().map(|t| t + piece.start));
+            whole.detections.extend(score.detections.iter().map(|t| t + piece.start));
+            whole.matches.extend(score.matches.iter().map(|(e, d)| (e + events, d + detections)));
         }
         whole
     }

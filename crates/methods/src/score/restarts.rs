@@ -17,6 +17,7 @@
 //! track without restarts is one piece and is scored as ever.
 
 use crate::tracker::Status;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Restarts as a protocol sees them.
@@ -31,8 +32,19 @@ pub enum Restarts {
 
 impl Restarts {
     /// The pieces of a track whose frames have these statuses; none where restarts are part of it.
-    pub fn pieces(self, status: &[Status]) -> Option<Vec<Range<usize>>> {
-        (self == Self::NewTrack).then(|| pieces(status))
+    pub fn pieces(self, status: &[Status]) -> Vec<Range<usize>> {
+        match self {
+            Self::PartOfTrack => Vec::new(),
+            Self::NewTrack => pieces(status),
+        }
+    }
+
+    /// Those of a track's pieces that are scored by themselves: all, or none where restarts are part of the track.
+    pub fn apart(self, pieces: &[Range<usize>]) -> &[Range<usize>] {
+        match self {
+            Self::PartOfTrack => &[],
+            Self::NewTrack => pieces,
+        }
     }
 }
 
@@ -54,8 +66,29 @@ pub fn pieces(status: &[Status]) -> Vec<Range<usize>> {
 }
 
 /// The frames that count, in order: those of the pieces but for the frames of restarts.
-pub fn counted(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
+fn frames(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
     pieces.iter().enumerate().flat_map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
+}
+
+/// The values of the frames that count, in order. They are those of the pieces but for the frames of restarts; of a track
+/// without pieces, all.
+pub fn counted<'v>(pieces: &[Range<usize>], values: &'v [f64]) -> Cow<'v, [f64]> {
+    if pieces.is_empty() {
+        return values.into();
+    }
+    frames(pieces).filter_map(|t| values.get(t).copied()).collect()
+}
+
+/// The tracking errors of all frames, unknown (NaN) where a frame does not [count](counted).
+pub fn counted_errors<'e>(pieces: &[Range<usize>], error: &'e [f64]) -> Cow<'e, [f64]> {
+    if pieces.is_empty() {
+        return error.into();
+    }
+    let mut known = vec![f64::NAN; error.len()];
+    for t in frames(pieces).filter(|t| *t < error.len()) {
+        known[t] = error[t];
+    }
+    known.into()
 }
 
 #[cfg(test)]
@@ -98,18 +131,27 @@ mod tests {
         assert_eq!(status.len(), 40);
         let error: Vec<f64> = (0..40).map(|t| if (15..20).contains(&t) { 1.0 } else { 0.2 }).collect();
         let alarm: Vec<bool> = (0..40).map(|t| [13, 17, 20, 21, 30].contains(&t)).collect();
-        let pieces = Restarts::NewTrack.pieces(&status).unwrap();
-        let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], Some(&pieces));
+        let pieces = pieces(&status);
+        let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], &pieces);
         assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
         assert_eq!(s.matches, [(0, 0)]);
         assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 5 + 9 });
-        assert_eq!(counted(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
-        // As one track the restart alone finds the failure.
+        assert_eq!(frames(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
+        let numbers: Vec<f64> = (0..40).map(f64::from).collect();
+        let those_that_count: Vec<f64> = (0..16).chain(21..40).map(f64::from).collect();
+        assert_eq!(counted(&pieces, &numbers), those_that_count);
+        let errors = counted_errors(&pieces, &error);
+        assert!((0..40).all(|t| if (16..=20).contains(&t) {
+            errors[t].is_nan()
+        } else {
+            errors[t] == error[t]
+        }));
+        assert_eq!((&*counted(&[], &numbers), &*counted_errors(&[], &error)), (&*numbers, &*error));
+        // As one track the restart alone finds the failure, whatever pieces there are.
         let jump: Vec<bool> = (0..40).map(|t| t == 20).collect();
-        let as_one =
-            khalid2016::PROTOCOL.judge(&error, &jump, &[], Restarts::PartOfTrack.pieces(&status).as_deref());
-        assert_eq!(as_one.counts.tp, 1);
-        let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], Some(&pieces));
+        let as_one = khalid2016::PROTOCOL.judge(&error, &jump, &[], &pieces);
+        assert_eq!((as_one.counts.tp, as_one), (1, khalid2016::PROTOCOL.judge(&error, &jump, &[], &[])));
+        let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], &pieces);
         assert_eq!(anew.counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 5 + 10 });
     }
 
@@ -124,10 +166,40 @@ mod tests {
             let mut status = vec![Status::Tracked; error.len()];
             status[0] = Status::Initialized;
             for protocol in PROTOCOLS {
-                let pieces = Restarts::NewTrack.pieces(&status);
                 let whole = (protocol.score)(&error, &alarm, &changes);
-                prop_assert_eq!(protocol.judge(&error, &alarm, &changes, pieces.as_deref()), whole);
+                prop_assert_eq!(protocol.judge(&error, &alarm, &changes, &pieces(&status)), whole);
             }
+        }
+
+        // Labels of skipped frames and boxes that stand still there say nothing.
+        #[test]
+        fn what_is_between_pieces_changes_nothing(letters in "i[tf]{0,12}(fssssi[t]{0,12}){0,4}", seed in any::<u64>()) {
+            let status = status(&letters);
+            let pieces = pieces(&status);
+            let bit = |t: usize| (seed >> (t % 61)) & 1 == 1;
+            let error: Vec<f64> = (0..status.len()).map(|t| if bit(t + 7) { 1.0 } else { 0.4 }).collect();
+            let alarm: Vec<bool> = (0..status.len()).map(bit).collect();
+            let is_skipped = |t: usize| status[t] == Status::Skipped;
+            let other_error: Vec<f64> =
+                (0..status.len()).map(|t| if is_skipped(t) != bit(t + 7) { 1.0 } else { 0.4 }).collect();
+            let other_alarm: Vec<bool> = (0..status.len()).map(|t| alarm[t] ^ is_skipped(t)).collect();
+            let of = |error: &[f64], alarm: &[bool]| khalid2016::NEW_TRACK.judge(error, alarm, &[], &pieces);
+            prop_assert_eq!(of(&error, &alarm), of(&other_error, &other_alarm));
+            let errors = counted_errors(&pieces, &error);
+            let known: Vec<f64> = errors.iter().copied().filter(|e| !e.is_nan()).collect();
+            prop_assert_eq!(counted(&pieces, &error).into_owned(), known);
+        }
+
+        // Results from elsewhere may have pieces that their frames do not.
+        #[test]
+        fn any_pieces_are_scored(ends in proptest::collection::vec((0..30_usize, 0..30_usize), 0..5), frames in 0..20_usize) {
+            let pieces: Vec<Range<usize>> = ends.into_iter().map(|(from, to)| from..to).collect();
+            let (error, alarm) = (vec![0.4; frames], vec![true; frames / 2]);
+            for protocol in PROTOCOLS {
+                protocol.judge(&error, &alarm, &[], &pieces);
+            }
+            prop_assert!(counted(&pieces, &error).iter().all(|e| *e == 0.4));
+            prop_assert_eq!(counted_errors(&pieces, &error).len(), frames);
         }
     }
 }

@@ -19,6 +19,7 @@ use crate::results::{Results, ResultsError};
 use crate::score::frames::{self, ScoredTrack};
 use crate::score::metric::Source;
 use crate::score::pooled::{median_delay, normalized_mean_std};
+use crate::score::restarts;
 use crate::score::{Counts, Metric, Pooled, Protocol, TrackScore};
 use crate::table::layout::CellRef;
 use std::collections::BTreeMap;
@@ -63,8 +64,21 @@ pub struct Part {
 struct SequenceShare {
     runs: usize,
     counts: Counts,
+    /// Tracks, with the errors of frames that do not count unknown.
     tracks: Vec<Trace>,
+    /// Scores of the frames that count, of each track.
+    scores: Vec<Vec<f64>>,
     delays: Vec<i64>,
+}
+
+impl SequenceShare {
+    fn add(&mut self, mut track: Trace, protocol: Option<&Protocol>) {
+        self.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
+        let pieces = protocol.map(|p| p.restarts.apart(&track.pieces)).unwrap_or_default();
+        self.scores.push(restarts::counted(pieces, &track.score).into_owned());
+        track.error = restarts::counted_errors(pieces, &track.error).into_owned();
+        self.tracks.push(track);
+    }
 }
 
 /// Explains one number; `scores` are those of [`Results::scores`].
@@ -89,9 +103,8 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
     let protocol = results.experiment.protocol_of(&spot.method);
     if matches!(spot.metric.source(), Source::Scores | Source::Delays | Source::Frames) {
         for track in trace::read(results, &spot.tracker, &label, None)? {
-            if let Some(part) = shares.get_mut(&track.sequence) {
-                part.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
-                part.tracks.push(track);
+            if let Some(share) = shares.get_mut(&track.sequence) {
+                share.add(track, protocol);
             }
         }
     }
@@ -155,7 +168,7 @@ fn pooled(
         return None;
     }
     let counts = shares.iter().map(|g| g.counts).sum();
-    let score = normalized_mean_std(shares.iter().flat_map(|g| &g.tracks).map(|t| &t.score));
+    let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
     let frames = metric.is_of_frames().then(|| frames::measure(&tracks(shares), method, None));
     let chance = protocol.map(|p| p.chance);

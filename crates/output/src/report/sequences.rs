@@ -278,7 +278,7 @@ fn judged_series(
         if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
             return None;
         }
-        let judged = (protocol.score)(&track.error, &series.alarm, &series.changes);
+        let judged = track.judge(protocol, &series.alarm, &series.changes);
         let MethodSeries { score, alarm, changes, .. } = series;
         Some((k, JudgedSeries { score, alarm, changes, judged, ..JudgedSeries::default() }))
     };

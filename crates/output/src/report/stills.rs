@@ -39,10 +39,9 @@ pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSerie
 
 /// Frames in which the tracker failed, by the experiment's protocol.
 pub fn events(results: &Results, track: &TrackSeries) -> Vec<usize> {
-    let frames = track.error.len();
     // An experiment without detections has no protocol; the first one defines its failures.
     let protocol = results.experiment.protocol.unwrap_or(&PROTOCOLS[0]);
-    (protocol.score)(&track.error, &vec![false; frames], &vec![0; frames]).events
+    track.judge(protocol, &[], &[]).events
 }
 
 /// Picks `count` frames around the first tracking error, or spread over a sequence without one.

@@ -4,7 +4,7 @@ use crate::region::Rect;
 use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
 use crate::score::counts::Place;
-use crate::score::{Protocol, Restarts, TrackScore};
+use crate::score::{Protocol, TrackScore};
 use std::ops::Range;
 
 /// The series of a method on one run of a tracker over one sequence.
@@ -130,9 +130,7 @@ impl Trace {
 
     /// Events, detections and matches, computed again by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
-        let is_in_pieces = protocol.restarts == Restarts::NewTrack && !self.pieces.is_empty();
-        let pieces = is_in_pieces.then_some(self.pieces.as_slice());
-        protocol.judge(&self.error, &self.alarm, &self.changes, pieces)
+        protocol.judge(&self.error, &self.alarm, &self.changes, &self.pieces)
     }
 
     /// Word of an event: `lost` or `found`.

@@ -16,7 +16,6 @@ use crate::score::frames::{Method, ScoredTrack};
 use crate::score::restarts;
 use crate::spec::Experiment;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -171,14 +170,6 @@ pub(super) struct Row<'a> {
     pub tracks: Vec<(usize, usize)>,
 }
 
-/// The errors of the frames that count; the others are not known.
-fn errors<'e>(judged: &Judged, error: &'e [f64]) -> Cow<'e, [f64]> {
-    let Some(pieces) = &judged.pieces else { return error.into() };
-    let mut known = vec![f64::NAN; error.len()];
-    restarts::counted(pieces).for_each(|t| known[t] = error[t]);
-    known.into()
-}
-
 /// The measures of all grid points of a tracker and method. Points whose scores are the same share what scores alone
 /// determine.
 fn of_method<'a>(
@@ -195,7 +186,8 @@ fn of_method<'a>(
         let outputs = outputs.collect::<Result<Vec<_>, StoreError>>()?;
         let track = |((cell, judged), output): ((&Cell, &Judged), &'_ Arc<DetectorOutput>)| {
             let track = outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok()?;
-            Some(((cell.sequence, cell.job), errors(judged, &track.error), output.clone()))
+            let error = restarts::counted_errors(&judged.pieces, &track.error);
+            Some(((cell.sequence, cell.job), error, output.clone()))
         };
         let tracks: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
         let names: Vec<(usize, usize)> = tracks.iter().map(|(name, ..)| *name).collect();

@@ -10,13 +10,11 @@ use super::frame::{TableError, to_csv};
 use super::manifest::FailedCell;
 use super::scores::{CellScore, sum_of_cells};
 use crate::detector::track_quality::Effort;
-use crate::engine::execute::judge::Judged;
 use crate::engine::store::StoreError;
 use crate::engine::{Cell, Outcome};
 use crate::score::pooled::{median_delay, normalized_mean_std};
 use crate::score::restarts;
 use crate::score::{Counts, Metric, Pooled};
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 const DONE: Column = Column::integer("done", "cells", "Cells that have a result");
@@ -137,20 +135,12 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
     Ok(Pooled {
         counts: sum_of_cells(cells),
         score: normalized_mean_std(
-            judged().zip(&detections).map(|((_, judged), d)| counted(judged, &d.score)),
+            judged().zip(&detections).map(|((_, judged), d)| restarts::counted(&judged.pieces, &d.score)),
         ),
         effort: judged().map(|(_, judged)| judged.effort).sum(),
         delay: median_delay(judged().flat_map(|(_, judged)| judged.score.delays()).collect()),
         ..Pooled::default()
     })
-}
-
-/// The scores of the frames that count.
-pub(super) fn counted<'s>(judged: &Judged, score: &'s [f64]) -> Cow<'s, [f64]> {
-    match &judged.pieces {
-        None => score.into(),
-        Some(pieces) => restarts::counted(pieces).map(|t| score[t]).collect(),
-    }
 }
 
 /// Pools the counts of the sequences with each attribute, attributes by name; trackers and variants in the

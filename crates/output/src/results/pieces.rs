@@ -5,7 +5,7 @@ use super::frame::{TableError, to_csv};
 use crate::engine::Outcome;
 use crate::score::{Restarts, restarts};
 use crate::spec::Experiment;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 const LAST: Column = Column::integer("last", "", "Number of the piece's last frame");
 
@@ -59,32 +59,22 @@ pub(super) fn write(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Op
     .map(Some)
 }
 
-/// A piece with the track it belongs to.
-pub(super) struct PieceOfTrack {
-    pub sequence: String,
-    pub tracker: String,
-    pub run: i64,
-    /// Number of its first frame.
-    pub first: i64,
-    /// Number of its last frame.
-    pub last: i64,
-}
+/// Numbers of the first and the last frame of each piece, by sequence, tracker and run of the track.
+pub(super) type ByTrack = BTreeMap<(String, String, i64), Vec<(i64, i64)>>;
 
 /// Reads all pieces.
 ///
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
-pub(super) fn read(bytes: Vec<u8>) -> Result<Vec<PieceOfTrack>, TableError> {
+pub(super) fn read(bytes: Vec<u8>) -> Result<ByTrack, TableError> {
     let rows = FILE.read_csv(bytes)?;
     let (sequence, tracker) = (rows.texts(&SEQUENCE)?, rows.texts(&TRACKER)?);
     let run = rows.all_numbers(&RUN)?;
     let (first, last) = (rows.all_numbers(&FIRST)?, rows.all_numbers(&LAST)?);
-    let piece = |i: usize| PieceOfTrack {
-        sequence: sequence[i].to_string(),
-        tracker: tracker[i].to_string(),
-        run: run[i],
-        first: first[i],
-        last: last[i],
-    };
-    Ok((0..rows.len()).map(piece).collect())
+    let mut all = ByTrack::new();
+    for i in 0..rows.len() {
+        let track = (sequence[i].to_string(), tracker[i].to_string(), run[i]);
+        all.entry(track).or_default().push((first[i], last[i]));
+    }
+    Ok(all)
 }

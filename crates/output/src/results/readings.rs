@@ -20,12 +20,12 @@
 use super::cells::grouped;
 use super::column::{Column, METHOD, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
-use super::measures::counted;
 use crate::engine::store::StoreError;
 use crate::engine::{Cell, Outcome};
 use crate::num::seed;
 use crate::score::frames::bootstrap::{Samples, interval};
 use crate::score::metric::Kind;
+use crate::score::restarts;
 use crate::score::{Counts, Metric, Pooled};
 use crate::spec::Experiment;
 use std::collections::BTreeMap;
@@ -222,8 +222,8 @@ impl<'a> Reading<'a> {
         for cell in cells {
             let Ok(judged) = &cell.result else { continue };
             let output = outcome.detector_output(cell, judged)?;
-            let part =
-                Part { counts: judged.score.counts, moments: moments(&counted(judged, &output.score)) };
+            let moments = moments(&restarts::counted(&judged.pieces, &output.score));
+            let part = Part { counts: judged.score.counts, moments };
             parts.entry(cell.sequence).or_default().add(&part, 1);
         }
         let all: Vec<Part> = parts.values().copied().collect();

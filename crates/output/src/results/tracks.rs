@@ -1,5 +1,5 @@
-//! Tracks with what methods made of them, from `frames.parquet`, `signals.parquet`, `conditions.parquet` and
-//! `checks.csv`.
+//! Tracks with what methods made of them, from `frames.parquet`, `pieces.csv`, `signals.parquet`, `conditions.parquet`
+//! and `checks.csv`.
 
 use super::checks::{self, ReverseCheck};
 use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, TRACKER};
@@ -10,6 +10,7 @@ use super::pieces;
 use super::signals::{self, FORECAST, SIGNAL};
 use super::{Results, ResultsError};
 use crate::region::Rect;
+use crate::score::{Protocol, TrackScore};
 use std::ops::Range;
 
 /// One run of a tracker over a sequence, with what methods made of it.
@@ -37,6 +38,12 @@ impl TrackSeries {
     /// The series of a method.
     pub fn method(&self, name: &str) -> Option<&MethodSeries> {
         self.methods.iter().find(|m| m.name == name)
+    }
+
+    /// Events, and the detections that labels make with those that match, as the run counted them. Without labels there is
+    /// no detection.
+    pub fn judge(&self, protocol: &Protocol, alarm: &[bool], changes: &[i32]) -> TrackScore {
+        protocol.judge(&self.error, alarm, changes, &self.pieces)
     }
 }
 
@@ -159,7 +166,6 @@ impl Results {
         let mut tracks = self.read_frames(filter)?;
         self.add_conditions(filter, &mut tracks)?;
         self.add_checks(&mut tracks)?;
-        self.add_pieces(&mut tracks)?;
         Ok(tracks)
     }
 
@@ -182,6 +188,11 @@ impl Results {
         filter: &TrackFilter<'_>,
         mut take: impl FnMut(Vec<TrackSeries>),
     ) -> Result<(), ResultsError> {
+        let pieces = self.table_if_any(pieces::FILE.name, pieces::read)?;
+        let mut take = |mut tracks: Vec<TrackSeries>| {
+            tracks.iter_mut().for_each(|track| add_pieces(track, &pieces));
+            take(tracks);
+        };
         self.table_if_any(frames::FILE.name, |bytes| {
             let mut tracks: Vec<TrackSeries> = Vec::new();
             frames::FILE.read_parquet_parts(bytes, &frames::FILE.columns[1..], |rows| {
@@ -231,20 +242,6 @@ impl Results {
         })
     }
 
-    /// Adds the pieces, if the experiment has a protocol in which a restart begins a new track.
-    fn add_pieces(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        for piece in self.table_if_any(pieces::FILE.name, pieces::read)? {
-            let is_on = |t: &&mut TrackSeries| {
-                t.sequence == piece.sequence && t.tracker == piece.tracker && t.run == piece.run
-            };
-            let Some(track) = tracks.iter_mut().find(is_on) else { continue };
-            let from = track.numbers.partition_point(|n| *n < piece.first);
-            let to = track.numbers.partition_point(|n| *n <= piece.last);
-            track.pieces.push(from..to);
-        }
-        Ok(())
-    }
-
     /// Adds the checks, if the experiment has a method that makes any.
     fn add_checks(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
         for of_cell in self.table_if_any(checks::FILE.name, checks::read)? {
@@ -257,6 +254,16 @@ impl Results {
             }
         }
         Ok(())
+    }
+}
+
+/// Adds its pieces to a track; only tracks with restarts have any.
+fn add_pieces(track: &mut TrackSeries, pieces: &pieces::ByTrack) {
+    let key = (track.sequence.clone(), track.tracker.clone(), track.run);
+    for (first, last) in pieces.get(&key).into_iter().flatten() {
+        let from = track.numbers.partition_point(|n| n < first);
+        let to = track.numbers.partition_point(|n| n <= last);
+        track.pieces.push(from..to);
     }
 }
 

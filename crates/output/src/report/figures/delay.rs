@@ -50,7 +50,7 @@ fn delays(scope: &Scope<'_>) -> Curves {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
             let score = |track: &TrackSeries| {
                 let series = track.method(method)?;
-                Some((protocol.score)(&track.error, &series.alarm, &series.changes))
+                Some(track.judge(protocol, &series.alarm, &series.changes))
             };
             let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
             let scores: Vec<TrackScore> = tracks.filter_map(score).collect();

@@ -39,12 +39,12 @@ impl Over<'_> {
 
     /// Events and detections of a method by its protocol; events alone where it raised no alarm.
     fn judged(&self, method: &str) -> TrackScore {
-        let frames = self.track.error.len();
-        let (no_alarm, no_change) = (vec![false; frames], vec![0; frames]);
+        let Some(protocol) = self.results.experiment.protocol_of(method) else {
+            return TrackScore::default();
+        };
         let series = self.track.method(method);
-        let (alarm, changes) = series.map_or((&no_alarm, &no_change), |m| (&m.alarm, &m.changes));
-        let protocol = self.results.experiment.protocol_of(method);
-        protocol.map_or_else(TrackScore::default, |p| (p.score)(&self.track.error, alarm, changes))
+        let (alarm, changes) = series.map_or((&[][..], &[][..]), |m| (&m.alarm[..], &m.changes[..]));
+        self.track.judge(protocol, alarm, changes)
     }
 
     /// The color of a method.

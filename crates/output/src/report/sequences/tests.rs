@@ -12,7 +12,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
     let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
     let series = |late: usize| {
         let alarm: Vec<bool> = (0..frames).map(|t| t >= late && lost(t - late)).collect();
-        let judged = (khalid2016::PROTOCOL.score)(&error, &alarm, &vec![0; frames]);
+        let judged = khalid2016::PROTOCOL.judge(&error, &alarm, &vec![0; frames], &[]);
         JudgedSeries {
             score: (0..frames).map(|t| t as f64 * 1e-4).collect(),
             alarm,
