@@ -114,6 +114,9 @@ fn unknown_names_are_refused_with_the_nearest_known_one() {
     refused(&["mine/smal/t", "tp", "level"], "did you mean `mine/small`?");
     refused(&["mine/small/u", "tp", "level"], "did you mean `t`?");
     refused(&["t", "recal", "level"], "did you mean `recall`?");
+    refused(&["t", "f1", "level"], "unknown row `f1`; there is: tp, recall, score_mean");
+    refused(&["t", "score", "level"], "did you mean `score_mean`?");
+    refused(&["small/t", "tp", "level"], "unknown finished experiment `small`; did you mean `mine/small`?");
     refused(&["t", "tp", "levl"], "did you mean `level`?");
     refused(&["t", "tp", "level", "--tracker", "stil"], "did you mean `still`?");
     refused(&["t", "tp", "level", "--sequence", "\u{1b}[2J"], "unknown sequence");

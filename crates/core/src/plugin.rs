@@ -96,20 +96,31 @@ pub fn find<T: ?Sized>(list: &'static [Entry<T>], kind: &str) -> Option<&'static
     list.iter().find(|e| e.kind == kind)
 }
 
-/// The word of `known` that is nearest to `word`, if it is near enough for a misspelling.
+/// The word of `known` that is nearest to `word`, if it is near enough for a misspelling: with more than one letter and
+/// more than half of the letters wrong it is another word.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let most = (word.chars().count() / 2).max(1);
     known
         .into_iter()
         .map(|k| (strsim::damerau_levenshtein(&word.to_lowercase(), &k.to_lowercase()), k))
-        .filter(|(d, k)| *d <= 2.max(k.chars().count() / 3))
+        .filter(|(d, k)| *d <= most.min(2.max(k.chars().count() / 3)))
         .min_by_key(|(d, _)| *d)
         .map(|(_, k)| k)
 }
 
-/// The message about an unknown word: it suggests the nearest known word, or lists all known ones.
+/// The only word of `known` that has `part` in it, which is three letters long or longer.
+fn only_with<'a>(part: &str, known: &[&'a str]) -> Option<&'a str> {
+    let part = part.to_lowercase();
+    let mut with = known.iter().filter(|k| k.to_lowercase().contains(&part));
+    let only = with.next().filter(|_| part.chars().count() >= 3)?;
+    with.next().is_none().then_some(*only)
+}
+
+/// The message about an unknown word: it suggests the nearest known word or the one that has it as a part, or lists all
+/// known ones.
 pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    match nearest(word, known.iter().copied()) {
+    match nearest(word, known.iter().copied()).or_else(|| only_with(word, &known)) {
         Some(near) => format!("unknown {what} `{word}`; did you mean `{near}`?"),
         None if known.is_empty() => format!("unknown {what} `{word}`: there is none yet"),
         None => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
@@ -129,6 +140,35 @@ mod tests {
         );
         assert_eq!(message(&["a", "b"]), "unknown signal `histgram`; there is: a, b");
         assert_eq!(message(&[]), "unknown signal `histgram`: there is none yet");
+    }
+
+    #[test]
+    fn a_suggestion_has_something_of_the_word() {
+        let suggested = |word: &str, known: &[&str]| {
+            let message = unknown("row", word, known.iter().copied());
+            let suggestion = message.strip_suffix("`?").and_then(|text| text.rsplit('`').next());
+            suggestion.map(str::to_string)
+        };
+        let rows = ["tp", "fpr", "f_score", "delay_median", "recall"];
+        for (word, near) in [
+            ("f1", None),
+            ("foo", None),
+            ("xx", None),
+            ("fn", None),
+            ("fp", Some("tp")),
+            ("frp", Some("fpr")),
+            ("Delay", Some("delay_median")),
+            ("median", Some("delay_median")),
+            ("score", Some("f_score")),
+            ("rcal", Some("recall")),
+            ("re", None),
+        ] {
+            assert_eq!(suggested(word, &rows).as_deref(), near, "{word}");
+        }
+        // Of two that have the word in them none is meant more than the other; a letter alone is a slip.
+        assert_eq!(suggested("table", &["a/table1", "b/table2"]), None);
+        assert_eq!(suggested("u", &["t"]).as_deref(), Some("t"));
+        assert_eq!(suggested("", &["t"]).as_deref(), Some("t"));
     }
 
     #[test]
