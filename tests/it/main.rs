@@ -10,6 +10,7 @@ mod download;
 mod engine;
 mod errors;
 mod explain;
+mod failed_tracks;
 mod fetch;
 mod frame_measures;
 mod hostile;

@@ -44,6 +44,6 @@ pub mod train;
 mod units;
 
 pub use context::Options;
-pub use outcome::{Cell, Outcome};
+pub use outcome::{Cell, CellName, Outcome};
 pub use run::{load, run};
 pub use run_shard::{ShardOutcome, run_shard};

@@ -28,6 +28,6 @@ use trackfail_dataset as dataset;
 use trackfail_methods::{analysis, detector, score, signal, tracker};
 
 pub use error::{CellError, RunError};
-pub use execute::{Cell, Options, Outcome, ShardOutcome, run, run_shard};
+pub use execute::{Cell, CellName, Options, Outcome, ShardOutcome, run, run_shard};
 pub use limits::{Interrupted, RunLimits, Stop};
 pub use plan::{ExperimentPlan, Shard, why};

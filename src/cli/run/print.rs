@@ -4,7 +4,7 @@ use super::Args;
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
 use crate::engine::store::{self, Store};
-use crate::engine::{CellError, Shard, ShardOutcome};
+use crate::engine::{Shard, ShardOutcome};
 use crate::report::WrittenReport;
 use crate::report::claims::{self, ClaimCounts, Finding};
 use crate::results::manifest::FailedCell;
@@ -35,17 +35,54 @@ fn without_result(missing: bool) -> &'static str {
     if missing { "not there" } else { "failed" }
 }
 
-/// A cell of a share without a result; its name is `sequence/tracker/run/method`, or that of a track.
-fn of_share((cell, reason): &(String, CellError)) -> FailedCell {
-    let mut parts = cell.rsplitn(4, '/').map(str::to_string);
-    let (method, run, tracker) = (parts.next(), parts.next(), parts.next());
-    FailedCell {
-        sequence: parts.next().unwrap_or_default(),
-        tracker: tracker.unwrap_or_default(),
-        run: run.and_then(|run| run.parse().ok()).unwrap_or(0),
-        method: method.unwrap_or_default(),
-        missing: !matches!(reason, CellError::Failed(_)),
-        reason: reason.to_string(),
+/// What has no result, in words: `2 of 9 cells failed`, `1 track is not there`; `done` is the number of cells that have one.
+fn amount(failed: &[&FailedCell], done: usize) -> String {
+    let missing = failed.first().is_some_and(|cell| cell.missing);
+    let of = |kind: &str| failed.iter().filter(|cell| unfinished::what(cell) == kind).count();
+    let (n, tracks, analyses) = (failed.len(), of("tracks"), of("analyses"));
+    let of_tracks = if tracks == 1 { "1 track".to_string() } else { format!("{tracks} tracks") };
+    let what = match n {
+        n if tracks == n => of_tracks,
+        1 if analyses == 1 => "1 analysis".to_string(),
+        n if analyses == n => format!("{n} analyses"),
+        _ if tracks > 0 => format!("{of_tracks} and what is made from them"),
+        n => format!("{n} of {} cells", n + done),
+    };
+    match (missing, n == 1 && tracks + analyses == 1) {
+        (false, _) => format!("{what} failed"),
+        (true, true) => format!("{what} is not there"),
+        (true, false) => format!("{what} are not there"),
+    }
+}
+
+/// What has no result, with the reason that all of it has or the first of it; `None` if there is nothing.
+fn message(failed: &[&FailedCell], done: usize) -> Option<String> {
+    let FailedCell { sequence, tracker, method, reason, .. } = failed.first()?;
+    let amount = amount(failed, done);
+    let owned: Vec<FailedCell> = failed.iter().map(|cell| (*cell).clone()).collect();
+    Some(match unfinished::groups(&owned).as_slice() {
+        [same] if same.count > 1 && !same.missing => format!("{amount}: {} ({})", same.reason, same.cells),
+        _ => {
+            let place: Vec<&str> = [sequence, tracker, method]
+                .map(String::as_str)
+                .into_iter()
+                .filter(|p| !p.is_empty())
+                .collect();
+            format!("{amount}, the first: {}: {reason}", place.join(", "))
+        }
+    })
+}
+
+/// Ends a run or a share that has `done` cells: success, or why the results are not complete.
+fn complete(args: &Args, name: &str, failed: &[FailedCell], done: usize) -> Result<(), Failure> {
+    let (absent, broken): (Vec<&FailedCell>, Vec<_>) = failed.iter().partition(|cell| cell.missing);
+    let others = absent.iter().filter(|cell| unfinished::what(cell) == "cells").count();
+    if let Some(broken) = message(&broken, done + others) {
+        return Err(Failure::cells(format!("{name}: {broken}")));
+    }
+    match message(&absent, done).filter(|_| !args.allow_missing) {
+        Some(absent) => Err(Failure::data(format!("{name}: {absent}"))),
+        None => Ok(()),
     }
 }
 
@@ -63,26 +100,11 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
             done.done
         ),
     );
-    let is_broken = |e: &CellError| matches!(e, CellError::Failed(_));
-    let groups = unfinished::groups(&done.failed.iter().map(of_share).collect::<Vec<_>>());
-    for group in groups.iter().take(MAX_LISTED) {
+    let failed: Vec<FailedCell> = done.failed.iter().map(|(cell, e)| FailedCell::new(cell, e)).collect();
+    for group in unfinished::groups(&failed).iter().take(MAX_LISTED) {
         note(args, &format!("{}: {group}", without_result(group.missing)));
     }
-    let broken: Vec<&(String, CellError)> = done.failed.iter().filter(|(_, e)| is_broken(e)).collect();
-    if let Some((cell, reason)) = broken.first() {
-        let message = match groups.iter().find(|group| group.count == broken.len() && group.count > 1) {
-            Some(all) => format!("{name}: {all}"),
-            None => format!("{name}: {} cells failed, the first: {cell}: {reason}", broken.len()),
-        };
-        return Err(Failure::cells(message));
-    }
-    match done.failed.first().filter(|_| !args.allow_missing) {
-        Some((cell, reason)) => {
-            let cells = done.failed.len();
-            Err(Failure::data(format!("{name}: {cells} cells are not there, the first: {cell}: {reason}")))
-        }
-        None => Ok(()),
-    }
+    complete(args, name, &failed, done.done)
 }
 
 /// Prints the rows of `measures.csv`, each behind the name of the experiment.
@@ -121,7 +143,7 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
         text.push_str(&format!("{}: {group}\n", without_result(group.missing)));
     }
     if groups.len() > MAX_LISTED {
-        text.push_str(&format!("without a result: {} more, see scores.csv\n", groups.len() - MAX_LISTED));
+        text.push_str(&format!("without a result: {} more, see manifest.json\n", groups.len() - MAX_LISTED));
     }
     text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
     output::write(&text)
@@ -132,30 +154,8 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
 /// # Errors
 /// [`Failure::Cells`], [`Failure::Data`] or [`Failure::Expectation`].
 pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(), Failure> {
-    let name = &results.experiment.name;
-    let (absent, broken): (Vec<&FailedCell>, Vec<_>) =
-        results.manifest.cells_failed.iter().partition(|c| c.missing);
-    let all = results.manifest.cells_done + absent.len() + broken.len();
-    let message = |cells: &[&FailedCell], what: &str| {
-        let first = cells.first()?;
-        let FailedCell { sequence, tracker, method, reason, .. } = first;
-        let owned: Vec<FailedCell> = cells.iter().map(|cell| (*cell).clone()).collect();
-        Some(match unfinished::groups(&owned).as_slice() {
-            [same] if same.count > 1 && !same.missing => {
-                format!("{name}: {} of {all} cells {what}: {} ({})", cells.len(), same.reason, same.cells)
-            }
-            _ => {
-                let place = format!("{sequence}, {tracker}, {method}: {reason}");
-                format!("{name}: {} of {all} cells {what}, the first: {place}", cells.len())
-            }
-        })
-    };
-    if let Some(broken) = message(&broken, "failed") {
-        return Err(Failure::cells(broken));
-    }
-    if let Some(absent) = message(&absent, "are not there").filter(|_| !args.allow_missing) {
-        return Err(Failure::data(absent));
-    }
+    let manifest = &results.manifest;
+    complete(args, &results.experiment.name, &manifest.cells_failed, manifest.cells_done)?;
     if !results.manifest.differing.is_empty() {
         let names = results.manifest.differing.join(", ");
         return Err(Failure::data(format!(

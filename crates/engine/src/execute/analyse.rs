@@ -113,6 +113,37 @@ pub fn analyse(
     places.into_par_iter().with_max_len(1).map(one).collect()
 }
 
+/// Why none of a tracker's first runs on a suite can be analysed: a need that is not met, else the first failure.
+fn no_track(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+    suite: usize,
+    (tracker, runs): (usize, u32),
+    signal: Option<usize>,
+) -> CellError {
+    let plan = context.plan;
+    let is_mine = |j: &usize| plan.jobs[*j].tracker == tracker && plan.jobs[*j].run < runs;
+    let jobs: Vec<usize> = (0..plan.jobs.len()).filter(is_mine).collect();
+    let mut reasons = Vec::new();
+    for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
+        for &j in &jobs {
+            reasons.extend(match &tracks[suite][s][j] {
+                Err(e) => Some(e.clone()),
+                Ok(_) => plan.unmet(planned, j, signal),
+            });
+        }
+    }
+    let rank = |e: &CellError| match e {
+        CellError::Unmet(_) => 0,
+        CellError::Failed(_) => 1,
+        CellError::Missing(_) => 2,
+    };
+    let first = reasons.into_iter().min_by_key(rank);
+    first.unwrap_or_else(|| {
+        CellError::Missing(format!("no sequence of {} to analyse", plan.suites[suite].name))
+    })
+}
+
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -141,8 +172,7 @@ fn make(
         let of_runs = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
         let mine: Vec<TrackView> = of_runs.map(view).collect::<Result<_, CellError>>()?;
         if mine.is_empty() {
-            let missing = || CellError::Missing(format!("no track in role `{role}` to analyse"));
-            return Err(plan.unmet_on(suite, tracker, signal).unwrap_or_else(missing).into());
+            return Err(no_track(context, tracks, suite, (tracker, runs), signal).into());
         }
         recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, view| {

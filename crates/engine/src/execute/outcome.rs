@@ -10,7 +10,7 @@ use crate::dataset::suite::Missing;
 use crate::detector::DetectorOutput;
 use crate::error::CellError;
 use crate::observe::tally::Tally;
-use crate::plan::Job;
+use crate::plan::{ExperimentPlan, Job, PlannedSequence};
 use crate::store::{Store, StoreError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,6 +44,45 @@ impl Cell {
     }
 }
 
+/// Names a cell, or a track: sequence, tracker and run, and of a cell the method.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CellName {
+    /// Sequence; one of another suite than the test suite has that suite's name and `/` before it.
+    pub sequence: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// Repetition, from 0.
+    pub run: u32,
+    /// Method; empty for the track itself.
+    pub method: String,
+    /// Grid point, empty without a grid.
+    pub params: String,
+}
+
+impl CellName {
+    /// Names the track of a job on a sequence of a suite.
+    pub(super) fn of_track(
+        plan: &ExperimentPlan<'_>,
+        suite: usize,
+        planned: &PlannedSequence,
+        job: usize,
+    ) -> Self {
+        let (Job { tracker, run }, sequence) = (plan.jobs[job], &planned.sequence.name);
+        let is_test = suite == 0;
+        Self {
+            sequence: if is_test {
+                sequence.clone()
+            } else {
+                format!("{}/{sequence}", plan.suites[suite].name)
+            },
+            tracker: plan.experiment.trackers[tracker].label.clone(),
+            run,
+            method: String::new(),
+            params: String::new(),
+        }
+    }
+}
+
 /// Outcome of a run: what it found on the test suite, and what it trained.
 pub struct Outcome<'a> {
     /// Name of the suite.
@@ -60,6 +99,8 @@ pub struct Outcome<'a> {
     pub jobs: Vec<Job>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
+    /// Tracks that could not be made, or lack a signal that is read from them, with the reason, where no cell says so.
+    pub failed_tracks: Vec<(CellName, CellError)>,
     /// Trained parameters and learned models.
     pub models: Vec<Model>,
     /// Analyses.

@@ -4,7 +4,7 @@
 use super::analyse;
 use super::context::{Context, Options};
 use super::judge::{self, PendingCell};
-use super::outcome::{Cell, Outcome};
+use super::outcome::{Cell, CellName, Outcome};
 use super::timing;
 use super::track::Tracks;
 use super::tracking;
@@ -17,7 +17,7 @@ use crate::plan::{self, ExperimentPlan, Job, variants};
 use crate::spec::Experiment;
 use crate::store::Store;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Loads the suites of an experiment, by role.
 ///
@@ -71,7 +71,8 @@ pub fn run<'s>(
     watch.stage("judging");
     let judged =
         (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
-    let cells = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
+    let cells: Vec<Cell> = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
+    let failed_tracks = failed_tracks(plan, &tracks, &cells);
     watch.stage("measuring times");
     found.extend(timing::measure(&context, &tracks, &ready)?);
     let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
@@ -98,6 +99,7 @@ pub fn run<'s>(
         tracks,
         jobs: plan.jobs.clone(),
         cells,
+        failed_tracks,
         models,
         analyses,
         not_analysed,
@@ -105,6 +107,28 @@ pub fn run<'s>(
         tally: context.tally,
         store,
     })
+}
+
+/// The tracks of all suites that failed, or lack a signal that is read from them, unless a cell says so.
+fn failed_tracks(
+    plan: &ExperimentPlan<'_>,
+    tracks: &[Vec<Tracks>],
+    cells: &[Cell],
+) -> Vec<(CellName, CellError)> {
+    let told: BTreeSet<(usize, usize)> =
+        cells.iter().filter(|cell| cell.has_failed()).map(|cell| (cell.sequence, cell.job)).collect();
+    let mut failed = Vec::new();
+    for (suite, planned_suite) in plan.suites.iter().enumerate() {
+        for (s, planned) in planned_suite.sequences.iter().enumerate() {
+            for j in (0..plan.jobs.len()).filter(|j| plan.wants(suite, *j)) {
+                let is_told = suite == 0 && told.contains(&(s, j));
+                let error = plan.failure(suite, planned, j, tracks[suite][s][j].as_ref().err());
+                let named = |error| (CellName::of_track(plan, suite, planned, j), error);
+                failed.extend(error.filter(|_| !is_told).map(named));
+            }
+        }
+    }
+    failed
 }
 
 /// Sequences whose digests differ from those in datasets.lock.

@@ -2,6 +2,7 @@
 
 use super::context::{Context, Options};
 use super::judge::{self, ParameterSource, PendingCell, ReadyDetector};
+use super::outcome::CellName;
 use super::tracking;
 use super::units::{Unit, frames_to_do, units};
 use crate::error::{CellError, RunError};
@@ -15,10 +16,21 @@ use rayon::prelude::*;
 pub struct ShardOutcome {
     /// Number of cells with a result.
     pub done: usize,
-    /// Names of cells without a result that were to be run, with the reason.
-    pub failed: Vec<(String, CellError)>,
+    /// Cells without a result that were to be run, and tracks of which no cell of the share says that they failed, with the
+    /// reason.
+    pub failed: Vec<(CellName, CellError)>,
     /// Numbers of computed and cached results.
     pub tally: Tally,
+}
+
+/// The detector of a variant that needs no training.
+fn given(variant: &Variant) -> Option<ReadyDetector> {
+    match &variant.detector {
+        DetectorChoice::Given(fixed) => {
+            Some(ReadyDetector { fixed: fixed.clone(), source: ParameterSource::Given })
+        }
+        DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
+    }
 }
 
 /// Computes a shard of an experiment's tracks, signals and labels into the store. Trained methods are left to the run
@@ -34,12 +46,6 @@ pub fn run_shard(
 ) -> Result<ShardOutcome, RunError> {
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let given = |variant: &Variant| match &variant.detector {
-        DetectorChoice::Given(fixed) => {
-            Some(ReadyDetector { fixed: fixed.clone(), source: ParameterSource::Given })
-        }
-        DetectorChoice::Trained(_) | DetectorChoice::Learned(_) => None,
-    };
     let given_cells = |j: &usize| {
         variants(plan.experiment)
             .filter(|(m, v)| given(v).is_some() && plan.has_cells(plan.jobs[*j], m))
@@ -48,45 +54,54 @@ pub fn run_shard(
     let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
     options.watch.all_cells(of_test.flat_map(|(.., jobs)| jobs).map(given_cells).sum());
     options.watch.stage("running trackers and judging");
-    type Done = Vec<(String, Result<(), CellError>)>;
+    type Done = Vec<(CellName, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
         let planned = &plan.suites[*suite].sequences[*sequence];
         let _at = options.watch.enter(&planned.sequence.name);
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
-        let mut cells = Vec::new();
+        let mut cells: Done = Vec::new();
         let mut pending = Vec::new();
         for (j, track) in jobs.iter().zip(&tracks) {
             let job = plan.jobs[*j];
-            if *suite != 0 {
-                let name = plan.track_name(*suite, &planned.sequence.name, job);
-                cells.extend(track.as_ref().err().map(|e| (name, Err(e.clone()))));
-                continue;
-            }
-            for (v, (method, variant)) in variants(plan.experiment).enumerate() {
+            let before = cells.len();
+            let of_track = || CellName::of_track(plan, *suite, planned, *j);
+            for (v, (method, variant)) in variants(plan.experiment).enumerate().filter(|_| *suite == 0) {
                 let Some(ready_detector) = given(variant).filter(|_| plan.has_cells(job, method)) else {
                     continue;
                 };
                 let params = variant.params();
-                let name = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
+                let stored = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
                 let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
+                let name = CellName { method: method.name.clone(), params, ..of_track() };
                 match (plan.input(planned, *j, v), track) {
                     (Err(e), _) => cells.push((name, Err(e))),
                     (Ok(_), Err(e)) => cells.push((name, Err(e.clone()))),
-                    (Ok(read), Ok(track)) => pending.push(PendingCell::new(
-                        &context,
-                        &name,
-                        (track, read),
-                        (v, method),
-                        ready_detector,
-                        seed,
-                    )),
+                    (Ok(read), Ok(track)) => {
+                        let of_method = (v, method);
+                        let cell = PendingCell::new(
+                            &context,
+                            &stored,
+                            (track, read),
+                            of_method,
+                            ready_detector,
+                            seed,
+                        );
+                        pending.push((name, cell));
+                    }
                 }
             }
+            let has_failed = |(_, result): &(CellName, Result<(), CellError>)| {
+                result.as_ref().is_err_and(CellError::is_failure)
+            };
+            if !cells[before..].iter().any(has_failed) {
+                let error = plan.failure(*suite, planned, *j, track.as_ref().err());
+                cells.extend(error.map(|e| (of_track(), Err(e))));
+            }
         }
-        let names: Vec<String> = pending.iter().map(|c| c.name.cell.clone()).collect();
+        let (names, pending): (Vec<CellName>, Vec<PendingCell>) = pending.into_iter().unzip();
         let judged = judge::judge(&context, pending)?;
         cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
-        options.watch.cells(if *suite == 0 { cells.len() } else { 0 });
+        options.watch.cells(cells.iter().filter(|(name, _)| !name.method.is_empty()).count());
         Ok(cells)
     };
     let mut done: Vec<_> =

@@ -232,6 +232,27 @@ impl<'a> ExperimentPlan<'a> {
         unmet.or_else(|| planned.signal_files.get(signal?)?.as_ref().err().cloned())
     }
 
+    /// Why a job's track, which was made unless there is an `error`, or a signal that is read from it on a suite is not there
+    /// although it was to be made.
+    pub fn failure(
+        &self,
+        suite: usize,
+        planned: &PlannedSequence,
+        job: usize,
+        error: Option<&CellError>,
+    ) -> Option<CellError> {
+        let mine = self.demands.iter().filter(|d| d.is_for(&self.suites[suite].name, self.jobs[job]));
+        // A track of which nothing could be read is not missed.
+        let mut reads = mine.map(|d| self.unmet(planned, job, d.signal));
+        match error {
+            Some(e) => {
+                let is_read = reads.any(|unmet| unmet.is_none_or(|unmet| unmet.is_failure()));
+                Some(e.clone()).filter(|e| is_read && e.is_failure())
+            }
+            None => reads.flatten().find(CellError::is_failure),
+        }
+    }
+
     /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
     pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
         let of = |planned: &PlannedSequence| {

@@ -6,9 +6,9 @@ use super::cells::method_label;
 use super::json::from_json;
 use crate::dataset::Frames;
 use crate::engine::CellError;
-use crate::engine::Outcome;
 use crate::engine::execute::analyse::NotAnalysed;
 use crate::engine::execute::train::{Content, Model};
+use crate::engine::{CellName, Outcome};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
 use crate::spec::method::DetectorChoice;
@@ -55,7 +55,8 @@ pub struct Manifest {
     pub models: Vec<(String, String)>,
     /// Number of cells with a result.
     pub cells_done: usize,
-    /// Cells without a result, with the reason; analyses that could not be made are among them.
+    /// Cells without a result, with the reason; tracks of which no cell says that they failed, and analyses that could not
+    /// be made, are among them.
     pub cells_failed: Vec<FailedCell>,
     /// Methods and analyses that were not run on a tracker, because they need what is not given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -186,12 +187,26 @@ pub struct FailedCell {
     pub tracker: String,
     /// Repetition, from 0.
     pub run: u32,
-    /// Method with its grid point.
+    /// Method with its grid point; empty for the track itself.
     pub method: String,
     /// Whether its data is missing; otherwise the cell failed.
     pub missing: bool,
     /// The reason.
     pub reason: String,
+}
+
+impl FailedCell {
+    /// The record of a cell or a track.
+    pub fn new(CellName { sequence, tracker, run, method, params }: &CellName, error: &CellError) -> Self {
+        Self {
+            sequence: sequence.clone(),
+            tracker: tracker.clone(),
+            run: *run,
+            method: method_label(method, params),
+            missing: matches!(error, CellError::Missing(_)),
+            reason: error.to_string(),
+        }
+    }
 }
 
 /// SHA-256 in hexadecimal.
@@ -242,6 +257,7 @@ impl Manifest {
                 reason: e.to_string(),
             })
         });
+        let tracks = outcome.failed_tracks.iter().map(|(name, e)| FailedCell::new(name, e));
         let not_analysed = outcome.not_analysed.iter().filter(|n| n.error.is_failure());
         let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error: e }| FailedCell {
             sequence: "*".to_string(),
@@ -287,7 +303,7 @@ impl Manifest {
             methods: method_records(experiment, outcome),
             models: model_records(&outcome.models),
             cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
-            cells_failed: failed.chain(not_analysed).collect(),
+            cells_failed: failed.chain(tracks).chain(not_analysed).collect(),
             not_run: NotRun::of(outcome),
             rules: outcome.rules.clone(),
             differing: outcome.differing.clone(),

@@ -13,6 +13,8 @@ pub struct Unfinished {
     pub missing: bool,
     /// Which cells: `IVT (file), 24 sequences, 12 methods`.
     pub cells: String,
+    /// What they are: `cells`, `tracks` or `analyses`.
+    pub what: &'static str,
     /// Number of the cells.
     pub count: usize,
     /// Why the first of them has no result; of several cells that failed without the name of the first.
@@ -23,7 +25,7 @@ impl std::fmt::Display for Unfinished {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.count {
             1 => write!(f, "{}: {}", self.cells, self.reason),
-            count => write!(f, "{count} cells: {} ({})", self.reason, self.cells),
+            count => write!(f, "{count} {}: {} ({})", self.what, self.reason, self.cells),
         }
     }
 }
@@ -60,6 +62,15 @@ fn cause(cell: &FailedCell) -> String {
     text + rest
 }
 
+/// What a record of the manifest is about, in the plural.
+pub fn what(cell: &FailedCell) -> &'static str {
+    match cell {
+        FailedCell { method, .. } if method.is_empty() => "tracks",
+        FailedCell { sequence, .. } if sequence == "*" => "analyses",
+        _ => "cells",
+    }
+}
+
 /// Names in the order in which they come, each once.
 fn names<'a, T>(cells: &[&'a T], name: fn(&'a T) -> &'a str) -> Vec<&'a str> {
     let mut names: Vec<&str> = Vec::new();
@@ -85,8 +96,10 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
     for cell in cells {
         // Reasons of missing data name the file of each sequence.
         let common = if cell.missing { cell.tracker.clone() } else { cause(cell) };
-        let is_missing = |group: &[&FailedCell]| group.first().is_some_and(|first| first.missing);
-        match groups.iter_mut().find(|(of, group)| is_missing(group) == cell.missing && *of == common) {
+        let is_alike = |group: &[&FailedCell]| {
+            group.first().is_some_and(|first| first.missing == cell.missing && what(first) == what(cell))
+        };
+        match groups.iter_mut().find(|(of, group)| *of == common && is_alike(group)) {
             Some((_, group)) => group.push(cell),
             None => groups.push((common, vec![cell])),
         }
@@ -101,7 +114,8 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
         let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         let has_own = first.missing || names(&cells, |c| &c.sequence).len() == 1;
         let reason = if has_own { first.reason.clone() } else { common };
-        Some(Unfinished { missing: first.missing, cells: parts.join(", "), count: cells.len(), reason })
+        let (missing, what, count) = (first.missing, what(first), cells.len());
+        Some(Unfinished { missing, cells: parts.join(", "), what, count, reason })
     };
     groups.into_iter().filter_map(group).collect()
 }
@@ -179,6 +193,17 @@ mod tests {
         ];
         assert_eq!(told[..4], lines);
         assert!(groups(&[]).is_empty());
+        // Tracks and analyses do not stand among cells.
+        let others = [
+            cell("a", "x", "m", true, "no a.txt"),
+            cell("a", "x", "", true, "no a.txt"),
+            cell("b", "x", "", true, "no b.txt"),
+            cell("*", "", "analysis o of x", true, "no a.txt"),
+        ];
+        let told: Vec<String> = groups(&others).iter().map(ToString::to_string).collect();
+        let lines =
+            ["x, a, m: no a.txt", "2 tracks: no a.txt (x, 2 sequences)", "*, analysis o of x: no a.txt"];
+        assert_eq!(told, lines);
     }
 
     #[test]

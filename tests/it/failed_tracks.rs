@@ -1,0 +1,240 @@
+//! Tracks that are missing, cut, empty or crashed: failure as data, with methods and without.
+
+use crate::tools::output;
+use std::path::{Path, PathBuf};
+
+/// Frames of every sequence.
+const FRAMES: usize = 10;
+/// The target, which does not move, and a box beside it.
+const TARGET: &str = "11,11,9,9\n";
+const AWAY: &str = "81,11,9,9\n";
+
+const LOCK: &str = r#"schema = 2
+
+[[suite]]
+name = "my-three"
+title = "Three targets"
+format = "otb-boxes"
+source = "mine"
+licence = "mine"
+how_to_get = "ask me"
+sequence = [
+    { name = "a", folder = "truth/a.txt" },
+    { name = "b", folder = "truth/b.txt" },
+    { name = "c", folder = "truth/c.txt" },
+]
+"#;
+
+const HEAD: &str = "schema = 1\nname = \"mine/three\"\ntitle = \"Three\"\n[suites]\ntest = \"my-three\"\n";
+
+const ANALYSIS: &str = r#"
+[[analysis]]
+name = "ope"
+compute = { kind = "success", rules = "otb-matlab/1" }
+suites = ["test"]
+
+[[table]]
+name = "overall"
+shows = "ope.overall"
+
+[[table]]
+name = "sequences"
+shows = "ope.sequences"
+column = "success AUC"
+
+[[figure]]
+name = "success"
+kind = "chart"
+shows = "ope.success"
+"#;
+
+const METHOD: &str = r#"
+[[method]]
+name = "every second"
+protocol = "khalid2016/1"
+detector = { kind = "periodic", period = 2 }
+
+[[table]]
+name = "alarms"
+rows = ["detections"]
+columns = "method"
+"#;
+
+/// A data root with three sequences, and with the results of trackers on them.
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let place = Self { dir: tempfile::tempdir().unwrap() };
+        place.write("datasets.lock", LOCK);
+        for sequence in ["a", "b", "c"] {
+            place.write(&format!("truth/{sequence}.txt"), &TARGET.repeat(FRAMES));
+        }
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+
+    fn result(&self, tracker: &str, sequence: &str, text: &str) {
+        self.write(&format!("results/{tracker}/{sequence}.txt"), text);
+    }
+
+    /// Exact results of a tracker on all three sequences.
+    fn exact(&self, tracker: &str) {
+        for sequence in ["a", "b", "c"] {
+            self.result(tracker, sequence, &TARGET.repeat(FRAMES));
+        }
+    }
+
+    /// `full` has lost the target of c, `part` has no file of it, and that of `cut` has three of ten lines.
+    fn with_three_trackers() -> Self {
+        let place = Self::new();
+        for tracker in ["full", "part", "cut"] {
+            place.exact(tracker);
+        }
+        place.result("full", "c", &AWAY.repeat(FRAMES));
+        std::fs::remove_file(place.path("results/part/c.txt")).unwrap();
+        place.result("cut", "c", &TARGET.repeat(3));
+        place
+    }
+
+    /// Runs an experiment; exit code and what was printed to stdout and stderr.
+    fn run(&self, spec: &str, more: &[&str]) -> (i32, String) {
+        self.write("spec.toml", spec);
+        let at = |name: &str| self.path(name).to_str().unwrap().to_owned();
+        let (spec, data, results, reports) = (at("spec.toml"), at(""), at("r"), at("p"));
+        let arguments = ["run", &spec, "--data-root", &data, "--results", &results, "--reports", &reports];
+        let (code, said, told) = output(&[&arguments[..], more].concat());
+        (code, said + &told)
+    }
+
+    /// A file of the results.
+    fn kept(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path("r/mine/three").join(name)).unwrap()
+    }
+}
+
+/// An experiment with these trackers.
+fn spec(trackers: &[&str], rest: &str) -> String {
+    let tracker = |t: &&str| format!("[[tracker]]\nname = \"replay\"\nresults = \"{t}\"\nlabel = \"{t}\"\n");
+    format!("{HEAD}{}{rest}", trackers.iter().map(tracker).collect::<String>())
+}
+
+/// The file of a result as messages have it.
+fn file(tracker: &str, sequence: &str) -> String {
+    Path::new("results").join(tracker).join(format!("{sequence}.txt")).display().to_string()
+}
+
+// Before: exit code 0 and no word, because no method has a cell that could fail.
+#[test]
+fn tracks_fail_without_methods_as_with_them() {
+    let place = Place::with_three_trackers();
+    for (rest, first) in [
+        (ANALYSIS, "1 track is not there, the first: c, part"),
+        (METHOD, "1 of 6 cells are not there, the first: c, part, every second"),
+    ] {
+        let reason = "no result of `part` for c, run 0: none of c.json, c.txt";
+        let (code, told) = place.run(&spec(&["full", "part"], rest), &[]);
+        assert_eq!(code, 3, "{told}");
+        assert!(told.contains(&format!("{first}: {reason}")), "{told}");
+        assert!(place.kept("manifest.json").contains(reason));
+        let (code, told) = place.run(&spec(&["full", "part"], rest), &["--allow-missing"]);
+        assert!(code == 0 && told.contains("not there: part, c"), "{code} {told}");
+
+        // What is cut, empty or no boxes has failed, whether or not others may be missing.
+        for (text, words) in [
+            (TARGET.repeat(3), "3 boxes; c has 10 frames"),
+            (String::new(), "the file is empty"),
+            (TARGET.repeat(9) + "11,11,x,9\n", "c.txt, line 10"),
+        ] {
+            place.result("cut", "c", &text);
+            let calls: [&[&str]; 3] = [&[], &["--allow-missing"], &["--shard", "1/1"]];
+            for more in calls {
+                let (code, told) = place.run(&spec(&["full", "cut"], rest), more);
+                assert!(
+                    code == 4 && told.contains(words) && told.contains(&file("cut", "c")),
+                    "{code} {told}"
+                );
+            }
+        }
+    }
+    let page = std::fs::read_to_string(place.path("p/mine/three/index.html")).unwrap();
+    assert!(page.contains("line 10"), "{page}");
+}
+
+#[test]
+fn a_share_names_tracks_whatever_their_trackers_are_called() {
+    let place = Place::with_three_trackers();
+    let spec = spec(&["full", "part"], METHOD).replace("label = \"part\"", "label = \"lab/part/2\"");
+    let spec = spec.replace("name = \"every second\"", "name = \"every/second\"");
+    let (code, told) = place.run(&spec, &["--shard", "1/1"]);
+    assert!(
+        code == 3 && told.contains("not there: lab/part/2, c, every/second: no result of `part`"),
+        "{told}"
+    );
+    assert!(told.contains("the first: c, lab/part/2, every/second: no result of `part`"), "{told}");
+    let without = spec.replace(METHOD.replace("every second", "every/second").as_str(), ANALYSIS);
+    let (code, told) = place.run(&without, &["--shard", "1/1"]);
+    assert!(
+        code == 3 && told.contains("1 track is not there, the first: c, lab/part/2: no result"),
+        "{told}"
+    );
+}
+
+// Before: "no track in role `test` to analyse".
+#[test]
+fn the_file_is_named_where_a_tracker_has_none() {
+    let place = Place::new();
+    let (code, told) = place.run(&spec(&["gone"], ANALYSIS), &[]);
+    assert_eq!(code, 3, "{told}");
+    assert!(told.contains("not there: 3 tracks: no result of `gone` for a, run 0: none of a.json"), "{told}");
+    assert!(told.contains("*, analysis ope of gone: no result of `gone` for a, run 0"), "{told}");
+    assert!(!told.contains("no track in role"), "{told}");
+}
+
+/// A data root with the frames of two sequences, and a program that ends in the second frame of one of them.
+#[cfg(unix)]
+#[test]
+fn a_tracker_that_crashes_on_a_sequence_has_failed_there() {
+    let place = Place::new();
+    for sequence in ["a", "b"] {
+        let folder = place.path(&format!("mine/{sequence}/img"));
+        std::fs::create_dir_all(&folder).unwrap();
+        for t in 1..=FRAMES {
+            image::RgbImage::new(64, 48).save(folder.join(format!("{t:04}.png"))).unwrap();
+        }
+        place.write(&format!("mine/{sequence}/groundtruth_rect.txt"), &TARGET.repeat(FRAMES));
+    }
+    std::fs::remove_file(place.path("datasets.lock")).unwrap();
+    let root = place.path("").to_str().unwrap().to_owned();
+    let (code, _, told) =
+        output(&["data", "add", "my-three", "mine", "--format", "otb", "--data-root", &root]);
+    assert_eq!(code, 0, "{told}");
+    place.write(
+        "tracker.sh",
+        "while read -r line; do case $line in quit) exit;; \
+         init*) region=$(printf '%s' \"$line\" | cut -f 3);; \
+         */b/*) echo 'no memory' >&2; exit 7;; esac; echo \"$region\"; done\n",
+    );
+    let program =
+        "[tracker.mine]\ncommand = [\"sh\", \"tracker.sh\"]\nprotocol = \"lines\"\nversion = \"1\"\n";
+    place.write("plugins.toml", program);
+    let plugins = place.path("plugins.toml").to_str().unwrap().to_owned();
+    let spec = format!(
+        "{HEAD}[[tracker]]\nname = \"still\"\n[[tracker]]\nname = \"process\"\nprogram = \"mine\"\nlabel = \"mine\"\n"
+    );
+    for rest in [ANALYSIS, METHOD] {
+        let (code, told) = place.run(&(spec.clone() + rest), &["--plugins", &plugins, "--allow-missing"]);
+        assert!(code == 4 && told.contains("failed: mine, b") && told.contains("no memory"), "{code} {told}");
+    }
+}
