@@ -202,6 +202,77 @@ fn the_file_is_named_where_a_tracker_has_none() {
     assert!(!told.contains("no track in role"), "{told}");
 }
 
+// By hand: the success AUC of a target in all ten frames is 20/21, of one in the first frame 2/21, in five frames 10/21.
+// `full` has 20/21, 20/21 and 2/21, `part` 10/21 and 20/21: the means of what each has are .667 and .714, but on a and b
+// `full` is better, .952 and .714. Before: a star for .714.
+#[test]
+fn trackers_are_compared_on_the_sequences_that_all_have() {
+    let place = Place::with_three_trackers();
+    place.result("part", "a", &(TARGET.repeat(5) + &AWAY.repeat(5)));
+    let claim = "[[claim]]\ntext = \"full is better\"\nrequired = true\n\
+                 holds = \"finding[ope.success_auc, full] > finding[ope.success_auc, part]\"\n";
+    let two = spec(&["full", "part", "gone"], &format!("{ANALYSIS}\n{claim}"));
+    let (code, told) = place.run(&two, &["--allow-missing"]);
+    assert_eq!(code, 0, "{told}");
+    let table = place.kept("tables/overall.md");
+    for line in [
+        "| full (3 of 3 targets) | **0.952** | **1.000** |",
+        "| part (2 of 3 targets) | 0.714 | 0.750 |",
+        "my-three (the 2 of 3 targets that all trackers here have)",
+    ] {
+        assert!(table.contains(line), "{line}\n{table}");
+    }
+    let sequences = place.kept("tables/sequences.md");
+    assert!(sequences.contains("part (2 of 3 targets)") && !sequences.contains("| c |"), "{sequences}");
+
+    // A tracker alone has what it has, and says so.
+    let (code, told) = place.run(&spec(&["cut"], ANALYSIS), &["--allow-missing"]);
+    let table = place.kept("tables/overall.md");
+    assert!(code == 4 && table.contains("| cut (2 of 3 targets) | 0.952 | 1 |"), "{told}\n{table}");
+
+    // Where nothing is missing, there is nothing to tell.
+    place.exact("part");
+    let (code, told) = place.run(&spec(&["full", "part"], ANALYSIS), &[]);
+    let table = place.kept("tables/overall.md");
+    assert!(code == 0 && table.contains("| full | 0.667 | 0.700 |"), "{told}\n{table}");
+    assert!(table.contains("Suites: my-three (3 targets); 3 targets."), "{table}");
+}
+
+#[test]
+fn a_sequence_counts_if_all_runs_of_it_are_there() {
+    let place = Place::new();
+    for file in ["a_001", "a_002", "b_001", "b_002", "c_001"] {
+        place.result("twice", file, &TARGET.repeat(FRAMES));
+    }
+    let twice = spec(&["twice"], ANALYSIS).replace("label = \"twice\"", "label = \"twice\"\nruns = 2");
+    let (code, told) = place.run(&twice, &[]);
+    assert!(code == 3 && told.contains("1 track is not there, the first: c, twice: no result"), "{told}");
+    assert!(place.kept("tables/overall.md").contains("| twice (2 of 3 targets) |"), "{told}");
+
+    // Two trackers that have no sequence in common.
+    place.result("x", "a", &TARGET.repeat(FRAMES));
+    place.result("y", "b", &TARGET.repeat(FRAMES));
+    let (code, told) = place.run(&spec(&["x", "y"], ANALYSIS), &["--allow-missing"]);
+    let reason = "there is no sequence of my-three that every tracker has a track of";
+    assert!(code == 0 && told.contains(reason), "{code} {told}");
+}
+
+// Two methods on two trackers, one of which lacks a sequence: its numbers do not compete.
+#[test]
+fn numbers_of_fewer_sequences_have_no_star() {
+    let place = Place::with_three_trackers();
+    let by_tracker = METHOD
+        .replace("columns = \"method\"", "columns = \"tracker\"")
+        .replace("[\"detections\"]", "[\"fpr\", \"recall\"]");
+    let (code, told) = place.run(&spec(&["full", "part"], &by_tracker), &["--allow-missing"]);
+    let table = place.kept("tables/alarms.md");
+    assert!(code == 0 && !table.contains("**1.000"), "{told}\n{table}");
+    place.exact("part");
+    let (_, told) = place.run(&spec(&["full", "part"], &by_tracker), &[]);
+    let table = place.kept("tables/alarms.md");
+    assert!(table.contains("**1.000** ="), "{told}\n{table}");
+}
+
 /// A data root with the frames of two sequences, and a program that ends in the second frame of one of them.
 #[cfg(unix)]
 #[test]

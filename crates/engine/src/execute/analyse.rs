@@ -19,6 +19,7 @@ use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// One analysis on one tracker.
@@ -30,8 +31,12 @@ pub struct Analysed {
     pub tracker: String,
     /// Repetitions of the tracker.
     pub runs: u32,
-    /// Suites in the order of the analysis, with the number of sequences of each.
+    /// Suites in the order of the analysis, with the number of sequences of each that it was made on.
     pub suites: Vec<(String, usize)>,
+    /// For each suite the numbers of sequences that the tracker has tracks of, and that are there; empty where the analysis was
+    /// made on all of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shares: Vec<(usize, usize)>,
     /// The findings.
     pub findings: Findings,
 }
@@ -84,6 +89,43 @@ pub struct NotAnalysed {
     pub error: CellError,
 }
 
+/// Sequences of the suites of an analysis: trackers are compared on those that all of them have.
+struct Compared {
+    /// For each tracker and each suite, the sequences of which it has the tracks of all runs.
+    own: Vec<Vec<BTreeSet<usize>>>,
+    /// For each suite, the sequences that are among those of every tracker with some in each suite.
+    common: Vec<BTreeSet<usize>>,
+}
+
+impl Compared {
+    fn new(context: &Context<'_>, tracks: &[Vec<Tracks>], analysis: &Analysis) -> Self {
+        let plan = context.plan;
+        let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
+        let trackers = &plan.experiment.trackers;
+        let of_tracker = |tracker: usize| -> Vec<BTreeSet<usize>> {
+            let of_role = |(place, role): (usize, &String)| {
+                let runs = analysis.runs(place, &trackers[tracker]);
+                let is_used = analysis.runs_on(&trackers[tracker].label);
+                let suite = plan.suite(role).filter(|_| is_used);
+                suite.map_or_else(BTreeSet::new, |suite| {
+                    let mut mine: BTreeSet<usize> = (0..plan.suites[suite].sequences.len()).collect();
+                    mine.retain(|s| lacks(context, tracks, (suite, *s), (tracker, runs), signal).is_empty());
+                    mine
+                })
+            };
+            analysis.roles.iter().enumerate().map(of_role).collect()
+        };
+        let own: Vec<Vec<BTreeSet<usize>>> = (0..trackers.len()).map(of_tracker).collect();
+        let compared = || own.iter().filter(|own| own.iter().all(|of_suite| !of_suite.is_empty()));
+        let of_place = |place: usize| {
+            let of_suite = compared().map(|own| own[place].clone());
+            of_suite.reduce(|common, own| &common & &own).unwrap_or_default()
+        };
+        let common = (0..analysis.roles.len()).map(of_place).collect();
+        Self { own, common }
+    }
+}
+
 /// Makes every analysis on every tracker, except those of the clock; `tracks` has the tracks of every suite. An analysis
 /// that fails is an error in its place.
 ///
@@ -99,10 +141,12 @@ pub fn analyse(
         .filter(|(a, _)| experiment.analyses[*a].plugin.reads() != Reads::Clock)
         .filter(|(a, tracker)| experiment.analyses[*a].runs_on(&experiment.trackers[*tracker].label))
         .collect();
+    let compared: Vec<Compared> =
+        experiment.analyses.iter().map(|analysis| Compared::new(context, tracks, analysis)).collect();
     let one = |(a, tracker): (usize, usize)| {
         let analysis = &experiment.analyses[a];
         let label = &experiment.trackers[tracker].label;
-        match make(context, tracks, analysis, tracker) {
+        match make(context, tracks, (analysis, &compared[a]), tracker) {
             Ok(analysed) => Ok(Ok(analysed)),
             Err(e) => {
                 let (analysis, tracker) = (analysis.name.clone(), label.clone());
@@ -113,41 +157,47 @@ pub fn analyse(
     places.into_par_iter().with_max_len(1).map(one).collect()
 }
 
-/// Why none of a tracker's first runs on a suite can be analysed: a need that is not met, else the first failure.
-fn no_track(
+/// Why tracks of a tracker's first runs over a sequence cannot be analysed.
+fn lacks(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+    (suite, sequence): (usize, usize),
+    (tracker, runs): (usize, u32),
+    signal: Option<usize>,
+) -> Vec<CellError> {
+    let plan = context.plan;
+    let planned = &plan.suites[suite].sequences[sequence];
+    let is_mine = |j: &usize| plan.jobs[*j].tracker == tracker && plan.jobs[*j].run < runs;
+    let reason = |j: usize| match &tracks[suite][sequence][j] {
+        Err(e) => Some(e.clone()),
+        Ok(_) => plan.unmet(planned, j, signal),
+    };
+    (0..plan.jobs.len()).filter(is_mine).filter_map(reason).collect()
+}
+
+/// Why none of a tracker's sequences of a suite can be analysed: a need that is not met, else the first failure.
+fn no_sequence(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     suite: usize,
-    (tracker, runs): (usize, u32),
+    mine: (usize, u32),
     signal: Option<usize>,
 ) -> CellError {
-    let plan = context.plan;
-    let is_mine = |j: &usize| plan.jobs[*j].tracker == tracker && plan.jobs[*j].run < runs;
-    let jobs: Vec<usize> = (0..plan.jobs.len()).filter(is_mine).collect();
-    let mut reasons = Vec::new();
-    for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
-        for &j in &jobs {
-            reasons.extend(match &tracks[suite][s][j] {
-                Err(e) => Some(e.clone()),
-                Ok(_) => plan.unmet(planned, j, signal),
-            });
-        }
-    }
+    let PlannedSuite { name, sequences, .. } = &context.plan.suites[suite];
+    let reasons = (0..sequences.len()).flat_map(|s| lacks(context, tracks, (suite, s), mine, signal));
     let rank = |e: &CellError| match e {
         CellError::Unmet(_) => 0,
         CellError::Failed(_) => 1,
         CellError::Missing(_) => 2,
     };
-    let first = reasons.into_iter().min_by_key(rank);
-    first.unwrap_or_else(|| {
-        CellError::Missing(format!("no sequence of {} to analyse", plan.suites[suite].name))
-    })
+    let nothing = || CellError::Missing(format!("{name} has no sequence"));
+    reasons.min_by_key(rank).unwrap_or_else(nothing)
 }
 
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    analysis: &Analysis,
+    (analysis, compared): (&Analysis, &Compared),
     tracker: usize,
 ) -> Result<Analysed, StepError> {
     let plan = context.plan;
@@ -157,7 +207,9 @@ fn make(
     let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);
-    let mut suites = Vec::new();
+    let (mut suites, mut shares) = (Vec::new(), Vec::new());
+    // Without, it is not among those that are compared.
+    let has_all = compared.own[tracker].iter().all(|of_suite| !of_suite.is_empty());
     let mut populations: Vec<(String, Vec<TrackView>)> = Vec::new();
     for (place, role) in analysis.roles.iter().enumerate() {
         let Some(suite) = plan.suite(role) else {
@@ -169,22 +221,33 @@ fn make(
             Ok(TrackView { track, read, sequence: sequences[s].sequence.clone(), run: plan.jobs[j].run })
         };
         let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
-        let of_runs = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
-        let mine: Vec<TrackView> = of_runs.map(view).collect::<Result<_, CellError>>()?;
-        if mine.is_empty() {
-            return Err(no_track(context, tracks, suite, (tracker, runs), signal).into());
+        let (own, common) = (&compared.own[tracker][place], &compared.common[place]);
+        if own.is_empty() {
+            return Err(no_sequence(context, tracks, suite, (tracker, runs), signal).into());
         }
+        if common.is_empty() && has_all {
+            let message = format!("there is no sequence of {name} that every tracker has a track of");
+            return Err(CellError::Missing(message).into());
+        }
+        let of_runs = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
+        let of_runs = of_runs.filter(|(_, s, _)| common.contains(s));
+        let mine: Vec<TrackView> = of_runs.map(view).collect::<Result<_, CellError>>()?;
         recipe = recipe.with("suite", name);
         recipe = mine.iter().fold(recipe, |recipe, view| {
             let recipe = view.read.add_to(recipe);
             if reads_regions { recipe.with("attributes", view.attributes()) } else { recipe }
         });
-        suites.push((name.clone(), sequences.len()));
+        suites.push((name.clone(), common.len()));
+        shares.push((own.len(), sequences.len()));
         populations.push((name.clone(), mine));
     }
     let t = &plan.experiment.trackers[tracker];
     let (name, runs) = (analysis.name.clone(), t.training_runs);
-    let analysed = |findings| Analysed { analysis: name, tracker: t.label.clone(), runs, suites, findings };
+    if suites.iter().zip(&shares).all(|((_, made_on), (_, there))| made_on == there) {
+        shares.clear();
+    }
+    let tracker = t.label.clone();
+    let analysed = |findings| Analysed { analysis: name, tracker, runs, suites, shares, findings };
     if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
         return Ok(analysed(findings));

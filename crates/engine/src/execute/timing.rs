@@ -23,6 +23,7 @@ use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
 use crate::tracker::TrackerError;
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 /// Makes every analysis of the clock, on every tracker; `tracks` has the tracks of every suite. An analysis that fails
@@ -96,10 +97,9 @@ fn make(
     let planned = &plan.suites[suite];
     let run =
         |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
-    let runs: Vec<TrackerRun> = track::of_runs(plan, tracks, suite, tracker, setup.training_runs, None)
-        .into_iter()
-        .map(run)
-        .collect();
+    let timed = track::of_runs(plan, tracks, suite, tracker, setup.training_runs, None);
+    let sequences: BTreeSet<usize> = timed.iter().map(|(_, s, _)| *s).collect();
+    let runs: Vec<TrackerRun> = timed.into_iter().map(run).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
     let work = move || -> Result<Findings, StepError> {
         let mut timings = Vec::new();
@@ -113,11 +113,13 @@ fn make(
         plugin.analyze(&[population]).map_err(StepError::failed)
     };
     let findings = run_single(&context.options.limits, work)?;
+    let there = planned.sequences.len();
     Ok(Analysed {
         analysis: analysis.name.clone(),
         tracker: setup.label.clone(),
         runs: setup.training_runs,
-        suites: vec![(planned.name.clone(), planned.sequences.len())],
+        suites: vec![(planned.name.clone(), sequences.len())],
+        shares: if sequences.len() == there { Vec::new() } else { vec![(sequences.len(), there)] },
         findings,
     })
 }

@@ -122,7 +122,7 @@ pub struct Cell {
     /// Ours minus published, both as printed.
     pub difference: Option<String>,
     /// Whether it is the best of ours in its row, as printed, or in its column where rows are trackers; anchors do not
-    /// compete.
+    /// compete, nor do numbers with more cells without a result than others.
     pub best: bool,
     /// Whether others are as good as this best one.
     pub tied: bool,
@@ -346,9 +346,12 @@ fn make_group(
             .collect();
         // Parts of a suite do not compete with each other.
         if columns.iter().all(|c| c.1.attribute.is_none()) {
+            // Nor does a number with those of more sequences.
+            let fewest = cells.iter().filter(|c| c.value.is_some()).map(|c| c.failed).min().unwrap_or(0);
+            let is_partial: Vec<bool> = cells.iter().map(|c| c.failed > fewest).collect();
             mark_best(&mut cells, metric.direction(), style, |k| {
                 let name = columns[k].1.method.as_deref();
-                name.is_some_and(|m| is_anchor(experiment, m))
+                is_partial[k] || name.is_some_and(|m| is_anchor(experiment, m))
             });
         }
         let label = heading(experiment, row_label, row, false);

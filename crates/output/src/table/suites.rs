@@ -8,16 +8,32 @@ pub fn targets_note(present: usize, wanted: usize) -> String {
     if present == wanted { format!("{wanted} {targets}") } else { format!("{present} of {wanted} {targets}") }
 }
 
-/// Its suites, each once: `synthetic-d1 (18 targets), vot-longterm-car9 (1 target)`.
+/// Its suites, each once: `synthetic-d1 (18 targets), vot-longterm-car9 (1 target)`; `d1 (the 17 of 18 targets that all trackers
+/// here have)` where trackers are compared on those.
 pub fn suites_note(analysed: &Analysed) -> String {
     let mut notes: Vec<String> = Vec::new();
-    for (name, targets) in &analysed.suites {
-        let note = format!("{name} ({})", targets_note(*targets, *targets));
+    for (k, (name, targets)) in analysed.suites.iter().enumerate() {
+        let there = analysed.shares.get(k).map_or(*targets, |(_, there)| *there);
+        let note = match targets_note(*targets, there) {
+            all if *targets == there => format!("{name} ({all})"),
+            some => format!("{name} (the {some} that all trackers here have)"),
+        };
         if !notes.contains(&note) {
             notes.push(note);
         }
     }
     notes.join(", ")
+}
+
+/// Its tracker, with the number of targets that it has tracks of where trackers are compared on those that all have:
+/// `PF (17 of 18 targets)`.
+pub fn tracker_note(analysed: &Analysed) -> String {
+    let shares: Vec<String> =
+        analysed.shares.iter().map(|(own, there)| format!("{own} of {there}")).collect();
+    match shares.as_slice() {
+        [] => analysed.tracker.clone(),
+        shares => format!("{} ({} targets)", analysed.tracker, shares.join(", ")),
+    }
 }
 
 #[cfg(test)]
@@ -32,9 +48,14 @@ mod tests {
             tracker: "PF".into(),
             runs: 1,
             suites: list.iter().map(|(name, n)| ((*name).to_string(), *n)).collect(),
+            shares: Vec::new(),
             findings: crate::analysis::Findings::default(),
         };
         assert_eq!(suites_note(&suites(&[("d1", 18), ("d1", 18)])), "d1 (18 targets)");
         assert_eq!(suites_note(&suites(&[("d1", 18), ("car9", 1)])), "d1 (18 targets), car9 (1 target)");
+        let part = Analysed { shares: vec![(17, 18)], ..suites(&[("d1", 16)]) };
+        assert_eq!(suites_note(&part), "d1 (the 16 of 18 targets that all trackers here have)");
+        assert_eq!(tracker_note(&part), "PF (17 of 18 targets)");
+        assert_eq!(tracker_note(&suites(&[("d1", 18)])), "PF");
     }
 }

@@ -8,7 +8,7 @@ use crate::score::TrackerMetric;
 use crate::spec::Experiment;
 use crate::spec::table::{FindingName, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value, style_of_column};
-use crate::table::suites::suites_note;
+use crate::table::suites::{suites_note, tracker_note};
 
 /// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(
@@ -55,14 +55,15 @@ pub fn analysed(
         };
         Group {
             key: analysed.tracker.clone(),
-            label: if single { String::new() } else { analysed.tracker.clone() },
+            label: if single { String::new() } else { tracker_note(analysed) },
             published_tracker: source.map(|label| printed_for(experiment, label)),
             has_ours: true,
             rows: grid.rows.iter().map(row).collect(),
         }
     };
     let mut groups: Vec<Group> = found.iter().map(group).collect();
-    let mut columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
+    let columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
+    let mut headings: Vec<Label> = columns.iter().map(|c| heading(c)).collect();
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if let Some(column) = &table.column {
         let place = columns.iter().position(|known| known == column);
@@ -73,11 +74,11 @@ pub fn analysed(
             Some(_) => format!(": {column}"),
             None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
         });
-        columns = found.iter().map(|(analysed, _)| analysed.tracker.clone()).collect();
+        headings = found.iter().map(|(analysed, _)| tracker_heading(analysed)).collect();
         groups = vec![Group { rows, ..ungrouped() }];
     } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
         let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
-            group.rows.iter_mut().for_each(|row| row.label = analysed.tracker.as_str().into());
+            group.rows.iter_mut().for_each(|row| row.label = tracker_heading(analysed));
             group.rows
         };
         let mut rows: Vec<Row> = groups.into_iter().zip(&found).flat_map(named).collect();
@@ -87,15 +88,16 @@ pub fn analysed(
         groups = vec![Group { rows, ..ungrouped() }];
     }
     let suites = found.first().map_or_else(String::new, |(a, _)| suites_note(a));
+    let is_whole = found.iter().all(|(a, _)| a.shares.is_empty());
     if !caption.ends_with('.') {
         caption.push('.');
     }
     TableLayout {
         name: table.name.clone(),
         caption: format!("{caption} Suites: {suites}; {data_note}."),
-        data: data_note.to_string(),
+        data: if is_whole { data_note.to_string() } else { format!("{suites}; {data_note}") },
         corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
-        columns: columns.iter().map(|c| heading(c)).collect(),
+        columns: headings,
         latex: table.latex.clone(),
         groups,
     }
@@ -123,6 +125,11 @@ fn heading(column: &str) -> Label {
         Direction::Neither => "",
     };
     Label { shown: format!("{column}{arrow}"), ..column.into() }
+}
+
+/// The heading of a tracker's row or column.
+fn tracker_heading(analysed: &Analysed) -> Label {
+    Label { shown: tracker_note(analysed), ..analysed.tracker.as_str().into() }
 }
 
 /// A group without heading and rows, for all trackers together.
