@@ -273,6 +273,99 @@ fn numbers_of_fewer_sequences_have_no_star() {
     assert!(table.contains("**1.000** ="), "{told}\n{table}");
 }
 
+const CONFIDENCE: &str = r#"
+[[method]]
+name = "sure"
+protocol = "khalid2016/1"
+signal = { kind = "confidence" }
+detector = { kind = "level", below = 0.5 }
+
+[[table]]
+name = "alarms"
+rows = ["detections"]
+columns = "method"
+"#;
+
+const LONG_TERM: &str = r#"
+[[analysis]]
+name = "lt"
+compute = { kind = "longterm", rules = "longterm/pysot/1" }
+signal = { kind = "confidence" }
+suites = ["test"]
+
+[[table]]
+name = "overall"
+shows = "lt.overall"
+"#;
+
+// Before: exit code 0, "sure was not run on T (1 cell): it needs a tracker that gives its confidence", and numbers of two
+// sequences under "3 targets".
+#[test]
+fn a_confidence_with_faults_is_a_failure_and_an_absent_one_is_missing() {
+    for (rest, table) in [(CONFIDENCE, "alarms"), (LONG_TERM, "overall")] {
+        let place = Place::new();
+        place.exact("T");
+        let spec = spec(&["T"], rest);
+        let (code, told) = place.run(&spec, &[]);
+        assert_eq!(code, 0, "{told}");
+        assert!(
+            told.contains("was not run on T")
+                && told.contains("it needs a tracker that gives its confidence")
+        );
+        for sequence in ["a", "b"] {
+            place.write(&format!("results/T/{sequence}_confidence.value"), &"0.9\n".repeat(FRAMES));
+        }
+
+        let reason = "there is no confidence in or beside results/T/c.txt, and other tracks of T have one";
+        let (code, told) = place.run(&spec, &[]);
+        assert!(code == 3 && told.contains(reason), "{code} {told}");
+        assert!(!told.contains("was not run on"), "{told}");
+        let (code, told) = place.run(&spec, &["--allow-missing"]);
+        let shown = place.kept(&format!("tables/{table}.md"));
+        assert!(code == 0 && told.contains(reason), "{code} {told}");
+        let says = ["The data of 1 cell is not there", "T (2 of 3 targets)"];
+        assert!(says.iter().any(|words| shown.contains(words)), "{shown}");
+
+        let (file, other) = ("results/T/c_confidence.value", "results/T/c_scores.txt");
+        let value = |n: usize| "0.9\n".repeat(n);
+        for (files, words) in [
+            (&[(file, value(FRAMES - 1))][..], "9 values for 10 boxes"),
+            (&[(file, value(FRAMES + 1))], "11 values for 10 boxes"),
+            (&[(file, value(9) + "much\n")], "c_confidence.value, line 10"),
+            (&[(file, String::new())], "c_confidence.value: the file is empty"),
+            (
+                &[(file, value(FRAMES)), (other, value(FRAMES))],
+                "c_scores.txt exist; name the one that is meant",
+            ),
+        ] {
+            for (name, text) in files {
+                place.write(name, text);
+            }
+            let (code, told) = place.run(&spec, &["--allow-missing"]);
+            assert!(
+                code == 4 && told.contains(words) && told.contains("c_confidence.value"),
+                "{code} {told}"
+            );
+            for (name, _) in files {
+                std::fs::remove_file(place.path(name)).unwrap();
+            }
+        }
+        #[cfg(unix)]
+        {
+            // Reading a pipe without a writer would block.
+            let pipe = place.path(file);
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            let (code, told) = place.run(&spec, &["--allow-missing"]);
+            assert!(code == 4 && told.contains("c_confidence.value: not a file"), "{code} {told}");
+            std::fs::remove_file(&pipe).unwrap();
+        }
+
+        place.write(file, &value(FRAMES));
+        let (code, told) = place.run(&spec, &[]);
+        assert!(code == 0 && !told.contains("was not run on"), "{code} {told}");
+    }
+}
+
 /// A data root with the frames of two sequences, and a program that ends in the second frame of one of them.
 #[cfg(unix)]
 #[test]

@@ -2,6 +2,7 @@
 //! recipes of its tracks, signals, models and cells.
 
 pub mod cached;
+mod confidence;
 mod demand;
 pub mod experiment;
 pub mod folds;

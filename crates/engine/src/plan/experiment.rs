@@ -1,5 +1,6 @@
 //! The plan of an experiment: sequences with their digests, tracks and cells with their recipes.
 
+use super::confidence;
 use super::demand::{Demand, SignalSet, demands, distinct_signals, signal_index, variants};
 use super::folds;
 use super::job::Job;
@@ -35,7 +36,7 @@ pub struct PlannedSequence {
     /// The files that each of the experiment's signals reads besides those of the track.
     signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
     /// Whether each job's tracker gives its confidence here; empty if no signal reads it.
-    gives_confidence: Vec<bool>,
+    pub(super) gives_confidence: Vec<bool>,
 }
 
 /// A suite with its present and missing sequences.
@@ -65,6 +66,8 @@ pub struct ExperimentPlan<'a> {
     demands: Vec<Demand<'a>>,
     /// The signals of each variant.
     variant_signals: Vec<SignalSet>,
+    /// Trackers whose tracks have no confidence, none of them.
+    without_confidence: BTreeSet<usize>,
 }
 
 /// Place of a track: indices of its suite, sequence and job.
@@ -164,7 +167,8 @@ impl<'a> ExperimentPlan<'a> {
         }
         let names: Vec<&str> = suites[0].sequences.iter().map(|s| s.sequence.name.as_str()).collect();
         let folds = folds::folds(&names, experiment.seed);
-        Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals: Arc::new(signals) })
+        let (signals, without_confidence) = (Arc::new(signals), confidence::trackers_without(&suites, &jobs));
+        Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals, without_confidence })
     }
 
     /// The test suite.
@@ -215,7 +219,8 @@ impl<'a> ExperimentPlan<'a> {
     /// The need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not meet, if there
     /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
     pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
-        let tracker = &self.experiment.trackers[self.jobs[job].tracker].setup;
+        let place = self.jobs[job].tracker;
+        let tracker = &self.experiment.trackers[place].setup;
         let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
         let reads_pixels = tracker.reads_pixels() || reads == Some(Reads::Pixels);
         if reads_pixels && !planned.sequence.has_frames() {
@@ -225,7 +230,13 @@ impl<'a> ExperimentPlan<'a> {
             None | Some(Reads::Pixels | Reads::Boxes) => true,
             Some(Reads::Posterior) => tracker.gives_posterior(),
             Some(Reads::Response) => tracker.gives_response(),
-            Some(Reads::Confidence) => planned.gives_confidence.get(job).is_some_and(|gives| *gives),
+            Some(Reads::Confidence) if self.without_confidence.contains(&place) => false,
+            // A track that cannot be read has a reason of its own.
+            Some(Reads::Confidence) if planned.tracks[job].is_err() => true,
+            Some(Reads::Confidence) if planned.gives_confidence.get(job) == Some(&true) => true,
+            Some(Reads::Confidence) => {
+                return Some(confidence::missing(planned, job, &self.experiment.trackers[place].label));
+            }
             Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
         };
         let unmet = reads.filter(|_| !given).and_then(Reads::need_of_tracker).map(CellError::Unmet);

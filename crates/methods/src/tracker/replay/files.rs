@@ -84,7 +84,8 @@ fn find_below(
         look(Kind::OwnFolder, format!("longterm/{name}/{numbered}"));
         found.push((Kind::Text, below(&of_run).join(format!("{name}.txt"))));
     }
-    found.retain(|(_, path)| path.is_file());
+    // What is there and no file, such as a pipe, is refused when it is read.
+    found.retain(|(_, path)| path.exists());
     match (found.pop(), found.pop()) {
         (Some(one), None) => Ok(one),
         (Some((_, a)), Some((_, b))) => Err(two_exist(&a, &b, "keep the one that is meant")),
@@ -100,7 +101,7 @@ fn find_below(
 fn confidence_beside(params: &Params, boxes: &Path) -> Result<Option<PathBuf>, TrackerError> {
     let property = params.confidence.as_deref();
     let mut found = confidence::beside(boxes, property);
-    found.retain(|path| path.is_file());
+    found.retain(|path| path.symlink_metadata().is_ok());
     match (found.pop(), found.pop(), property) {
         (Some(b), Some(a), _) => {
             let remedy = match property {

@@ -270,6 +270,21 @@ fn two_confidences_are_an_error_unless_one_is_named() {
             ENTRY.build_from_text(&format!("{{ results = \"a\", confidence = \"{bad}\" }}")).err().unwrap();
         assert_eq!(error.key, Some("confidence"), "{bad}");
     }
+    // A folder, and a link to nothing, in the place of a confidence or of boxes.
+    let folder = with_files(&[("S.txt", boxes), ("S_confidence.value/x", "")]);
+    let error = replay("a").read(&sequence(), 0, &roots(&folder)).unwrap_err().to_string();
+    assert!(error.contains("S_confidence.value") && error.contains("not a file"), "{error}");
+    let folder = with_files(&[("S.txt/x", "")]);
+    let error = replay("a").read(&sequence(), 0, &roots(&folder)).unwrap_err().to_string();
+    assert!(error.contains("S.txt") && error.contains("not a file"), "{error}");
+    #[cfg(unix)]
+    {
+        let linked = with_files(&[("S.txt", boxes)]);
+        let place = linked.path().join("results/a/S_scores.txt");
+        std::os::unix::fs::symlink("gone.txt", &place).unwrap();
+        let error = replay("a").read(&sequence(), 0, &roots(&linked)).unwrap_err().to_string();
+        assert!(error.contains("S_scores.txt"), "{error}");
+    }
     let boxes_alone = with_files(&[("S.txt", boxes)]);
     let alone = roots(&boxes_alone);
     let sequence = sequence();
