@@ -130,6 +130,12 @@ fn spec(trackers: &[&str], rest: &str) -> String {
     format!("{HEAD}{}{rest}", trackers.iter().map(tracker).collect::<String>())
 }
 
+/// The experiment with a track of a tracker that is declared absent.
+fn with_absent(spec: &str, tracker: &str, text: &str) -> String {
+    let label = format!("label = \"{tracker}\"\n");
+    spec.replace(&label, &format!("{label}absent = [{{ {text} }}]\n"))
+}
+
 /// The file of a result as messages have it.
 fn file(tracker: &str, sequence: &str) -> String {
     Path::new("results").join(tracker).join(format!("{sequence}.txt")).display().to_string()
@@ -364,6 +370,50 @@ fn a_confidence_with_faults_is_a_failure_and_an_absent_one_is_missing() {
         let (code, told) = place.run(&spec, &[]);
         assert!(code == 0 && !told.contains("was not run on"), "{code} {told}");
     }
+}
+
+#[test]
+fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
+    let place = Place::with_three_trackers();
+    let cut = |spec: String| with_absent(&spec, "cut", "sequence = \"c\", reason = \"its file was cut\"");
+    for (rest, of_cells) in [(ANALYSIS, ""), (METHOD, " (1 cell)")] {
+        let (code, told) = place.run(&cut(spec(&["full", "cut"], rest)), &[]);
+        assert_eq!(code, 0, "{told}");
+        let line = format!("cut has no track on c, as declared: its file was cut{of_cells}\n");
+        assert!(told.contains(&line), "{line}\n{told}");
+        let page = std::fs::read_to_string(place.path("p/mine/three/index.html")).unwrap();
+        assert!(page.contains("cut has no track on c, as declared: its file was cut"), "{page}");
+        assert_eq!(place.run(&cut(spec(&["full", "cut"], rest)), &["--shard", "1/1"]).0, 0);
+        // Nothing else is excused.
+        let (code, told) = place.run(&cut(spec(&["full", "cut", "part"], rest)), &[]);
+        assert!(code == 3 && told.contains("no result of `part` for c"), "{code} {told}");
+    }
+    assert!(place.kept("scores.csv").contains("not run: has no track on c, as declared: its file was cut"));
+    let (_, told) = place.run(&cut(spec(&["full", "cut"], ANALYSIS)), &[]);
+    assert!(place.kept("tables/overall.md").contains("| cut (2 of 3 targets) |"), "{told}");
+
+    place.exact("cut");
+    for (more, rest) in [(&["--allow-missing"][..], METHOD), (&["--shard", "1/1"], ANALYSIS)] {
+        let (code, told) = place.run(&cut(spec(&["full", "cut"], rest)), more);
+        assert!(
+            code == 4 && told.contains("c: a track of cut is declared `absent`, but can be read"),
+            "{told}"
+        );
+    }
+
+    for (text, words) in [
+        ("sequence = \"cc\", reason = \"x\"", "unknown sequence `cc`"),
+        ("sequence = \"c\", reason = \" \"", "`reason` must say why"),
+        ("sequence = \"c\"", "`reason`"),
+        ("sequence = \"c\", reason = \"x\", run = 1", "`run`"),
+    ] {
+        let (code, told) = place.run(&with_absent(&spec(&["full", "cut"], ANALYSIS), "cut", text), &[]);
+        assert!(code == 2 && told.contains(words) && told.contains("spec.toml:"), "{code} {told}");
+    }
+    let ran =
+        cut(spec(&["cut"], ANALYSIS)).replace("name = \"replay\"\nresults = \"cut\"", "name = \"still\"");
+    let (code, told) = place.run(&ran, &[]);
+    assert!(code == 2 && told.contains("only results that are replayed"), "{code} {told}");
 }
 
 /// A data root with the frames of two sequences, and a program that ends in the second frame of one of them.

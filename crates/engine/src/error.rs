@@ -17,12 +17,15 @@ pub enum CellError {
     /// Its method needs what the suite or the tracker does not give, so that it is not run.
     #[error("{0}")]
     Unmet(&'static str),
+    /// The experiment declares that the tracker has no track on the sequence, and why.
+    #[error("{0}")]
+    Absent(String),
 }
 
 impl CellError {
     /// Whether it stands for something that was to be run.
     pub fn is_failure(&self) -> bool {
-        !matches!(self, Self::Unmet(_))
+        !matches!(self, Self::Unmet(_) | Self::Absent(_))
     }
 }
 

@@ -122,6 +122,15 @@ impl Experiment {
     }
 }
 
+/// A track that is known not to be there, in any run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Absence {
+    /// Name of the sequence.
+    pub sequence: String,
+    /// Why there is none.
+    pub reason: String,
+}
+
 /// A tracker of an experiment.
 pub struct Tracker {
     /// Name in tables, unique in the experiment.
@@ -136,6 +145,8 @@ pub struct Tracker {
     pub runs: u32,
     /// Repetitions on suites that models are learned from.
     pub training_runs: u32,
+    /// Tracks that are known not to be there.
+    pub absent: Vec<Absence>,
     /// Run protocol: one pass, resets or shifted starts.
     pub protocol: RunProtocol,
     /// The checked tracker, under its protocol.

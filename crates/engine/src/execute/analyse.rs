@@ -189,6 +189,7 @@ fn no_sequence(
         CellError::Unmet(_) => 0,
         CellError::Failed(_) => 1,
         CellError::Missing(_) => 2,
+        CellError::Absent(_) => 3,
     };
     let nothing = || CellError::Missing(format!("{name} has no sequence"));
     reasons.min_by_key(rank).unwrap_or_else(nothing)

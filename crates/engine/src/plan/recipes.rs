@@ -11,7 +11,7 @@ use crate::score::{Protocol, Restarts};
 use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
-use crate::spec::{Experiment, OTHERS, Tracker};
+use crate::spec::{Absence, Experiment, OTHERS, Tracker};
 use crate::store::address::{Address, AddressDigest, Recipe, Stage};
 use crate::tracker::{RunContext, STATE_FORM};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> 
 /// Recipe of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
 ///
 /// # Errors
-/// When a file that the tracker reads is absent.
+/// When a file that the tracker reads is absent or has faults, and when the experiment declares that.
 pub fn track(
     experiment: &Experiment,
     sequence: &Sequence,
@@ -65,7 +65,21 @@ pub fn track(
         recipe = recipe.with("seed", seed);
     }
     let context = RunContext { sequence, start_frame: 0, run, seed, data_roots };
-    let inputs = tracker.setup.inputs(&context).map_err(|e| CellError::from(&e))?;
+    let inputs = tracker.setup.inputs(&context).map_err(|e| CellError::from(&e));
+    let declared = tracker.absent.iter().find(|absence| absence.sequence == sequence.name);
+    let inputs = match (inputs, declared) {
+        (inputs, None) => inputs?,
+        (Err(_), Some(Absence { sequence, reason })) => {
+            return Err(CellError::Absent(format!("has no track on {sequence}, as declared: {reason}")));
+        }
+        (Ok(_), Some(Absence { sequence, .. })) => {
+            let message = format!(
+                "{sequence}: a track of {} is declared `absent`, but can be read; take the declaration out",
+                tracker.label
+            );
+            return Err(CellError::Failed(message));
+        }
+    };
     if !inputs.is_empty() || tracker.setup.uses_run() {
         recipe = recipe.with("run", run);
     }

@@ -81,6 +81,21 @@ pub struct Tracker {
     /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
+    /// Tracks that are known not to be there, with the reason; of results that are replayed. Any other track that is not there
+    /// is a failure.
+    pub absent: Option<Vec<Absence>>,
+}
+
+/// A track that is known not to be there: `{ sequence = "Board", reason = "the file lacks a line" }`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Absence {
+    /// Name of the sequence.
+    #[schemars(with = "String")]
+    pub sequence: Spanned<String>,
+    /// Why there is no track.
+    #[schemars(with = "String")]
+    pub reason: Spanned<String>,
 }
 
 /// One `[[method]]`: a signal and a detector under a name.

@@ -8,7 +8,7 @@ use crate::dataset::Frames;
 use crate::engine::CellError;
 use crate::engine::execute::analyse::NotAnalysed;
 use crate::engine::execute::train::{Content, Model};
-use crate::engine::{CellName, Outcome};
+use crate::engine::{Cell, CellName, Outcome};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
 use crate::spec::method::DetectorChoice;
@@ -58,7 +58,8 @@ pub struct Manifest {
     /// Cells without a result, with the reason; tracks of which no cell says that they failed, and analyses that could not
     /// be made, are among them.
     pub cells_failed: Vec<FailedCell>,
-    /// Methods and analyses that were not run on a tracker, because they need what is not given.
+    /// Methods and analyses that were not run on a tracker, because they need what is not given, and tracks that the
+    /// experiment declares not to be there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_run: Vec<NotRun>,
     /// Rules that stood in for missing values, and how often each did.
@@ -124,23 +125,24 @@ pub struct MethodRecord {
     pub thresholds: BTreeMap<String, f64>,
 }
 
-/// A method or an analysis that was not run on a tracker.
+/// A method or an analysis that was not run on a tracker, or a track that is declared not to be there.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotRun {
     /// Tracker.
     pub tracker: String,
-    /// Method with its grid point, or `analysis` with a name.
+    /// Method with its grid point, or `analysis` with a name; empty for a track.
     pub method: String,
-    /// Its need that is not met.
+    /// Its need that is not met; of a track, which one is not there and why.
     pub reason: String,
     /// Number of its cells; an analysis has none.
     pub cells: usize,
 }
 
 impl NotRun {
-    /// The methods that were not run, in the order of their first cells, and then the analyses.
-    fn of(outcome: &Outcome<'_>) -> Vec<Self> {
-        let mut all: Vec<Self> = Vec::new();
+    /// The tracks of the test suite that are declared not to be there, the methods that were not run, in the order of their
+    /// first cells, and then the analyses.
+    fn of(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
+        let mut all: Vec<Self> = Self::absent(experiment, outcome);
         for cell in &outcome.cells {
             let Err(CellError::Unmet(need)) = &cell.result else { continue };
             let method = method_label(&cell.method, &cell.params);
@@ -166,6 +168,27 @@ impl NotRun {
     }
 }
 
+impl NotRun {
+    /// The tracks of the test suite that are declared not to be there.
+    fn absent(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for (s, tracks) in outcome.tracks.iter().enumerate() {
+            for (job, track) in outcome.jobs.iter().zip(tracks) {
+                let Err(CellError::Absent(reason)) = track else { continue };
+                let tracker = &experiment.trackers[job.tracker].label;
+                let is_mine = |cell: &&Cell| cell.sequence == s && cell.tracker == *tracker;
+                // It is declared for all runs.
+                if all.iter().all(|n| n.tracker != *tracker || n.reason != *reason) {
+                    let cells = outcome.cells.iter().filter(is_mine).count();
+                    let (tracker, reason) = (tracker.clone(), reason.clone());
+                    all.push(Self { tracker, method: String::new(), reason, cells });
+                }
+            }
+        }
+        all
+    }
+}
+
 impl std::fmt::Display for NotRun {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { tracker, method, reason, cells } = self;
@@ -174,7 +197,10 @@ impl std::fmt::Display for NotRun {
             1 => " (1 cell)".to_string(),
             more => format!(" ({more} cells)"),
         };
-        write!(f, "{method} was not run on {tracker}{cells}: it {reason}")
+        match method.as_str() {
+            "" => write!(f, "{tracker} {reason}{cells}"),
+            method => write!(f, "{method} was not run on {tracker}{cells}: it {reason}"),
+        }
     }
 }
 
@@ -304,7 +330,7 @@ impl Manifest {
             models: model_records(&outcome.models),
             cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
             cells_failed: failed.chain(tracks).chain(not_analysed).collect(),
-            not_run: NotRun::of(outcome),
+            not_run: NotRun::of(experiment, outcome),
             rules: outcome.rules.clone(),
             differing: outcome.differing.clone(),
             files: BTreeMap::new(),

@@ -101,7 +101,7 @@ fn row_of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Row {
             Ok(_) => "ok".to_string(),
             Err(CellError::Missing(m)) => format!("missing: {m}"),
             Err(CellError::Failed(m)) => format!("failed: {m}"),
-            Err(CellError::Unmet(need)) => format!("not run: {need}"),
+            Err(e @ (CellError::Unmet(_) | CellError::Absent(_))) => format!("not run: {e}"),
         },
     }
 }

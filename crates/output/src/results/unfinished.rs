@@ -120,19 +120,23 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
     groups.into_iter().filter_map(group).collect()
 }
 
-/// Lines that tell of methods that were not run: one for each or, where there are many, one for each unmet need.
+/// Lines that tell of tracks that are declared not to be there, and of methods that were not run: one for each or, where they
+/// are many, one for each unmet need.
 pub fn not_run(all: &[NotRun]) -> Vec<String> {
-    if all.len() <= MAX_LINES {
-        return all.iter().map(ToString::to_string).collect();
+    let (tracks, methods): (Vec<&NotRun>, Vec<&NotRun>) = all.iter().partition(|n| n.method.is_empty());
+    let mut lines: Vec<String> = tracks.iter().map(ToString::to_string).collect();
+    if methods.len() <= MAX_LINES {
+        lines.extend(methods.iter().map(ToString::to_string));
+        return lines;
     }
-    let every: Vec<&NotRun> = all.iter().collect();
     let line = |reason: &str| {
-        let mine: Vec<&NotRun> = all.iter().filter(|n| n.reason == reason).collect();
+        let mine: Vec<&NotRun> = methods.iter().copied().filter(|n| n.reason == reason).collect();
         let methods = names(&mine, |n| &n.method).join(", ");
         let trackers = counted(&names(&mine, |n| &n.tracker), "trackers");
         format!("Not run on {trackers}: {methods}; each {reason}")
     };
-    names(&every, |n| &n.reason).into_iter().map(line).collect()
+    lines.extend(names(&methods, |n| &n.reason).into_iter().map(line));
+    lines
 }
 
 #[cfg(test)]
@@ -223,5 +227,8 @@ mod tests {
             not_run(&many),
             ["Not run on 6 trackers: a, b; each needs x", "Not run on t3: c; each needs y"]
         );
+        many.insert(0, entry(7, "", "has no track on a, as declared: it is short"));
+        assert_eq!(not_run(&many).len(), 3);
+        assert_eq!(not_run(&many)[0], "t7 has no track on a, as declared: it is short (2 cells)");
     }
 }

@@ -1,13 +1,15 @@
 //! Trackers of an experiment file.
 
 use super::{Known, MAX_RUNS};
+use crate::dataset::suite::Catalog;
 use crate::plugin;
 use crate::spec::error::{Errors, Source, SpecError};
 use crate::spec::name::check_label;
-use crate::spec::{Tracker, raw_plugin, wire};
+use crate::spec::{Absence, Tracker, raw_plugin, wire};
 use crate::tracker::TRACKERS;
 use crate::tracker::process::Programs;
 use crate::tracker::protocol::RunProtocol;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -29,7 +31,8 @@ pub(super) fn split_params<'i>(
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
         let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            ["name", "label", "like", "runs", "training_runs", "protocol"].contains(&key.get_ref().as_ref())
+            let own = ["name", "label", "like", "runs", "training_runs", "protocol", "absent"];
+            own.contains(&key.get_ref().as_ref())
         });
         *table = known;
         all.push(Spanned::new(span, params));
@@ -89,6 +92,9 @@ fn read_tracker(
     let protocol = errors.keep(read_run_protocol(source, entry.kind, wire.protocol.as_ref()))?;
     let runs = runs.unwrap_or(protocol.runs().unwrap_or(1));
     let training_runs = training_runs.unwrap_or(runs);
+    let absent =
+        wire.absent.iter().flatten().filter_map(|a| errors.keep(read_absence(source, entry.kind, a)));
+    let absent = absent.collect();
     let label = wire.label.as_ref().unwrap_or(&wire.name);
     let max_runs = protocol.runs().unwrap_or(MAX_RUNS);
     if runs.max(training_runs) > max_runs {
@@ -103,9 +109,48 @@ fn read_tracker(
         version: entry.version,
         runs,
         training_runs,
+        absent,
         protocol,
         setup: protocol.over(Arc::from(config?)),
     })
+}
+
+/// A track that is declared not to be there; only results that are replayed are known beforehand.
+fn read_absence(
+    source: Source<'_>,
+    kind: &str,
+    wire::Absence { sequence, reason }: &wire::Absence,
+) -> Result<Absence, SpecError> {
+    if kind != "replay" {
+        let message =
+            "only results that are replayed can be declared `absent`; a tracker that is run has failed";
+        return Err(source.error(sequence.span(), message));
+    }
+    if reason.get_ref().trim().is_empty() {
+        return Err(source.error(reason.span(), "`reason` must say why there is no track"));
+    }
+    Ok(Absence { sequence: sequence.get_ref().clone(), reason: reason.get_ref().clone() })
+}
+
+/// Checks that tracks are declared absent on sequences that the experiment has.
+pub(super) fn check_absent(
+    source: Source<'_>,
+    wire: &wire::Experiment,
+    known: &Known<'_>,
+    catalog: &Catalog,
+    errors: &mut Errors,
+) {
+    let suites = known.suites.values().map(|name| catalog.suite(name).ok());
+    // Where a suite is wrong, its sequences are not known.
+    let Some(suites) = suites.collect::<Option<Vec<_>>>() else { return };
+    let names: BTreeSet<String> = suites.iter().flat_map(|suite| suite.sequence_names()).collect();
+    for absence in wire.tracker.get_ref().iter().flat_map(|t| t.absent.iter().flatten()) {
+        let name = &absence.sequence;
+        if !names.is_empty() && !names.contains(name.get_ref()) {
+            let known = names.iter().map(String::as_str);
+            errors.push(source.unknown(name.span(), "sequence", name.get_ref(), known));
+        }
+    }
 }
 
 /// Run protocol of a tracker; replayed results have theirs already.
