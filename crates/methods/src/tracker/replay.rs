@@ -22,7 +22,8 @@
 //! those of a tracker whose authors subtract 1, `base = 0` or `base = 1` sets it for all files of the folder.
 //!
 //! A sequence `Jogging-1` may be spelled `Jogging_1` (pytracking) or `Jogging.1` (got10k) in all of these
-//! names: what stands before a target's number, of one or two digits, differs between toolkits.
+//! names: what stands before a target's number, of one or two digits, differs between toolkits. Where there is no file of
+//! these names, one that differs in capital letters alone is read, such as `BasketBall.json` in OTB's results of Struck.
 //!
 //! The frames of the lines: VOT files have exactly the sequence's frames. Text and GOT-10k files have
 //! either as many lines as the official range or as many as the range used. JSON states its frames, see

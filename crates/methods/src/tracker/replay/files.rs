@@ -4,6 +4,7 @@ use super::Params;
 use crate::dataset::Sequence;
 use crate::tracker::TrackerError;
 use crate::tracker::results::confidence;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Format of a file of boxes, as far as its name tells.
@@ -65,12 +66,13 @@ fn find_below(
 ) -> Result<(Kind, PathBuf), TrackerError> {
     let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
     let (folder, of_run) = (below(results), format!("{results}_{run:03}"));
-    let mut found = Vec::new();
+    let folder_of_run = below(&of_run);
+    let mut wanted: Vec<(Kind, &Path, String)> = Vec::new();
     let mut looked_for = Vec::new();
     for name in spellings(&sequence.name) {
         let numbered = format!("{name}_{:03}.txt", run + 1);
         let mut look = |kind, shown: String| {
-            found.push((kind, shown.split('/').fold(folder.clone(), |p, s| p.join(s))));
+            wanted.push((kind, folder.as_path(), shown.clone()));
             looked_for.push(shown);
         };
         look(Kind::Json, format!("{name}.json"));
@@ -82,10 +84,19 @@ fn find_below(
         look(Kind::Text, numbered.clone());
         look(Kind::OwnFolder, format!("{name}/{numbered}"));
         look(Kind::OwnFolder, format!("longterm/{name}/{numbered}"));
-        found.push((Kind::Text, below(&of_run).join(format!("{name}.txt"))));
+        wanted.push((Kind::Text, folder_of_run.as_path(), format!("{name}.txt")));
     }
+    let exact = |(kind, folder, name): &(Kind, &Path, String)| {
+        (*kind, name.split('/').fold(folder.to_path_buf(), |path, part| path.join(part)))
+    };
+    let mut found: Vec<(Kind, PathBuf)> = wanted.iter().map(exact).collect();
     // What is there and no file, such as a pipe, is refused when it is read.
     found.retain(|(_, path)| path.exists());
+    if found.is_empty() {
+        for (kind, folder, name) in &wanted {
+            found.extend(in_other_case(folder, name).into_iter().map(|path| (*kind, path)));
+        }
+    }
     match (found.pop(), found.pop()) {
         (Some(one), None) => Ok(one),
         (Some((_, a)), Some((_, b))) => Err(two_exist(&a, &b, "keep the one that is meant")),
@@ -97,11 +108,36 @@ fn find_below(
     }
 }
 
+/// Paths below a folder that differ from `name` in capital letters alone, such as `BasketBall.json` in OTB's results of Struck.
+fn in_other_case(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let mut found = vec![folder.to_path_buf()];
+    for part in name.split('/') {
+        found = found.iter().flat_map(|folder| alike(folder, &[Path::new(part)])).collect();
+    }
+    found
+}
+
+/// What is in a folder and has the name of one of `paths`, whatever letters are capitals; sorted.
+fn alike(folder: &Path, paths: &[impl AsRef<Path>]) -> Vec<PathBuf> {
+    let is_name = |name: &OsStr| {
+        paths.iter().filter_map(|path| path.as_ref().file_name()).any(|n| n.eq_ignore_ascii_case(name))
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let paths_of = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut found: Vec<PathBuf> = paths_of.filter(|path| path.file_name().is_some_and(is_name)).collect();
+    found.sort();
+    found
+}
+
 /// The file of the confidence beside a file of boxes.
 fn confidence_beside(params: &Params, boxes: &Path) -> Result<Option<PathBuf>, TrackerError> {
     let property = params.confidence.as_deref();
-    let mut found = confidence::beside(boxes, property);
-    found.retain(|path| path.symlink_metadata().is_ok());
+    let wanted = confidence::beside(boxes, property);
+    let mut found: Vec<PathBuf> =
+        wanted.iter().filter(|path| path.symlink_metadata().is_ok()).cloned().collect();
+    if found.is_empty() {
+        found = boxes.parent().map_or_else(Vec::new, |folder| alike(folder, &wanted));
+    }
     match (found.pop(), found.pop(), property) {
         (Some(b), Some(a), _) => {
             let remedy = match property {

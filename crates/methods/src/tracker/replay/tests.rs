@@ -122,6 +122,41 @@ fn a_targets_number_may_be_spelled_otherwise() {
     }
 }
 
+// tracker_benchmark's own results of STRUCK have `BasketBall.json` for the sequence Basketball.
+#[test]
+fn a_name_may_differ_in_capital_letters() {
+    let boxes = "7,1,1,1\n8,1,1,1";
+    let ball = Sequence { name: "Ball-2".into(), ..sequence() };
+    for (file, beside) in [
+        ("BALL-2.txt", "ball-2_Scores.txt"),
+        ("baLL_2.TXT", "ball_2_scores.txt"),
+        ("ball-2_001.txt", "Ball-2_001_scores.txt"),
+        ("Longterm/ball-2/BALL-2_001.txt", "Longterm/ball-2/ball-2_001_scores.txt"),
+        ("../a_000/ball.2.txt", "../a_000/Ball.2_scores.txt"),
+    ] {
+        let root = with_files(&[(file, boxes), (beside, "0.5\n0.25\n"), ("Ball-3.txt", boxes)]);
+        let states = replay("a").read(&ball, 0, &roots(&root)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        assert_eq!(lefts(&states), [6.0, 7.0], "{file}");
+        let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
+        assert_eq!(values, [Some(0.5), Some(0.25)], "{file}");
+    }
+    // The very name comes first, and one of two others has to be meant.
+    let root = with_files(&[("Ball-2.txt", boxes), ("ball-2.txt", "1,1,1,1")]);
+    if root.path().join("results/a").read_dir().unwrap().count() == 2 {
+        assert_eq!(lefts(&replay("a").read(&ball, 0, &roots(&root)).unwrap()), [6.0, 7.0]);
+        let root = with_files(&[("BALL-2.txt", boxes), ("ball-2.txt", boxes)]);
+        let error = replay("a").read(&ball, 0, &roots(&root)).unwrap_err().to_string();
+        assert!(
+            error.contains("both") && error.contains("BALL-2.txt") && error.contains("ball-2.txt"),
+            "{error}"
+        );
+    }
+    // A short one is a fault, whatever its name.
+    let root = with_files(&[("BALL-2.txt", "1,1,1,1")]);
+    let error = replay("a").read(&ball, 0, &roots(&root)).unwrap_err().to_string();
+    assert!(error.contains("BALL-2.txt: 1 boxes"), "{error}");
+}
+
 #[test]
 fn absent_results_are_missing() {
     let root = with_files(&[("S.txt", "1,1,1,1"), ("T_001.txt", "")]);
