@@ -1,5 +1,6 @@
 //! The program as a user meets it: commands, files, exit codes.
 
+mod absence;
 mod archives;
 mod bad_data;
 mod detect;

@@ -24,7 +24,8 @@
 //! and the regions of companions, other trackers on the same frames. Regions are 0-based pixels with the top left
 //! corner of the first pixel at (0, 0). Everything but the first region may be missing, in all frames or in some: a
 //! value that cannot be computed is missing for the detector too, which is no error and no alarm. A frame without a
-//! region is one in which the tracker says that the target is absent; the signals are then read at its last region.
+//! region is one in which the tracker says that the target is absent; the signals are then read at its last region, and an
+//! alarm that they raise ends with the absence.
 //!
 //! Without a name of a method, the first frame with a region decides: its inputs are those that the recommendation is
 //! made for. The memory of a monitor does not grow with the number of frames.
@@ -34,6 +35,7 @@ mod saved;
 
 pub use crate::detector::labels::TargetState;
 
+use crate::detector::StateOfTarget;
 use crate::image::Frame;
 use crate::region::{Region, RegionError};
 use crate::spec::SpecError;
@@ -178,6 +180,7 @@ pub struct Monitor {
     size: Option<(usize, usize)>,
     /// The tracker's last region.
     last: Option<Region>,
+    target: StateOfTarget,
     chosen: Option<Chosen>,
 }
 
@@ -200,7 +203,7 @@ impl Monitor {
                 None
             }
         };
-        Ok(Self { budget, index: 0, size: None, last: None, chosen })
+        Ok(Self { budget, index: 0, size: None, last: None, target: StateOfTarget::default(), chosen })
     }
 
     /// Judges the next frame.
@@ -231,11 +234,7 @@ impl Monitor {
             None => Default::default(),
         };
         self.last = Some(state.region);
-        let state = match (status, judgement.lost) {
-            (Status::Absent, _) => TargetState::Absent,
-            (_, true) => TargetState::Lost,
-            (_, false) => TargetState::Tracking,
-        };
+        let state = self.target.push(region.is_some(), judgement.lost, judgement.raised);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let reasons = judgement.reasons.into_iter().take(MAX_REASONS).map(|reason| reason.text).collect();
         Ok(Answer { index, probability, state, reasons, note })

@@ -2,15 +2,17 @@
 //!
 //! Formats:
 //! - 1: first version.
+//! - 2: whether the loss that is on was raised in a frame with a box.
 
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};
+use crate::detector::StateOfTarget;
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 const NAME: &[u8] = b"trackfail-monitor ";
-const FORMAT: &[u8] = b"1";
+const FORMAT: &[u8] = b"2";
 /// Bytes of a digest.
 const DIGEST: usize = 32;
 
@@ -19,6 +21,7 @@ struct Memory {
     index: u64,
     size: Option<(usize, usize)>,
     last: Option<Region>,
+    target: StateOfTarget,
     method: Option<MethodMemory>,
 }
 
@@ -51,7 +54,8 @@ impl Monitor {
                 stream: chosen.stream.save(),
             }),
         };
-        let memory = Memory { index: self.index, size: self.size, last: self.last.clone(), method };
+        let (index, size, last, target) = (self.index, self.size, self.last.clone(), self.target);
+        let memory = Memory { index, size, last, target, method };
         let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
         let digest = Sha256::digest(&memory);
         Ok([NAME, FORMAT, b"\n", digest.as_slice(), &memory].concat())
@@ -82,6 +86,7 @@ impl Monitor {
         }
         let mut monitor = Self::new(options)?;
         (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
+        monitor.target = memory.target;
         if let Some(saved) = memory.method {
             if options.budget.is_some() && options.budget != saved.budget {
                 return Err(MonitorError::OtherBudget { saved: saved.budget, given: options.budget });

@@ -19,9 +19,14 @@ fn method(name: &str) -> Options {
 
 /// The answers to a stream whose boxes stay on the first place from frame 12 on, and have one that is missing.
 fn answers(monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
+    answers_without(&[5], monitor, frames)
+}
+
+/// The same, with the frames in which the box is missing.
+fn answers_without(absent: &[usize], monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
     let answer = |t: usize| {
         let (frame, _) = scene(t);
-        let region = (t != 5).then(|| scene(t.min(11)).1);
+        let region = (!absent.contains(&t)).then(|| scene(t.min(11)).1);
         let companion = scene(t).1;
         let update = Update {
             frame: Some(&frame),
@@ -50,6 +55,37 @@ fn a_companion_that_leaves_raises_the_alarm() {
         text,
         r#"{"index":12,"probability":null,"state":"lost","reasons":["value 0.000 is below 0.01"]}"#
     );
+}
+
+/// The answers of `Companions` to boxes that are there or not, each with a companion on the last box or far from it. Its value
+/// is 1 or 0, and 0 is an alarm.
+fn agreements(frames: &[(bool, bool)]) -> Vec<Answer> {
+    let mut monitor = Monitor::new(&method("Companions")).unwrap();
+    let (here, far) = (Rect::new(10.0, 20.0, 16.0, 14.0), Rect::new(60.0, 20.0, 16.0, 14.0));
+    let answer = |(has_box, agrees): &(bool, bool)| {
+        let region = has_box.then_some(Region::Rect(here));
+        let companions = [Region::Rect(if *agrees { here } else { far })];
+        monitor
+            .update(&Update { region: region.as_ref(), companions: &companions, ..Update::default() })
+            .unwrap()
+    };
+    frames.iter().map(answer).collect()
+}
+
+#[test]
+fn an_alarm_raised_while_the_target_is_absent_ends_with_the_absence() {
+    // `+` is a box with its companion, `!` one without, `a` no box and a companion, `x` neither.
+    let of = |text: &str| {
+        let frame = |c: char| ("+!".contains(c), "+a".contains(c));
+        states(&agreements(&text.chars().map(frame).collect::<Vec<_>>()))
+    };
+    assert_eq!(of("+++xxx+++"), "TTTAAATTT");
+    assert_eq!(of("+++xxx!++"), "TTTAAALLL");
+    assert_eq!(of("++!xxx+++"), "TTLAAALLL");
+    assert_eq!(of("+x+x+ax+!"), "TATATAATL");
+    // Ten frames in a row without an alarm confirm a recovery, those of an absence among them.
+    assert_eq!(of(&format!("!{}x++", "a".repeat(10))), format!("L{}TT", "A".repeat(11)));
+    assert_eq!(of(&format!("!{}++", "a".repeat(8))), format!("L{}LT", "A".repeat(8)));
 }
 
 #[test]
@@ -169,7 +205,7 @@ fn a_state_says_what_is_wrong_with_it() {
     let any = Options::default();
     assert_eq!(refused(&any, b""), "not a state of `trackfail monitor`");
     assert_eq!(refused(&any, b"{\"index\": 4}"), "not a state of `trackfail monitor`");
-    assert!(refused(&any, b"trackfail-monitor 2\nx").contains("format 2"));
+    assert!(refused(&any, b"trackfail-monitor 1\nx").contains("format 1"));
     assert_eq!(
         refused(&method("Companions"), &saved),
         "the state is one of method `Watchdog`, not of `Companions`"
@@ -186,18 +222,37 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn interrupted_anywhere_it_gives_the_same_answers(first in 0_usize..25, second in 0_usize..25) {
+    fn interrupted_anywhere_it_gives_the_same_answers(
+        first in 0_usize..25, second in 0_usize..25, absent in prop::collection::vec(0_usize..25, 0..12),
+    ) {
         for name in super::chosen::able() {
             let mut whole = Monitor::new(&method(name)).unwrap();
-            let want = answers(&mut whole, 0..25);
+            let want = answers_without(&absent, &mut whole, 0..25);
             let mut monitor = Monitor::new(&method(name)).unwrap();
             let mut got = Vec::new();
             for part in [0..first.min(second), first.min(second)..first.max(second), first.max(second)..25] {
                 monitor = Monitor::resume(&method(name), &monitor.save().unwrap()).unwrap();
-                got.extend(answers(&mut monitor, part));
+                got.extend(answers_without(&absent, &mut monitor, part));
             }
             prop_assert_eq!(&got, &want, "{}", name);
             prop_assert_eq!(monitor.save().unwrap(), whole.save().unwrap(), "{}", name);
+        }
+    }
+
+    // The law: a loss begins in a frame with a box, by an alarm of that frame.
+    #[test]
+    fn no_loss_begins_by_an_alarm_of_an_absence(
+        frames in prop::collection::vec((any::<bool>(), any::<bool>()), 0..60),
+    ) {
+        let mut last = TargetState::Tracking;
+        for (t, answer) in agreements(&frames).iter().enumerate() {
+            prop_assert_eq!(answer.state == TargetState::Absent, !frames[t].0);
+            if answer.state == TargetState::Lost && last != TargetState::Lost {
+                prop_assert_eq!(&answer.reasons, &["value 0.000 is below 0.01"], "frame {}", t);
+            }
+            if frames[t].0 {
+                last = answer.state;
+            }
         }
     }
 }

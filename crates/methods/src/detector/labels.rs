@@ -56,13 +56,37 @@ impl LossState {
     }
 }
 
+/// The state of the target while a track goes on.
+///
+/// An alarm counts if it was raised in a frame with a box: what a detector says where the tracker itself says that the
+/// target is absent is about a place at which nobody looks for it, and ends with the absence. A loss that was raised before
+/// an absence is still one after it, until the recovery is confirmed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StateOfTarget {
+    /// Whether the loss that is on was raised in a frame with a box.
+    is_lost: bool,
+}
+
+impl StateOfTarget {
+    /// The state in the next frame: `has_box` says whether the tracker has a box there, `lost` whether the detector takes
+    /// the target to be lost, see [`lost`], and `raised` whether it does so by this frame alone.
+    pub fn push(&mut self, has_box: bool, lost: bool, raised: bool) -> TargetState {
+        self.is_lost = lost && (self.is_lost || has_box && raised);
+        match (has_box, self.is_lost) {
+            (false, _) => TargetState::Absent,
+            (true, true) => TargetState::Lost,
+            (true, false) => TargetState::Tracking,
+        }
+    }
+}
+
 /// State of the target in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetState {
     /// The tracker is on the target, as far as can be told.
     Tracking,
-    /// The tracker has lost the target: from an alarm until the recovery is confirmed.
+    /// The tracker has lost the target: from an alarm in a frame with a box until the recovery is confirmed.
     Lost,
     /// The tracker itself has no box, or has not had one yet.
     Absent,
@@ -103,6 +127,29 @@ mod tests {
         assert!(lost(&[], 3).is_empty());
     }
 
+    /// The states of frames, each with a box or not, lost or not, raised or not.
+    fn states(frames: impl IntoIterator<Item = (bool, bool, bool)>) -> Vec<TargetState> {
+        let mut state = StateOfTarget::default();
+        frames.into_iter().map(|(has_box, lost, raised)| state.push(has_box, lost, raised)).collect()
+    }
+
+    // By hand. `b` is a frame with a box, `-` one without; `.` no alarm, `!` one that is raised, `h` one that is held.
+    #[test]
+    fn an_alarm_of_an_absence_ends_with_it_by_hand() {
+        let of = |boxes: &str, alarms: &str| -> String {
+            let frame = |(b, a): (char, char)| (b == 'b', a != '.', a == '!');
+            let letter = |state: TargetState| state.word().chars().next().unwrap_or_default();
+            states(boxes.chars().zip(alarms.chars()).map(frame)).into_iter().map(letter).collect()
+        };
+        assert_eq!(of("bb---bbbb", "..!!!hhh."), "ttaaatttt");
+        // It is raised again where the tracker has a box.
+        assert_eq!(of("bb---bbbb", "..!!!h!h."), "ttaaatllt");
+        // One from before the absence goes on, unless the recovery is confirmed within it.
+        assert_eq!(of("bb---bbbb", ".!!!hhh.."), "tlaaalltt");
+        assert_eq!(of("bb----bbb", ".!h.!!hh."), "tlaaaattt");
+        assert_eq!(of("--bb", "!!hh"), "aatt");
+    }
+
     #[test]
     fn states_have_the_same_word_in_json() {
         for state in [TargetState::Tracking, TargetState::Lost, TargetState::Absent] {
@@ -124,6 +171,34 @@ mod tests {
             prop_assert!(states.iter().zip(&longer).all(|(short, long)| !short || *long));
             let cut = cut.min(alarm.len());
             prop_assert_eq!(&lost(&alarm[..cut], recovery)[..], &states[..cut]);
+        }
+
+        #[test]
+        fn with_boxes_throughout_the_state_is_that_of_the_alarms(
+            alarm in prop::collection::vec(any::<bool>(), 0..40),
+            recovery in 1_usize..12,
+        ) {
+            let lost = lost(&alarm, recovery);
+            let said = states(lost.iter().zip(&alarm).map(|(lost, alarm)| (true, *lost, *alarm)));
+            prop_assert!(said.iter().zip(&lost).all(|(state, lost)| (*state == TargetState::Lost) == *lost));
+        }
+
+        // The law: a loss begins in a frame with a box that raises it, or is one from before the absence.
+        #[test]
+        fn no_loss_is_raised_by_an_absence(
+            frames in prop::collection::vec((any::<bool>(), any::<bool>()), 0..60),
+            recovery in 1_usize..12,
+        ) {
+            let alarm: Vec<bool> = frames.iter().map(|(_, alarm)| *alarm).collect();
+            let lost = lost(&alarm, recovery);
+            let said = states(frames.iter().zip(&lost).map(|((has_box, alarm), lost)| (*has_box, *lost, *alarm)));
+            for (t, state) in said.iter().enumerate() {
+                prop_assert_eq!(*state == TargetState::Absent, !frames[t].0);
+                if *state == TargetState::Lost {
+                    let raised = (0..=t).rev().take_while(|s| lost[*s]).any(|s| frames[s] == (true, true));
+                    prop_assert!(raised, "frame {}", t);
+                }
+            }
         }
 
         #[test]

@@ -159,6 +159,7 @@ impl Stream for LevelStream {
         Judgement {
             probability: f64::NAN,
             lost: self.state.is_lost(RECOVERY_FRAMES),
+            raised: alarm.is_some(),
             reasons: alarm.map(reason).into_iter().collect(),
         }
     }

@@ -7,6 +7,8 @@ pub struct Judgement {
     pub probability: f64,
     /// Whether an alarm is on: from the frame in which it was raised until the recovery is confirmed.
     pub lost: bool,
+    /// Whether this frame raises the alarm, and does not only hold one of the frames before.
+    pub raised: bool,
     /// Features that speak for a loss, the loudest first; none that speaks against it.
     pub reasons: Vec<Reason>,
 }

@@ -1,8 +1,7 @@
 //! Verdict of a method on a user's track, in sentences.
 
 use crate::detector::RECOVERY_FRAMES;
-use crate::direction::Direction;
-use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
+use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState, badness};
 use crate::table::number::Style;
 use std::ops::Range;
 
@@ -44,7 +43,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
             continue;
         }
         let (word, why) = match is_first {
-            true => ("frame ", format!(" ({})", evidence(method, run.start))),
+            true => ("frame ", format!(" ({})", evidence(method, run.start, true))),
             false => ("", String::new()),
         };
         is_first = false;
@@ -58,7 +57,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         parts.push(format!("and lost {more} more times"));
     }
     if is_first {
-        let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t));
+        let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t, false));
         let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
         let s = if seen == 1 { "" } else { "s" };
         parts.insert(0, format!("tracking, no loss found in {seen} frame{s} ({worst})"));
@@ -110,10 +109,11 @@ pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
     track.target.map_or_else(|| sentence.to_string(), |id| format!("target {id}: {sentence}"))
 }
 
-/// The method with the score of a frame beside its threshold: `fused: .97 > .80`.
-fn evidence(method: &JudgedMethod, t: usize) -> String {
+/// The method with the score of a frame beside its threshold, `fused: .97 > .80`, where that is a reason for what is said.
+fn evidence(method: &JudgedMethod, t: usize, is_loss: bool) -> String {
     let name = &method.name;
-    comparison(method, t).map_or_else(|| name.clone(), |comparison| format!("{name}: {comparison}"))
+    let reason = comparison(method, t).filter(|_| method.is_beyond(t) == Some(is_loss));
+    reason.map_or_else(|| name.clone(), |comparison| format!("{name}: {comparison}"))
 }
 
 /// The score of a frame beside the threshold: `.97 > .80`; `None` where there is no score or no threshold.
@@ -136,12 +136,13 @@ pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
     Some(format!("{shown} {sign} {level}"))
 }
 
-/// The frame of the score that speaks most for a loss.
+/// The frame with a box whose score speaks most for a loss.
 fn worst(method: &JudgedMethod) -> Option<usize> {
     let scores = method.score.iter().enumerate().filter_map(|(t, score)| Some((t, (*score)?)));
-    let bad = |score: f64| if method.direction == Direction::HigherIsBetter { -score } else { score };
+    let with_box = scores.filter(|(t, _)| method.states.get(*t) != Some(&TargetState::Absent));
+    let bad = |score: f64| badness(method.direction, score);
     // The earliest of equal ones.
-    scores.rev().max_by(|a, b| bad(a.1).total_cmp(&bad(b.1))).map(|(t, _)| t)
+    with_box.rev().max_by(|a, b| bad(a.1).total_cmp(&bad(b.1))).map(|(t, _)| t)
 }
 
 /// Stretches in which a method that gives a probability came near a false alarm, or may have raised one.
@@ -193,6 +194,7 @@ fn extend(found: &mut Vec<Range<usize>>, run: Range<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction::Direction;
 
     /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
     fn judged(states: &str, score: &[f64], threshold: Option<f64>) -> JudgedTrack {
@@ -272,14 +274,33 @@ mod tests {
     fn scores_have_as_many_digits_as_tell_them_apart() {
         let of = |score, threshold| {
             let track = judged(".", &[score], Some(threshold));
-            evidence(&track.methods[0], 0)
+            comparison(&track.methods[0], 0).unwrap()
         };
-        assert_eq!(of(0.97, 0.8), "M: .97 > .80");
-        assert_eq!(of(0.8042, 0.8), "M: .804 > .800");
-        assert_eq!(of(0.0051, 0.004), "M: .005 > .004");
-        assert_eq!(of(2.5, 2.3), "M: 2.50 > 2.30");
-        assert_eq!(of(-0.25, 0.5), "M: -.25 < .50");
-        assert_eq!(of(0.8, 0.8), "M: .800000 = .800000");
+        assert_eq!(of(0.97, 0.8), ".97 > .80");
+        assert_eq!(of(0.8042, 0.8), ".804 > .800");
+        assert_eq!(of(0.0051, 0.004), ".005 > .004");
+        assert_eq!(of(2.5, 2.3), "2.50 > 2.30");
+        assert_eq!(of(-0.25, 0.5), "-.25 < .50");
+        assert_eq!(of(0.8, 0.8), ".800000 = .800000");
+    }
+
+    #[test]
+    fn a_score_on_the_other_side_of_the_threshold_is_no_reason() {
+        assert_eq!(said("..LL", &[0.1, 0.1, 0.09, 0.1], Some(0.83)), "lost from frame 3 to the end (M)");
+        // What is said of an absence is no score of the track, however high.
+        assert_eq!(
+            said("..A.", &[0.1, 0.3, 0.97, 0.2], Some(0.83)),
+            "tracking, no loss found in 3 frames (M: .30 < .83); absent at 3"
+        );
+        // Low scores speak for a loss: .20 < .50 is a reason for one, and .70 > .50 for none.
+        let mut track = judged(".L", &[0.7, 0.2], Some(0.5));
+        track.methods[0].direction = Direction::HigherIsBetter;
+        track.methods[0].is_probability = false;
+        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 to the end (M: .20 < .50)");
+        track.methods[0].states.fill(TargetState::Tracking);
+        assert_eq!(verdict(&track, &track.methods[0]), "tracking, no loss found in 2 frames (M)");
+        track.methods[0].score[1] = Some(0.7);
+        assert_eq!(verdict(&track, &track.methods[0]), "tracking, no loss found in 2 frames (M: .70 > .50)");
     }
 
     #[test]

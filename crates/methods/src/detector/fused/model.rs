@@ -170,7 +170,7 @@ impl Stream for FusedStream {
             Some(Reason { text, weight: self.model.calibration.0 * parts[k] })
         };
         let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
-        Judgement { probability, lost, reasons }
+        Judgement { probability, lost, raised: probability >= self.threshold, reasons }
     }
 
     fn save(&self) -> Vec<u8> {

@@ -41,7 +41,11 @@ fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
         direction: Direction::LowerIsBetter,
         is_probability: true,
         score: (0..frames)
-            .map(|t| (t + 5 < frames).then_some(((t * 7919 + k) % 997) as f64 / 2000.0))
+            .map(|t| match states[t] {
+                TargetState::Lost => Some(0.9),
+                TargetState::Absent => None,
+                TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 2000.0),
+            })
             .collect(),
         label: states.iter().map(|state| *state == TargetState::Lost).collect(),
         changes: vec![0; frames],
