@@ -110,6 +110,14 @@ fn a_budget_is_for_methods_that_take_one() {
         message.contains("method `Displacement` takes no --budget. Methods that take one: "),
         "{message}"
     );
+    // Without a method it is the recommended one of those that take one, also where confidence alone would choose another.
+    let confidence = root.path().join("confidence.txt");
+    std::fs::write(&confidence, "0.5\n".repeat(60)).unwrap();
+    let mut command = trackfail();
+    command.args(["detect", "--budget", "5", "--boxes"]).arg(&boxes).arg("--confidence").arg(&confidence);
+    let output = command.output().unwrap();
+    assert!(rows(&text(output.stdout)).iter().all(|row| row["method"] == "Fused confidence"));
+    assert_eq!(output.status.code(), Some(0));
     for budget in ["0", "-1", "nan", "inf"] {
         let output = detect(&boxes, &[&format!("--budget={budget}")]);
         assert_eq!(output.status.code(), Some(2), "{budget}");

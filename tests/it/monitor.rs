@@ -118,6 +118,23 @@ fn before_the_first_box_the_target_is_absent() {
 }
 
 #[test]
+fn a_budget_alone_is_enough() {
+    let boxes = lines(jumping(30, 20));
+    let confident = lines(jumping(30, 20).into_iter().map(|mut line| {
+        line["confidence"] = json!(0.5);
+        line
+    }));
+    for (input, method) in [(boxes, "Fused boxes"), (confident, "Fused confidence")] {
+        let (code, out, err) = monitor(&["--budget", "2"], &input);
+        assert_eq!((code, err), (0, format!("method: {method}\n")));
+        assert_eq!(monitor(&["--budget", "2", "--method", method], &input).1, out);
+        assert!(!out.contains("\"error\""), "{out}");
+    }
+    let (code, out, err) = monitor(&["--budget", "0"], &lines(jumping(3, 9)));
+    assert!(code == 2 && out.is_empty() && err.contains("`budget` must be from 0.000001 to 1000"), "{err}");
+}
+
+#[test]
 fn broken_lines_are_answered_and_the_stream_goes_on() {
     let root = tempfile::tempdir().unwrap();
     let (images, all) = rendered(root.path());

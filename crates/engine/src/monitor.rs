@@ -28,7 +28,8 @@
 //! alarm that they raise ends with the absence.
 //!
 //! Without a name of a method, the first frame with a region decides: its inputs are those that the recommendation is
-//! made for. The memory of a monitor does not grow with the number of frames.
+//! made for; with a budget it is that among the methods that take one. The memory of a monitor does not grow with the
+//! number of frames.
 
 mod chosen;
 mod saved;
@@ -39,7 +40,7 @@ use crate::detector::StateOfTarget;
 use crate::image::Frame;
 use crate::region::{Region, RegionError};
 use crate::spec::SpecError;
-use crate::spec::builtin::{self, Inputs};
+use crate::spec::builtin::Inputs;
 use crate::tracker::{Status, TrackerError, TrackerState};
 use chosen::Chosen;
 use serde::{Serialize, Serializer};
@@ -193,12 +194,11 @@ impl Monitor {
         let budget = options.budget;
         let chosen = match (&options.method, options.inputs) {
             (Some(name), _) => Some(Chosen::start(name, budget)?),
-            (None, Some(inputs)) => Some(Chosen::start(builtin::recommended(inputs), budget)?),
+            (None, Some(inputs)) => Some(Chosen::recommended(inputs, budget)?),
             (None, None) => {
-                // Any of them may be chosen later, when it is too late to refuse the budget.
-                for bits in 0..if budget.is_some() { 8 } else { 0 } {
-                    let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
-                    Chosen::start(builtin::recommended(Inputs { frames, companions, confidence }), budget)?;
+                // A budget that one of them refuses is refused by all, and later it is too late.
+                if budget.is_some() {
+                    Chosen::recommended(Inputs::default(), budget)?;
                 }
                 None
             }
@@ -224,7 +224,7 @@ impl Monitor {
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
         if self.chosen.is_none() {
-            self.chosen = Some(Chosen::start(builtin::recommended(inputs_of(update)), self.budget)?);
+            self.chosen = Some(Chosen::recommended(inputs_of(update), self.budget)?);
         }
         let status = if region.is_some() { Status::Tracked } else { Status::Absent };
         let confidence = update.confidence.filter(|c| c.is_finite());

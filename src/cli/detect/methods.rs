@@ -47,7 +47,10 @@ pub enum Wanted {
 impl Wanted {
     /// The methods, the recommended one first, and whether each of them has to run.
     pub fn methods(self, args: &Args, inputs: Inputs) -> Result<(Vec<Method>, bool), Failure> {
-        let recommended = builtin::recommended(inputs);
+        let recommended = match args.budget {
+            Some(_) => builtin::recommended_with_budget(inputs),
+            None => builtin::recommended(inputs),
+        };
         match self {
             Self::Named(methods) => Ok((methods, true)),
             Self::Recommended => Ok((vec![published(args, recommended)?], true)),

@@ -8,7 +8,7 @@ use crate::num::hexadecimal;
 use crate::plugin;
 use crate::region::Region;
 use crate::signal::{Observation, Reads, Session};
-use crate::spec::builtin;
+use crate::spec::builtin::{self, Inputs};
 use crate::spec::method::{DetectorChoice, FixedDetector, Method, SignalChoice};
 use crate::tracker::{RunContext, TrackerState};
 use sha2::{Digest, Sha256};
@@ -53,6 +53,15 @@ impl Chosen {
             Refusal::Unfit(reason) => MonitorError::Unfit { method: name.to_string(), reason, known: able() },
             Refusal::Error(error) => error,
         })
+    }
+
+    /// The method that is recommended for the inputs, of those that take a budget if there is one.
+    pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
+        let name = match budget {
+            Some(_) => builtin::recommended_with_budget(inputs),
+            None => builtin::recommended(inputs),
+        };
+        Self::start(name, budget)
     }
 
     /// The method before its first frame, or why it cannot monitor.

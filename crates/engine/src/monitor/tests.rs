@@ -1,5 +1,6 @@
 use super::*;
 use crate::region::Rect;
+use crate::spec::builtin;
 use proptest::prelude::*;
 
 /// A patterned square on a pattern, where it is in frame `t`; it jumps in frame 12.
@@ -109,6 +110,32 @@ fn the_first_frame_with_a_region_chooses_the_method() {
     let inputs = Inputs { frames: true, ..Inputs::default() };
     let told = Monitor::new(&Options { inputs: Some(inputs), ..Options::default() }).unwrap();
     assert_eq!(told.method(), Some(of(true, false, false)));
+}
+
+#[test]
+fn a_budget_alone_chooses_a_method_that_takes_one() {
+    let (frame, region) = scene(0);
+    let others = [region.clone()];
+    for bits in 0..8 {
+        let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
+        let inputs = Inputs { frames, companions, confidence };
+        let with = |budget, inputs| Monitor::new(&Options { budget: Some(budget), inputs, method: None });
+        let update = Update {
+            frame: frames.then_some(&frame),
+            region: Some(&region),
+            confidence: confidence.then_some(0.5),
+            companions: if companions { &others } else { &[] },
+        };
+        let mut monitor = with(2.0, None).unwrap();
+        assert_eq!(monitor.update(&update).unwrap().state, TargetState::Tracking, "{inputs:?}");
+        let chosen = monitor.method().unwrap().to_string();
+        assert!(builtin::takes_budget(&chosen), "{inputs:?}: {chosen}");
+        assert_eq!(with(2.0, Some(inputs)).unwrap().method(), Some(&*chosen));
+        // What one of the methods refuses, the start refuses without knowing which it will be.
+        for refused in [0.0, -1.0, f64::NAN, 1e9] {
+            assert!(with(refused, Some(inputs)).is_err() && with(refused, None).is_err(), "{refused}");
+        }
+    }
 }
 
 #[test]

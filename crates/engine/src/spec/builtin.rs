@@ -179,6 +179,14 @@ pub fn recommended(inputs: Inputs) -> &'static str {
     }
 }
 
+/// Name of the method that is recommended for the inputs among those that take a budget of false alarms.
+pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
+    match recommended(inputs) {
+        "Confidence" => "Fused confidence",
+        name => name,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,7 +198,9 @@ mod tests {
     fn recommended_methods_are_published() {
         for bits in 0..8 {
             let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
-            assert!(method_names().contains(&recommended(Inputs { frames, companions, confidence })));
+            let inputs = Inputs { frames, companions, confidence };
+            assert!(method_names().contains(&recommended(inputs)));
+            assert!(takes_budget(recommended_with_budget(inputs)), "{inputs:?}");
         }
     }
 
