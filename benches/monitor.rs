@@ -60,7 +60,7 @@ fn monitor(criterion: &mut Criterion) {
         for (form, lines) in &forms {
             let options = Options { method: Some(method.into()), ..Options::default() };
             let monitor = Monitor::new(&options).expect("a method that can monitor");
-            let (mut stream, mut t) = (Lines::new(monitor, 0), 0);
+            let (mut stream, mut t) = (Lines::new(monitor), 0);
             group.bench_function(*form, |bencher| {
                 bencher.iter(|| {
                     t += 1;

@@ -12,6 +12,7 @@ use crate::spec::builtin::Inputs;
 use line::{Line, LineError};
 use pipes::{End, Pipes};
 use serde::Serialize;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -35,11 +36,11 @@ pub struct Args {
     /// Inputs that will come beside boxes, for the default method; may be given as a list: frames,confidence,companions
     #[arg(long, value_name = "INPUT", value_delimiter = ',', conflicts_with = "method")]
     inputs: Vec<Input>,
-    /// Number of the top left pixel in the boxes: 0, or 1 as in OTB
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
-    base: u8,
+    /// Number of the top left pixel in the boxes: 0, or 1 as in OTB (default: that of the state, else 0)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=1))]
+    base: Option<u8>,
     /// File that keeps the state, from which the next start goes on; it is written at the end, when the program is
-    /// interrupted, and after every --state-every lines
+    /// interrupted, and after every --state-every lines. One monitor at a time may use it
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// Lines after which the state is written
@@ -65,7 +66,8 @@ enum Input {
 /// stdout or the state fails, `Interrupted` when stopped.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let state = args.state.as_deref().map(place).transpose()?;
-    let mut lines = Lines::new(start(args, state.as_deref())?, args.base);
+    let _lock = state.as_deref().map(lock).transpose()?;
+    let mut lines = Lines::new(start(args, state.as_deref())?);
     let ended = serve(args, &mut lines, state.as_deref(), &Pipes::open());
     if let Some(state) = &state {
         keep(&lines.monitor, state)?;
@@ -112,14 +114,12 @@ struct Refused {
 /// A stream of lines and the answers to them.
 pub struct Lines {
     monitor: Monitor,
-    /// Number of the top left pixel in the boxes.
-    base: f64,
 }
 
 impl Lines {
-    /// A stream that goes on where a monitor is; `base` is the number of the top left pixel in the boxes.
-    pub fn new(monitor: Monitor, base: u8) -> Self {
-        Self { monitor, base: base.into() }
+    /// A stream that goes on where a monitor is.
+    pub fn new(monitor: Monitor) -> Self {
+        Self { monitor }
     }
 
     /// The answer to the next line, with the end of a line.
@@ -140,8 +140,9 @@ impl Lines {
 
     fn judge(&mut self, line: &[u8]) -> Result<Answer, LineError> {
         let line = Line::read(line)?;
-        let region = line.region(self.base)?;
-        let companions = line.companions(self.base)?;
+        let base = self.monitor.base().into();
+        let region = line.region(base)?;
+        let companions = line.companions(base)?;
         let confidence = line.confidence();
         let frame = if self.monitor.reads_frames() { line.frame()? } else { None };
         let (frame, region) = (frame.as_ref(), region.as_ref());
@@ -158,7 +159,7 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
         confidence: has(Input::Confidence),
     };
     let inputs = (!args.inputs.is_empty()).then_some(inputs);
-    let options = Options { method: args.method.clone(), budget: args.budget, inputs };
+    let options = Options { method: args.method.clone(), budget: args.budget, inputs, base: args.base };
     let Some(state) = state else { return Monitor::new(&options).map_err(Failure::usage) };
     let saved = match std::fs::read(state) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
@@ -179,6 +180,31 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
     })?;
     output::note(&format!("{}: goes on with frame {}", state.display(), monitor.index()));
     Ok(monitor)
+}
+
+/// Keeps other monitors from the state as long as the file is open. It is another file, since the state's own is replaced.
+fn lock(state: &Path) -> Result<File, Failure> {
+    let mut path = state.as_os_str().to_owned();
+    path.push(".lock");
+    let path = PathBuf::from(path);
+    let opened = File::options().create(true).truncate(false).write(true).open(&path);
+    let file = opened.map_err(|e| Failure::io(format!("{}: {e}", path.display())))?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            let state = state.display();
+            let told = format!(
+                "{state}: another `trackfail monitor` has its state there; end it, or name another file"
+            );
+            return Err(Failure::data(told));
+        }
+        Err(TryLockError::Error(e)) => {
+            let told =
+                format!("{}: cannot be locked ({e}); no other monitor may use this state", path.display());
+            output::note(&told);
+        }
+    }
+    Ok(file)
 }
 
 /// Writes the state; a reader of the file sees the old one or the new one.

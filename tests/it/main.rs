@@ -19,6 +19,7 @@ mod learning;
 #[cfg(unix)]
 mod method_programs;
 mod monitor;
+mod monitor_state;
 mod needs;
 #[cfg(target_os = "linux")]
 mod outputs;

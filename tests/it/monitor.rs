@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// A running monitor.
-struct Live {
+pub(crate) struct Live {
     child: Child,
     input: Option<ChildStdin>,
     answers: BufReader<ChildStdout>,
 }
 
 impl Live {
-    fn start(arguments: &[&str]) -> Self {
+    pub(crate) fn start(arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
         command
             .arg("monitor")
@@ -32,7 +32,7 @@ impl Live {
     }
 
     /// The answer to a line, read before anything else is written.
-    fn ask(&mut self, line: &Value) -> Value {
+    pub(crate) fn ask(&mut self, line: &Value) -> Value {
         writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
         let mut answer = String::new();
         self.answers.read_line(&mut answer).unwrap();
@@ -43,26 +43,32 @@ impl Live {
         assert!(Command::new("kill").args([name, &self.child.id().to_string()]).status().unwrap().success());
     }
 
+    /// Ends it without a chance to do anything.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
     /// The exit code, after the input is closed.
-    fn end(mut self) -> i32 {
+    pub(crate) fn end(mut self) -> i32 {
         drop(self.input.take());
         self.child.wait().unwrap().code().unwrap()
     }
 }
 
 /// Exit code, stdout and stderr for a whole input.
-fn monitor(arguments: &[&str], input: &str) -> (i32, String, String) {
+pub(crate) fn monitor(arguments: &[&str], input: &str) -> (i32, String, String) {
     let output = trackfail().arg("monitor").args(arguments).write_stdin(input).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
-fn lines(values: impl IntoIterator<Item = Value>) -> String {
+pub(crate) fn lines(values: impl IntoIterator<Item = Value>) -> String {
     values.into_iter().map(|line| format!("{line}\n")).collect()
 }
 
 /// Boxes that move a pixel a frame, and in frame `jump` by three times their size.
-fn jumping(frames: usize, jump: usize) -> Vec<Value> {
+pub(crate) fn jumping(frames: usize, jump: usize) -> Vec<Value> {
     (0..frames).map(|t| json!({"box": [t + if t < jump { 0 } else { 60 }, 30, 20, 20]})).collect()
 }
 
@@ -301,8 +307,7 @@ fn a_stopped_stream_keeps_its_state() {
     std::fs::remove_file(&path).unwrap();
     let mut live = Live::start(&[&arguments[..], &["--state-every", "10"]].concat());
     jumping(25, 99).iter().for_each(|line| drop(live.ask(line)));
-    live.child.kill().unwrap();
-    live.child.wait().unwrap();
+    live.kill();
     let mut again = Live::start(&arguments);
     assert_eq!(again.ask(&jumping(21, 99)[20])["index"], 20);
     assert_eq!(again.end(), 0);

@@ -57,6 +57,9 @@ pub struct Options {
     pub budget: Option<f64>,
     /// Inputs that will come, for the recommendation; otherwise those of the first frame with a region.
     pub inputs: Option<Inputs>,
+    /// Number of the top left pixel in the boxes that the regions are made of; otherwise 0, or that of the state. It is kept, so
+    /// that a state goes on under no other one, and changes nothing else.
+    pub base: Option<u8>,
 }
 
 /// Everything that is known of a frame.
@@ -163,6 +166,22 @@ pub enum MonitorError {
         /// Budget that was asked for.
         given: Option<f64>,
     },
+    /// The state is one for other inputs.
+    #[error("the state is one for {}, not for {}", in_words(*saved), in_words(*given))]
+    OtherInputs {
+        /// Inputs of the state.
+        saved: Option<Inputs>,
+        /// Inputs that were named.
+        given: Option<Inputs>,
+    },
+    /// The state is one of boxes that count pixels from another number.
+    #[error("the state is one of boxes that count pixels from {saved}, not from {given}")]
+    OtherBase {
+        /// Number of the top left pixel in the state.
+        saved: u8,
+        /// The one that was asked for.
+        given: u8,
+    },
     /// The method of the state has changed since.
     #[error("the state is one of another version of method `{0}`")]
     OtherVersion(String),
@@ -172,9 +191,20 @@ fn budget(budget: Option<f64>) -> String {
     budget.map_or_else(|| "the usual budget".to_string(), |budget| format!("a budget of {budget}"))
 }
 
+fn in_words(inputs: Option<Inputs>) -> String {
+    let Some(Inputs { frames, companions, confidence }) = inputs else {
+        return "no inputs in particular".to_string();
+    };
+    let named = [(frames, "frames"), (confidence, "confidence"), (companions, "companions")];
+    let named = named.into_iter().filter_map(|(is_named, word)| is_named.then_some(word));
+    std::iter::once("boxes").chain(named).collect::<Vec<_>>().join(", ")
+}
+
 /// A track being monitored.
 pub struct Monitor {
     budget: Option<f64>,
+    inputs: Option<Inputs>,
+    base: u8,
     /// Number of the frame that comes next.
     index: u64,
     /// Width and height of the frames, once there was one.
@@ -191,8 +221,8 @@ impl Monitor {
     /// # Errors
     /// For a method that does not exist, cannot judge frame by frame, or takes no budget if one is given.
     pub fn new(options: &Options) -> Result<Self, MonitorError> {
-        let budget = options.budget;
-        let chosen = match (&options.method, options.inputs) {
+        let Options { budget, inputs, base, .. } = *options;
+        let chosen = match (&options.method, inputs) {
             (Some(name), _) => Some(Chosen::start(name, budget)?),
             (None, Some(inputs)) => Some(Chosen::recommended(inputs, budget)?),
             (None, None) => {
@@ -203,7 +233,8 @@ impl Monitor {
                 None
             }
         };
-        Ok(Self { budget, index: 0, size: None, last: None, target: StateOfTarget::default(), chosen })
+        let (index, target) = (0, StateOfTarget::default());
+        Ok(Self { budget, inputs, base: base.unwrap_or(0), index, size: None, last: None, target, chosen })
     }
 
     /// Judges the next frame.
@@ -248,6 +279,11 @@ impl Monitor {
     /// Number of the frame that comes next, from 0.
     pub fn index(&self) -> u64 {
         self.index
+    }
+
+    /// Number of the top left pixel in the boxes that the regions are made of.
+    pub fn base(&self) -> u8 {
+        self.base
     }
 
     /// Name of the method, once it is chosen.

@@ -2,12 +2,13 @@
 //!
 //! Formats:
 //! - 1: first version.
-//! - 2: whether the loss that is on was raised in a frame with a box.
+//! - 2: whether the loss that is on was raised in a frame with a box; the inputs, and where boxes count from.
 
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};
 use crate::detector::StateOfTarget;
 use crate::region::Region;
+use crate::spec::builtin::Inputs;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -22,13 +23,15 @@ struct Memory {
     size: Option<(usize, usize)>,
     last: Option<Region>,
     target: StateOfTarget,
+    base: u8,
+    budget: Option<f64>,
+    inputs: Option<Inputs>,
     method: Option<MethodMemory>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct MethodMemory {
     name: String,
-    budget: Option<f64>,
     digest: String,
     signals: Vec<Vec<u8>>,
     stream: Vec<u8>,
@@ -44,7 +47,6 @@ impl Monitor {
             None => None,
             Some(chosen) => Some(MethodMemory {
                 name: chosen.name.clone(),
-                budget: self.budget,
                 digest: chosen.digest.clone(),
                 signals: chosen
                     .signals
@@ -54,8 +56,8 @@ impl Monitor {
                 stream: chosen.stream.save(),
             }),
         };
-        let (index, size, last, target) = (self.index, self.size, self.last.clone(), self.target);
-        let memory = Memory { index, size, last, target, method };
+        let Self { index, size, target, base, budget, inputs, .. } = *self;
+        let memory = Memory { index, size, last: self.last.clone(), target, base, budget, inputs, method };
         let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
         let digest = Sha256::digest(&memory);
         Ok([NAME, FORMAT, b"\n", digest.as_slice(), &memory].concat())
@@ -64,8 +66,8 @@ impl Monitor {
     /// A monitor as it was when it was [saved](Monitor::save): it goes on with the same answers.
     ///
     /// # Errors
-    /// For bytes that are no state, damaged, or of another version; for a state of another method or budget than those of the
-    /// options.
+    /// For bytes that are no state, damaged, or of another version; for a state of another method, budget, inputs or base than
+    /// those of the options.
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let rest = saved.strip_prefix(NAME).ok_or(MonitorError::NoState)?;
         let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
@@ -84,15 +86,25 @@ impl Monitor {
             let (saved, given) = (saved.name.clone(), given.clone());
             return Err(MonitorError::OtherMethod { saved, given });
         }
-        let mut monitor = Self::new(options)?;
+        let mut monitor = Self::new(&Options {
+            method: options.method.clone(),
+            budget: options.budget.or(memory.budget),
+            inputs: options.inputs.or(memory.inputs),
+            base: options.base.or(Some(memory.base)),
+        })?;
         (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
         monitor.target = memory.target;
         if let Some(saved) = memory.method {
-            if options.budget.is_some() && options.budget != saved.budget {
-                return Err(MonitorError::OtherBudget { saved: saved.budget, given: options.budget });
+            if monitor.budget != memory.budget {
+                return Err(MonitorError::OtherBudget { saved: memory.budget, given: monitor.budget });
             }
-            monitor.budget = saved.budget;
-            let mut chosen = Chosen::start(&saved.name, saved.budget)?;
+            if monitor.inputs != memory.inputs {
+                return Err(MonitorError::OtherInputs { saved: memory.inputs, given: monitor.inputs });
+            }
+            if monitor.base != memory.base {
+                return Err(MonitorError::OtherBase { saved: memory.base, given: monitor.base });
+            }
+            let mut chosen = Chosen::start(&saved.name, memory.budget)?;
             if chosen.digest != saved.digest {
                 return Err(MonitorError::OtherVersion(saved.name));
             }

@@ -119,7 +119,8 @@ fn a_budget_alone_chooses_a_method_that_takes_one() {
     for bits in 0..8 {
         let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
         let inputs = Inputs { frames, companions, confidence };
-        let with = |budget, inputs| Monitor::new(&Options { budget: Some(budget), inputs, method: None });
+        let with =
+            |budget, inputs| Monitor::new(&Options { budget: Some(budget), inputs, ..Options::default() });
         let update = Update {
             frame: frames.then_some(&frame),
             region: Some(&region),
@@ -243,6 +244,45 @@ fn a_state_says_what_is_wrong_with_it() {
         other[at.max(20)] ^= 4;
         assert_eq!(refused(&any, &other), "the state is damaged", "{at}");
     }
+}
+
+#[test]
+fn a_state_goes_on_under_its_own_options_alone() {
+    let frames = Inputs { frames: true, ..Inputs::default() };
+    let begun = Options { budget: Some(2.0), inputs: Some(frames), base: Some(1), ..Options::default() };
+    let mut monitor = Monitor::new(&begun).unwrap();
+    let empty = monitor.save().unwrap();
+    answers(&mut monitor, 0..3);
+    let saved = monitor.save().unwrap();
+    // What is not given is that of the state.
+    for options in [&begun, &Options::default()] {
+        let again = Monitor::resume(options, &saved).unwrap();
+        assert_eq!((again.base(), again.save().unwrap()), (1, saved.clone()));
+    }
+    let refused = |options: Options| Monitor::resume(&options, &saved).err().unwrap().to_string();
+    let base = Options { base: Some(0), ..begun.clone() };
+    assert_eq!(refused(base), "the state is one of boxes that count pixels from 1, not from 0");
+    let both = Some(Inputs { confidence: true, ..frames });
+    let inputs = Options { inputs: both, ..begun.clone() };
+    assert_eq!(refused(inputs), "the state is one for boxes, frames, not for boxes, frames, confidence");
+    let budget = Options { budget: Some(3.0), ..begun.clone() };
+    assert_eq!(refused(budget), "the state is one with a budget of 2, not with a budget of 3");
+    let named = Monitor::new(&method("Watchdog")).unwrap().save().unwrap();
+    let inputs = Options { inputs: both, ..Options::default() };
+    let told = Monitor::resume(&inputs, &named).err().unwrap().to_string();
+    assert_eq!(told, "the state is one for no inputs in particular, not for boxes, frames, confidence");
+    assert!(Monitor::resume(&Options { base: Some(0), ..begun }, &empty).is_err());
+
+    // Before the first box nothing is chosen, and what was given at the start is kept.
+    let start = Options { budget: Some(2.0), base: Some(1), ..Options::default() };
+    let kept = Monitor::new(&start).unwrap().save().unwrap();
+    let again = Monitor::resume(&Options::default(), &kept).unwrap();
+    assert_eq!((again.base(), again.save().unwrap()), (1, kept.clone()));
+    let other = Options { budget: Some(3.0), base: Some(0), ..Options::default() };
+    assert_eq!(
+        Monitor::resume(&other, &kept).unwrap().save().unwrap(),
+        Monitor::new(&other).unwrap().save().unwrap()
+    );
 }
 
 proptest! {

@@ -9,6 +9,7 @@ use crate::detector::DETECTORS;
 use crate::plugin;
 use crate::score::PROTOCOLS;
 use crate::signal::Reads;
+use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -145,7 +146,7 @@ pub fn published_method_with_budget(name: &str, budget: f64) -> Option<Result<Me
 }
 
 /// Inputs that there are of a track beside its boxes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Inputs {
     /// The frames.
     pub frames: bool,
