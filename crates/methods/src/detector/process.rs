@@ -15,7 +15,7 @@
 //! detector calls inconsistent (the tracker has failed), else 0. A message is sent when the one before it is answered, so
 //! that a label cannot use later frames. An answer may have the `index` of its message, which is checked. The environment has `TRACKFAIL_SEED`.
 //!
-//! A program that crashes, hangs or sends something else has no labels: its cell fails, with the index of the frame and
+//! A program that crashes, hangs, sends something else or ends with another exit status than 0 has no labels: its cell fails, with the index of the frame and
 //! the last lines of its stderr.
 
 use super::{Detector, DetectorOutput, Input};

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! A message is a line of JSON. The first one is not answered; each further one is a frame, in order, and is answered by
-//! one line on stdout, which the program flushes. At the end of its stdin it ends. Text for people belongs on stderr.
+//! one line on stdout, which the program flushes. At the end of its stdin it ends, with exit status 0. Text for people belongs
+//! on stderr.
 //!
 //! ```text
 //! {"meta": {"protocol": 1, "program": "my-signal", "role": "signal", "frames": 87, "size": [320, 240], "params": {}}}
@@ -36,7 +37,7 @@
 //!
 //! An answer may have the `index` of its frame, `{"score": 0.3, "index": 0}`, and should: another index than that of the
 //! frame is a fault, so that a line too much cannot shift the scores. A line that waits when the next message is sent, or
-//! that comes after the last answer, is a fault in any case.
+//! that comes after the last answer, is a fault in any case, and so is another exit status than 0.
 //!
 //! Ground truth is never sent, nor is what is made of it: names, failures, restarts. A score is any finite number. The same
 //! frames and boxes have to give the same scores: there is no seed. What the experiment says of it: `good` is whether high

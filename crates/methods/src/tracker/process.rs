@@ -61,7 +61,8 @@
 //! or is not UTF-8, are written as PNG files into a temporary folder, in which the last two are kept.
 //!
 //! If a program cannot be started, ends, does not answer in time or sends something else, its cell fails:
-//! the reason names the frame and the expected answer and quotes the last lines of its stderr. The first answer
+//! the reason names the frame and the expected answer and quotes the last lines of its stderr. So does one that ends with
+//! another exit status than 0 after its last answer: its answers may be wrong, too. The first answer
 //! in the lines protocol, which has no greeting, may take both time limits together. At the end the
 //! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
 //! outlives this one, however it ends: on Linux whatever it does, since a [guard] is the parent of all processes that it

@@ -93,6 +93,7 @@ fn a_failure_gives_no_labels() {
         (answer.repeat(2) + "echo gone >&2; exit 1", "frame of index 2: it ended (exit status: 1)"),
         (answer.repeat(4), ""),
         (answer.repeat(3) + "echo x", "frame of index 2: it answered without being asked"),
+        (answer.repeat(3) + "exit 3", "frame of index 2: it ended after its last answer (exit status: 3)"),
         ("sleep 1000".into(), "no answer within 0.4 s"),
         ("yes x".into(), "frame of index 0: "),
     ] {

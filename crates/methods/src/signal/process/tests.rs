@@ -162,6 +162,11 @@ fn what_a_program_does_wrong_is_told() {
         (answer.repeat(2) + "exit 0", "it ended (exit status: 0)"),
         (answer.repeat(4) + "echo '{\"score\": 1}'", "it answered without being asked"),
         (answer.repeat(4) + "echo x", "it answered without being asked"),
+        (
+            answer.repeat(4) + "exit 3",
+            "it ended after its last answer (exit status: 3); expected exit status: 0",
+        ),
+        (answer.repeat(4) + "kill -s KILL $$", "it ended after its last answer (signal: 9"),
         (answer.repeat(2) + "echo '{\"score\": 1}'\n" + &answer.repeat(2), "it answered without being asked"),
         (answer.repeat(3) + "exec >&-; sleep 1000", "it closed its stdout"),
     ] {

@@ -173,27 +173,35 @@ impl<T: Send + 'static> Child<T> {
     }
 
     /// Ends it after its last answer: sends `line`, if there is one, closes its stdin, and gives it [`GRACE`]. A further
-    /// answer, as `is_answer` has it, is a fault: it may be the answer to the last frame, with all before it shifted.
+    /// answer, as `is_answer` has it, is a fault: it may be the answer to the last frame, with all before it shifted. So is
+    /// an end of its own with another status than 0: it says that something went wrong.
     pub fn finish(&mut self, line: Option<String>, is_answer: fn(&T) -> bool) -> Result<(), ProgramFault> {
         let lines = self.lines.take();
         let _ = lines.zip(line).map(|(lines, line)| lines.try_send(line));
         let end = Instant::now() + GRACE;
-        let mut has_ended = None;
+        let mut ended: Option<(Instant, ExitStatus)> = None;
         while Instant::now() < end {
             match self.answers.recv_timeout(TICK) {
                 Ok(Ok(last)) if is_answer(&last) => return Err(self.fault(UNASKED.into())),
                 Ok(Err(e)) => return Err(self.fault(e.to_string())),
                 Ok(Ok(_)) | Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) if has_ended.is_some() => break,
+                Err(RecvTimeoutError::Disconnected) if ended.is_some() => break,
                 Err(RecvTimeoutError::Disconnected) => std::thread::sleep(TICK),
             }
-            if has_ended.is_none() && matches!(self.process.try_wait(), Ok(Some(_))) {
-                has_ended = Some(Instant::now());
+            if ended.is_none()
+                && let Ok(Some(status)) = self.process.try_wait()
+            {
+                ended = Some((Instant::now(), status));
             }
             // Something that it has started may hold its stdout open.
-            if has_ended.is_some_and(|ended| ended.elapsed() > STDERR_GRACE) {
+            if ended.is_some_and(|(at, _)| at.elapsed() > STDERR_GRACE) {
                 break;
             }
+        }
+        if let Some((_, status)) = ended.filter(|(_, status)| !status.success()) {
+            return Err(
+                self.fault(format!("it ended after its last answer ({status}); expected exit status: 0"))
+            );
         }
         self.kill();
         Ok(())

@@ -102,7 +102,7 @@ impl JsonPeer {
     /// Closes its stdin after the last answer.
     ///
     /// # Errors
-    /// When it answers once more.
+    /// When it answers once more, or ends with another exit status than 0.
     pub fn finish(mut self) -> Result<(), ProgramFault> {
         self.child.finish(None, |_| true)
     }

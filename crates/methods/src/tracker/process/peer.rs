@@ -31,7 +31,7 @@ pub trait Peer: Send {
     /// Asks it to quit after its last answer.
     ///
     /// # Errors
-    /// When it answers once more.
+    /// When it answers once more, or ends with another exit status than 0.
     fn finish(&mut self) -> Result<(), ProgramFault>;
 }
 

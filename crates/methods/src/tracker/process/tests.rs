@@ -9,6 +9,8 @@ use crate::tracker::testing;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+mod ends;
+
 struct Ramp;
 
 impl Render for Ramp {
