@@ -2,10 +2,12 @@
 //!
 //! Every line that comes in is a frame of the stream, and has its answer before the next one is read.
 
+mod json;
 mod line;
 mod pipes;
 
 use super::{Failure, output};
+use crate::dataset::text::shorten_to;
 use crate::engine::store;
 use crate::monitor::{Answer, Monitor, MonitorError, Options, Update};
 use crate::spec::builtin::Inputs;
@@ -15,6 +17,9 @@ use serde::Serialize;
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// Most characters of an error, which may quote what was read.
+const MAX_ERROR: usize = 1000;
 
 /// Arguments of `monitor`.
 #[derive(Debug, clap::Args)]
@@ -132,7 +137,7 @@ impl Lines {
                 if self.monitor.index() == index {
                     self.monitor.skip();
                 }
-                serde_json::to_string(&Refused { index, error: error.to_string() })
+                serde_json::to_string(&Refused { index, error: shorten_to(&error.to_string(), MAX_ERROR) })
             }
         };
         text.unwrap_or_default() + "\n"

@@ -16,9 +16,11 @@ mod fetch;
 mod frame_measures;
 mod hostile;
 mod learning;
+mod live;
 #[cfg(unix)]
 mod method_programs;
 mod monitor;
+mod monitor_lines;
 mod monitor_state;
 mod needs;
 #[cfg(target_os = "linux")]

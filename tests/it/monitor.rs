@@ -1,76 +1,15 @@
 //! `trackfail monitor`: JSON lines in, JSON lines out.
 
+use crate::live::{Live, jumping, lines, monitor};
 #[cfg(target_os = "linux")]
 use crate::tools::resident;
 use crate::tools::{needs, rows, trackfail};
 use base64::Engine as _;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-
-/// A running monitor.
-pub(crate) struct Live {
-    child: Child,
-    input: Option<ChildStdin>,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Live {
-    pub(crate) fn start(arguments: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-        command
-            .arg("monitor")
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
-        let input = child.stdin.take();
-        let answers = BufReader::new(child.stdout.take().unwrap());
-        Self { child, input, answers }
-    }
-
-    /// The answer to a line, read before anything else is written.
-    pub(crate) fn ask(&mut self, line: &Value) -> Value {
-        writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
-        let mut answer = String::new();
-        self.answers.read_line(&mut answer).unwrap();
-        serde_json::from_str(&answer).unwrap_or_else(|e| panic!("{line}: {e}: {answer}"))
-    }
-
-    fn signal(&self, name: &str) {
-        assert!(Command::new("kill").args([name, &self.child.id().to_string()]).status().unwrap().success());
-    }
-
-    /// Ends it without a chance to do anything.
-    pub(crate) fn kill(mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
-
-    /// The exit code, after the input is closed.
-    pub(crate) fn end(mut self) -> i32 {
-        drop(self.input.take());
-        self.child.wait().unwrap().code().unwrap()
-    }
-}
-
-/// Exit code, stdout and stderr for a whole input.
-pub(crate) fn monitor(arguments: &[&str], input: &str) -> (i32, String, String) {
-    let output = trackfail().arg("monitor").args(arguments).write_stdin(input).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-}
-
-pub(crate) fn lines(values: impl IntoIterator<Item = Value>) -> String {
-    values.into_iter().map(|line| format!("{line}\n")).collect()
-}
-
-/// Boxes that move a pixel a frame, and in frame `jump` by three times their size.
-pub(crate) fn jumping(frames: usize, jump: usize) -> Vec<Value> {
-    (0..frames).map(|t| json!({"box": [t + if t < jump { 0 } else { 60 }, 30, 20, 20]})).collect()
-}
+use std::process::Command;
+#[cfg(target_os = "linux")]
+use std::{io::Write, process::Stdio};
 
 /// Images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a companion's.
 fn rendered(root: &Path) -> (Vec<PathBuf>, Vec<Value>) {

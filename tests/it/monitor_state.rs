@@ -1,6 +1,6 @@
 //! `trackfail monitor --state`: whose the state is, and under what it goes on.
 
-use crate::monitor::{Live, jumping, lines, monitor};
+use crate::live::{Live, jumping, lines, monitor};
 use serde_json::json;
 use std::path::PathBuf;
 

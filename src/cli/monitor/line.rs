@@ -1,5 +1,6 @@
 //! A line of the input: what is known of one frame.
 
+use super::json::{List, Object};
 use crate::dataset::DatasetError;
 use crate::dataset::text::read_at_most;
 use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
@@ -12,6 +13,12 @@ use std::path::PathBuf;
 /// Longest line in bytes: the largest frame in base64, and some boxes.
 pub(super) const MAX_LINE: usize = (MAX_PIXELS as usize) * 4 + (1 << 20);
 
+/// Longest line in bytes without the pixels of a frame.
+const MAX_WITHOUT_DATA: usize = 1 << 20;
+/// Most numbers of a box, and most companions, which take far more memory than as text.
+const MAX_NUMBERS: usize = 2048;
+const MAX_COMPANIONS: usize = 256;
+
 /// Why a line cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum LineError {
@@ -19,7 +26,7 @@ pub(super) enum LineError {
     #[error("the line is empty; a frame of which nothing is known is {{}}")]
     Empty,
     /// It is longer than any frame.
-    #[error("the line is longer than {} MiB", MAX_LINE >> 20)]
+    #[error("the line is longer than {} MiB, or {} MiB with a raw frame's `data`", MAX_WITHOUT_DATA >> 20, MAX_LINE >> 20)]
     TooLong,
     /// It is no JSON, or has other keys or types.
     #[error("not a line of this protocol: {0}")]
@@ -52,17 +59,17 @@ pub(super) enum LineError {
 }
 
 /// Numbers of a box: `x, y, w, h` or the corners of a polygon.
-type Numbers = Vec<Option<f64>>;
+type Numbers = List<Option<f64>, MAX_NUMBERS>;
 
 /// A line as it is written.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object with the keys frame, box, confidence and companions")]
+#[serde(deny_unknown_fields)]
 pub(super) struct Line {
     frame: Option<FrameSource>,
     #[serde(rename = "box")]
     numbers: Option<Numbers>,
     confidence: Option<f64>,
-    companions: Option<Vec<Option<Numbers>>>,
+    companions: Option<List<Option<Numbers>, MAX_COMPANIONS>>,
 }
 
 /// Where a frame is: the text of a path, or `{"raw": ...}`.
@@ -75,7 +82,7 @@ enum FrameSource {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFrame {
-    raw: Raw,
+    raw: Object<Raw>,
 }
 
 /// A frame without a header.
@@ -109,7 +116,7 @@ impl<'de> Deserialize<'de> for FrameSource {
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FrameSource, A::Error> {
                 let frame = RawFrame::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(FrameSource::Raw(frame.raw))
+                Ok(FrameSource::Raw(frame.raw.0))
             }
         }
         deserializer.deserialize_any(Source)
@@ -119,15 +126,17 @@ impl<'de> Deserialize<'de> for FrameSource {
 impl Line {
     /// Reads a line.
     pub fn read(line: &[u8]) -> Result<Self, LineError> {
-        if line.len() > MAX_LINE {
+        let has_data = || line.windows(6).any(|word| word == b"\"data\"");
+        if line.len() > MAX_LINE || line.len() > MAX_WITHOUT_DATA && !has_data() {
             return Err(LineError::TooLong);
         }
         if line.trim_ascii().is_empty() {
             return Err(LineError::Empty);
         }
-        match serde_json::from_slice(line) {
+        let read = |line: &[u8]| serde_json::from_slice::<Object<Self>>(line).map(|Object(line)| line);
+        match read(line) {
             Err(error) => match without_nan(line) {
-                Some(line) => Ok(serde_json::from_slice(&line)?),
+                Some(line) => Ok(read(&line)?),
                 None => Err(error.into()),
             },
             line => Ok(line?),
@@ -147,7 +156,8 @@ impl Line {
             Some(found) => Ok(found?.unwrap_or_else(Region::nowhere)),
             None => Ok(Region::nowhere()),
         };
-        let found: Result<_, RegionError> = self.companions.iter().flatten().map(read).collect();
+        let all = self.companions.iter().flat_map(|List(all)| all);
+        let found: Result<_, RegionError> = all.map(read).collect();
         found.map_err(|source| LineError::Region { key: "companions", source })
     }
 
@@ -188,7 +198,7 @@ impl Raw {
 
 /// The region of a box; `None` if one of its numbers is none.
 fn region(numbers: &Numbers, base: f64) -> Result<Option<Region>, RegionError> {
-    let Some(mut numbers) = numbers.iter().copied().collect::<Option<Vec<f64>>>() else { return Ok(None) };
+    let Some(mut numbers) = numbers.0.iter().copied().collect::<Option<Vec<f64>>>() else { return Ok(None) };
     // The sides of a box do not depend on where pixels begin to count.
     let places = if numbers.len() == 4 { 2 } else { numbers.len() };
     numbers.iter_mut().take(places).for_each(|place| *place -= base);
@@ -257,6 +267,41 @@ mod tests {
         let line = read(r#"{"frame": "NaN\\", "confidence": NaN, "box": null}"#).unwrap();
         assert!(matches!(line.frame, Some(FrameSource::Path(path)) if path == Path::new("NaN\\")));
         assert_eq!(without_nan(br#"{"frame": "a\"NaN"}"#), None);
+    }
+
+    #[test]
+    fn only_an_object_is_a_line_or_a_raw_frame() {
+        for list in
+            ["[]", "[null, [1, 2, 3, 4], 0.5, null]", "[\"a.png\", [1, 2, 3, 4], null, [[1, 2, 3, 4]]]"]
+        {
+            let told = read(list).unwrap_err().to_string();
+            assert!(told.contains("invalid type: sequence, expected an object"), "{list}: {told}");
+        }
+        let raw = |raw: &str| read(&format!("{{\"frame\": {{\"raw\": {raw}}}}}"));
+        assert!(raw(r#"{"width": 1, "height": 1, "format": "bgr", "data": "AAAA"}"#).is_ok());
+        let told = raw(r#"[1, 1, "bgr", "AAAA", null]"#).unwrap_err().to_string();
+        assert!(told.contains("invalid type: sequence, expected an object"), "{told}");
+        for other in ["7", "null", "\"a.png\"", "true"] {
+            assert!(read(other).unwrap_err().to_string().contains("expected an object"), "{other}");
+        }
+    }
+
+    #[test]
+    fn lists_and_lines_have_a_limit() {
+        let list = |value: &str, count: usize| format!("[{}]", vec![value; count].join(","));
+        let boxed = |count| read(&format!("{{\"box\": {}}}", list("1", count)));
+        assert_eq!(boxed(MAX_NUMBERS).unwrap().numbers.unwrap().0.len(), MAX_NUMBERS);
+        let told = boxed(MAX_NUMBERS + 1).unwrap_err().to_string();
+        assert!(told.contains("a list of more than 2048 values"), "{told}");
+        let beside = |count| read(&format!("{{\"companions\": {}}}", list("null", count)));
+        assert_eq!(beside(MAX_COMPANIONS).unwrap().companions(0.0).unwrap().len(), MAX_COMPANIONS);
+        let told = beside(MAX_COMPANIONS + 1).unwrap_err().to_string();
+        assert!(told.contains("a list of more than 256 values"), "{told}");
+        let blanks = " ".repeat(MAX_WITHOUT_DATA);
+        assert!(matches!(read(&format!("{{{blanks}}}")), Err(LineError::TooLong)));
+        assert!(read(&format!("{{{}}}", &blanks[2..])).is_ok());
+        let raw = r#"{"frame": {"raw": {"width": 1, "height": 1, "format": "gray", "data": "AA=="}}}"#;
+        assert!(read(&(raw.to_string() + &blanks)).is_ok());
     }
 
     #[test]
