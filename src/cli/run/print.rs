@@ -35,7 +35,7 @@ fn without_result(missing: bool) -> &'static str {
     if missing { "not there" } else { "failed" }
 }
 
-/// What has no result, in words: `2 of 9 cells failed`, `1 track is not there`; `done` is the number of cells that have one.
+/// The number of results that are not there, in words: `2 of 9 cells failed`, `1 track is not there`. `done` cells have one.
 fn amount(failed: &[&FailedCell], done: usize) -> String {
     let missing = failed.first().is_some_and(|cell| cell.missing);
     let of = |kind: &str| failed.iter().filter(|cell| unfinished::what(cell) == kind).count();
@@ -55,7 +55,7 @@ fn amount(failed: &[&FailedCell], done: usize) -> String {
     }
 }
 
-/// What has no result, with the reason that all of it has or the first of it; `None` if there is nothing.
+/// The number of results that are not there, with their common reason, or else the first one; `None` if none lacks.
 fn message(failed: &[&FailedCell], done: usize) -> Option<String> {
     let FailedCell { sequence, tracker, method, reason, .. } = failed.first()?;
     let amount = amount(failed, done);

@@ -97,10 +97,7 @@ mod tests {
             regions,
             status: &status[..frames],
             truth: &truth[..frames],
-            confidence: &[],
-            frame: None,
-            attributes: &[],
-            frame_attributes: &[],
+            ..Trajectory::default()
         };
         let trajectories = vec![
             trajectory("a", 0, 2, &whole[..]),

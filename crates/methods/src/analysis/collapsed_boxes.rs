@@ -145,14 +145,10 @@ mod tests {
         let truth = [Some(rect(10.0, 10.0)), Some(rect(10.0, 10.0)), Some(rect(7.0, 10.0)), None];
         let track = Trajectory {
             sequence: "a",
-            run: 0,
             regions: &regions,
             status: &[Status::Tracked; 4],
             truth: &truth,
-            confidence: &[],
-            frame: None,
-            attributes: &[],
-            frame_attributes: &[],
+            ..Trajectory::default()
         };
         let population =
             Population { suite: "s", tracks: vec![], trajectories: vec![track, track], timings: vec![] };

@@ -82,10 +82,10 @@ fn trajectories(drawn: &[Drawn]) -> Vec<Trajectory<'_>> {
             regions: &d.regions,
             status: &d.status,
             truth: &d.truth,
-            confidence: &[],
             frame: Some((160, 120)),
             attributes: &d.attributes,
             frame_attributes: &d.frame_attributes,
+            ..Trajectory::default()
         }
     }
     drawn.iter().enumerate().map(trajectory).collect()

@@ -213,11 +213,10 @@ mod tests {
             run,
             regions: &regions,
             status,
-            confidence: &[],
             truth: &truth,
             frame: Some((99, 99)),
-            attributes: &[],
             frame_attributes: &flags,
+            ..Trajectory::default()
         };
         let resets = Resets::new(Params { burn_in: 1, ..Params::default() }).unwrap();
         let trajectories = vec![

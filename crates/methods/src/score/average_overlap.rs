@@ -65,14 +65,11 @@ mod tests {
         let truth: Vec<Option<Region>> = truth.iter().map(|t| t.as_ref().map(region)).collect();
         overlaps(&Trajectory {
             sequence: "a",
-            run: 0,
             regions: &regions,
             status,
             truth: &truth,
-            confidence: &[],
             frame,
-            attributes: &[],
-            frame_attributes: &[],
+            ..Trajectory::default()
         })
     }
 

@@ -26,7 +26,7 @@ impl TrackScore {
     }
 }
 
-/// What a piece has of the values of a track, which may be shorter.
+/// The values of a track in the frames of a piece, as far as the track goes.
 fn part<'v, T>(values: &'v [T], piece: &Range<usize>) -> &'v [T] {
     let end = piece.end.min(values.len());
     &values[piece.start.min(end)..end]

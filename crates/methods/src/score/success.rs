@@ -53,7 +53,7 @@ pub struct Rules {
     replaces_first: bool,
     /// Whether frames without annotation are hits of the precision.
     absent_is_hit: bool,
-    /// What a tracker without a box counts as.
+    /// Treatment of a tracker without a box.
     missing: Missing,
     /// Which annotations count for the overlap.
     overlap: Annotated,

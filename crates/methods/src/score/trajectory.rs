@@ -3,8 +3,8 @@
 use crate::region::Region;
 use crate::tracker::Status;
 
-/// What a rule takes a frame for in which the tracker has no box. Every rule that scores a tracker chooses one; the table of
-/// all of them is in `docs/metrics.md`.
+/// Treatment of a frame in which the tracker has no box. Every rule that scores a tracker chooses one; `docs/metrics.md` lists
+/// the choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missing {
     /// A frame without a region: it has no overlap, and no center.
@@ -14,7 +14,7 @@ pub enum Missing {
 }
 
 /// One track with its ground truth; every list has one entry for each frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Trajectory<'a> {
     /// Name of the sequence.
     pub sequence: &'a str,
@@ -85,17 +85,7 @@ mod tests {
     /// The frame whose region each frame counts as having.
     fn counted(status: &[Status], missing: Missing) -> Vec<Option<usize>> {
         let regions = regions(status.len());
-        let trajectory = Trajectory {
-            sequence: "a",
-            run: 0,
-            regions: &regions,
-            status,
-            truth: &[],
-            confidence: &[],
-            frame: None,
-            attributes: &[],
-            frame_attributes: &[],
-        };
+        let trajectory = Trajectory { sequence: "a", regions: &regions, status, ..Trajectory::default() };
         trajectory.counted(missing).into_iter().map(|r| r.map(|r| r.rect().x as usize)).collect()
     }
 

@@ -166,9 +166,7 @@ impl NotRun {
         }));
         all
     }
-}
 
-impl NotRun {
     /// The tracks of the test suite that are declared not to be there.
     fn absent(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();

@@ -13,7 +13,7 @@ pub struct Unfinished {
     pub missing: bool,
     /// Which cells: `IVT (file), 24 sequences, 12 methods`.
     pub cells: String,
-    /// What they are: `cells`, `tracks` or `analyses`.
+    /// Their kind: `cells`, `tracks` or `analyses`.
     pub what: &'static str,
     /// Number of the cells.
     pub count: usize,
@@ -62,7 +62,7 @@ fn cause(cell: &FailedCell) -> String {
     text + rest
 }
 
-/// What a record of the manifest is about, in the plural.
+/// The kind of a record of the manifest, in the plural.
 pub fn what(cell: &FailedCell) -> &'static str {
     match cell {
         FailedCell { method, .. } if method.is_empty() => "tracks",

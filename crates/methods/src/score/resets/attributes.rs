@@ -136,10 +136,8 @@ mod tests {
                 regions: shift,
                 status,
                 truth,
-                confidence: &[],
-                frame: None,
-                attributes: &[],
                 frame_attributes,
+                ..Trajectory::default()
             };
             (trajectory, RULES.measure(&trajectory))
         };

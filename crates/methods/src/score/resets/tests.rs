@@ -17,14 +17,13 @@ fn trajectory<'a>(
     let (attributes, frame_attributes) = (&[], &[]);
     Trajectory {
         sequence: "a",
-        run: 0,
         regions,
         status,
         truth,
-        confidence: &[],
         frame: Some((40, 40)),
         attributes,
         frame_attributes,
+        ..Trajectory::default()
     }
 }
 

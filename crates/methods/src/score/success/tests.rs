@@ -23,14 +23,10 @@ fn of_track(rules: &Rules, boxes: &[Option<Rect>], truth: &[Option<Rect>], witho
     let truth: Vec<Option<Region>> = truth.iter().map(|t| t.map(Region::Rect)).collect();
     rules.curves(&Trajectory {
         sequence: "a",
-        run: 0,
         regions: &regions,
         status: &status,
         truth: &truth,
-        confidence: &[],
-        frame: None,
-        attributes: &[],
-        frame_attributes: &[],
+        ..Trajectory::default()
     })
 }
 
@@ -202,14 +198,11 @@ fn a_later_start_is_scored_from_there() {
     let status = [Status::Waiting, Status::Initialized, Status::Tracked, Status::Skipped];
     let trajectory = Trajectory {
         sequence: "a",
-        run: 0,
         regions: &regions,
         status: &status,
         truth: &truth,
-        confidence: &[],
         frame: Some((640, 480)),
-        attributes: &[],
-        frame_attributes: &[],
+        ..Trajectory::default()
     };
     // Three frames: one hit, one without annotation, one without box, which OTB fills with the last one.
     let success = |k: usize| RULES[k].curves(&trajectory).success[0];

@@ -117,7 +117,7 @@ fn in_other_case(folder: &Path, name: &str) -> Vec<PathBuf> {
     found
 }
 
-/// What is in a folder and has the name of one of `paths`, whatever letters are capitals; sorted.
+/// Entries of a folder whose name is that of one of `paths`, capital letters aside; sorted.
 fn alike(folder: &Path, paths: &[impl AsRef<Path>]) -> Vec<PathBuf> {
     let is_name = |name: &OsStr| {
         paths.iter().filter_map(|path| path.as_ref().file_name()).any(|n| n.eq_ignore_ascii_case(name))
