@@ -284,16 +284,60 @@ fn frames_are_a_folder_a_pattern_or_files() {
     let mut files: Vec<PathBuf> = std::fs::read_dir(&clip.img).unwrap().map(|e| e.unwrap().path()).collect();
     let extension = files[0].extension().unwrap().to_string_lossy().into_owned();
     files.sort();
-    files.reverse();
     let want = detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "CovF"]);
     let pattern = clip.img.join(format!("0*.{extension}"));
     assert_eq!(detect(&[pattern], &boxes, &["--method", "CovF"]), want);
     assert_eq!(detect(&files, &boxes, &["--method", "CovF"]), want);
+    // An order that no shell gives is meant.
+    files.reverse();
+    let output =
+        trackfail().args(["detect", "--boxes"]).arg(&boxes).arg("--frames").args(&files).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && told.contains("60 frames in the order given: 0060."), "{told}");
     let some = [clip.img.join(format!("*1.{extension}"))];
     let (code, message) = refused(&some, &boxes, &["--method", "CovF"]);
     assert!(code == Some(3) && message.contains("60 boxes") && message.contains("has 6 frames"), "{message}");
     let (code, message) = refused(&[clip.img.join("none.mp4")], &boxes, &[]);
     assert!(code == Some(3) && message.contains("none.mp4"), "{message}");
+}
+
+/// Row C of public reports: cvat#6180, roboflow/trackers PR 558, and time stamps. The pictures are the same under each name,
+/// so the scores are, too.
+#[test]
+fn frames_are_in_the_order_of_all_numbers_in_their_names() {
+    let clip = Clip::new();
+    let boxes = clip.xywh();
+    let want = scores(&detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "CovF"]));
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&clip.img).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    let extension = files[0].extension().unwrap().to_string_lossy().into_owned();
+    let folder = |name: &str, file: &dyn Fn(usize) -> String| {
+        let folder = clip.root.path().join(name);
+        std::fs::create_dir(&folder).unwrap();
+        for (t, path) in files.iter().enumerate() {
+            std::fs::copy(path, folder.join(format!("{}.{extension}", file(t)))).unwrap();
+        }
+        folder
+    };
+    let date = |t: usize| format!("cam_2024-01-02_{:02}-59-{:02}", 9 + (40 + t) / 60, (40 + t) % 60);
+    let all = [
+        folder("paren", &|t| format!("DJI_1000({})", t + 1)),
+        folder("roboflow", &|t| format!("clip_mp4-{}_jpg.rf.{:x}", t + 1, (t + 7) * 40_503 % 65_536)),
+        folder("date", &date),
+    ];
+    for folder in all {
+        for frames in [folder.clone(), folder.join(format!("*.{extension}"))] {
+            let found = scores(&detect(std::slice::from_ref(&frames), &boxes, &["--method", "CovF"]));
+            assert_eq!(found, want, "{}", frames.display());
+        }
+    }
+    let extra = folder("extra", &|t| (t + 1).to_string());
+    std::fs::copy(&files[0], extra.join(format!("background.{extension}"))).unwrap();
+    let (code, message) = refused(&[extra], &boxes, &["--method", "CovF"]);
+    assert!(code == Some(3) && message.contains("background.") && message.contains("no number"), "{message}");
+    let cameras = folder("cameras", &|t| format!("cam{}_{:04}", 1 + t % 2, t + 1));
+    let (code, message) = refused(&[cameras], &boxes, &["--method", "CovF"]);
+    assert!(code == Some(3) && message.contains("the order of the frames is in doubt"), "{message}");
 }
 
 #[needs(ffmpeg)]

@@ -53,6 +53,18 @@ pub enum DatasetError {
         /// Explanation of the error, with what is expected.
         message: String,
     },
+    /// Files of frames whose names leave their order in doubt.
+    #[error(
+        "{}: the order of the frames is in doubt: {message}; rename the files so that one number counts them, or give \
+         them to `detect` one by one in their order",
+        folder.display()
+    )]
+    FrameOrder {
+        /// The folder of the files.
+        folder: PathBuf,
+        /// The orders that may be meant.
+        message: String,
+    },
     /// An unknown suite; the message names the nearest one.
     #[error("{0}")]
     UnknownSuite(String),

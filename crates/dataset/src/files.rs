@@ -4,6 +4,7 @@
 //! [`image::MAX_FILE_BYTES`] bytes, so that reading never waits for a device or a pipe.
 
 use super::{DatasetError, Frames, Sequence, text};
+use crate::frame_order::numbered;
 use crate::image::{self, Frame};
 use std::collections::BTreeMap;
 use std::ops::Deref;
@@ -106,12 +107,10 @@ fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
     DatasetError::Image { path: path.into(), source }
 }
 
-/// The JPEG and PNG files of a folder by frame number, the number being the last digits of the name
-/// without extension (`0001.jpg`, `frame_12.png`). Where a name has no digits, all files are numbered from
-/// 1 in the order of their names.
+/// The JPEG and PNG files of a folder by frame number, as [`numbered`] reads it from their names.
 ///
 /// # Errors
-/// No images at all, or two files of one number.
+/// No images at all, and those of [`numbered`].
 pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
@@ -127,28 +126,6 @@ pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, D
     numbered(paths)
 }
 
-/// Files by frame number, the number being the last digits of the name without extension; where a name has no digits,
-/// all files are numbered from 1 in the order of their names.
-///
-/// # Errors
-/// Two files of one number.
-pub(crate) fn numbered(mut paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
-    paths.sort();
-    let numbers: Option<Vec<u32>> = paths.iter().map(|p| number(p)).collect();
-    let numbers = numbers.unwrap_or_else(|| (1..=paths.len() as u32).collect());
-    let mut images = BTreeMap::new();
-    for (number, path) in numbers.into_iter().zip(paths) {
-        if let Some(other) = images.insert(number, path.clone()) {
-            let other = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            return Err(DatasetError::content(
-                &path,
-                format!("frame {number} again, after {other}; keep one file a frame"),
-            ));
-        }
-    }
-    Ok(images)
-}
-
 /// Frames `first..=last` in order.
 ///
 /// # Errors
@@ -161,7 +138,9 @@ pub(crate) fn take_range(
     (first..=last)
         .map(|n| {
             images.get(&n).cloned().ok_or_else(|| {
-                let message = format!("frame {n} is missing; frames {first} to {last} are needed");
+                let message = format!(
+                    "frame {n} is missing; frames {first} to {last} are needed: add it, or number the files without a gap"
+                );
                 DatasetError::content(folder, message)
             })
         })
@@ -350,9 +329,9 @@ mod tests {
         assert!(take_range(folder.path(), &images, (9, 11)).is_err());
         touch("b09.jpg");
         assert!(numbered_images(folder.path()).unwrap_err().to_string().contains("img_9.jpeg"));
+        std::fs::remove_file(folder.path().join("b09.jpg")).unwrap();
         touch("title.jpg");
-        let images = numbered_images(folder.path()).unwrap();
-        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [1, 2, 3, 4]);
+        assert!(numbered_images(folder.path()).unwrap_err().to_string().contains("title.jpg: no number"));
     }
 
     #[trackfail_testing::needs(real_data)]

@@ -11,6 +11,7 @@ pub mod fetch;
 pub mod files;
 pub mod format;
 pub mod frame_cache;
+mod frame_order;
 pub mod leftover;
 pub mod lock;
 pub mod suite;

@@ -3,11 +3,14 @@
 //! | given | frames | their numbers |
 //! |---|---|---|
 //! | a folder | its `.jpg` and `.png` files, or those of its folder `img`, as [`otb`] reads them | those in the names |
-//! | several files, or a pattern with `*`, `?` or `[...]` | these files | those in the names if they follow each other, else from 1 on |
+//! | a pattern with `*`, `?` or `[...]` | these files, in the order of all numbers in their names | those in the names if they follow each other, else from 1 on |
+//! | several files in the order of their numbers, or in that of a shell, which gives `10.png` before `2.png` | the same | the same |
+//! | several files in another order | these files, in the order given | from 1 on |
 //! | another file | those of the video, decoded by ffmpeg into a temporary folder | from 1 on |
 
-use crate::files::{folder_name, is_image, numbered};
+use crate::files::{folder_name, is_image};
 use crate::format::otb;
+use crate::frame_order::{natural_order, numbered};
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, video};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -20,6 +23,8 @@ pub struct UserFrames {
     pub sequence: Sequence,
     /// Frames in a second, of a video that says so.
     pub rate: Option<f64>,
+    /// What to tell the user: that files are in the order given, which is not that of their numbers.
+    pub note: Option<String>,
     /// The decoded frames of a video; deleted when this is dropped.
     _decoded: Option<tempfile::TempDir>,
 }
@@ -27,9 +32,10 @@ pub struct UserFrames {
 /// Finds the frames that the user names; reads no image, but decodes a video, until `is_stopped` says so.
 ///
 /// # Errors
-/// Nothing of the name, no image among the files, two files of one number, a video that ffmpeg cannot decode, and no
-/// ffmpeg for it, and an interruption.
+/// Nothing of the name, no image among the files, two files of one number, an order in doubt, a video that ffmpeg cannot
+/// decode, and no ffmpeg for it, and an interruption.
 pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
+    let mut note = None;
     let (sequence, rate, decoded) = match given {
         [folder] if folder.is_dir() => {
             let name = folder_name(folder);
@@ -46,15 +52,15 @@ pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFram
             (sequence(file, 1, frames), video::rate(file), Some(folder))
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
-            (of_files(pattern, matching(pattern)?)?, None, None)
+            (of_numbered(pattern, numbered(matching(pattern)?)?), None, None)
         }
         files => {
-            let first =
-                files.first().ok_or_else(|| DatasetError::content(Path::new("--frames"), "no file"))?;
-            (of_files(first, files.to_vec())?, None, None)
+            let (sequence, kept) = listed(files)?;
+            note = kept;
+            (sequence, None, None)
         }
     };
-    Ok(UserFrames { sequence, rate, _decoded: decoded })
+    Ok(UserFrames { sequence, rate, note, _decoded: decoded })
 }
 
 /// Frames `range` of a user's frames; of a sequence without frames, as many without.
@@ -111,8 +117,10 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     Ok(files)
 }
 
-/// The sequence of some image files.
-fn of_files(name: &Path, files: Vec<PathBuf>) -> Result<Sequence, DatasetError> {
+/// The sequence of image files given one by one, and a note where they stay in the order given. Files in the order in
+/// which a shell writes those that fit a pattern are put in the order of their numbers; any other order is meant.
+fn listed(files: &[PathBuf]) -> Result<(Sequence, Option<String>), DatasetError> {
+    let first = files.first().ok_or_else(|| DatasetError::content(Path::new("--frames"), "no file"))?;
     if let Some(other) = files.iter().find(|file| !is_image(file)) {
         // A file that is absent is told as such.
         std::fs::metadata(other).map_err(|e| DatasetError::io(other, e))?;
@@ -121,10 +129,38 @@ fn of_files(name: &Path, files: Vec<PathBuf>) -> Result<Sequence, DatasetError> 
             "one of several files of frames has to be a .jpg or .png file",
         ));
     }
-    let images: BTreeMap<u32, PathBuf> = numbered(files)?;
+    let natural = natural_order(files.to_vec());
+    let is_natural = natural == files;
+    if is_natural || is_of_a_shell(files) {
+        match numbered(files.to_vec()) {
+            // The user gives one of the orders that may be meant.
+            Err(DatasetError::FrameOrder { .. }) if is_natural => {}
+            images => return Ok((of_numbered(first, images?), None)),
+        }
+    }
+    if let Some(twice) = natural.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(DatasetError::content(&twice[0], "a frame given twice; keep one"));
+    }
+    let shown = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ", ";
+    let names: String = files.iter().take(3).map(shown).collect();
+    let note = format!("{} frames in the order given: {names}...", files.len());
+    Ok((sequence(first, 1, files.to_vec()), Some(note)))
+}
+
+/// Whether files are in an order in which shells sort names: byte by byte, or by letters and digits alone.
+fn is_of_a_shell(files: &[PathBuf]) -> bool {
+    let letters = |path: &PathBuf| -> String {
+        let name = path.to_string_lossy();
+        name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+    };
+    files.is_sorted_by_key(|path| path.as_os_str().as_encoded_bytes()) || files.is_sorted_by_key(letters)
+}
+
+/// The sequence of files by number, which is theirs if they follow each other.
+fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
     let first = images.keys().next().copied().unwrap_or(1);
     let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
-    Ok(sequence(name, if follow { first } else { 1 }, images.into_values().collect()))
+    sequence(name, if follow { first } else { 1 }, images.into_values().collect())
 }
 
 fn sequence(name: &Path, first: u32, frames: Vec<PathBuf>) -> Sequence {
@@ -169,6 +205,51 @@ mod tests {
         let some = load(&[folder.join("[81]*.jpg")], &|| false).unwrap();
         assert_eq!(shown(&some), (1, vec!["8.jpg".into(), "10.jpg".into()]));
         assert_eq!(shown(&load(&[folder.join("9.jpg")], &|| false).unwrap()), (9, vec!["9.jpg".into()]));
+    }
+
+    #[test]
+    fn a_list_in_an_order_of_its_own_is_kept() {
+        let root = tempfile::tempdir().unwrap();
+        let all = [
+            "8.jpg",
+            "9.jpg",
+            "10.jpg",
+            "img (1).png",
+            "img (2).png",
+            "img (10).png",
+            "cam1_2.png",
+            "cam2_1.png",
+        ];
+        touch(root.path(), &all);
+        let listed = |names: &[&str]| {
+            let given: Vec<PathBuf> = names.iter().map(|name| root.path().join(name)).collect();
+            load(&given, &|| false)
+        };
+        let found = |names: &[&str]| {
+            let frames = listed(names).unwrap();
+            let (first, shown) = shown(&frames);
+            (first, shown.join(" "), frames.note)
+        };
+        let kept =
+            |count: usize, names: &str| Some(format!("{count} frames in the order given: {names}, ..."));
+        // In the order of numbers, of bytes, and of a locale that leaves out the brackets.
+        for names in [
+            ["img (1).png", "img (2).png", "img (10).png"],
+            ["img (1).png", "img (10).png", "img (2).png"],
+            ["img (10).png", "img (1).png", "img (2).png"],
+        ] {
+            assert_eq!(found(&names), (1, "img (1).png img (2).png img (10).png".into(), None), "{names:?}");
+        }
+        let (first, names, note) = found(&["10.jpg", "9.jpg", "8.jpg"]);
+        assert_eq!((first, &*names, note), (1, "10.jpg 9.jpg 8.jpg", kept(3, "10.jpg, 9.jpg, 8.jpg")));
+        // Either order of names that leave it in doubt may be given, and a pattern gives none.
+        for names in [["cam1_2.png", "cam2_1.png"], ["cam2_1.png", "cam1_2.png"]] {
+            assert_eq!(found(&names), (1, names.join(" "), kept(2, &names.join(", "))));
+        }
+        let doubt = load(&[root.path().join("cam*")], &|| false).unwrap_err();
+        assert!(doubt.to_string().contains("in doubt"), "{doubt}");
+        let twice = listed(&["9.jpg", "8.jpg", "9.jpg"]).unwrap_err().to_string();
+        assert!(twice.contains("9.jpg: a frame given twice"), "{twice}");
     }
 
     #[test]

@@ -26,6 +26,7 @@ pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     if frames.sequence.is_empty() {
         return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
     }
+    frames.note.iter().for_each(|note| output::note(note));
     Ok(Some(frames))
 }
 

@@ -1,0 +1,306 @@
+//! The order and the numbers of frame files, from the numbers in their names.
+//!
+//! The order is that of people: text as text, and every run of digits as a number, from left to right, so that
+//! `img2_b` comes before `img10_a`. Which of the numbers counts the frames:
+//!
+//! | names | the number of a frame |
+//! |---|---|
+//! | one number differs (`0001`, `img (12)`, `DJI_1000(12)`) | that one |
+//! | several differ, and those of the last follow each other in this order (`take1_0007`) | the last |
+//! | several differ, and the first differs in all (`clip-12_jpg.rf.` and a hash) | the first, unless the last may as well be meant |
+//! | several differ, as parts of a date, a time of day, seconds since 1970, or a decimal number | from 1 on |
+//! | none has a number | from 1 on |
+//!
+//! A number that does not end the names counts from 1 for the first file. Files that are alike in that number, a file
+//! without a number among others that have one, and names of which the last numbers give another order are errors.
+
+use crate::DatasetError;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// The names of files that messages show of an order.
+const SHOWN: usize = 3;
+
+/// A number as it is written: how many digits it has without zeros before them, and these digits.
+type Value<'n> = (usize, &'n str);
+
+/// A name in parts: a text, a run of digits, a text, and so on; the first and the last text may be empty.
+struct Name {
+    path: PathBuf,
+    texts: Vec<String>,
+    runs: Vec<String>,
+}
+
+impl Name {
+    /// The parts of a path, or only of its last part without extension.
+    fn new(path: PathBuf, whole: bool) -> Self {
+        let stem = if whole { path.with_extension("") } else { path.file_stem().unwrap_or_default().into() };
+        let (mut texts, mut runs) = (vec![String::new()], Vec::<String>::new());
+        for c in stem.to_string_lossy().chars() {
+            if texts.len() > runs.len() && !c.is_ascii_digit() {
+                texts.last_mut().into_iter().for_each(|text| text.push(c));
+            } else if texts.len() > runs.len() {
+                runs.push(c.into());
+            } else if c.is_ascii_digit() {
+                runs.last_mut().into_iter().for_each(|run| run.push(c));
+            } else {
+                texts.push(c.into());
+            }
+        }
+        if texts.len() == runs.len() {
+            texts.push(String::new());
+        }
+        Self { path, texts, runs }
+    }
+
+    fn value(&self, run: usize) -> Option<Value<'_>> {
+        let digits = self.runs.get(run)?.trim_start_matches('0');
+        Some((digits.len(), digits))
+    }
+
+    fn last(&self) -> Option<Value<'_>> {
+        self.value(self.runs.len().checked_sub(1)?)
+    }
+
+    fn ends_with_number(&self) -> bool {
+        self.texts.last().is_some_and(String::is_empty)
+    }
+
+    /// Whether a run is what stands behind the point of a decimal number.
+    fn is_fraction(&self, run: usize) -> bool {
+        let point = |text: usize| self.texts.get(text).is_some_and(|text| text == ".");
+        run > 0 && run < self.runs.len() && point(run) && !point(run - 1) && !point(run + 1)
+    }
+
+    /// The digits of a fraction, without zeros at their end.
+    fn fraction(&self, run: usize) -> Option<&str> {
+        Some(self.runs.get(run)?.trim_end_matches('0'))
+    }
+
+    fn shown(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// Files in the order of all numbers in their names.
+pub(crate) fn natural_order(paths: Vec<PathBuf>) -> Vec<PathBuf> {
+    named(paths).into_iter().map(|name| name.path).collect()
+}
+
+/// Files by frame number, see the table of this module.
+///
+/// # Errors
+/// Two files of one number, one without a number, and [`DatasetError::FrameOrder`].
+pub(crate) fn numbered(paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
+    let names = named(paths);
+    let numbers = numbers(&names)?;
+    Ok(numbers.into_iter().zip(names).map(|(number, name)| (number, name.path)).collect())
+}
+
+/// The names of files in their natural order; folders are part of the name where there are several.
+fn named(paths: Vec<PathBuf>) -> Vec<Name> {
+    let whole = paths.windows(2).any(|pair| pair[0].parent() != pair[1].parent());
+    let mut names: Vec<Name> = paths.into_iter().map(|path| Name::new(path, whole)).collect();
+    names.sort_by(|a, b| natural(a, b).then_with(|| a.path.cmp(&b.path)));
+    names
+}
+
+/// Texts and numbers compared one after the other; a name that ends comes first.
+fn natural(a: &Name, b: &Name) -> Ordering {
+    let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| a.value(k).cmp(&b.value(k)));
+    (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// As [`natural`], of names that differ in numbers alone, with fractions compared as such.
+fn decimal(a: &Name, b: &Name) -> Ordering {
+    let part = |k: usize| {
+        if a.is_fraction(k) { a.fraction(k).cmp(&b.fraction(k)) } else { a.value(k).cmp(&b.value(k)) }
+    };
+    (0..a.runs.len()).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// The frame numbers of names in their natural order.
+fn numbers(names: &[Name]) -> Result<Vec<u32>, DatasetError> {
+    let from_one = || (1..=names.len() as u32).collect();
+    if let [one] = names {
+        let own = one.last().filter(|_| one.ends_with_number());
+        return Ok(vec![own.and_then(whole).unwrap_or(1)]);
+    }
+    let Some(example) = names.iter().find(|name| !name.runs.is_empty()) else { return Ok(from_one()) };
+    if let Some(other) = names.iter().find(|name| name.runs.is_empty()) {
+        let message = format!(
+            "no number in this name, but in those of other images, such as {}; move the file away, or give it the \
+             number of its frame (`detect` also takes a pattern that fits the others alone)",
+            example.shown()
+        );
+        return Err(DatasetError::content(&other.path, message));
+    }
+    let last: Vec<Value<'_>> = names.iter().filter_map(Name::last).collect();
+    let twice = |pair: &&[Name]| natural(&pair[0], &pair[1]).is_eq();
+    if let Some(pair) = names.windows(2).find(twice) {
+        return Err(again(&pair[0], &pair[1], pair[1].last()));
+    }
+    let at_end = names.iter().all(Name::ends_with_number);
+    let ascends = rises(&last);
+    if ascends && follow(&last) {
+        return Ok(counted(&last, at_end));
+    }
+    let alike = names.iter().all(|name| name.texts == example.texts);
+    let varying = first_that_varies(names);
+    if alike
+        && let Some(run) = varying
+        && counts_down(names, run)?
+    {
+        return Ok(from_one());
+    }
+    let mut by_last: Vec<(Value<'_>, &Name)> = last.iter().copied().zip(names).collect();
+    by_last.sort_by_key(|(value, _)| *value);
+    let sorted: Vec<Value<'_>> = by_last.iter().map(|(value, _)| *value).collect();
+    if let Some(run) = varying {
+        let lead: Vec<Value<'_>> = names.iter().filter_map(|name| name.value(run)).collect();
+        let leads = !alike || ascends || !rises(&sorted) || follow(&lead) && !follow(&sorted);
+        if rises(&lead) && leads {
+            return Ok(counted(&lead, at_end && names.iter().all(|name| name.runs.len() == run + 1)));
+        }
+        if !alike && let Some(pair) = names.windows(2).find(|pair| pair[0].value(run) == pair[1].value(run)) {
+            return Err(again(&pair[0], &pair[1], pair[1].value(run)));
+        }
+    }
+    if let Some(pair) = by_last.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(again(pair[0].1, pair[1].1, Some(pair[1].0)));
+    }
+    if alike && ascends {
+        return Ok(counted(&last, at_end));
+    }
+    let by_last: Vec<&Name> = by_last.into_iter().map(|(_, name)| name).collect();
+    Err(doubt(names, &by_last, "the last number alone"))
+}
+
+/// Whether each value is larger than the one before.
+fn rises(values: &[Value<'_>]) -> bool {
+    values.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+fn whole(value: Value<'_>) -> Option<u32> {
+    if value.0 == 0 { Some(0) } else { value.1.parse().ok() }
+}
+
+/// Whether each value is larger by 1 than the one before.
+fn follow(values: &[Value<'_>]) -> bool {
+    values.windows(2).all(|pair| {
+        whole(pair[0])
+            .and_then(|before| before.checked_add(1))
+            .is_some_and(|next| whole(pair[1]) == Some(next))
+    })
+}
+
+/// Rising values as frame numbers: themselves at the end of names, else counted from 1 for the first. Values that are too
+/// large are times, of which only the order is taken.
+fn counted(values: &[Value<'_>], at_end: bool) -> Vec<u32> {
+    let all: Option<Vec<u32>> = values.iter().map(|value| whole(*value)).collect();
+    match all {
+        Some(numbers) if at_end => numbers,
+        Some(numbers) => {
+            let first = numbers.first().copied().unwrap_or_default();
+            numbers.into_iter().map(|number| (number - first).saturating_add(1)).collect()
+        }
+        None => (1..=values.len() as u32).collect(),
+    }
+}
+
+/// The first run that is not the same number in all names, where all that stands before it is the same.
+fn first_that_varies(names: &[Name]) -> Option<usize> {
+    let (first, rest) = names.split_first()?;
+    for run in 0..first.runs.len() {
+        let other = |name: &Name| name.texts.get(run) != first.texts.get(run) || name.runs.len() <= run;
+        if rest.iter().any(other) {
+            return None;
+        }
+        if rest.iter().any(|name| name.value(run) != first.value(run)) {
+            return Some(run);
+        }
+    }
+    None
+}
+
+/// Whether the numbers from `run`, the first that varies, on are one quantity in parts, each of which counts within the
+/// one before it: a date, a time, a decimal number. The names differ in numbers alone.
+///
+/// # Errors
+/// [`DatasetError::FrameOrder`] for fractions of several lengths that are in another order as whole numbers.
+fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
+    let mut by_decimal: Vec<&Name> = names.iter().collect();
+    by_decimal.sort_by(|a, b| decimal(a, b));
+    if by_decimal.iter().zip(names).any(|(a, b)| a.path != b.path) {
+        return Err(doubt(names, &by_decimal, "decimal numbers"));
+    }
+    let Some(first) = names.first() else { return Ok(false) };
+    let more = |k: usize| names.iter().any(|name| name.value(k) != first.value(k));
+    if !(run + 1..first.runs.len()).any(more) {
+        return Ok(false);
+    }
+    let covers = |start: usize| names.iter().all(|name| start + stamp_length(name, start) > run);
+    Ok(first.is_fraction(run + 1) || (0..=run).any(covers))
+}
+
+/// How many runs from `start` on are a date, a time of day, or seconds since 1970 with their fraction; 0 for others.
+fn stamp_length(name: &Name, start: usize) -> usize {
+    let digits = |k: usize| name.runs.get(start + k).map_or("", String::as_str);
+    let is = |text: &str, length: RangeInclusive<usize>, range: RangeInclusive<u32>| {
+        length.contains(&text.len()) && text.parse().is_ok_and(|value: u32| range.contains(&value))
+    };
+    let is_date = |year: &str, month: &str, day: &str| {
+        is(year, 4..=4, 1900..=2099) && is(month, 1..=2, 1..=12) && is(day, 1..=2, 1..=31)
+    };
+    let time_after = |date: usize| date + usize::from(digits(date).len() == 6);
+    let separator = |k: usize| name.texts.get(start + k).filter(|text| text.chars().count() == 1);
+    let first = digits(0);
+    if is_date(first, digits(1), digits(2)) {
+        time_after(3)
+    } else if matches!(first.len(), 8 | 14) && is_date(&first[..4], &first[4..6], &first[6..8]) {
+        time_after(1)
+    } else if is(first, 1..=2, 0..=23)
+        && is(digits(1), 1..=2, 0..=59)
+        && is(digits(2), 1..=2, 0..=60)
+        && separator(1).is_some()
+        && separator(1) == separator(2)
+    {
+        3
+    } else if first.len() == 10 && first.starts_with('1') {
+        2
+    } else {
+        0
+    }
+}
+
+/// The error for two files of one number.
+fn again(other: &Name, name: &Name, value: Option<Value<'_>>) -> DatasetError {
+    let number = value.map_or("0", |(_, digits)| if digits.is_empty() { "0" } else { digits });
+    let message = format!("frame {number} again, after {}; keep one file a frame", other.shown());
+    DatasetError::content(&name.path, message)
+}
+
+/// The error for names that can be put in two orders, or that are of several kinds and leave numbers out.
+fn doubt(names: &[Name], other: &[&Name], how: &str) -> DatasetError {
+    let shown = |names: Vec<&Name>| names.iter().map(|name| name.shown() + ", ").collect::<String>() + "...";
+    let differs = names.iter().zip(other).position(|(a, b)| a.path != b.path);
+    let message = match differs {
+        Some(from) => format!(
+            "from frame {} on it is {} by all numbers in the names, but {} by {how}",
+            from + 1,
+            shown(names.iter().skip(from).take(SHOWN).collect()),
+            shown(other.iter().copied().skip(from).take(SHOWN).collect()),
+        ),
+        None => format!(
+            "the names are of several kinds, and their last numbers do not follow each other: {}",
+            shown(names.iter().take(SHOWN).collect())
+        ),
+    };
+    let folder = names.first().and_then(|name| name.path.parent()).filter(|path| *path != Path::new(""));
+    DatasetError::FrameOrder { folder: folder.unwrap_or(Path::new(".")).into(), message }
+}
+
+#[cfg(test)]
+mod tests;
