@@ -158,10 +158,10 @@ impl DataRoots {
 /// The built-in suites and the user suites of the data roots.
 ///
 /// # Errors
-/// [`Failure::Data`] if the datasets.lock in a data root cannot be read or is wrong.
+/// [`Failure::Data`] if the datasets.lock in a data root cannot be read or is wrong, or two define a suite differently.
 fn catalog(data_roots: &[PathBuf]) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
-    data_roots.iter().rev().try_for_each(|root| catalog.add_root(root)).map_err(Failure::data)?;
+    data_roots.iter().try_for_each(|root| catalog.add_root(root)).map_err(Failure::data)?;
     Ok(catalog)
 }
 

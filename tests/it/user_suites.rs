@@ -135,6 +135,26 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
     }
 }
 
+/// Neither of two suites of one name is taken for the other, whatever the order of the data roots.
+#[test]
+fn two_roots_that_define_a_suite_differently_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = dir.path();
+    let list = |first: &str, second: &str| {
+        let at = |name: &str| here.join(name).to_str().unwrap().to_owned();
+        output(&["data", "list", "--data-root", &at(first), "--data-root", &at(second)])
+    };
+    write(here, "a/datasets.lock", BOXES_LOCK);
+    write(here, "b/datasets.lock", BOXES_LOCK);
+    write(here, "c/datasets.lock", &BOXES_LOCK.replace("Walk.txt", "Run.txt"));
+    assert_eq!(list("a", "b").0, 0);
+    for (first, second) in [("a", "c"), ("c", "a")] {
+        let (code, _, told) = list(first, second);
+        assert!(code == 3 && told.contains("suite `my-boxes` is another one in "), "{code} {told}");
+        assert!(["a", "c"].iter().all(|root| told.contains(here.join(root).to_str().unwrap())), "{told}");
+    }
+}
+
 const BOXES_LOCK: &str = r#"schema = 2
 
 [[suite]]

@@ -6,7 +6,7 @@ use crate::lock::{PinnedSuite, pinned_suite, pinned_suite_names};
 use crate::plugin::unknown;
 use crate::{DatasetError, synthetic, text};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The suites of the built-in `datasets.lock`, the rendered suites, and the user suites that were added.
@@ -14,15 +14,15 @@ use std::sync::Arc;
 /// The default has no user suites. A copy is cheap.
 #[derive(Debug, Clone, Default)]
 pub struct Catalog {
-    user: Vec<Arc<PinnedSuite>>,
+    /// The user suites, and the file that each is from.
+    user: Vec<(PathBuf, Arc<PinnedSuite>)>,
 }
 
 impl Catalog {
-    /// Adds the user suites of a data root's own `datasets.lock`; does nothing if it has none. A suite replaces
-    /// a user suite of the same name that was added before, so that the last root is added first.
+    /// Adds the user suites of a data root's own `datasets.lock`; does nothing if it has none.
     ///
     /// # Errors
-    /// A file that cannot be read or is wrong.
+    /// A file that cannot be read or is wrong, and a suite that another file defines differently.
     pub fn add_root(&mut self, data_root: &Path) -> Result<(), DatasetError> {
         let path = data_root.join(USER_LOCK);
         if path.exists() { self.add_file(&path, &text::read_capped(&path)?) } else { Ok(()) }
@@ -32,12 +32,20 @@ impl Catalog {
     /// messages.
     ///
     /// # Errors
-    /// Content that is wrong.
+    /// Content that is wrong, and a suite that another file defines differently.
     pub fn add_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-        for suite in user::parse(path, bytes)?.into_iter().map(Arc::new) {
-            match self.user.iter_mut().find(|known| known.name == suite.name) {
-                Some(known) => *known = suite,
-                None => self.user.push(suite),
+        for suite in user::parse(path, bytes)? {
+            match self.user.iter().find(|(_, known)| known.name == suite.name) {
+                Some((file, known)) if user::section(known) != user::section(&suite) => {
+                    let message = format!(
+                        "suite `{}` is another one in {}; rename one of the two, or give both the same section",
+                        suite.name,
+                        file.display()
+                    );
+                    return Err(DatasetError::content(path, message));
+                }
+                Some(_) => {}
+                None => self.user.push((path.to_path_buf(), Arc::new(suite))),
             }
         }
         Ok(())
@@ -46,7 +54,7 @@ impl Catalog {
     /// The names of all suites: those on disk, rendered ones, and user suites.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let built_in = pinned_suite_names().chain(synthetic::SUITES.iter().map(|s| s.name));
-        built_in.map(|name| -> &str { name }).chain(self.user.iter().map(|s| s.name.as_str()))
+        built_in.map(|name| -> &str { name }).chain(self.user.iter().map(|(_, s)| s.name.as_str()))
     }
 
     /// All suites, in the order of [`Catalog::names`].
@@ -70,7 +78,7 @@ impl Catalog {
     }
 
     fn user_suite(&self, name: &str) -> Option<&Arc<PinnedSuite>> {
-        self.user.iter().find(|s| s.name == name)
+        self.user.iter().map(|(_, suite)| suite).find(|suite| suite.name == name)
     }
 
     /// The text of a file with those of the named suites that are user suites, each once and sorted by name;
@@ -89,16 +97,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn user_suites_are_found_by_name_and_replaced() {
+    fn user_suites_are_found_by_name() {
         let mut catalog = Catalog::default();
         let built_in = catalog.names().count();
-        let mut add = |text: &str| catalog.add_file(Path::new("a"), text.as_bytes()).unwrap();
-        add(USER_FILE);
-        add(USER_FILE);
-        add(&USER_FILE.replace("\"S\"", "\"R\""));
-        add(&USER_FILE.replace("user-a", "user-b"));
+        let mut add = |path: &str, text: &str| catalog.add_file(Path::new(path), text.as_bytes());
+        add("a/datasets.lock", USER_FILE).unwrap();
+        add("b/datasets.lock", USER_FILE).unwrap();
+        // Either of two definitions may be meant, whichever root is given first.
+        let error = add("b/datasets.lock", &USER_FILE.replace("\"S\"", "\"R\"")).unwrap_err().to_string();
+        for words in ["b/datasets.lock: suite `user-a` is another one in ", "a/datasets.lock; rename"] {
+            assert!(error.contains(words), "{error}");
+        }
+        assert!(add("b/datasets.lock", &USER_FILE.replace("[3, 4]", "[4, 5]")).is_err());
+        add("b/datasets.lock", &USER_FILE.replace("user-a", "user-b")).unwrap();
         assert_eq!(catalog.names().skip(built_in).collect::<Vec<_>>(), ["user-a", "user-b"]);
-        assert_eq!(catalog.suite("user-a").unwrap().entries()[0].name, "R");
+        assert_eq!(catalog.suite("user-a").unwrap().entries()[0].name, "S");
         assert!(catalog.suite("user-c").is_err());
         assert_eq!(catalog.suites().count(), built_in + 2);
         // Each catalog has its own.
