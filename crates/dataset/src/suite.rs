@@ -143,7 +143,7 @@ impl Suite {
             .sequence
             .par_iter()
             .map(|entry| match pinned.facts(entry, data_roots) {
-                Ok(facts) => Ok(Some(facts.line())),
+                Ok((facts, _)) => Ok(Some(facts.line())),
                 Err(LoadError::Missing(_)) => Ok(None),
                 Err(LoadError::Broken(error)) => Err(error),
             })

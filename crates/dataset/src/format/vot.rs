@@ -9,8 +9,8 @@
 //!
 //! Coordinates are taken as they are written, i.e. 0-based, as the current VOT toolkit does; the toolkit of
 //! 2014 used them as MATLAB pixel coordinates, counted from 1, which moves truth and results alike. Polygons
-//! must be convex, as the rotated boxes of VOT2014 are. A line of NaN alone or four zeros is a frame without
-//! annotation. The number of frames is the number of lines; other counts are errors, except that frame
+//! must be convex, as the rotated boxes of VOT2014 are. A line of NaN alone, of four zeros, or of one, which
+//! is how the current toolkit writes it, is a frame without annotation. Masks (`m10,20,...`) are refused. The number of frames is the number of lines; other counts are errors, except that frame
 //! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
 //! are 1 in some frame.
 
@@ -75,8 +75,13 @@ pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, Dat
 }
 
 fn annotation(row: &str) -> Result<Option<Region>, String> {
+    if row.starts_with('m') {
+        return Err(
+            "a mask, and masks are not read; write their bounding boxes, left,top,width,height".into()
+        );
+    }
     let values = text::numbers(row)?;
-    if values.iter().all(|v| v.is_nan()) || values == [0.0; 4] {
+    if values.iter().all(|v| v.is_nan()) || values == [0.0; 4] || values == [0.0] {
         return Ok(None);
     }
     Region::from_numbers(&values).map(Some).map_err(|e| e.to_string())
@@ -147,6 +152,24 @@ mod tests {
         assert_eq!(s.frame_attributes[1], ("occlusion".into(), vec![false, true, false]));
         let Frames::Files(files) = &s.frames else { panic!("files") };
         assert!(files[0].ends_with("00000001.png"));
+    }
+
+    // vot-toolkit 0.9.0, vot.region.io: a line of one number is no region, `0` where the target is not there, and one that
+    // begins with `m` is a mask.
+    #[test]
+    fn a_zero_is_no_region_and_a_mask_has_a_remedy() {
+        let truth = |text: &[u8]| parse_truth(Path::new("groundtruth.txt"), text);
+        let found = truth(b"1,2,3,4\n0\n0.0\n5,6,7,8\n").unwrap();
+        assert_eq!(found.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false, true]);
+        let error = truth(b"1,2,3,4\nm10,20,3,2,0,6\n").unwrap_err().to_string();
+        assert!(
+            error.contains("groundtruth.txt, line 2: a mask") && error.contains("bounding boxes"),
+            "{error}"
+        );
+        // Starts and failures are marks of results.
+        for mark in ["1", "2", "0,0", "0,0,0"] {
+            assert!(truth(format!("1,2,3,4\n{mark}\n").as_bytes()).is_err(), "{mark}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::load::LoadError;
 use super::user::{self, USER_LOCK, check_name, is_below};
 use crate::format::FormatEntry;
 use crate::lock::{Entry, PinnedSuite, below, pinned_suite, pinned_suite_names};
-use crate::{DatasetError, text};
+use crate::{DatasetError, Sequence, text};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -32,8 +32,8 @@ pub struct GatherRequest<'w> {
 /// is one, `<folder>-<N>`. Hashes all files.
 ///
 /// # Errors
-/// No sequence, two of one name, a wanted one that is not there, and the first that cannot be read or has more ground truth
-/// than frames.
+/// No sequence, two of one name, a wanted one that is not there, and the first that cannot be read, has no ground truth in any
+/// frame, or has more of it than frames.
 pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, DatasetError> {
     let start = below(data_root, wanted.folder);
     let fault = |message: String| DatasetError::content(&start, message);
@@ -84,12 +84,13 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         .sequence
         .par_iter()
         .map(|entry| {
-            let facts = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
+            let (facts, sequence) = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
                 LoadError::Missing(missing) => {
                     DatasetError::content(&entry.path(data_root), missing.how_to_get)
                 }
                 LoadError::Broken(error) => error,
             })?;
+            check_truth(&sequence, entry, wanted.format, data_root)?;
             check_surplus(&facts, data_root).map(|()| facts)
         })
         .collect();
@@ -97,6 +98,23 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
     let facts = facts.into_iter().collect::<Result<Vec<Entry>, _>>()?;
     suite.sequence = facts;
     Ok(user::section(&suite))
+}
+
+/// Refuses ground truth that tells of no frame where the target is, with which nothing can be started or compared.
+fn check_truth(
+    sequence: &Sequence,
+    entry: &Entry,
+    format: &FormatEntry,
+    data_root: &Path,
+) -> Result<(), DatasetError> {
+    if sequence.truth.iter().any(Option::is_some) {
+        return Ok(());
+    }
+    let target = entry.target.map(|n| Path::new(format.truth_file).with_extension(format!("{n}.txt")));
+    let file = target.unwrap_or_else(|| format.truth_file.into());
+    let message = "no frame has a box, so there is nothing to start from or to compare with; give the file a box for each \
+                   frame in which the target is seen, or leave the sequence out by --list";
+    Err(DatasetError::content(&entry.path(data_root).join(file), message))
 }
 
 /// Refuses more ground truth than frames, unless a built-in suite pins a sequence of the name with just these ranges: of any

@@ -85,19 +85,24 @@ impl PinnedSuite {
     }
 
     /// The entry with the facts of its copy in the first root that has all of it: ranges, number of frames, size,
-    /// digest.
-    pub(super) fn facts(&self, entry: &Entry, data_roots: &[PathBuf]) -> Result<Entry, LoadError> {
+    /// digest; and the sequence.
+    pub(super) fn facts(
+        &self,
+        entry: &Entry,
+        data_roots: &[PathBuf],
+    ) -> Result<(Entry, Sequence), LoadError> {
         let (_, (_, loaded)) =
             self.in_first_root(entry, data_roots, |root| self.load_unchecked(entry, root))?;
         let last = loaded.number(loaded.len().saturating_sub(1));
-        Ok(Entry {
+        let facts = Entry {
             range: Some((loaded.numbering.first, last)),
             official: Some(loaded.numbering.official),
             frames: Some(loaded.len()),
             size: loaded.has_frames().then(|| loaded.size()).transpose()?,
             digest: Some(loaded.digest()?.to_owned()),
             ..entry.clone()
-        })
+        };
+        Ok((facts, loaded))
     }
 
     /// Result of `look` in the first root that has all of an entry, with that root. Otherwise the first fault of a root

@@ -134,6 +134,25 @@ fn more_ground_truth_than_frames_is_told() {
     assert!(error.contains("One: 3 lines of ground truth for 2 frames"), "{error}");
 }
 
+#[test]
+fn ground_truth_without_a_box_is_named() {
+    let root = root();
+    write(root.path(), "otb/Two/groundtruth_rect.2.txt", b"0,0,0,0\nnan,nan,nan,nan\n");
+    write(root.path(), "vot/ball/groundtruth.txt", b"0\nnan,nan,nan,nan\n");
+    write(root.path(), "got/GOT-10k_Val_000001/absence.label", b"1\n1\n");
+    for (word, folder, file) in [
+        ("otb", "otb", "Two/groundtruth_rect.2.txt"),
+        ("vot", "vot", "ball/groundtruth.txt"),
+        ("got10k", "got", "GOT-10k_Val_000001/groundtruth.txt"),
+    ] {
+        let error = gather(&wanted("mine", format(word), folder), root.path()).unwrap_err().to_string();
+        assert!(error.contains(&format!("{file}: no frame has a box")), "{error}");
+    }
+    // One frame is enough.
+    write(root.path(), "vot/ball/groundtruth.txt", b"0\n1,1,2,2\n");
+    assert!(gather(&wanted("mine", format("vot"), "vot"), root.path()).is_ok());
+}
+
 // What `data add` says of the published folders is what is pinned of them.
 #[trackfail_testing::needs(real_data)]
 #[test]
