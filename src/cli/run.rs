@@ -3,8 +3,9 @@
 mod dry_run;
 mod print;
 
-use super::output::Format;
+use super::output::{self, Format};
 use super::{Failure, export, times};
+use crate::dataset::Sequence;
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
 use crate::engine::observe::progress::{self, ProgressPublisher, ProgressWatch};
 use crate::engine::store::{self, Store};
@@ -14,6 +15,7 @@ use crate::report::{WrittenReport, stills};
 use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
+use crate::tracker::{RunContext, replay};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -201,6 +203,9 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     let suites = load(experiment, &args.data_roots.given, args.allow_missing)?;
     let plan = ExperimentPlan::new(experiment, suites, &args.data_roots.given, &limits.stop)
         .map_err(|e| run_failure(experiment, e))?;
+    if args.runs.is_none() {
+        tell_of_further_runs(&plan, &args.data_roots.given);
+    }
     if args.dry_run {
         return dry_run::run(args, &plan);
     }
@@ -238,6 +243,23 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         }
     }
     print::judge(args, &results, &written.findings)
+}
+
+/// Tells of result files that are there and not read: those of runs after the last one of the experiment.
+fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
+    for tracker in plan.experiment.trackers.iter().filter(|tracker| tracker.kind == replay::ENTRY.kind) {
+        let mut sequences = plan.test().sequences.iter().map(|planned| planned.sequence.as_ref());
+        let has_more = |sequence: &&Sequence| {
+            let context = RunContext { sequence, start_frame: 0, run: tracker.runs, seed: 0, data_roots };
+            tracker.setup.inputs(&context).is_ok()
+        };
+        if let Some(sequence) = sequences.find(has_more) {
+            let (label, name, runs) = (&tracker.label, &sequence.name, tracker.runs);
+            let told =
+                format!("warning: {label}: {name} has a result of run {}, but `runs` is {runs}", runs + 1);
+            output::note(&format!("{told}; what is beyond that is not read"));
+        }
+    }
 }
 
 /// The failure of an experiment whose run ended with an error.

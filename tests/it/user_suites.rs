@@ -88,7 +88,11 @@ fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
     assert!(listed.contains("2 of 2 sequences are here"), "{listed}");
 
     let (code, _, told) = output(&run);
-    assert_eq!(code, 0, "{told}");
+    assert!(code == 0 && !told.contains("has a result of run"), "{told}");
+    write(root, "once.toml", &SPEC.replace("mine/got", "mine/once").replace("runs = 3", "runs = 2"));
+    let (code, _, told) = output(&[&["run", &at("once.toml")][..], &run[2..]].concat());
+    let more = "warning: T: GOT-10k_Val_000001 has a result of run 3, but `runs` is 2";
+    assert!(code == 0 && told.contains(more), "{told}");
     let scores = std::fs::read_to_string(root.join("r/mine/got/scores.csv")).unwrap();
     let events: Vec<(String, String)> = rows(&scores)
         .into_iter()
