@@ -50,9 +50,12 @@ pub struct Args {
     /// The tracker's boxes, a line for each frame; `-` is stdin
     #[arg(long, value_name = "FILE")]
     boxes: Option<PathBuf>,
-    /// Form of a line of boxes (default: found out where the numbers leave no doubt; four are x,y,w,h)
-    #[arg(long, value_enum, value_name = "FORMAT", requires = "boxes")]
-    boxes_format: Option<BoxesFormat>,
+    /// Form of a line of boxes: xywh (left,top,width,height), xyxy (left,top,right,bottom), mot (MOTChallenge:
+    /// frame,id,left,top,width,height,...; a verdict for each id), vot (corners of a polygon, from pixel 0 on), yolo (center
+    /// and size as shares of the frame's sides, perhaps after a class), or the columns in words, such as
+    /// frame,x1,y1,x2,y2,confidence (default: what a header line says, else found out where the numbers leave no doubt)
+    #[arg(long, value_parser = BoxFormat::read, value_name = "FORMAT", requires = "boxes")]
+    boxes_format: Option<BoxFormat>,
     /// Lines that are empty, have NaN, no area or a box outside of the frame mean that the target is absent
     #[arg(long, requires = "boxes")]
     absent: bool,
@@ -108,33 +111,6 @@ pub struct Args {
     /// goes beside them
     #[arg(long, value_name = "FILE", requires = "init")]
     save_boxes: Option<PathBuf>,
-}
-
-/// Words for [`BoxFormat`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum BoxesFormat {
-    /// left,top,width,height
-    Xywh,
-    /// left,top,right,bottom
-    Xyxy,
-    /// MOTChallenge: frame,id,left,top,width,height,...; a verdict for each id
-    Mot,
-    /// VOT: corners of a polygon, or left,top,width,height; from pixel 0 on
-    Vot,
-    /// YOLO: center and size as shares of the frame's sides, perhaps after a class
-    Yolo,
-}
-
-impl From<BoxesFormat> for BoxFormat {
-    fn from(format: BoxesFormat) -> Self {
-        match format {
-            BoxesFormat::Xywh => Self::Xywh,
-            BoxesFormat::Xyxy => Self::Xyxy,
-            BoxesFormat::Mot => Self::Mot,
-            BoxesFormat::Vot => Self::Vot,
-            BoxesFormat::Yolo => Self::Yolo,
-        }
-    }
 }
 
 /// A target with all that is known of it.

@@ -74,6 +74,17 @@ fn scores(csv: &str) -> Vec<f64> {
     rows(csv).iter().map(|row| row["score"].parse().unwrap_or(f64::NAN)).collect()
 }
 
+fn assert_same(csv: &str, want: &[f64], name: &str) {
+    let found = scores(csv);
+    assert_eq!(found.len(), want.len(), "{name}");
+    assert!(found.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-6), "{name}: {found:?} {want:?}");
+}
+
+/// The row of frame `t`, after a header in the first one.
+fn with_header(t: usize, header: &str, row: String) -> String {
+    if t == 0 { format!("{header}\n{row}") } else { row }
+}
+
 #[test]
 fn one_track_in_every_format_has_one_score() {
     let clip = Clip::new();
@@ -110,26 +121,107 @@ fn one_track_in_every_format_has_one_score() {
         ("named.txt", Box::new(zero), &["--base", "0", "--boxes-format", "xywh"]),
     ];
     for (name, line, more) in cases {
-        let found = scores(&detect(&frames, &clip.file(name, line), &[&method, more].concat()));
-        assert_eq!(found.len(), FRAMES, "{name}");
-        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
-        assert!(found.iter().zip(&want).all(near), "{name}: {found:?} {want:?}");
+        assert_same(&detect(&frames, &clip.file(name, line), &[&method, more].concat()), &want, name);
     }
-    // Corners look like boxes, which then reach beyond the frame of 160 x 120 pixels.
+    // Corners that would reach beyond the frame of 160 x 120 pixels as left, top, width and height.
     let corners = clip.file("corners.txt", |_, _| "100,70,150,110".into());
     let told = |more: &[&str]| {
         let mut command = trackfail();
         command.args(["detect", "--frames"]).arg(&clip.img).arg("--boxes").arg(&corners).args(more);
         String::from_utf8(command.output().unwrap().stderr).unwrap()
     };
-    assert!(told(&method).contains("60 of 60 boxes x,y,w,h reach far beyond the frame"), "{}", told(&method));
-    assert_eq!(told(&["--boxes-format", "xyxy", "--method", "CovF"]), "");
-    assert_eq!(told(&["--boxes-format", "xywh", "--method", "CovF"]), "");
+    let words = "corners.txt is read as x1,y1,x2,y2, pixels counted from 1 (--boxes-format xyxy --base 1)";
+    assert!(told(&method).contains(words), "{}", told(&method));
+    assert!(told(&["--boxes-format", "xyxy", "--method", "CovF"]).contains(words));
+    assert_eq!(told(&["--boxes-format", "xyxy", "--base", "1", "--method", "CovF"]), "");
+    assert_eq!(told(&["--boxes-format", "xywh", "--base", "1", "--method", "CovF"]), "");
     let (code, message) = refused(&[], &clip.root.path().join("yolo.txt"), &[]);
     assert!(code == Some(3) && message.contains("give --frames"), "{message}");
     let eight = clip.file("eight.txt", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1));
-    let (code, message) = refused(&frames, &eight, &[]);
-    assert!(code == Some(3) && message.contains("--boxes-format mot or vot"), "{message}");
+    assert_same(&detect(&frames, &eight, &method), &want, "eight.txt");
+}
+
+// One track as tools write it: with header words in any order (TensorFlow's, pandas'), ultralytics' with a number of the
+// target, tables and MOTChallenge with frames from 0.
+#[test]
+fn headers_and_layouts_are_read_as_what_they_are() {
+    let clip = Clip::new();
+    let frames = [clip.img.clone()];
+    let method = ["--method", "CovF"];
+    let want = scores(&detect(&frames, &clip.xywh(), &method));
+    type Line = fn(usize, [f64; 4]) -> String;
+    let headers: [(&str, &str, Line); 4] = [
+        ("center.csv", "x_center,y_center,width,height", |_, [x, y, w, h]| {
+            format!("{},{},{w},{h}", x + w / 2.0, y + h / 2.0)
+        }),
+        ("tf.csv", "ymin;xmin;ymax;xmax", |_, [x, y, w, h]| format!("{y};{x};{};{}", y + h, x + w)),
+        ("yxhw.csv", "Y,X,H,W", |_, [x, y, w, h]| format!("{y},{x},{h},{w}")),
+        ("named.csv", ",frame,label,bbox_left,bbox_top,bbox_width,bbox_height", |t, [x, y, w, h]| {
+            format!("{t},{},traffic light,{x},{y},{w},{h}", t + 1)
+        }),
+    ];
+    for (name, header, line) in headers {
+        let file = clip.file(name, |t, b| with_header(t, header, line(t, b)));
+        assert_same(&detect(&frames, &file, &method), &want, name);
+    }
+    let layouts: [(&str, &str, Line); 3] = [
+        ("yolo_id.txt", "yolo", |_, [x, y, w, h]| {
+            let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
+            format!("0 {} {} {} {} 2", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
+        }),
+        ("fxywh.txt", "frame,x,y,w,h", |t, [x, y, w, h]| format!("{},{x},{y},{w},{h}", t + 1)),
+        ("mot10_from0.txt", "mot", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1")),
+    ];
+    for (name, format, line) in layouts {
+        let file = clip.file(name, line);
+        let output = trackfail()
+            .args(["detect", "--frames"])
+            .arg(&clip.img)
+            .arg("--boxes")
+            .arg(&file)
+            .args(method)
+            .output()
+            .unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            told.contains(" is read as ") && told.contains(&format!("(--boxes-format {format}")),
+            "{told}"
+        );
+        assert_eq!(told.contains("frames counted from 0"), name == "mot10_from0.txt", "{told}");
+        assert_same(&String::from_utf8(output.stdout).unwrap(), &want, name);
+    }
+}
+
+#[test]
+fn what_fits_two_formats_is_asked_with_a_command_for_each() {
+    let clip = Clip::new();
+    let frames = [clip.img.clone()];
+    let method = ["--method", "CovF"];
+    let want = scores(&detect(&frames, &clip.xywh(), &method));
+    // Both kinds of boxes lie in the frame.
+    let detector = clip.file("det6.txt", |_, [x, y, w, h]| format!("{x} {y} {} {} 0.87 0", x + w, y + h));
+    let (code, message) = refused(&frames, &detector, &method);
+    assert_eq!(code, Some(2), "{message}");
+    let commands: Vec<&str> =
+        message.lines().filter_map(|line| line.strip_prefix("  trackfail detect ")).collect();
+    let ends = ["x,y,w,h,confidence,class", "x1,y1,x2,y2,confidence,class"];
+    assert_eq!(commands.len(), ends.len(), "{message}");
+    for (command, end) in commands.iter().zip(ends) {
+        assert!(command.contains(" --method CovF ") && command.ends_with(&format!(" --boxes-format {end}")));
+    }
+    let more = [&method[..], &["--boxes-format", ends[1]]].concat();
+    assert_same(&detect(&frames, &detector, &more), &want, "det6.txt");
+    // The base that is assumed is told, and doubted where a box begins before the first pixel.
+    let corner = clip.file("corner.txt", |t, _| format!("{},0,20,20", t % 3));
+    let output = trackfail().args(["detect", "--boxes"]).arg(&corner).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("pixels counted from 1") && told.contains("is 0, but the first pixel 1"), "{told}");
+    let (code, message) =
+        refused(&frames, &clip.file("words.txt", |t, b| with_header(t, "a,b,c,d", format!("{b:?}"))), &[]);
+    assert!(
+        code == Some(3) && message.contains("words.txt, line 1: `a,b,c,d` names no whole box"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! Inputs that the user gives: frames, boxes, confidence, companions.
 
 use super::{Args, Target};
+use crate::cli::slurm::value::Word;
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::engine::Stop;
 use crate::engine::execute::lane::Companions;
 use crate::region::{Rect, Region};
-use crate::tracker::results::user_boxes::{self, BoxFormat, Options, UserBoxes, UserTarget};
+use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
 use crate::tracker::results::{Base, confidence};
 use crate::tracker::{Status, TrackerState};
 use std::path::{Path, PathBuf};
@@ -56,16 +57,15 @@ pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Ve
     let boxes_path = args.boxes.clone().unwrap_or_default();
     let size = frames.map(|frames| frames.sequence.size()).transpose().map_err(data)?;
     let options = Options {
-        format: args.boxes_format.map(BoxFormat::from),
+        format: args.boxes_format.clone(),
+        usual: None,
         base: base(args),
         absent: args.absent,
         frames: frames.map(|frames| frames.sequence.len()),
         size,
     };
     let boxes = read(args, &boxes_path, &options)?;
-    if let Some(size) = size.filter(|_| args.boxes_format.is_none() && boxes.format == BoxFormat::Xywh) {
-        warn_of_corners(&boxes, size);
-    }
+    tell(args, &boxes, size);
     let whole = match frames {
         Some(frames) => frames.sequence.clone(),
         None => user_frames::without_frames("boxes", boxes.frames),
@@ -78,8 +78,7 @@ pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Ve
             boxes.targets.len()
         )));
     }
-    let options =
-        Options { frames: Some(whole.len()), format: options.format.or(Some(boxes.format)), ..options };
+    let options = Options { frames: Some(whole.len()), usual: Some(boxes.format), ..options };
     let companions = args.companion.iter().map(|path| companion(args, path, &options));
     let companions: Vec<Vec<TrackerState>> = companions.collect::<Result<_, _>>()?;
     let confidence = match &args.confidence {
@@ -106,7 +105,12 @@ fn name(path: &Path) -> String {
 /// Reads a file of boxes, one for each frame where the frames are known.
 fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failure> {
     let bytes = text::read_named(path).map_err(data)?;
-    let boxes = user_boxes::parse(&named(path), &bytes, options).map_err(data)?;
+    let boxes = user_boxes::parse(&named(path), &bytes, options).map_err(|e| match e {
+        UserBoxesError::Data(e) => data(e),
+        UserBoxesError::Doubt { ref candidates, .. } => {
+            Failure::usage(format!("{e}; say which:{}", commands(candidates)))
+        }
+    })?;
     match options.frames {
         Some(frames) if frames != boxes.frames => {
             let other = if args.frames.is_empty() {
@@ -124,16 +128,59 @@ fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failur
     }
 }
 
-/// Tells that four numbers may be corners, where most boxes would reach far beyond the frame.
-fn warn_of_corners(boxes: &UserBoxes, (width, height): (usize, usize)) {
-    let regions = || boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds);
-    let beyond = |r: &Rect| r.x + r.w > 1.1 * width as f64 || r.y + r.h > 1.1 * height as f64;
-    let (count, all) = (regions().filter(beyond).count(), regions().count());
-    if 2 * count > all {
+/// The command of the user again, once for each format.
+fn commands(candidates: &[Candidate]) -> String {
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let is_plain = |word: &str| {
+        !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || "-_./,:=".contains(c))
+    };
+    let quoted = |word: String| match Word::new(word.as_str()) {
+        Ok(quoted) if !is_plain(&word) => quoted.to_string(),
+        _ => word,
+    };
+    let command = words.map(quoted).collect::<Vec<_>>().join(" ");
+    let one = |c: &Candidate| format!("\n  trackfail {command} --boxes-format {}", c.format.option());
+    candidates.iter().map(one).collect()
+}
+
+/// Tells what the boxes are read as, unless the user says all of it, and what speaks against that.
+fn tell(args: &Args, boxes: &UserBoxes, size: Option<(usize, usize)>) {
+    let path = args.boxes.as_deref().map(name).unwrap_or_default();
+    let is_said = args.boxes_format.is_some() && (args.base.is_some() || boxes.base.is_none());
+    if !is_said || boxes.first == Some(0) {
+        let frames = boxes.first.map_or_else(String::new, |first| format!(", frames counted from {first}"));
+        let (pixels, option) = match boxes.base.map(u8::from) {
+            Some(base) => (format!(", pixels counted from {base}"), format!(" --base {base}")),
+            None => (", in shares of the frame's sides".to_string(), String::new()),
+        };
+        let unread = match boxes.format.unread().join(", ") {
+            words if words.is_empty() => words,
+            words => format!("; not used: {words}"),
+        };
+        let (words, format) = (boxes.format.words(), boxes.format.option());
         output::note(&format!(
-            "warning: {count} of {all} boxes x,y,w,h reach far beyond the frame; if the numbers are x1,y1,x2,y2, give \
-             --boxes-format xyxy"
+            "note: {path} is read as {words}{frames}{pixels} (--boxes-format {format}{option}){unread}"
         ));
+    }
+    let bounds: Vec<Rect> =
+        boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds).collect();
+    // A left or top edge at 0 lies one pixel before the first one.
+    let before: Vec<f64> = bounds.iter().flat_map(|r| [r.x, r.y]).filter(|place| *place < 0.0).collect();
+    let is_from_zero = !before.is_empty() && before.iter().all(|place| *place == -1.0);
+    if args.base.is_none() && boxes.base == Some(Base::One) && is_from_zero {
+        output::note(&format!(
+            "warning: a left or top edge in {path} is 0, but the first pixel 1; if pixels count from 0 there, give --base 0"
+        ));
+    }
+    if let Some((width, height)) = size.filter(|_| args.boxes_format.is_none()) {
+        let beyond = |r: &&Rect| r.x + r.w > 1.1 * width as f64 || r.y + r.h > 1.1 * height as f64;
+        let (count, all) = (bounds.iter().filter(beyond).count(), bounds.len());
+        if 2 * count > all {
+            output::note(&format!(
+                "warning: {count} of {all} boxes of {path} reach far beyond the frame of {width}x{height} pixels; if the \
+                 numbers mean something else, name the columns, as in --boxes-format x1,y1,x2,y2"
+            ));
+        }
     }
 }
 

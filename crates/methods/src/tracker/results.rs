@@ -19,6 +19,10 @@ pub use otb_text::{Base, parse_boxes, read_boxes};
 use crate::dataset::Numbering;
 use crate::region::{Region, RegionError};
 
+/// What is said of a trajectory that the VOT toolkit wrote as bytes.
+pub(super) const BINARY: &str = "a trajectory of the VOT toolkit in bytes, which are not read; write it as text in Python: `from \
+     vot.region.io import read_trajectory, write_trajectory`, then `write_trajectory(\"new.txt\", read_trajectory(\"old.bin\"))`";
+
 /// A tracker's regions from some frame on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boxes {

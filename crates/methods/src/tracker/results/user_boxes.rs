@@ -4,40 +4,45 @@
 //! |---|---|---|
 //! | `xywh` | left, top, width, height | 1, or 0 on request |
 //! | `xyxy` | left, top, right, bottom edge | 1, or 0 on request |
-//! | `mot` | frame from 1, target, left, top, width, height, and up to four columns that are not read | 1, or 0 on request |
+//! | `mot` | frame, target, left, top, width, height, and up to four columns that are not read | 1, or 0 on request |
 //! | `vot` | corners `x1,y1,x2,y2,...`, or left, top, width, height; a single number is a mark of the VOT protocol, a frame without a box | 0, or 1 on request |
-//! | `yolo` | center and size as shares of the frame's sides, perhaps after a class and before a confidence | |
+//! | `yolo` | center and size as shares of the frame's sides, perhaps after a class and before a confidence and a number | |
+//! | words for columns | such as `frame,x1,y1,x2,y2,confidence`; shares where all numbers of boxes are about 0 to 1 | 1, or 0 on request |
 //!
-//! In all but `mot` a line is a frame. A header line of words is skipped. `BoxFormat::of` finds the format where the
-//! numbers leave no doubt.
+//! A header line says the format in the same words. Without one it is found out from all numbers; where these fit several
+//! formats, that is an error which has them. A line is a frame, unless a column is the number of the frame. These
+//! count from 1, or from 0 in a file that has a frame 0.
+
+mod columns;
+mod evidence;
+mod lines;
 
 use super::{Base, NoBox, drop_empty_end};
 use crate::dataset::{DatasetError, text};
 use crate::num::readable;
 use crate::region::{Rect, Region, RegionError};
+pub use columns::{Columns, ColumnsError, Role};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Forms of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What the lines of a file hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BoxFormat {
-    /// Left, top, width, height.
-    Xywh,
-    /// Left, top, right, bottom.
-    Xyxy,
-    /// MOTChallenge.
-    Mot,
+    /// Columns of a box, `xywh`, `xyxy` and `mot` among them.
+    Columns(Columns),
     /// VOT, polygons above all.
     Vot,
-    /// Relative to the frame.
+    /// Center and size relative to the frame, in lines of 4 to 7 numbers.
     Yolo,
 }
 
 /// How a file is read.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Its format; without one it is found out.
+    /// Its format.
     pub format: Option<BoxFormat>,
+    /// Its format if nothing else, no header either, says one; without this it is found out.
+    pub usual: Option<BoxFormat>,
     /// Number of the left top pixel; without one, the format's own.
     pub base: Option<Base>,
     /// Whether lines that are empty, have NaN, no area, or a box outside of the frame mean that the target is absent.
@@ -53,6 +58,10 @@ pub struct Options {
 pub struct UserBoxes {
     /// The format that the file has.
     pub format: BoxFormat,
+    /// Number of the left top pixel, of formats in pixels.
+    pub base: Option<Base>,
+    /// Number of the first frame, in a file that numbers them.
+    pub first: Option<usize>,
     /// Number of its frames: of its lines, or the largest that is named.
     pub frames: usize,
     /// Its targets, by number; a single one without a number in formats of one target.
@@ -68,63 +77,117 @@ pub struct UserTarget {
     pub regions: Vec<Option<Region>>,
 }
 
+/// Why a file of boxes cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum UserBoxesError {
+    /// It has a fault.
+    #[error(transparent)]
+    Data(#[from] DatasetError),
+    /// It may be several things.
+    #[error("{}: the numbers may be {}", path.display(), listed(candidates))]
+    Doubt {
+        /// The file.
+        path: PathBuf,
+        /// Formats that fit, the likeliest first.
+        candidates: Vec<Candidate>,
+    },
+}
+
+/// A format that a file may have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The format.
+    pub format: BoxFormat,
+    /// The first box in this format, if it is one.
+    pub first: Option<Rect>,
+}
+
+/// The formats in words, with the box that each finds first.
+fn listed(candidates: &[Candidate]) -> String {
+    let words = |candidate: &Candidate| {
+        let first = candidate.first.map_or_else(String::new, |Rect { x, y, w, h }| {
+            let [x, y, w, h] = [x, y, w, h].map(|v| readable((v * 100.0).round() / 100.0));
+            format!(" (the first box is {w} wide and {h} high at {x},{y})")
+        });
+        format!("{}{first}", candidate.format.words())
+    };
+    candidates.iter().map(words).collect::<Vec<_>>().join(" or ")
+}
+
 /// A line of a file: its number from 1, and its numbers; none for an empty line.
 type Row = (usize, Vec<f64>);
 
-impl BoxFormat {
-    /// All formats with the words that name them.
-    pub const NAMED: [(Self, &'static str); 5] = [
-        (Self::Xywh, "xywh"),
-        (Self::Xyxy, "xyxy"),
-        (Self::Mot, "mot"),
-        (Self::Vot, "vot"),
-        (Self::Yolo, "yolo"),
-    ];
+/// Words for the formats that have a name of their own.
+const NAMED: [&str; 5] = ["xywh", "xyxy", "mot", "vot", "yolo"];
 
-    /// Number of the left top pixel where nobody says otherwise.
-    pub fn base(self) -> Base {
-        match self {
-            Self::Xywh | Self::Xyxy | Self::Mot => Base::One,
-            Self::Vot | Self::Yolo => Base::Zero,
+impl BoxFormat {
+    /// Left, top, width, height in pixels.
+    pub fn xywh() -> Self {
+        let roles = vec![Role::Left, Role::Top, Role::Width, Role::Height];
+        Self::Columns(Columns::new(roles, Some(false)))
+    }
+
+    /// Left, top, right, bottom in pixels.
+    pub fn xyxy() -> Self {
+        let roles = vec![Role::Left, Role::Top, Role::Right, Role::Bottom];
+        Self::Columns(Columns::new(roles, Some(false)))
+    }
+
+    /// MOTChallenge.
+    pub fn mot() -> Self {
+        let roles = vec![Role::Frame, Role::Target, Role::Left, Role::Top, Role::Width, Role::Height];
+        Self::Columns(Columns::new(roles, Some(false)).and_spare(4))
+    }
+
+    /// The format of a name such as `xywh`, or of words for columns, joined by commas.
+    ///
+    /// # Errors
+    /// Words that name no column, or no whole box.
+    pub fn read(text: &str) -> Result<Self, ColumnsError> {
+        match text {
+            "xywh" => Ok(Self::xywh()),
+            "xyxy" => Ok(Self::xyxy()),
+            "mot" => Ok(Self::mot()),
+            "vot" => Ok(Self::Vot),
+            "yolo" => Ok(Self::Yolo),
+            text => Ok(columns::of_user(text)?.map_or(Self::Vot, Self::Columns)),
         }
     }
 
-    /// The format of rows after a header, which may be empty.
-    ///
-    /// Four numbers are `x,y,w,h`, unless the header names corners or all numbers are shares of a side. Two rows of whole
-    /// numbers before five, seven or eight others are MOTChallenge, eight numbers otherwise four corners.
-    fn of(header: &str, rows: &[Row]) -> Result<Self, &'static str> {
-        let full = || rows.iter().filter(|(_, values)| !values.is_empty());
-        let columns = full().map(|(_, values)| values.len()).max().unwrap_or(0);
-        let is_share = |v: &f64| v.is_nan() || (0.0..=1.0).contains(v);
-        let shares = |skip: usize| {
-            let mut all = full().map(|(_, values)| values.iter().skip(skip));
-            all.all(|mut values| values.all(is_share))
-        };
-        let is_whole = |v: &f64| v.fract() == 0.0;
-        let numbered = || {
-            let mut rows = full();
-            rows.all(|(_, v)| {
-                v.len() > 2 && v.iter().take(2).all(is_whole) && v.first().is_some_and(|t| *t >= 1.0)
-            })
-        };
-        let names_corners = ["x2", "xmax", "x_max", "right"].iter().any(|word| header.contains(word));
-        match columns {
-            0..=1 => Ok(Self::Vot),
-            4 if names_corners => Ok(Self::Xyxy),
-            4 if shares(0) => Ok(Self::Yolo),
-            4 => Ok(Self::Xywh),
-            5 | 6 if shares(1) => Ok(Self::Yolo),
-            7 | 9 => Ok(Self::Mot),
-            10 if numbered() => Ok(Self::Mot),
-            6 | 8 if numbered() => {
-                Err("may be a row of MOTChallenge or a polygon; say which with --boxes-format mot or vot")
-            }
-            n if n >= 6 && n % 2 == 0 => Ok(Self::Vot),
-            _ => Err(
-                "fits no format: x,y,w,h and x1,y1,x2,y2 have 4 numbers, YOLO 4 to 6, MOTChallenge 6 to 10, polygons 6, 8, ...",
-            ),
+    /// The text that [`BoxFormat::read`] takes for it.
+    pub fn option(&self) -> String {
+        let named = NAMED.into_iter().find(|name| Self::read(name).is_ok_and(|format| format == *self));
+        named.map_or_else(|| self.words(), str::to_string)
+    }
+
+    /// What a line holds, in words.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Columns(columns) => columns.words(),
+            Self::Vot => "corners of polygons".into(),
+            Self::Yolo => "centers and sizes of YOLO".into(),
         }
+    }
+
+    /// Words for columns that are not read.
+    pub fn unread(&self) -> Vec<&'static str> {
+        match self {
+            Self::Columns(columns) => columns.unread(),
+            Self::Vot | Self::Yolo => Vec::new(),
+        }
+    }
+
+    /// Number of the left top pixel where nobody says otherwise; `None` for shares of the frame's sides.
+    fn base(&self) -> Option<Base> {
+        match self {
+            Self::Columns(columns) => (columns.shares != Some(true)).then_some(Base::One),
+            Self::Vot => Some(Base::Zero),
+            Self::Yolo => None,
+        }
+    }
+
+    fn columns(&self) -> Option<&Columns> {
+        if let Self::Columns(columns) = self { Some(columns) } else { None }
     }
 }
 
@@ -133,60 +196,45 @@ impl BoxFormat {
 /// # Errors
 /// File and line of whatever is no box in its format or lies outside of the frame, a format that is in doubt, and boxes
 /// that are shares of frames of unknown size.
-pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, DatasetError> {
-    let (header, mut rows) = rows(path, bytes)?;
-    drop_empty_end(&mut rows, |(_, v)| v.is_empty(), |n| options.absent && Some(n) == options.frames);
-    let found = || {
-        let line = rows.iter().find(|(_, v)| !v.is_empty()).map_or(1, |(line, _)| *line);
-        BoxFormat::of(&header, &rows).map_err(|message| {
-            let count = rows.iter().map(|(_, v)| v.len()).max().unwrap_or(0);
-            DatasetError::line(path, line, format!("a line of {count} numbers {message}"))
-        })
-    };
-    let format = options.format.map_or_else(found, Ok)?;
-    let reader = Reader { path, format, options };
-    let (frames, targets) = match format {
-        BoxFormat::Mot => reader.targets(&rows)?,
-        _ => {
-            let regions =
-                rows.iter().map(|(line, row)| reader.region(*line, row)).collect::<Result<Vec<_>, _>>()?;
-            (regions.len(), vec![UserTarget { id: None, regions }])
-        }
-    };
-    if let Some(empty) = targets.iter().find(|t| t.regions.iter().all(Option::is_none)) {
-        let target = empty.id.map_or_else(String::new, |id| format!(" of target {id}"));
-        return Err(DatasetError::content(path, format!("no frame has a box{target}")));
+pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, UserBoxesError> {
+    if path.extension().is_some_and(|extension| extension == "bin") {
+        return Err(DatasetError::content(path, super::BINARY).into());
     }
-    Ok(UserBoxes { format, frames, targets })
-}
-
-/// The header, or an empty text, and the rows.
-fn rows(path: &Path, bytes: &[u8]) -> Result<(String, Vec<Row>), DatasetError> {
     let mut lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
-    let mut header = String::new();
-    if let Some((_, line)) = lines.first().filter(|(_, line)| is_header(line)) {
-        header = line.to_ascii_lowercase();
-        lines.remove(0);
-    }
-    if lines.iter().all(|(_, line)| line.is_empty()) {
-        return Err(DatasetError::content(path, "a header and no box; one box a frame was expected"));
-    }
-    let row = |(line, text): (usize, &str)| {
-        let values = if text.is_empty() { Ok(Vec::new()) } else { text::numbers(text) };
-        let values = values.map_err(|e| DatasetError::line(path, line, e))?;
-        if values.iter().any(|v| v.is_infinite()) {
-            return Err(DatasetError::line(path, line, RegionError::NotFinite.to_string()));
-        }
-        Ok((line, values))
+    let header = lines::take_header(path, &mut lines, options.format.is_none())?;
+    let said = header.as_ref().map(|header| &header.format);
+    let given = options.format.as_ref().or(said).or(options.usual.as_ref());
+    let mut rows = lines::numbers(path, lines, given.and_then(BoxFormat::columns))?;
+    drop_empty_end(&mut rows, |(_, v)| v.is_empty(), |n| options.absent && Some(n) == options.frames);
+    let mut formats = match (&header, given) {
+        (Some(header), _) => evidence::of_header(header, &rows, options.size),
+        (None, Some(format)) => vec![evidence::with_unit(format.clone(), &rows)],
+        (None, None) => evidence::candidates(&rows, options),
     };
-    Ok((header, lines.into_iter().map(row).collect::<Result<_, _>>()?))
+    let reader = |format| Reader { path, format, options };
+    if formats.len() > 1 {
+        let candidate = |format: BoxFormat| Candidate { first: reader(format.clone()).first(&rows), format };
+        let candidates = formats.into_iter().map(candidate).collect();
+        return Err(UserBoxesError::Doubt { path: path.to_path_buf(), candidates });
+    }
+    if let Some(format) = formats.pop() {
+        return Ok(reader(format).read(&rows)?);
+    }
+    let counts = rows.iter().rev().map(|(line, v)| (*line, v.len()));
+    let (line, count) = counts.max_by_key(|(_, count)| *count).unwrap_or((1, 0));
+    // The format that so many numbers have most often tells what is wrong with them.
+    match evidence::usual(count).map(|format| reader(format).read(&rows)) {
+        Some(Ok(boxes)) if count == 4 || boxes.format == BoxFormat::Vot => Ok(boxes),
+        Some(Err(e)) => Err(e.into()),
+        _ => Err(DatasetError::line(path, line, no_format(count)).into()),
+    }
 }
 
-/// Whether a line is words.
-fn is_header(line: &str) -> bool {
-    let mut words = line.split(|c: char| ",;".contains(c) || c.is_whitespace()).filter(|w| !w.is_empty());
-    let is_word = |w: &str| w.parse::<f64>().is_err() && w.contains(char::is_alphabetic);
-    words.clone().count() >= 4 && words.all(is_word)
+fn no_format(count: usize) -> String {
+    format!(
+        "a line of {count} numbers fits no format; name the columns in a header line or with --boxes-format, such as \
+         frame,x,y,w,h or x1,y1,x2,y2,confidence,class, or say vot for the corners of polygons"
+    )
 }
 
 struct Reader<'a> {
@@ -200,57 +248,89 @@ impl Reader<'_> {
         DatasetError::line(self.path, line, message)
     }
 
-    /// The region of a line that is a frame; `None` for an absent target.
+    fn read(self, rows: &[Row]) -> Result<UserBoxes, DatasetError> {
+        let numbered =
+            self.format.columns().and_then(|columns| Some((columns, columns.position(Role::Frame)?)));
+        let (frames, first, targets) = match numbered {
+            Some((columns, frame)) => {
+                let first = usize::from(rows.iter().all(|(_, row)| row.get(frame) != Some(&0.0)));
+                let (frames, targets) = self.targets(rows, columns, frame, first)?;
+                (frames, Some(first), targets)
+            }
+            None => {
+                let regions = rows.iter().map(|(line, row)| self.region(*line, row));
+                let regions = regions.collect::<Result<Vec<_>, _>>()?;
+                (regions.len(), None, vec![UserTarget { id: None, regions }])
+            }
+        };
+        if let Some(empty) = targets.iter().find(|t| t.regions.iter().all(Option::is_none)) {
+            let target = empty.id.map_or_else(String::new, |id| format!(" of target {id}"));
+            return Err(DatasetError::content(self.path, format!("no frame has a box{target}")));
+        }
+        let base = self.base();
+        Ok(UserBoxes { format: self.format, base, first, frames, targets })
+    }
+
+    /// The first box, in the file's pixels.
+    fn first(&self, rows: &[Row]) -> Option<Rect> {
+        let region = |(line, row): &Row| self.region(*line, row).ok().flatten();
+        let region = rows.iter().find_map(region)?;
+        Some(self.base().unwrap_or(Base::Zero).from_zero(&region).bounds())
+    }
+
+    /// Number of the left top pixel; `None` for shares.
+    fn base(&self) -> Option<Base> {
+        self.format.base().map(|own| self.options.base.unwrap_or(own))
+    }
+
+    /// The region of a line; `None` for an absent target.
     fn region(&self, line: usize, row: &[f64]) -> Result<Option<Region>, DatasetError> {
-        let count = row.len();
-        let four = |of: &[f64]| <[f64; 4]>::try_from(of).ok();
-        let numbers = match (self.format, row) {
+        let numbers = match (&self.format, row) {
             (_, []) => return self.without_box(line, NoBox::EmptyLine),
             // NaN stands for a box in any number of columns.
             (_, row) if row.iter().all(|v| v.is_nan()) => {
                 return self.without_box(line, RegionError::NotFinite.into());
             }
             (BoxFormat::Vot, [0.0 | 1.0 | 2.0]) => return Ok(None),
-            (BoxFormat::Vot, row) => Some(row.to_vec()),
-            (BoxFormat::Xyxy, row) => {
-                four(row).map(|[left, top, right, bottom]| vec![left, top, right - left, bottom - top])
+            (BoxFormat::Vot, row) => row.to_vec(),
+            (BoxFormat::Yolo, &[x, y, w, h]) => self.in_pixels(line, [x - w / 2.0, y - h / 2.0, w, h])?,
+            (BoxFormat::Yolo, &[_, x, y, w, h, ..]) if row.len() <= 7 => {
+                self.in_pixels(line, [x - w / 2.0, y - h / 2.0, w, h])?
             }
-            (BoxFormat::Yolo, row) => {
-                let shares =
-                    if count == 4 { row } else { row.get(1..5).filter(|_| count <= 6).unwrap_or_default() };
-                four(shares).map(|shares| self.pixels_of_shares(line, shares)).transpose()?.map(Vec::from)
+            (BoxFormat::Columns(columns), row) if columns.fits(row.len()) => match columns.shares {
+                Some(true) => self.in_pixels(line, columns.rect(row))?,
+                _ => columns.rect(row).to_vec(),
+            },
+            _ => {
+                let (count, format) = (row.len(), self.format.option());
+                return Err(
+                    self.fault(line, format!("{count} numbers, which are no box of the format {format}"))
+                );
             }
-            (_, row) => four(row).map(Vec::from),
-        };
-        let Some(numbers) = numbers else {
-            let (_, word) =
-                BoxFormat::NAMED.into_iter().find(|(f, _)| *f == self.format).unwrap_or(BoxFormat::NAMED[0]);
-            return Err(self.fault(line, format!("{count} numbers, which are no box of the format {word}")));
         };
         self.region_of(line, &numbers)
     }
 
-    /// A box in pixels from its center and size as shares of the frame's sides.
-    fn pixels_of_shares(&self, line: usize, [x, y, w, h]: [f64; 4]) -> Result<[f64; 4], DatasetError> {
+    /// Left, top, width and height in pixels, of such shares of the frame's sides.
+    fn in_pixels(&self, line: usize, shares: [f64; 4]) -> Result<Vec<f64>, DatasetError> {
         let Some((width, height)) = self.options.size else {
             let message =
-                "YOLO boxes are shares of the frame's sides, so the frames are needed; give --frames";
+                "the boxes are shares of the frame's sides, so the frames are needed; give --frames";
             return Err(DatasetError::content(self.path, message));
         };
-        if [x, y, w, h].iter().any(|v| v.abs() > 2.0) {
+        if shares.iter().any(|v| v.abs() > 2.0) {
             return Err(self.fault(
                 line,
                 "a share of the frame's side above 2; are these pixels (--boxes-format xywh)?",
             ));
         }
-        let (width, height) = (width as f64, height as f64);
-        Ok([(x - w / 2.0) * width, (y - h / 2.0) * height, w * width, h * height])
+        let sides = [width, height, width, height];
+        Ok(shares.iter().zip(sides).map(|(share, side)| share * side as f64).collect())
     }
 
     /// The region of numbers in the file's pixels.
     fn region_of(&self, line: usize, numbers: &[f64]) -> Result<Option<Region>, DatasetError> {
-        let base = if self.format == BoxFormat::Yolo { None } else { self.options.base };
-        let base = base.unwrap_or(self.format.base());
+        let base = self.base().unwrap_or(Base::Zero);
         let region = match Region::from_numbers(numbers) {
             Ok(region) => base.to_zero(region),
             Err(e) => return self.without_box(line, e.into()),
@@ -286,29 +366,37 @@ impl Reader<'_> {
         }
     }
 
-    /// Number of frames and the targets of a file of MOTChallenge.
-    fn targets(&self, rows: &[Row]) -> Result<(usize, Vec<UserTarget>), DatasetError> {
-        let mut targets: BTreeMap<i64, BTreeMap<usize, Option<Region>>> = BTreeMap::new();
+    /// Number of frames and the targets of a file that numbers its frames in column `frame`, from `first` on.
+    fn targets(
+        &self,
+        rows: &[Row],
+        columns: &Columns,
+        frame: usize,
+        first: usize,
+    ) -> Result<(usize, Vec<UserTarget>), DatasetError> {
+        let mut targets: BTreeMap<Option<i64>, BTreeMap<usize, Option<Region>>> = BTreeMap::new();
+        let target = columns.position(Role::Target);
         for (line, row) in rows {
-            let &[frame, id, x, y, w, h, ..] = row.as_slice() else {
-                return Err(
-                    self.fault(*line, format!("{} columns; a row is frame,id,x,y,w,h,...", row.len()))
-                );
-            };
-            if row.len() > 10 {
-                return Err(self.fault(*line, format!("{} columns; a row has at most 10", row.len())));
+            if !columns.fits(row.len()) {
+                let message = format!("{} columns; a row is {}", row.len(), self.format.words());
+                return Err(self.fault(*line, message));
             }
-            let whole = |v: f64| (v.fract() == 0.0 && v.abs() < 1e9).then_some(v as i64);
-            let numbers = (whole(frame).and_then(|f| usize::try_from(f).ok()?.checked_sub(1)), whole(id));
-            let (Some(frame), Some(id)) = numbers else {
-                return Err(self.fault(*line, "frame (from 1 on) and id are whole numbers"));
+            let whole =
+                |k: usize| row.get(k).filter(|v| v.fract() == 0.0 && v.abs() < 1e9).map(|v| *v as i64);
+            let number = whole(frame).and_then(|t| usize::try_from(t).ok()?.checked_sub(first));
+            let id = target.map(whole);
+            let (Some(t), None | Some(Some(_))) = (number, id) else {
+                return Err(self.fault(*line, "frame (from 0 or 1 on) and id are whole numbers"));
             };
-            if let Some(frames) = self.options.frames.filter(|frames| frame >= *frames) {
-                return Err(self.fault(*line, format!("frame {}, but there are {frames} frames", frame + 1)));
+            if let Some(frames) = self.options.frames.filter(|frames| t >= *frames) {
+                let message =
+                    format!("frame {}, but there are {frames} frames, counted from {first}", t + first);
+                return Err(self.fault(*line, message));
             }
-            let region = self.region_of(*line, &[x, y, w, h])?;
-            if targets.entry(id).or_default().insert(frame, region).is_some() {
-                return Err(self.fault(*line, format!("a second row of target {id} in frame {}", frame + 1)));
+            let (region, id) = (self.region(*line, row)?, id.flatten());
+            if targets.entry(id).or_default().insert(t, region).is_some() {
+                let target = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
+                return Err(self.fault(*line, format!("a second row of {target} in frame {}", t + first)));
             }
         }
         let last = targets.values().flat_map(|rows| rows.keys()).max().map_or(0, |last| last + 1);
@@ -321,8 +409,8 @@ impl Reader<'_> {
             );
             return Err(DatasetError::content(self.path, message));
         }
-        let target = |(id, mut rows): (i64, BTreeMap<usize, Option<Region>>)| UserTarget {
-            id: Some(id),
+        let target = |(id, mut rows): (Option<i64>, BTreeMap<usize, Option<Region>>)| UserTarget {
+            id,
             regions: (0..frames).map(|t| rows.remove(&t).flatten()).collect(),
         };
         Ok((frames, targets.into_iter().map(target).collect()))

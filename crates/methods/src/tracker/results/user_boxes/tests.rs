@@ -1,7 +1,7 @@
 use super::*;
 use proptest::prelude::*;
 
-fn read(text: &str, options: &Options) -> Result<UserBoxes, DatasetError> {
+fn read(text: &str, options: &Options) -> Result<UserBoxes, UserBoxesError> {
     parse(Path::new("a.txt"), text.as_bytes(), options)
 }
 
@@ -15,32 +15,47 @@ fn only(boxes: UserBoxes) -> Vec<Option<Region>> {
 }
 
 const SIZE: Options =
-    Options { format: None, base: None, absent: false, frames: None, size: Some((200, 100)) };
+    Options { format: None, usual: None, base: None, absent: false, frames: None, size: Some((200, 100)) };
+
+fn named(format: &str) -> Option<BoxFormat> {
+    Some(BoxFormat::read(format).unwrap())
+}
+
+/// The formats that a file may have, as the option takes them; one if there is no doubt.
+fn formats(text: &str, options: &Options) -> Vec<String> {
+    match read(text, options) {
+        Ok(boxes) => vec![boxes.format.option()],
+        Err(UserBoxesError::Doubt { candidates, .. }) => {
+            candidates.iter().map(|c| c.format.option()).collect()
+        }
+        Err(e) => panic!("{text}: {e}"),
+    }
+}
 
 #[test]
 fn one_box_in_every_format() {
     let want = vec![rect(10.0, 20.0, 40.0, 30.0)];
     for (text, format) in [
-        ("11,21,40,30", BoxFormat::Xywh),
-        ("x1,y1,x2,y2\n11,21,51,51", BoxFormat::Xyxy),
-        ("xmin ymin xmax ymax\n11 21 51 51\n", BoxFormat::Xyxy),
-        ("X;Y;Width;Height\r\n11;21;40;30\r\n", BoxFormat::Xywh),
-        ("10,20,40,30\n", BoxFormat::Vot),
-        ("0.15 0.35 0.2 0.3", BoxFormat::Yolo),
-        ("7 0.15 0.35 0.2 0.3", BoxFormat::Yolo),
-        ("7 0.15 0.35 0.2 0.3 0.99", BoxFormat::Yolo),
+        ("11,21,40,30", "xywh"),
+        ("x1,y1,x2,y2\n11,21,51,51", "xyxy"),
+        ("xmin ymin xmax ymax\n11 21 51 51\n", "xyxy"),
+        ("X;Y;Width;Height\r\n11;21;40;30\r\n", "xywh"),
+        ("10,20,40,30\n", "vot"),
+        ("0.15 0.35 0.2 0.3", "yolo"),
+        ("7 0.15 0.35 0.2 0.3", "yolo"),
+        ("7 0.15 0.35 0.2 0.3 0.99", "yolo"),
+        ("7 0.15 0.35 0.2 0.3 0.99 2", "yolo"),
     ] {
         let found = read(text, &SIZE).unwrap();
-        if format != BoxFormat::Vot {
-            assert_eq!(found.format, format, "{text}");
+        if format != "vot" {
+            assert_eq!(found.format.option(), format, "{text}");
         }
-        let named = Options { format: Some(format), ..SIZE };
-        let named = only(read(text, &named).unwrap());
+        let found = only(read(text, &Options { format: named(format), ..SIZE }).unwrap());
         let near = |a: &Option<Region>, b: &Option<Region>| {
             let (a, b) = (a.as_ref().unwrap().bounds(), b.as_ref().unwrap().bounds());
             [a.x - b.x, a.y - b.y, a.w - b.w, a.h - b.h].iter().all(|d| d.abs() < 1e-9)
         };
-        assert!(near(&named[0], &want[0]), "{text}: {named:?}");
+        assert!(near(&found[0], &want[0]), "{text}: {found:?}");
     }
     let zero = Options { base: Some(Base::Zero), ..SIZE };
     assert_eq!(only(read("10,20,40,30", &zero).unwrap()), want);
@@ -50,29 +65,170 @@ fn one_box_in_every_format() {
     assert!(matches!(&only(found)[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
 }
 
+/// A target of 24x18 pixels that moves to the right and down through a frame of 160x120, as left, top, width, height.
+fn track() -> impl Iterator<Item = (usize, [f64; 4])> {
+    (0..30).map(|t| (t, [21.0 + (4 * t) as f64, 31.0 + t as f64, 24.0, 18.0]))
+}
+
+fn lines(line: impl Fn(usize, [f64; 4]) -> String) -> String {
+    track().map(|(t, b)| line(t, b) + "\n").collect()
+}
+
+const FRAME: Options = Options { size: Some((160, 120)), frames: Some(30), ..SIZE };
+
+// Layouts that trackers and detectors write, and the format of each: ultralytics' `track(save_txt)`, boxmot, ByteTrack,
+// MOTChallenge, tables.
 #[test]
-fn a_format_in_doubt_is_asked_for() {
+fn a_layout_is_known_by_its_numbers() {
+    type Line = fn(usize, [f64; 4]) -> String;
+    let cases: [(&str, Line); 14] = [
+        ("xywh", |_, [x, y, w, h]| format!("{x},{y},{w},{h}")),
+        ("xyxy", |_, [x, y, w, h]| format!("{x},{y},{},{}", x + w, y + h)),
+        ("x1,y1,x2,y2,confidence,class", |_, [x, y, w, h]| {
+            format!("{} {} {} {} 0.87 0", x - 0.88, y - 0.5, x - 0.88 + w, y - 0.5 + h)
+        }),
+        ("x,y,w,h,confidence,class", |_, [x, y, w, h]| format!("{},{y},{w},{h},0.9,1", x + 0.5)),
+        ("x,y,w,h,confidence", |t, [x, y, w, h]| format!("{x},{y},{w},{h},0.{}", t + 10)),
+        ("mot", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1")),
+        ("mot", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1", t + 1)),
+        ("mot", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1)),
+        ("frame,id,x1,y1,x2,y2,confidence", |t, [x, y, w, h]| {
+            format!("{},4,{x},{y},{},{},0.75", t + 1, x + w, y + h)
+        }),
+        ("frame,x,y,w,h", |t, [x, y, w, h]| format!("{},{x},{y},{w},{h}", t + 1)),
+        ("frame,x,y,w,h", |t, [x, y, w, h]| format!("{t},{x},{y},{w},{h}")),
+        ("x1,y1,x2,y2,class,confidence,other", |_, [x, y, w, h]| {
+            format!("{x} {y} {} {} 3 0.5 0", x + w, y + h)
+        }),
+        ("frame,cx,cy,w,h", |t, [x, y, w, h]| {
+            format!("{} {} {} {} {}", t + 1, (x + 11.0) / 160.0, (y + 8.0) / 120.0, w / 160.0, h / 120.0)
+        }),
+        ("yolo", |_, [x, y, w, h]| {
+            format!("0 {} {} {} {} 2", (x + 11.0) / 160.0, (y + 8.0) / 120.0, w / 160.0, h / 120.0)
+        }),
+    ];
+    for (format, line) in cases {
+        let text = lines(line);
+        assert_eq!(formats(&text, &FRAME), [format], "{text}");
+    }
+    // 4 numbers that all leave the frame as left, top, width, height.
+    assert_eq!(formats(&"100,70,150,110\n".repeat(9), &FRAME), ["xyxy"]);
+    // As steady as such boxes would be, and in the frame: nothing speaks against the custom.
+    assert_eq!(formats(&"1,1,9,9\n".repeat(9), &FRAME), ["xywh"]);
+    // Corners of a small target in the upper left, which are whole boxes in the frame as well.
+    let small: String = (0..9).map(|t| format!("{t},{t},{},{}\n", 20 + t, 20 + t)).collect();
+    assert_eq!(formats(&small, &FRAME), ["xywh", "xyxy"]);
+    assert_eq!(formats(&small, &Options::default()), ["xywh", "xyxy"]);
+}
+
+#[test]
+fn a_format_in_doubt_is_asked_for_with_all_that_fit() {
+    let size = Options::default();
+    assert_eq!(formats("1,1,30,1,30,40,1,40", &size), ["mot", "vot"]);
+    let six = formats("1,1,10,20,30,40", &size);
+    assert!(six.contains(&"frame,id,x1,y1,x2,y2".to_string()) && six.len() > 1, "{six:?}");
+    let error = read("1,1,30,1,30,40,1,40", &size).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a.txt: the numbers may be frame,id,x,y,w,h (the first box is 30 wide and 40 high at 30,1) or corners of \
+         polygons (the first box is 29 wide and 39 high at 1,1)"
+    );
     for (text, words) in [
-        ("1,1,10,20,30,20,30,40", "8 numbers may be a row of MOTChallenge or a polygon"),
-        ("1,1,10,20,30,40", "6 numbers may be"),
-        ("1,2,3,4,5", "5 numbers fits no format"),
         ("1,2", "2 numbers fits no format"),
+        ("20.5,3,90,7,1.5,88", "6 numbers fits no format"),
         ("1,2,3,4,5,6,7,8,9,10,11", "11 numbers fits no format"),
     ] {
-        let message = read(text, &Options::default()).unwrap_err().to_string();
+        let message = read(text, &size).unwrap_err().to_string();
         assert!(message.contains(words) && message.starts_with("a.txt, line 1: "), "{message}");
     }
-    let mot = Options { format: Some(BoxFormat::Mot), ..Options::default() };
+    let mot = Options { format: named("mot"), ..Options::default() };
     assert_eq!(read("1,1,10,20,30,40", &mot).unwrap().targets[0].id, Some(1));
-    let vot = Options { format: Some(BoxFormat::Vot), ..Options::default() };
+    let vot = Options { format: named("vot"), ..Options::default() };
     assert_eq!(read("1,1,10,1,10,20", &vot).unwrap().targets[0].id, None);
+}
+
+#[test]
+fn a_header_names_the_columns() {
+    let one = rect(10.0, 20.0, 40.0, 30.0);
+    for text in [
+        "frame;BBox_Left;BBox_Top;BBox_Width;BBox_Height\n1;11;21;40;30",
+        "x_center,y_center,width,height\n31,36,40,30",
+        "ymin,xmin,ymax,xmax\n21,11,51,51",
+        "y,x,h,w\n21,11,30,40",
+        "# x y w h\n11 21 40 30",
+        ",x,y,w,h\n0,11,21,40,30",
+        "label,file,x1,y1,x2,y2\ntraffic light,img 1.png,11,21,51,51",
+        "score\tTop\tLeft\tBottom\tRight\n0.5\t21\t11\t51\t51",
+        "xmin,ymin,xmax,ymax\n0.05,0.2,0.25,0.5",
+    ] {
+        assert_eq!(only(read(text, &SIZE).unwrap()), [one.clone()], "{text}");
+    }
+    let text = "track_id,frame,x,y,w,h\n7,0,11,21,40,30\n8,1,11,21,40,30\n7,2,11,21,40,30\n";
+    let boxes = read(text, &SIZE).unwrap();
+    assert_eq!((boxes.first, boxes.frames, boxes.targets.len()), (Some(0), 3, 2));
+    assert_eq!(boxes.targets[0].regions, [one.clone(), None, one.clone()]);
+    assert_eq!(read("x1,y1,x2,y2,x3,y3\n1,1,9,1,1,9", &SIZE).unwrap().format, BoxFormat::Vot);
+    // Of shares, `x` and `y` may be those of the center.
+    assert_eq!(formats("x,y,w,h\n0.3,0.3,0.2,0.2", &SIZE), ["x,y,w,h", "cx,cy,w,h"]);
+    assert_eq!(formats("x,y,w,h\n0.95,0.5,0.2,0.2\n0.97,0.5,0.2,0.2", &SIZE), ["cx,cy,w,h"]);
+    // An empty box is one without numbers, but half of one is a fault.
+    let absent = Options { absent: true, ..SIZE };
+    let regions = only(read("x,y,w,h,name\n11,21,40,30,car\n,,,,car\n", &absent).unwrap());
+    assert_eq!(regions, [one.clone(), None]);
+    assert!(read("x,y,w,h\n11,21,40,30\n11,21,40,\n", &absent).is_err());
+    for (text, words) in [
+        ("a,b,c,d\n1,2,3,4", "`a,b,c,d` names no whole box"),
+        ("x,y,w\n1,2,3", "names no whole box"),
+        ("x,left,y,w,h\n1,2,3,4,5", "two columns for one thing"),
+        ("frame,x1,y1,x2,y2,x3,y3\n1,2,3,4,5,6,7", "more than two corners"),
+        ("x,y,w,h\n1,2,3,4,5", "line 2: 5 numbers, which are no box"),
+    ] {
+        let message = read(text, &SIZE).unwrap_err().to_string();
+        assert!(message.contains(words), "{text}: {message}");
+    }
+    // Whoever names the format is obeyed, and a header beats the format of another file.
+    let given = Options { format: named("x,y,x2,y2"), ..SIZE };
+    assert_eq!(only(read("a,b,c,d\n11,21,51,51", &given).unwrap()), [one.clone()]);
+    let usual = Options { usual: named("xywh"), ..SIZE };
+    assert_eq!(only(read("x1,y1,x2,y2\n11,21,51,51", &usual).unwrap()), [one]);
+}
+
+#[test]
+fn words_for_columns_are_checked() {
+    for (text, option) in [
+        ("xyxy", "xyxy"),
+        ("left,top,right,bottom", "x1,y1,x2,y2"),
+        ("Frame, ID, x, y, w, h", "frame,id,x,y,w,h"),
+        ("x1,y1,x2,y2,x3,y3,x4,y4", "vot"),
+        ("other,cx,cy,w,h,conf", "other,cx,cy,w,h,confidence"),
+    ] {
+        assert_eq!(BoxFormat::read(text).unwrap().option(), option);
+    }
+    for (text, words) in [
+        ("xyxw", "did you mean `xyxy`?"),
+        ("frmae,x,y,w,h", "did you mean `frame`?"),
+        ("x,y", "names no whole box"),
+        ("", "unknown format or column ``"),
+    ] {
+        let message = BoxFormat::read(text).unwrap_err().to_string();
+        assert!(message.contains(words), "{text}: {message}");
+    }
+}
+
+// vot-toolkit 0.9.0, write_trajectory_binary: struct.pack("<hI", 1, len(data)), then "<Bffff" a rectangle.
+#[test]
+fn bytes_of_the_vot_toolkit_have_a_remedy() {
+    let bytes =
+        b"\x01\x00\x01\x00\x00\x00\x01\x00\x00\x80\x3f\x00\x00\x80\x3f\x00\x00\x80\x3f\x00\x00\x80\x3f";
+    let message = parse(Path::new("a_001.bin"), bytes, &SIZE).unwrap_err().to_string();
+    assert!(message.starts_with("a_001.bin: ") && message.contains("write_trajectory"), "{message}");
 }
 
 #[test]
 fn targets_of_motchallenge() {
     let text = "2,7,11,21,40,30,1,-1,-1,-1\n1,7,11,21,40,30,1,-1,-1,-1\n3,-4,1,1,5,5,0.5,-1,-1,-1\n";
     let boxes = read(text, &SIZE).unwrap();
-    assert_eq!((boxes.format, boxes.frames), (BoxFormat::Mot, 3));
+    assert_eq!((boxes.format, boxes.first, boxes.frames), (BoxFormat::mot(), Some(1), 3));
     let ids: Vec<_> = boxes.targets.iter().map(|t| t.id).collect();
     assert_eq!(ids, [Some(-4), Some(7)]);
     assert_eq!(boxes.targets[0].regions, [None, None, rect(0.0, 0.0, 5.0, 5.0)]);
@@ -83,10 +239,17 @@ fn targets_of_motchallenge() {
     let two = Options { frames: Some(2), ..SIZE };
     let message = read(text, &two).unwrap_err().to_string();
     assert!(message.contains("line 3: frame 3, but there are 2 frames"), "{message}");
+    // Frames count from 0 where there is one of that number.
+    let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
+    let seven = rect(10.0, 20.0, 40.0, 30.0);
+    assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven.clone(), None, seven][..]));
+    let three = Options { frames: Some(3), ..SIZE };
+    let message = read("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", &three).unwrap_err().to_string();
+    assert!(message.contains("line 2: frame 3, but there are 3 frames, counted from 0"), "{message}");
     for (text, words) in [
         ("1,1,1,1,5,5,1\n1,1,2,2,5,5,1\n", "line 2: a second row of target 1 in frame 1"),
-        ("0,1,1,1,5,5,1\n", "line 1: frame (from 1 on)"),
-        ("1.5,1,1,1,5,5,1\n", "line 1: frame (from 1 on)"),
+        ("-1,1,1,1,5,5,1\n", "line 1: frame (from 0 or 1 on)"),
+        ("1.5,1,1,1,5,5,1\n", "line 1: frame (from 0 or 1 on)"),
         ("1,1,1,1,5,5,1\n1,2,3\n", "line 2: 3 columns"),
         ("1,1,1,1,5,5,1\n\n2,1,1,1,5,5,1\n", "line 2: 0 columns"),
         ("999999999,1,1,1,5,5,1\n", "1 targets in 999999999 frames; at most 5000000"),
@@ -116,7 +279,7 @@ fn absence_is_an_error_unless_it_is_expected() {
         ("11,21,40,30\n-40,21,40,30", 2),
     ] {
         match read(text, &SIZE).unwrap_err() {
-            DatasetError::Line { line: n, message, .. } => {
+            UserBoxesError::Data(DatasetError::Line { line: n, message, .. }) => {
                 assert!(n == line && message.contains("--absent"), "{text}: {n} {message}");
             }
             other => panic!("{text}: {other}"),
@@ -142,11 +305,20 @@ fn absence_is_an_error_unless_it_is_expected() {
 #[test]
 fn shares_need_the_size_of_the_frames() {
     let yolo = Options { format: Some(BoxFormat::Yolo), ..Options::default() };
+    assert!(
+        read("x1,y1,x2,y2\n0.1,0.1,0.5,0.5", &Options::default())
+            .unwrap_err()
+            .to_string()
+            .contains("give --frames")
+    );
     assert!(read("0 0.5 0.5 0.1 0.1", &yolo).unwrap_err().to_string().contains("give --frames"));
-    let sized = Options { size: Some((200, 100)), ..yolo };
+    let sized = Options { size: Some((200, 100)), ..yolo.clone() };
     assert!(read("11,21,40,30", &sized).unwrap_err().to_string().contains("are these pixels"));
     assert!(
-        read("0 0.5 0.5 0.1 0.1 1 7", &sized).unwrap_err().to_string().contains("no box of the format yolo")
+        read("0 0.5 0.5 0.1 0.1 1 7 7", &sized)
+            .unwrap_err()
+            .to_string()
+            .contains("no box of the format yolo")
     );
 }
 
@@ -155,7 +327,7 @@ const VALID: &[u8] = b"x,y,w,h\r\n5,2,10,2.5\r\n\r\n1e2\t1E-2\t1\t1\nnan nan nan
 proptest! {
     #[test]
     fn damaged_boxes_are_read_or_refused(bytes in trackfail_testing::damaged(VALID), format in 0..6_usize, absent: bool) {
-        let format = BoxFormat::NAMED.get(format).map(|(format, _)| *format);
+        let format = NAMED.get(format).and_then(|name| named(name));
         let options = Options { format, absent, ..SIZE };
         if let Ok(boxes) = parse(Path::new("a.txt"), &bytes, &options) {
             for target in &boxes.targets {
@@ -168,5 +340,34 @@ proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), absent: bool) {
         let _ = parse(Path::new("a.txt"), &bytes, &Options { absent, ..Options::default() });
+    }
+
+    // Written with a header, in any order of columns, boxes are read as they are.
+    #[test]
+    fn a_header_gives_back_what_was_written(
+        boxes in prop::collection::vec((0.0..90.0, 0.0..40.0, 0.5..90.0, 0.5..50.0), 1..9),
+        kind in 0..3_usize,
+        order in Just([0_usize, 1, 2, 3, 4, 5]).prop_shuffle(),
+        separator in prop::sample::select(vec![",", ";", "\t"]),
+        upper: bool,
+    ) {
+        let words = [["x", "y", "w", "h"], ["xmin", "y1", "right", "y_max"], ["cx", "y_center", "width", "bb_height"]][kind];
+        let words = [words[0], words[1], words[2], words[3], "frame_id", "note"];
+        let row = |cells: [String; 6]| order.map(|k| cells[k].clone()).join(separator) + "\n";
+        let mut text = row(words.map(|word| if upper { word.to_uppercase() } else { word.to_string() }));
+        for (t, (x, y, w, h)) in boxes.iter().enumerate() {
+            let [a, b, c, d] = [[*x, *y, *w, *h], [*x, *y, x + w, y + h], [x + w / 2.0, y + h / 2.0, *w, *h]][kind];
+            let [a, b, c, d] = [a, b, c, d].map(|v| v.to_string());
+            text += &row([a, b, c, d, t.to_string(), "a b".to_string()]);
+        }
+        let options = Options { base: Some(Base::Zero), ..SIZE };
+        // Boxes below a pixel are those of shares.
+        prop_assume!(boxes.iter().any(|b| b.0.max(b.1).max(b.2).max(b.3) > 1.5));
+        let found = only(parse(Path::new("a.txt"), text.as_bytes(), &options).unwrap());
+        prop_assert_eq!(found.len(), boxes.len());
+        for (region, (x, y, w, h)) in found.iter().zip(&boxes) {
+            let r = region.as_ref().unwrap().bounds();
+            prop_assert!([r.x - x, r.y - y, r.w - w, r.h - h].iter().all(|d| d.abs() < 1e-9), "{}", text);
+        }
     }
 }

@@ -1,0 +1,238 @@
+//! What the columns of a file of boxes hold, in the words of its header or of the user.
+
+use crate::plugin;
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Number of the frame.
+    Frame,
+    /// Number of the target.
+    Target,
+    /// Left edge.
+    Left,
+    /// Top edge.
+    Top,
+    /// Width.
+    Width,
+    /// Height.
+    Height,
+    /// Right edge.
+    Right,
+    /// Bottom edge.
+    Bottom,
+    /// Horizontal place of the center.
+    CenterX,
+    /// Vertical place of the center.
+    CenterY,
+    /// Confidence, which is not read.
+    Confidence,
+    /// Class of the target, which is not read.
+    Class,
+    /// Something else, which is not read.
+    Other,
+}
+
+use Role::{
+    Bottom, CenterX, CenterY, Class, Confidence, Frame, Height, Left, Other, Right, Target, Top, Width,
+};
+
+/// The words of headers for each role, our own first; see [`plain`].
+const WORDS: [(Role, &[&str]); 13] = [
+    (Frame, &["frame", "frameid", "frameindex", "frameidx", "framenumber", "frameno", "imageid", "t"]),
+    (Target, &["id", "trackid", "targetid", "trackerid", "objectid"]),
+    (Left, &["x", "x1", "left", "xmin", "minx", "xleft", "topleftx", "tlx"]),
+    (Top, &["y", "y1", "top", "ymin", "miny", "ytop", "toplefty", "tly"]),
+    (Width, &["w", "width"]),
+    (Height, &["h", "height"]),
+    (Right, &["x2", "right", "xmax", "maxx", "xright", "bottomrightx", "brx"]),
+    (Bottom, &["y2", "bottom", "ymax", "maxy", "ybottom", "bottomrighty", "bry"]),
+    (CenterX, &["cx", "xcenter", "centerx", "xcentre", "centrex", "xc"]),
+    (CenterY, &["cy", "ycenter", "centery", "ycentre", "centrey", "yc"]),
+    (Confidence, &["confidence", "conf", "score", "probability", "prob"]),
+    (Class, &["class", "cls", "classid", "label", "category", "categoryid"]),
+    (Other, &["other"]),
+];
+
+/// Words that make no box.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ColumnsError {
+    /// A word that names no column.
+    #[error("{0}")]
+    Unknown(String),
+    /// No box has these columns.
+    #[error(
+        "`{0}` names no whole box, which is x,y,w,h or x1,y1,x2,y2 or cx,cy,w,h in any order; the columns beside it may be \
+         frame, id, confidence, class and other"
+    )]
+    Incomplete(String),
+    /// Two columns hold the same.
+    #[error("`{0}` names two columns for one thing; call the one that does not count `other`")]
+    Twice(String),
+    /// A polygon beside other columns.
+    #[error("`{0}` has more than two corners; a polygon is x1,y1,x2,y2,x3,y3,... with no column beside it")]
+    Corners(String),
+}
+
+/// Columns with a whole box among them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    roles: Vec<Role>,
+    /// Number of further columns that a row may have.
+    spare: usize,
+    /// Whether the box is in shares of the frame's sides; where nobody says, its numbers do.
+    pub(super) shares: Option<bool>,
+}
+
+impl Columns {
+    /// Columns of a box that is in shares, in pixels, or in what its numbers tell.
+    pub(super) fn new(roles: Vec<Role>, shares: Option<bool>) -> Self {
+        Self { roles, spare: 0, shares }
+    }
+
+    /// The same, before a number of columns that may be there and are not read.
+    pub(super) fn and_spare(self, spare: usize) -> Self {
+        Self { spare, ..self }
+    }
+
+    /// The columns of words, of which those that are unknown are not read; `text` has them all. `None` for the corners of a
+    /// polygon.
+    ///
+    /// # Errors
+    /// See [`ColumnsError`].
+    pub(super) fn of_words(words: &[&str], text: &str) -> Result<Option<Self>, ColumnsError> {
+        let words: Vec<String> = words.iter().map(|word| plain(word)).collect();
+        let corner = |k: usize| format!("{}{}", if k.is_multiple_of(2) { 'x' } else { 'y' }, k / 2 + 1);
+        let is_polygon = words.len() >= 6 && words.len().is_multiple_of(2);
+        if is_polygon && words.iter().enumerate().all(|(k, word)| *word == corner(k)) {
+            return Ok(None);
+        }
+        let text = || crate::dataset::text::shorten(text);
+        if words.iter().any(|word| word == "x3" || word == "y3") {
+            return Err(ColumnsError::Corners(text()));
+        }
+        let roles: Vec<Role> = words.iter().map(|word| role(word).unwrap_or(Other)).collect();
+        let has_two = |role: &Role| roles.iter().filter(|other| *other == role).count() > 1;
+        if roles.iter().any(|role| is_read(*role) && has_two(role)) {
+            return Err(ColumnsError::Twice(text()));
+        }
+        let columns = Self::new(roles, None);
+        let is_whole = columns.side(Left, Right, CenterX, Width).is_some()
+            && columns.side(Top, Bottom, CenterY, Height).is_some();
+        if is_whole { Ok(Some(columns)) } else { Err(ColumnsError::Incomplete(text())) }
+    }
+
+    /// Index of the column of a role.
+    pub(super) fn position(&self, role: Role) -> Option<usize> {
+        self.roles.iter().position(|other| *other == role)
+    }
+
+    /// The columns that say where a side of the box begins and how long it is.
+    fn side(&self, start: Role, end: Role, center: Role, size: Role) -> Option<[(usize, Role); 2]> {
+        let pair = |a: Role, b: Role| Some([(self.position(a)?, a), (self.position(b)?, b)]);
+        pair(start, size).or_else(|| pair(start, end)).or_else(|| pair(center, size))
+    }
+
+    /// Left, top, width and height of a row, NaN where it has none.
+    pub(super) fn rect(&self, row: &[f64]) -> [f64; 4] {
+        let of = |k: usize| row.get(k).copied().unwrap_or(f64::NAN);
+        let along = |side: Option<[(usize, Role); 2]>| match side {
+            Some([(a, CenterX | CenterY), (b, _)]) => (of(a) - of(b) / 2.0, of(b)),
+            Some([(a, _), (b, Right | Bottom)]) => (of(a), of(b) - of(a)),
+            Some([(a, _), (b, _)]) => (of(a), of(b)),
+            None => (f64::NAN, f64::NAN),
+        };
+        let (left, width) = along(self.side(Left, Right, CenterX, Width));
+        let (top, height) = along(self.side(Top, Bottom, CenterY, Height));
+        [left, top, width, height]
+    }
+
+    /// Numbers of the box in a row, as they are written.
+    pub(super) fn of_box(&self, row: &[f64]) -> Vec<f64> {
+        let is_of_box = |role: Role| is_read(role) && !matches!(role, Frame | Target);
+        let columns = self.roles.iter().zip(row);
+        columns.filter(|(role, _)| is_of_box(**role)).map(|(_, value)| *value).collect()
+    }
+
+    /// Whether a row may have so many columns.
+    pub(super) fn fits(&self, count: usize) -> bool {
+        (self.roles.len()..=self.roles.len() + self.spare).contains(&count)
+    }
+
+    /// Whether a column is read.
+    pub(super) fn reads(&self, column: usize) -> bool {
+        self.roles.get(column).is_some_and(|role| is_read(*role))
+    }
+
+    /// The same columns with the center in place of the left top corner.
+    pub(super) fn centered(&self) -> Self {
+        let centered = |role: &Role| match role {
+            Left => CenterX,
+            Top => CenterY,
+            other => *other,
+        };
+        Self { roles: self.roles.iter().map(centered).collect(), ..self.clone() }
+    }
+
+    /// The words for the columns, joined by commas.
+    pub(super) fn words(&self) -> String {
+        let words: Vec<&str> = self.roles.iter().map(|role| self.word(*role)).collect();
+        words.join(",")
+    }
+
+    /// The words for the columns that are not read.
+    pub(super) fn unread(&self) -> Vec<&'static str> {
+        self.roles.iter().filter(|role| !is_read(**role)).map(|role| self.word(*role)).collect()
+    }
+
+    fn word(&self, role: Role) -> &'static str {
+        match role {
+            Left if self.position(Width).is_none() => "x1",
+            Top if self.position(Height).is_none() => "y1",
+            role => WORDS.iter().find(|(other, _)| *other == role).map_or("other", |(_, words)| words[0]),
+        }
+    }
+}
+
+fn is_read(role: Role) -> bool {
+    !matches!(role, Confidence | Class | Other)
+}
+
+/// A word in small letters and digits alone, without the `bbox` that stands before it in some headers.
+fn plain(word: &str) -> String {
+    let word: String =
+        word.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
+    let short = ["bbox", "box", "bb", "rect"].iter().find_map(|start| word.strip_prefix(start));
+    short.filter(|short| !short.is_empty()).map(str::to_string).unwrap_or(word)
+}
+
+/// The role of a [`plain`] word.
+fn role(word: &str) -> Option<Role> {
+    WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role)
+}
+
+/// Whether a header calls a corner of the box `x` and `y`, which some do with its center.
+pub(super) fn is_bare(words: &[&str]) -> bool {
+    ["x", "y"].iter().all(|bare| words.iter().any(|word| plain(word) == *bare))
+}
+
+/// The columns of words that the user gives; see [`Columns::of_words`].
+///
+/// # Errors
+/// As there, and for a word that names no column.
+pub(super) fn of_user(text: &str) -> Result<Option<Columns>, ColumnsError> {
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    let columns = Columns::of_words(&words, text);
+    if let Ok(None) | Err(ColumnsError::Corners(_)) = columns {
+        return columns;
+    }
+    match words.iter().find(|word| role(&plain(word)).is_none()) {
+        Some(word) => {
+            let formats = super::NAMED.into_iter().filter(|_| words.len() == 1);
+            let known = formats.chain(WORDS.iter().map(|(_, words)| words[0]));
+            let word = crate::dataset::text::shorten(word);
+            Err(ColumnsError::Unknown(plugin::unknown("format or column", &word, known)))
+        }
+        None => columns,
+    }
+}
