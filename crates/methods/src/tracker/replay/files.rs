@@ -3,7 +3,7 @@
 use super::Params;
 use crate::dataset::Sequence;
 use crate::tracker::TrackerError;
-use crate::tracker::results::confidence;
+use crate::tracker::results::{BINARY, confidence};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -90,6 +90,7 @@ fn find_below(
         (*kind, name.split('/').fold(folder.to_path_buf(), |path, part| path.join(part)))
     };
     let mut found: Vec<(Kind, PathBuf)> = wanted.iter().map(exact).collect();
+    let in_bytes = found.iter().map(|(_, path)| path.with_extension("bin")).find(|path| path.is_file());
     // What is there and no file, such as a pipe, is refused when it is read.
     found.retain(|(_, path)| path.exists());
     if found.is_empty() {
@@ -97,10 +98,11 @@ fn find_below(
             found.extend(in_other_case(folder, name).into_iter().map(|path| (*kind, path)));
         }
     }
-    match (found.pop(), found.pop()) {
-        (Some(one), None) => Ok(one),
-        (Some((_, a)), Some((_, b))) => Err(two_exist(&a, &b, "keep the one that is meant")),
-        (None, _) => Err(TrackerError::Missing(format!(
+    match (found.pop(), found.pop(), in_bytes) {
+        (Some(one), None, _) => Ok(one),
+        (Some((_, a)), Some((_, b)), _) => Err(two_exist(&a, &b, "keep the one that is meant")),
+        (None, _, Some(path)) => Err(TrackerError::Broken(format!("{}: {BINARY}", path.display()))),
+        (None, _, None) => Err(TrackerError::Missing(format!(
             "no result of `{results}` for {}, run {run}: none of {}, and nothing in {of_run}",
             sequence.name,
             looked_for.join(", ")

@@ -76,6 +76,20 @@ fn formats_and_runs() {
     }
 }
 
+// vot-toolkit 0.9.0 writes trajectories as bytes by default: struct.pack("<hI", 1, 2), and so on.
+#[test]
+fn what_is_not_read_has_a_remedy() {
+    let root = with_files(&[("S/S_001.bin", "\u{1}\0\u{2}\0\0\0")]);
+    let message = replay("a").read(&sequence(), 0, &roots(&root)).unwrap_err().to_string();
+    assert!(message.contains("S_001.bin: ") && message.contains("write_trajectory"), "{message}");
+    let root = with_files(&[("S.txt", "1,7,1,1,1\n2,8,1,1,1\n")]);
+    let message = replay("a").read(&sequence(), 0, &roots(&root)).unwrap_err().to_string();
+    assert!(
+        message.contains("S.txt, line 1: 5 numbers") && message.contains("leave the others out"),
+        "{message}"
+    );
+}
+
 #[test]
 fn the_first_pixel_may_be_given() {
     for (file, text, default, other) in [

@@ -1,8 +1,9 @@
 //! Results of MOTChallenge: a row for each frame and target, `frame,id,x,y,w,h,conf,...`.
 //!
-//! Frames count from 1, the first of the official range, and pixels from 1. Rows have 7 columns, and up to three more,
-//! which are not read; `conf` is the confidence, or -1 where there is none, as everywhere in this format. A frame
-//! without a row is one in which the tracker has not found the target. Rows may be in any order.
+//! Frames count from 1, the first of the official range, or from 0 in a file that has a frame 0; pixels count from 1. Rows
+//! have 7 columns, and up to three more, which are not read; `conf` is the confidence, or -1 where there is none, as
+//! everywhere in this format. A frame without a row is one in which the tracker has not found the target. Rows may be in
+//! any order.
 //!
 //! A track is of one target. In a file of several, `id` has to name it.
 
@@ -44,7 +45,7 @@ pub fn parse(
     };
     let mut boxes = Boxes { first, regions: (0..count).map(no_row).collect(), confidence: vec![None; count] };
     let mut ids = BTreeSet::new();
-    let mut seen = BTreeSet::new();
+    let mut rows = Vec::new();
     for (n, line) in text::lines(path, text::decode(path, bytes)?)? {
         let fault = |message: String| DatasetError::line(path, n, message);
         let values = text::numbers(line).map_err(|e| fault(e.to_string()))?;
@@ -59,13 +60,16 @@ pub fn parse(
             return Err(fault("more than 10 columns, or a number that is not finite".into()));
         }
         ids.insert(target);
-        if id.is_some_and(|id| id != target) {
-            continue;
-        }
-        let number = i64::from(from) + frame - 1;
-        if frame < 1 || number > i64::from(to) {
-            let span = i64::from(to) - i64::from(from) + 1;
-            return Err(fault(format!("frame {frame} is outside {}'s 1 to {span}", sequence.name)));
+        rows.push((n, frame, target, [x, y, w, h], conf));
+    }
+    let start = i64::from(rows.iter().all(|(_, frame, ..)| *frame != 0));
+    let mut seen = BTreeSet::new();
+    for (n, frame, target, numbers, conf) in rows.into_iter().filter(|row| id.is_none_or(|id| id == row.2)) {
+        let fault = |message: String| DatasetError::line(path, n, message);
+        let number = i64::from(from) + frame - start;
+        if frame < start || number > i64::from(to) {
+            let end = i64::from(to) - i64::from(from) + start;
+            return Err(fault(format!("frame {frame} is outside {}'s {start} to {end}", sequence.name)));
         }
         if !seen.insert((target, frame)) {
             return Err(fault(format!("a second row of target {target} in frame {frame}")));
@@ -73,7 +77,7 @@ pub fn parse(
         let Some(k) = usize::try_from(number - i64::from(first)).ok().filter(|k| *k < count) else {
             continue;
         };
-        let region = Region::from_numbers(&[x, y, w, h]).map(|r| base.to_zero(r));
+        let region = Region::from_numbers(&numbers).map(|r| base.to_zero(r));
         boxes.regions[k] = region.map_err(|e| BoxError { at: format!("line {n}"), source: e.into() });
         boxes.confidence[k] = Some(conf).filter(|v| *v != NOT_GIVEN);
     }
@@ -134,8 +138,9 @@ mod tests {
     #[test]
     fn rows_of_one_target() {
         let rect = |x| Ok(Region::Rect(Rect::new(x, 5.0, 7.5, 8.25)));
+        let zero = "0,3,1,1,1,1,1\n1,3,5,6,7.5,8.25,1\n3,3,6,6,7.5,8.25,-1\n";
         let two = WRITTEN.replace("\n4", "\n2,8,1,1,1,1,0.5,-1,-1,-1\n4");
-        for (text, id) in [(WRITTEN, None), (WRITTEN, Some(3)), (&*two, Some(3))] {
+        for (text, id) in [(WRITTEN, None), (WRITTEN, Some(3)), (&*two, Some(3)), (zero, None)] {
             let boxes = read(text, id).unwrap();
             assert_eq!((&boxes.regions[0], &boxes.regions[2]), (&rect(4.0), &rect(5.0)));
             assert_eq!(boxes.regions[1].clone().unwrap_err().source, NoBox::NoRow);
@@ -154,7 +159,8 @@ mod tests {
             ("2,3,5,6,7,8,1", Some(4), "no row of target 4; there is 3"),
             ("2,3,5,6,7,8,1\n2,3,5,6,7,8,1", None, "line 2: a second row of target 3 in frame 2"),
             ("6,3,5,6,7,8,1", None, "frame 6 is outside S's 1 to 5"),
-            ("0,3,5,6,7,8,1", None, "outside"),
+            ("-1,3,5,6,7,8,1", None, "frame -1 is outside S's 1 to 5"),
+            ("0,3,5,6,7,8,1\n5,3,5,6,7,8,1", None, "line 2: frame 5 is outside S's 0 to 4"),
             ("1.5,3,5,6,7,8,1", None, "whole numbers"),
             ("2,3,5,6,7,8", None, "6 columns"),
             ("2,3,5,nan,7,8,1", None, "not finite"),

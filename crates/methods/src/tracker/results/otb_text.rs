@@ -117,7 +117,11 @@ pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, Row)>,
             }
             let values = text::numbers(line).map_err(|m| DatasetError::line(path, n, m))?;
             let row: [f64; 4] = values.try_into().map_err(|v: Vec<f64>| {
-                DatasetError::line(path, n, format!("{} numbers; a box is x,y,w,h", v.len()))
+                DatasetError::line(
+                    path,
+                    n,
+                    format!("{} numbers; a box is x,y,w,h; leave the others out", v.len()),
+                )
             })?;
             if row.iter().any(|v| v.is_infinite()) {
                 return Err(DatasetError::line(path, n, RegionError::NotFinite.to_string()));
