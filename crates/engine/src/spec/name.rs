@@ -20,8 +20,8 @@ pub enum NameError {
     File(String),
     /// Name of a tracker or method.
     #[error(
-        "the name {0:?} must have 1 to 64 characters, none of [ ] = , ; + \", no outer spaces, no control \
-         characters, and not begin with - or @"
+        "the name {0:?} must have 1 to 64 characters, none of [ ] = , ; \", for a method no + either, no outer spaces, no \
+         control characters, and not begin with - + or @"
     )]
     Label(String),
 }
@@ -51,12 +51,21 @@ pub(super) fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Res
     Err(source.error(name.span(), NameError::File(name.get_ref().clone()).to_string()))
 }
 
-/// Refuses a name of a tracker or method that would be misread in tables, claims or file columns.
+/// Refuses a name of a tracker that would be misread in tables, claims or file columns.
 pub(super) fn check_label(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
+    check(source, name, "[]=,;\"")
+}
+
+/// Refuses a name of a method that would be misread there, or in panels of figures, which join methods by `+`.
+pub(super) fn check_method_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
+    check(source, name, "[]=,;+\"")
+}
+
+fn check(source: Source<'_>, name: &Spanned<String>, signs: &str) -> Result<(), SpecError> {
     let label = name.get_ref();
-    let forbidden = |c: char| !text::is_plain(c) || "[]=,;+\"".contains(c);
+    let forbidden = |c: char| !text::is_plain(c) || signs.contains(c);
     // Spreadsheets take a field that begins with one of = + - @ for a formula.
-    let formula = label.starts_with(['-', '@']);
+    let formula = label.starts_with(['+', '-', '@']);
     let length = label.chars().count();
     if label.trim() != label || !(1..=MAX_WORD).contains(&length) || label.contains(forbidden) || formula {
         let error = NameError::Label(text::shorten_to(label, MAX_WORD));

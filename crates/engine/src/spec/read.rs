@@ -12,7 +12,7 @@ use super::extend::{self, Place};
 use super::figure::{Figure, read_figure};
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
-use super::name::{self, check_file_name, check_label, check_unique};
+use super::name::{self, check_file_name, check_label, check_method_name, check_unique};
 use super::recover::{self, Shape};
 use super::table::{self, Published, Table, Words, inherit_published};
 use super::{Experiment, OTHERS, TEST, claim, wire, written_out};
@@ -261,7 +261,7 @@ fn read_methods(
     let mut room = MAX_DETECTORS;
     for (k, (m, table)) in raw.iter().enumerate() {
         let name = m.name.get_ref();
-        errors.keep(check_label(source, &m.name));
+        errors.keep(check_method_name(source, &m.name));
         let before = raw[..k].iter().map(|(m, _)| m.name.get_ref().as_str());
         if errors.keep(check_unique(source, "method", &m.name, before)).is_none() {
             continue;

@@ -232,7 +232,12 @@ fn labels_are_no_formulas_and_no_control_sequences() {
         );
         assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{table}{row}")).line, 16, "{bad}");
     }
-    assert!(parse("a", &format!("{HEAD}{TRACKER}label = \"\u{5d0}-1 <b>&'`$#\"\n{METHOD}")).is_ok());
+    // SiamRPN++ is a tracker's name; panels of figures join methods by `+`.
+    for good in ["\u{5d0}-1 <b>&'`$#", "SiamRPN++"] {
+        assert!(parse("a", &format!("{HEAD}{TRACKER}label = \"{good}\"\n{METHOD}")).is_ok(), "{good}");
+    }
+    let method = format!("{HEAD}{TRACKER}[[method]]\nname = \"A+B\"\ndetector.kind = \"never\"\n");
+    assert_eq!(refused(&method).line, 9);
 }
 
 const WHOLE: &str = include_str!("../../../../../experiments/khalid2016/figures.toml");
