@@ -156,6 +156,9 @@ pub enum NumbersError {
     /// A word, shortened, that is no number.
     #[error("`{0}` is no number")]
     NotANumber(String),
+    /// Infinity, or a number that is too large for one.
+    #[error("`{0}` is not a finite number; where there is none, write nan")]
+    Infinite(String),
 }
 
 impl From<NumbersError> for String {
@@ -164,10 +167,22 @@ impl From<NumbersError> for String {
     }
 }
 
-/// The numbers of one line, separated by commas, semicolons or blanks; `NaN` and `inf` are numbers here.
+/// The number that a word is; `NaN` is one here.
 ///
 /// # Errors
-/// The first word that is no number, or an empty column.
+/// A word that is none, infinity, and what is as large.
+pub fn number(word: &str) -> Result<f64, NumbersError> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_infinite() => Err(NumbersError::Infinite(shorten(word))),
+        Ok(value) => Ok(value),
+        Err(_) => Err(NumbersError::NotANumber(shorten(word))),
+    }
+}
+
+/// The numbers of one line, separated by commas, semicolons or blanks.
+///
+/// # Errors
+/// The first word that is no [`number`], or an empty column.
 pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
     let mut values = Vec::with_capacity(8);
     for column in line.split([',', ';']) {
@@ -176,7 +191,7 @@ pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
             return Err(NumbersError::EmptyColumn);
         }
         for word in words {
-            values.push(word.parse().map_err(|_| NumbersError::NotANumber(shorten(word)))?);
+            values.push(number(word)?);
         }
     }
     Ok(values)
@@ -242,6 +257,10 @@ mod tests {
         assert!(numbers("NaN,1").unwrap()[0].is_nan());
         for line in ["1,,2", "1,2,", ",1", "", "1,x", "1 2,3O"] {
             assert!(numbers(line).is_err(), "{line}");
+        }
+        // What Python, NumPy and C write for infinity, and what is as large.
+        for word in ["inf", "-inf", "Infinity", "-INFINITY", "1e999", "-1e400"] {
+            assert_eq!(numbers(&format!("1,{word}")), Err(NumbersError::Infinite(word.into())));
         }
     }
 

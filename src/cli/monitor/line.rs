@@ -205,15 +205,16 @@ fn region(numbers: &Numbers, base: f64) -> Result<Option<Region>, RegionError> {
     Region::from_numbers(&numbers).map(Some)
 }
 
-/// The line with `null` for the words `NaN`, `Infinity` and `-Infinity`, which Python writes and JSON does not know; `None` if
-/// it has none outside of texts.
+/// The line with `null` for the word `NaN` and a number that is out of range for `Infinity`, which Python writes and JSON does
+/// not know; `None` if it has none outside of texts.
 fn without_nan(line: &[u8]) -> Option<Vec<u8>> {
     let (mut out, mut rest) = (Vec::with_capacity(line.len()), line);
     let (mut in_text, mut found) = (false, false);
     while let Some((&byte, after)) = rest.split_first() {
-        let word = [&b"NaN"[..], b"Infinity", b"-Infinity"].into_iter().find(|word| rest.starts_with(word));
-        if let Some(word) = word.filter(|_| !in_text) {
-            out.extend_from_slice(b"null");
+        let words: [(&[u8], &[u8]); 2] = [(b"NaN", b"null"), (b"Infinity", b"1e999")];
+        let word = words.into_iter().find(|(word, _)| rest.starts_with(word));
+        if let Some((word, json)) = word.filter(|_| !in_text) {
+            out.extend_from_slice(json);
             (rest, found) = (&rest[word.len()..], true);
             continue;
         }
@@ -243,8 +244,7 @@ mod tests {
         let rect = |x, y| Ok(Some(Region::Rect(Rect::new(x, y, 3.0, 4.0))));
         assert_eq!(region(r#"{"box": [1, 2, 3, 4]}"#, 0.0), rect(1.0, 2.0));
         assert_eq!(region(r#"{"box": [1, 2, 3, 4]}"#, 1.0), rect(0.0, 1.0));
-        for none in
-            ["{}", r#"{"box": null}"#, r#"{"box": [1, null, 3, 4]}"#, r#"{"box": [NaN, NaN, -Infinity, 4]}"#]
+        for none in ["{}", r#"{"box": null}"#, r#"{"box": [1, null, 3, 4]}"#, r#"{"box": [NaN, NaN, 3, 4]}"#]
         {
             assert_eq!(region(none, 1.0), Ok(None), "{none}");
         }
@@ -260,6 +260,22 @@ mod tests {
         let found = line.companions(0.0).unwrap();
         assert!(found[0] == Region::Rect(Rect::new(0.0, 0.0, 2.0, 2.0)) && found.len() == 3);
         assert!(found[1..].iter().all(|region| region.bounds().x.is_nan()));
+    }
+
+    // Python's json.dumps(float("inf")) is Infinity; an infinite number is a fault of the tracker, no word for absence.
+    #[test]
+    fn infinity_is_an_error() {
+        for number in ["Infinity", "-Infinity", "1e999", "-1e999"] {
+            for line in [
+                format!(r#"{{"box": [1, 2, {number}, 4]}}"#),
+                format!(r#"{{"box": [NaN, 2, {number}, 4]}}"#),
+                format!(r#"{{"box": null, "confidence": {number}}}"#),
+                format!(r#"{{"companions": [[1, 2, 3, {number}]]}}"#),
+            ] {
+                let told = read(&line).unwrap_err().to_string();
+                assert!(told.contains("number out of range"), "{line}: {told}");
+            }
+        }
     }
 
     #[test]

@@ -45,9 +45,6 @@ pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>
     let value = |(n, line): (usize, &str)| match line {
         "" => Ok(None),
         _ => match text::numbers(line).map_err(|e| DatasetError::line(path, n, e))?[..] {
-            [value] if value.is_infinite() => {
-                Err(DatasetError::line(path, n, "a confidence is a finite number"))
-            }
             [value] => Ok(Some(value).filter(|v| !v.is_nan())),
             ref many => {
                 let message = format!("{} numbers; one confidence a line was expected", many.len());

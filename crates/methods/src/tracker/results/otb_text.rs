@@ -92,7 +92,7 @@ pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>,
         .collect()
 }
 
-/// The four numbers of a line, none of them infinite, or the reason why it has none.
+/// The four numbers of a line, or the reason why it has none.
 pub(crate) type Row = Result<[f64; 4], NoBox>;
 
 /// Whether a row is an empty line.
@@ -123,9 +123,6 @@ pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, Row)>,
                     format!("{} numbers; a box is x,y,w,h; leave the others out", v.len()),
                 )
             })?;
-            if row.iter().any(|v| v.is_infinite()) {
-                return Err(DatasetError::line(path, n, RegionError::NotFinite.to_string()));
-            }
             let is_number = !row.iter().any(|v| v.is_nan());
             Ok((n, if is_number { Ok(row) } else { Err(RegionError::NotFinite.into()) }))
         })

@@ -95,10 +95,7 @@ fn columns(line: &str) -> Option<[usize; 9]> {
 
 fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
     let [_, _, frame, present, score, coordinates @ ..] = cells;
-    let number = |name: &str, word: &str| {
-        let value = word.parse::<f64>().ok().filter(|v| !v.is_infinite());
-        value.ok_or_else(|| format!("{name} is a number, not `{}`", text::shorten(word)))
-    };
+    let number = |name: &str, word: &str| text::number(word).map_err(|e| format!("{name}: {e}"));
     let frame = frame
         .parse()
         .map_err(|_| format!("frame_num is a whole number from 0, not `{}`", text::shorten(frame)))?;

@@ -83,8 +83,7 @@ pub fn parse_from(
                     Err(_) if row.is_empty() => NoBox::EmptyLine,
                     Err(e) => e.into(),
                 };
-                let infinite = values.iter().any(|v| v.is_infinite());
-                match without_box.filter(|_| no_box.may_be_absence() && !infinite) {
+                match without_box.filter(|_| no_box.may_be_absence()) {
                     Some(status) => repeat(status)?,
                     None => return Err(fault(&no_box.to_string())),
                 }

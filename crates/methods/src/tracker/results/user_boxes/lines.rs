@@ -2,9 +2,8 @@
 
 use super::columns::{self, Columns};
 use super::{BoxFormat, Row};
-use crate::dataset::text::{NumbersError, shorten};
+use crate::dataset::text::NumbersError;
 use crate::dataset::{DatasetError, text};
-use crate::region::RegionError;
 use std::path::Path;
 
 /// A header line.
@@ -44,11 +43,7 @@ pub(super) fn numbers(
 ) -> Result<Vec<Row>, DatasetError> {
     let row = |(number, line): (usize, &str)| {
         let values = if line.is_empty() { Ok(Vec::new()) } else { values(line, columns) };
-        let values = values.map_err(|e| DatasetError::line(path, number, e))?;
-        if values.iter().any(|v| v.is_infinite()) {
-            return Err(DatasetError::line(path, number, RegionError::NotFinite.to_string()));
-        }
-        Ok((number, values))
+        Ok((number, values.map_err(|e| DatasetError::line(path, number, e))?))
     };
     lines.into_iter().map(row).collect()
 }
@@ -60,10 +55,9 @@ fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, NumbersErro
         (Err(fault), Some(columns)) if columns.fits(cells(line).len()) => (fault, columns),
         (found, _) => return found,
     };
-    let value = |(k, cell): (usize, &str)| match cell.parse::<f64>() {
-        Ok(value) => Ok(value),
+    let value = |(k, cell): (usize, &str)| match text::number(cell) {
         Err(_) if cell.is_empty() || !columns.reads(k) => Ok(f64::NAN),
-        Err(_) => Err(NumbersError::NotANumber(shorten(cell))),
+        value => value,
     };
     let values: Vec<f64> = cells(line).into_iter().enumerate().map(value).collect::<Result<_, _>>()?;
     let of_box = columns.of_box(&values);
