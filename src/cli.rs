@@ -27,9 +27,11 @@ mod times;
 pub mod why;
 
 use crate::dataset::suite::Catalog;
+use crate::plugin;
 use crate::spec::programs;
 use crate::tracker::process::Programs;
-use clap::{Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 
 /// Tells when a visual tracker has lost its target: a benchmark of failure detectors.
@@ -113,6 +115,27 @@ impl Cli {
             Verb::Man(args) => man::run(args),
         }
     }
+}
+
+/// The error of a command line; that of an unknown verb has the nearest one, also where two of three letters are swapped.
+pub fn with_nearest_verb(mut error: clap::Error) -> clap::Error {
+    let word = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) => word.clone(),
+        _ => return error,
+    };
+    let (cli, first) = (Cli::command(), std::env::args().nth(1).unwrap_or_default());
+    let verbs = cli.find_subcommand(&first).unwrap_or(&cli).get_subcommands();
+    let near = plugin::nearest(&word, verbs.map(clap::Command::get_name)).map(str::to_string);
+    if let Some(near) = near.filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none()) {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near]));
+    }
+    error
+}
+
+/// Reads a budget of false alarms.
+fn budget(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+    number.ok_or_else(|| "it is a number above 0: false alarms per 1000 frames".to_string())
 }
 
 /// Runs `work` in a pool of `jobs` worker threads, by default one for each core.

@@ -3,7 +3,7 @@
 use clap::Parser;
 use std::io::Write;
 use std::process::ExitCode;
-use trackfail::cli::{Cli, Failure, output};
+use trackfail::cli::{Cli, Failure, output, with_nearest_verb};
 use trackfail::tracker::process::guard;
 
 fn main() -> ExitCode {
@@ -25,7 +25,7 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     match Cli::try_parse() {
         Ok(cli) => cli.run(),
-        Err(e) if e.use_stderr() => e.exit(),
+        Err(e) if e.use_stderr() => with_nearest_verb(e).exit(),
         Err(text) => output::written(text.print().and_then(|()| std::io::stdout().flush())),
     }
 }

@@ -75,7 +75,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "method")]
     all: bool,
     /// Largest number of false alarms per 1000 frames, for methods that take one
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::budget)]
     budget: Option<f64>,
     /// Form of the output (default: table on a terminal, else csv)
     #[arg(long, value_enum, value_name = "FORMAT")]

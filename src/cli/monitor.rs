@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
     /// Largest number of false alarms per 1000 frames, for methods that take one
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::budget)]
     budget: Option<f64>,
     /// Inputs that will come beside boxes, for the default method; may be given as a list: frames,confidence,companions
     #[arg(long, value_name = "INPUT", value_delimiter = ',', conflicts_with = "method")]

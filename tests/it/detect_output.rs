@@ -120,8 +120,13 @@ fn a_budget_is_for_methods_that_take_one() {
     assert!(rows(&text(output.stdout)).iter().all(|row| row["method"] == "Fused confidence"));
     assert_eq!(output.status.code(), Some(0));
     for budget in ["0", "-1", "nan", "inf"] {
-        let output = detect(&boxes, &[&format!("--budget={budget}")]);
-        assert_eq!(output.status.code(), Some(2), "{budget}");
+        for verb in [&["detect", "--boxes", "-"][..], &["monitor"]] {
+            let output = trackfail().args(verb).arg(format!("--budget={budget}")).write_stdin("").output();
+            let output = output.unwrap();
+            let told = text(output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{told}");
+            assert!(told.contains("it is a number above 0"), "{told}");
+        }
     }
 }
 

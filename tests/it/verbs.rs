@@ -46,6 +46,17 @@ fn a_new_experiment_runs_and_is_not_overwritten() {
 }
 
 #[test]
+fn a_verb_with_swapped_letters_is_recognized() {
+    for (arguments, near) in
+        [("rnu", "'run'"), ("wyh", "'why'"), ("detcet", "'detect'"), ("data dad", "'add'")]
+    {
+        let (code, _, told) = output(&arguments.split(' ').collect::<Vec<_>>());
+        assert!(code == 2 && told.contains("similar") && told.contains(near), "{arguments}: {told}");
+    }
+    assert!(!output(&["xyzxyz"]).2.contains("similar"));
+}
+
+#[test]
 fn shells_complete_every_verb() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let (code, script, told) = output(&["completions", shell]);

@@ -38,6 +38,12 @@ pub fn readable(number: impl std::fmt::Display) -> String {
     short.ok().filter(|short| short.len() < plain.len()).unwrap_or(plain)
 }
 
+/// A number with so many decimals: `0.500`; with an exponent, `1.000e300`, where that takes more than 17 characters.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let plain = format!("{value:.decimals$}");
+    if plain.len() <= 17 { plain } else { format!("{value:.decimals$e}") }
+}
+
 /// Bytes as lowercase hexadecimal digits, two per byte.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -64,6 +70,8 @@ mod tests {
         }
         assert_eq!(readable("a text that is no number at all"), "a text that is no number at all");
         assert_eq!(readable(u64::MAX), "18446744073709551615");
+        let shown = [0.5, -1e308, 1e-300, 123456789.0].map(|value| fixed(value, 3));
+        assert_eq!(shown, ["0.500", "-1.000e308", "0.000", "123456789.000"]);
     }
 
     proptest! {

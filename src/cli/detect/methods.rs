@@ -65,9 +65,6 @@ impl Wanted {
 
 /// Methods that the user asks for, checked.
 pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
-    if args.budget.is_some_and(|budget| !(budget.is_finite() && budget > 0.0)) {
-        return Err(Failure::usage("--budget is a number above 0: false alarms per 1000 frames"));
-    }
     let known = builtin::method_names();
     for (k, name) in args.method.iter().enumerate() {
         if !known.contains(&name.as_str()) {

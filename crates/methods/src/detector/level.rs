@@ -13,6 +13,7 @@
 use super::labels::LossState;
 use super::{Detector, DetectorOutput, Input, Judgement, RECOVERY_FRAMES, Reason, Stream};
 use crate::direction::Direction;
+use crate::num::{fixed, readable};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::saved;
 use serde::{Deserialize, Serialize};
@@ -153,7 +154,8 @@ impl Stream for LevelStream {
             self.state.push(alarm.is_some(), RECOVERY_FRAMES);
         }
         let reason = |value: f64| {
-            let text = format!("value {value:.3} is {} {}", self.level.key(), self.level.value());
+            let (value, level) = (fixed(value, 3), readable(self.level.value()));
+            let text = format!("value {value} is {} {level}", self.level.key());
             Reason { text, weight: 1.0 }
         };
         Judgement {

@@ -20,6 +20,7 @@
 //! whose early confidence is positive on average; where it is not, and where a probability is outside [0, 1], the
 //! signal fails and says so. Sources: the files of [`confidence`](crate::tracker::results::confidence).
 
+use crate::num::readable;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
@@ -168,18 +169,19 @@ impl Confidences {
         match self.params.scale {
             Scale::Raw => Ok(given),
             Scale::Probability if (0.0..=1.0).contains(&given) => Ok(given),
-            Scale::Probability => {
-                Err(format!("the confidence {given} is no probability; `scale = \"raw\"` takes any"))
-            }
+            Scale::Probability => Err(format!(
+                "the confidence {} is no probability; `scale = \"raw\"` takes any",
+                readable(given)
+            )),
             Scale::Ratio => {
                 if t <= self.params.early || self.count == 0 {
                     self.sum += given;
                     self.count += 1;
                 }
                 let mean = self.sum / self.count as f64;
-                if mean <= 0.0 {
-                    let why = "a ratio needs a positive one, `scale = \"raw\"` takes any";
-                    return Err(format!("the mean of the early confidence is {mean}; {why}"));
+                if mean <= 0.0 || !mean.is_finite() {
+                    let why = "a ratio needs a positive, finite one, `scale = \"raw\"` takes any";
+                    return Err(format!("the mean of the early confidence is {}; {why}", readable(mean)));
                 }
                 Ok((given / mean).clamp(-MAX_RATIO, MAX_RATIO))
             }
@@ -275,6 +277,12 @@ mod tests {
         );
         let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(-0.5)]);
         assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is -0.5"));
+        // Of numbers without bounds the mean may have none, and the message no hundreds of digits.
+        for (early, shown) in [(vec![-1e308], "is -1e308;"), (vec![1e308; 2], "is inf;")] {
+            let given: Vec<_> = std::iter::once(None).chain(early.into_iter().map(Some)).collect();
+            let (values, fault) = run("{ scale = \"ratio\" }", &given);
+            assert!(values.last().is_some_and(|v| v.is_nan()) && fault.unwrap().contains(shown));
+        }
         assert_eq!(run("{}", &[Some(-0.5)]), (vec![-0.5], None));
         for bad in [
             "{ early = 0 }",

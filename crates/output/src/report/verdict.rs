@@ -1,6 +1,7 @@
 //! Verdict of a method on a user's track, in sentences.
 
 use crate::detector::RECOVERY_FRAMES;
+use crate::num::fixed;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState, badness};
 use crate::table::number::Style;
 use std::ops::Range;
@@ -122,8 +123,11 @@ pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
     let threshold = method.threshold?;
     // As many digits as tell the two apart.
     let texts = |decimals| {
-        let style = Style { decimals, bare: true };
-        (style.format(score), style.format(threshold))
+        let shown = |value: f64| match (Style { decimals, bare: true }).format(value) {
+            text if text.len() <= 17 => text,
+            _ => fixed(value, decimals),
+        };
+        (shown(score), shown(threshold))
     };
     let tell_apart =
         |(score, threshold): &(String, String)| score != threshold && threshold.parse() != Ok(0.0);
@@ -282,6 +286,7 @@ mod tests {
         assert_eq!(of(2.5, 2.3), "2.50 > 2.30");
         assert_eq!(of(-0.25, 0.5), "-.25 < .50");
         assert_eq!(of(0.8, 0.8), ".800000 = .800000");
+        assert_eq!(of(1e300, 2.0), "1.00e300 > 2.00");
     }
 
     #[test]

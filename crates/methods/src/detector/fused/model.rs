@@ -11,6 +11,7 @@ use super::inputs::FusedInput;
 use super::logistic::sigmoid;
 use crate::detector::labels::LossState;
 use crate::detector::{Judgement, Reason, Stream};
+use crate::num::fixed;
 use crate::saved;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -159,8 +160,8 @@ impl Stream for FusedStream {
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {
             let (words, value) = (self.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
-            let shown = format!("{value:.3}");
-            let text = match usual[k].map(|usual| format!("{usual:.3}")) {
+            let shown = fixed(value, 3);
+            let text = match usual[k].map(|usual| fixed(usual, 3)) {
                 _ if !value.is_finite() => format!("{words}: missing"),
                 // What is as always explains nothing: it speaks for a loss by the frames before.
                 Some(usual) if usual == shown => return None,
