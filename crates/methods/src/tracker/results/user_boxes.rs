@@ -197,7 +197,8 @@ impl BoxFormat {
 /// File and line of whatever is no box in its format or lies outside of the frame, a format that is in doubt, and boxes
 /// that are shares of frames of unknown size.
 pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, UserBoxesError> {
-    if path.extension().is_some_and(|extension| extension == "bin") {
+    // The number of its version, 1 in two bytes, begins a trajectory of the VOT toolkit.
+    if bytes.starts_with(b"\x01\0") {
         return Err(DatasetError::content(path, super::BINARY).into());
     }
     let mut lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
