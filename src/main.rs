@@ -4,10 +4,10 @@ use clap::Parser;
 use std::io::Write;
 use std::process::ExitCode;
 use trackfail::cli::{Cli, Failure, output, with_nearest_verb};
-use trackfail::tracker::process::guard;
+use trackfail::dataset::guarded;
 
 fn main() -> ExitCode {
-    guard::serve_if_asked();
+    guarded::serve_if_asked();
     // A panic is a bug. Its hook has printed it; the exit code is that of a bug.
     let Ok(outcome) = std::panic::catch_unwind(run) else { return ExitCode::from(1) };
     match outcome {

@@ -189,7 +189,7 @@ fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
 /// The frames, unless the user interrupts.
 fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     let frames = inputs::frames(args, stop);
-    // Ctrl-C reaches ffmpeg too, whose failure is none then.
+    // An interrupted decoding is no failure of the video.
     if stop.is_set() { Err(Failure::Interrupted(Interrupted.into())) } else { frames }
 }
 

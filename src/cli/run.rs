@@ -189,6 +189,7 @@ pub(super) fn stop_on_signals() -> Stop {
                 std::process::exit(130);
             }
             flag.set();
+            guarded::interrupt();
         };
         // Without a handler the signals end the program, which the store survives like any kill.
         let _ = ctrlc::set_handler(handler);

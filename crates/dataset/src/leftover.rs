@@ -1,16 +1,73 @@
-//! Temporary folders that killed processes have left behind.
+//! Temporary folders, and those of them that killed processes have left behind.
 
+use std::fs::{File, TryLockError};
 use std::path::Path;
+use tempfile::TempDir;
 
 /// Age in seconds from which on nobody is still at work in a folder.
 const OLD: u64 = 3600;
 
+/// The file in a temporary folder that its process holds a lock on. A folder without one is not ours.
+const LOCK: &str = "trackfail.lock";
+
+/// A folder among the temporary ones of the system, deleted when this is dropped; if the process is killed, the next one
+/// that makes such a folder deletes it.
+#[derive(Debug)]
+pub struct TemporaryFolder {
+    folder: TempDir,
+    _lock: File,
+}
+
+impl TemporaryFolder {
+    /// An empty folder but for the lock, whose name starts with `prefix`. Those of the prefix that killed processes have
+    /// left are deleted.
+    ///
+    /// # Errors
+    /// When it cannot be created.
+    pub fn new(prefix: &str) -> std::io::Result<Self> {
+        Self::new_in(&std::env::temp_dir(), prefix)
+    }
+
+    fn new_in(parent: &Path, prefix: &str) -> std::io::Result<Self> {
+        sweep_unlocked(parent, prefix);
+        loop {
+            let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
+            let path = folder.path().join(LOCK);
+            let lock = File::create(&path)?;
+            // Before it was locked, another process may have taken it for left behind. Where there are no locks, none is.
+            if !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) && path.exists() {
+                return Ok(Self { folder, _lock: lock });
+            }
+        }
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Removes the folders in `parent` whose names start with `prefix` and whose lock nobody holds.
+fn sweep_unlocked(parent: &Path, prefix: &str) {
+    let is_free = |folder: &Path| {
+        let lock = folder.join(LOCK);
+        // A pipe would be waited for, and a link may lead anywhere.
+        lock.symlink_metadata().is_ok_and(|about| about.is_file())
+            && File::options().write(true).open(lock).is_ok_and(|lock| lock.try_lock().is_ok())
+    };
+    remove(parent, prefix, is_free);
+}
+
 /// Removes the folders in `parent` whose names start with `prefix`, if nothing has been put into them for an hour.
 pub fn sweep(parent: &Path, prefix: &str) {
+    remove(parent, prefix, is_old);
+}
+
+fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> bool) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
-        if name.starts_with(prefix.as_bytes()) && path.is_dir() && is_old(&path) {
+        if name.starts_with(prefix.as_bytes()) && path.is_dir() && is_left(&path) {
             // Another process may be removing it too.
             let _ = std::fs::remove_dir_all(&path);
         }
@@ -26,7 +83,6 @@ pub fn is_old(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs::File;
     use std::time::{Duration, SystemTime};
 
     #[test]
@@ -42,5 +98,26 @@ mod tests {
         sweep(root.path(), ".work-");
         let left = [".work-a", ".work-b", ".other"].map(|name| root.path().join(name).exists());
         assert_eq!(left, [true, false, true]);
+    }
+
+    #[test]
+    fn temporary_folders_that_nobody_holds_are_removed() {
+        let root = tempfile::tempdir().unwrap();
+        let new = || TemporaryFolder::new_in(root.path(), "frames-").unwrap();
+        let held = new();
+        // A killed process holds no lock; a folder of the user's has none.
+        let names = ["frames-killed", "frames-of-mine", "others"].map(|name| root.path().join(name));
+        for name in &names {
+            std::fs::create_dir(name).unwrap();
+            std::fs::write(name.join("000001.png"), "").unwrap();
+        }
+        std::fs::write(names[0].join(LOCK), "").unwrap();
+        std::fs::write(names[2].join(LOCK), "").unwrap();
+        let other = new();
+        assert_eq!(names.each_ref().map(|name| name.exists()), [false, true, true]);
+        let paths = [&held, &other].map(|folder| folder.path().to_path_buf());
+        assert!(paths.iter().all(|path| path.is_dir()));
+        drop((held, other));
+        assert!(paths.iter().all(|path| !path.exists()));
     }
 }

@@ -12,6 +12,7 @@ pub mod files;
 pub mod format;
 pub mod frame_cache;
 mod frame_order;
+pub mod guarded;
 pub mod leftover;
 pub mod lock;
 pub mod suite;

@@ -11,6 +11,7 @@
 use crate::files::{folder_name, is_image};
 use crate::format::otb;
 use crate::frame_order::{natural_order, numbered};
+use crate::leftover::TemporaryFolder;
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, video};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -26,7 +27,7 @@ pub struct UserFrames {
     /// What to tell the user: that files are in the order given, which is not that of their numbers.
     pub note: Option<String>,
     /// The decoded frames of a video; deleted when this is dropped.
-    _decoded: Option<tempfile::TempDir>,
+    _decoded: Option<TemporaryFolder>,
 }
 
 /// Finds the frames that the user names; reads no image, but decodes a video, until `is_stopped` says so.
@@ -46,10 +47,11 @@ pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFram
             (otb::load(folder, &options)?, None, None)
         }
         [file] if file.exists() && !is_image(file) => {
-            let folder = tempfile::Builder::new().prefix("trackfail-frames-").tempdir();
+            let folder = TemporaryFolder::new("trackfail-frames-");
             let folder = folder.map_err(|e| DatasetError::io(&std::env::temp_dir(), e))?;
-            let frames = video::decode_all(file, &folder.path().join("frames"), is_stopped)?;
-            (sequence(file, 1, frames), video::rate(file), Some(folder))
+            let frames = video::decode_all(file, folder.path(), is_stopped)?;
+            let rate = video::rate(file, folder.path(), is_stopped);
+            (sequence(file, 1, frames), rate, Some(folder))
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
             (of_numbered(pattern, numbered(matching(pattern)?)?), None, None)
@@ -304,6 +306,11 @@ mod tests {
         drop(frames);
         assert!(!first.exists());
         std::fs::write(&clip, b"no video").unwrap();
-        assert!(load(&[clip], &|| false).unwrap_err().to_string().contains("ffmpeg ends with"));
+        assert!(
+            load(&[clip], &|| false)
+                .unwrap_err()
+                .to_string()
+                .contains("clip.mp4: this is no video that ffmpeg reads")
+        );
     }
 }

@@ -9,18 +9,20 @@
 //! one and renames it when it is complete, so a folder of that name is never a part; what a killed run leaves
 //! is named `.decoding-...`; a later run deletes it. The frames themselves may be deleted. One video is decoded at a time.
 //!
-//! The `ffmpeg` on the PATH is run without a shell. The file's name is given to it as `file:` and an absolute
+//! The `ffmpeg` on the PATH is run without a shell and [guarded](guarded). The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
 //! Time, frames and bytes are limited ([`VideoLimits`]). Every decoded frame is written, none is repeated or dropped
 //! to keep a rate. Colors are converted by the exact, slower way, but another version of ffmpeg may still
 //! give other pixels: the files digest of a sequence pins the video, not what was made of it.
 
 use super::digest::file_digest;
+use super::guarded::{self, Guarded, Tail};
+use super::text::{shorten_to, visible};
 use super::{DatasetError, ImageFiles, leftover};
 use std::ffi::{OsStr, OsString};
-use std::io::Read;
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -29,6 +31,11 @@ pub const FORMATS: &str = "mpeg,mpegvideo,mpegts,avi,mov,matroska,webm";
 
 /// Start of the names of folders that are being filled.
 const DECODING: &str = ".decoding-";
+
+/// Longest time for reading the rate of a video.
+const PROBE_TIME: Duration = Duration::from_secs(60);
+/// Characters of what ffmpeg says that messages quote.
+const MAX_REASON: usize = 200;
 
 /// Folder of the decoded frames of the videos under a data root.
 pub fn cache(data_root: &Path) -> PathBuf {
@@ -82,7 +89,7 @@ impl Video {
             return Ok(files);
         }
         let folder = self.decoded.join(file_digest(&self.path)?);
-        decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false)?;
+        decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &guarded::is_interrupted)?;
         let (first, last) = self.range;
         let files: Vec<PathBuf> = (first..=last).map(|n| folder.join(frame_name(n))).collect();
         if let Some(absent) = files.iter().position(|f| !f.is_file()) {
@@ -98,8 +105,8 @@ impl Video {
     }
 }
 
-/// Decodes all frames of a user's video into a folder that is not there yet, and returns their files in order. It ends
-/// soon after `is_stopped` says so.
+/// Decodes all frames of a user's video into a temporary folder, and returns their files in order. It ends soon after
+/// `is_stopped` says so; if this program dies meanwhile, the folder is deleted.
 ///
 /// # Errors
 /// No ffmpeg, a file it cannot decode, damage, a limit, or an interruption.
@@ -109,23 +116,27 @@ pub fn decode_all(
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<Vec<PathBuf>, DatasetError> {
     let limits = VideoLimits { damage_ends_it: true, ..DEFAULT_LIMITS };
-    decode(video, folder, OsStr::new("ffmpeg"), limits, is_stopped)?;
+    decode_into(video, folder, OsStr::new("ffmpeg"), limits, is_stopped)?;
     let files = (1..=DEFAULT_LIMITS.frames).map(|n| folder.join(frame_name(n)));
     Ok(files.take_while(|file| file.is_file()).collect())
 }
 
-/// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell.
-pub fn rate(video: &Path) -> Option<f64> {
+/// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell, or
+/// `is_stopped` says so before. If this program dies meanwhile, the temporary folder of the frames is deleted.
+pub fn rate(video: &Path, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
     let mut url = OsString::from("file:");
     url.push(video.canonicalize().ok()?);
     let mut command = Command::new("ffprobe");
     command
         .args(["-v", "error", "-protocol_whitelist", "file", "-format_whitelist", FORMATS])
         .args(["-select_streams", "v:0", "-show_entries", "stream=avg_frame_rate", "-of", "csv=p=0"])
-        .arg(url)
-        .stdin(Stdio::null());
-    let output = command.output().ok().filter(|output| output.status.success())?;
-    let text = String::from_utf8(output.stdout).ok()?;
+        .arg(url);
+    let mut probe = Guarded::start(command, [Stdio::null(), Stdio::piped()], Some(folder)).ok()?;
+    let told = Tail::new(probe.stdout()?);
+    let until = Instant::now() + PROBE_TIME;
+    let check = || if is_stopped() || Instant::now() > until { Err(()) } else { Ok(()) };
+    probe.wait(check).ok()?.ok().filter(ExitStatus::success)?;
+    let text = told.text();
     let (frames, seconds) = text.lines().next()?.trim().trim_end_matches(',').split_once('/')?;
     let rate = frames.parse::<f64>().ok()? / seconds.parse::<f64>().ok()?;
     (rate.is_finite() && rate > 0.0).then_some(rate)
@@ -159,35 +170,55 @@ fn decode(
     #[cfg(unix)]
     fresh.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     let fresh = fresh.prefix(DECODING).tempdir_in(parent).map_err(io(parent))?;
-    let input = video.canonicalize().map_err(io(video))?;
-    // Older versions (before 5.1) know the option under another name; newer ones may lose that.
-    for option in ["-fps_mode", "-vsync"] {
-        let child = command(program, &input, fresh.path(), option, limits).spawn().map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => DatasetError::content(
-                video,
-                "its frames have to be decoded, but there is no `ffmpeg` on the PATH; install it (Debian, Ubuntu: \
-                 apt install ffmpeg; macOS: brew install ffmpeg; Windows: winget install ffmpeg)",
-            ),
-            _ => DatasetError::content(video, format!("ffmpeg does not start: {e}")),
-        })?;
-        match wait(child, fresh.path(), limits, is_stopped) {
-            Ok(()) => break,
-            Err(message) if option == "-fps_mode" && message.contains("fps_mode") => continue,
-            Err(message) => return Err(DatasetError::content(video, message)),
-        }
-    }
-    if !fresh.path().join(frame_name(1)).is_file() {
-        return Err(DatasetError::content(video, "ffmpeg found no frame in it; fetch the file again"));
-    }
-    if fresh.path().join(frame_name(limits.frames.saturating_add(1))).is_file() {
-        let message = format!("more than {} frames, which no sequence has", limits.frames);
-        return Err(DatasetError::content(video, message));
-    }
+    decode_into(video, fresh.path(), program, limits, is_stopped)?;
     match std::fs::rename(fresh.path(), folder) {
         // Another process was faster.
         Err(_) if folder.is_dir() => Ok(()),
         done => done.map_err(io(folder)),
     }
+}
+
+/// Decodes all frames of `video` into a folder, which is deleted if this program dies meanwhile.
+fn decode_into(
+    video: &Path,
+    folder: &Path,
+    program: &OsStr,
+    limits: VideoLimits,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(), DatasetError> {
+    let content = |message: String| DatasetError::content(video, message);
+    // A pipe or a device would be waited for, also by ffmpeg.
+    if !std::fs::metadata(video).map_err(|e| DatasetError::io(video, e))?.is_file() {
+        return Err(content("not a file; frames are a video file, image files or a folder of them".into()));
+    }
+    let readable = File::open(video).and_then(|_| video.canonicalize());
+    let input = readable.map_err(|e| DatasetError::io(video, e))?;
+    // Older versions (before 5.1) know the option under another name; newer ones may lose that.
+    for option in ["-fps_mode", "-vsync"] {
+        let ended = run(command(program, &input, folder, option, limits), folder, limits, is_stopped);
+        let (status, said) = ended.map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => content(
+                "its frames have to be decoded, but there is no `ffmpeg` on the PATH; install it (Debian, Ubuntu: \
+                 apt install ffmpeg; macOS: brew install ffmpeg; Windows: winget install ffmpeg)"
+                    .into(),
+            ),
+            _ => content(format!("ffmpeg does not start: {e}")),
+        })?;
+        let status = status.map_err(content)?;
+        if status.success() {
+            break;
+        }
+        if option != "-fps_mode" || !said.contains("fps_mode") {
+            return Err(content(refusal(status, &said, folder, limits)));
+        }
+    }
+    if !folder.join(frame_name(1)).is_file() {
+        return Err(content("ffmpeg found no frame in it; fetch the file again".into()));
+    }
+    if folder.join(frame_name(limits.frames.saturating_add(1))).is_file() {
+        return Err(content(format!("more than {} frames, which no sequence has", limits.frames)));
+    }
+    Ok(())
 }
 
 fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limits: VideoLimits) -> Command {
@@ -204,71 +235,65 @@ fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limi
         .args(["-frames:v", &limits.frames.saturating_add(1).to_string()])
         // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
         .args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"])
-        .current_dir(output)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped());
+        .current_dir(output);
     command
 }
 
-/// Waits for the end, within the limits; what it said on stderr is in the message of a failure.
-fn wait(
-    mut child: Child,
+/// Runs a program that writes frames into a folder to its end, which is how it ends or what is against going on, and the
+/// last words of its stderr.
+fn run(
+    command: Command,
     output: &Path,
     limits: VideoLimits,
     is_stopped: &dyn Fn() -> bool,
-) -> Result<(), String> {
-    let stderr = child.stderr.take();
-    let said = std::thread::spawn(move || stderr.map(last_words).unwrap_or_default());
+) -> std::io::Result<(Result<ExitStatus, String>, String)> {
     let until = Instant::now() + limits.time;
-    let outcome = loop {
-        match child.try_wait() {
-            Ok(Some(status)) if status.success() => break Ok(()),
-            Ok(Some(_)) if limits.damage_ends_it && output.join(frame_name(1)).is_file() => {
-                break Err(
-                    "the video is damaged, its frames would be wrong; take a whole copy of it, or the \
-                           frames that are good as images. ffmpeg says"
-                        .to_string(),
-                );
-            }
-            Ok(Some(status)) if limits.damage_ends_it => {
-                break Err(format!("no video, or a damaged one; ffmpeg ends with {status}"));
-            }
-            Ok(Some(status)) => break Err(format!("ffmpeg ends with {status}")),
-            Err(e) => break Err(format!("ffmpeg: {e}")),
-            Ok(None) if is_stopped() => break Err("interrupted".to_string()),
-            Ok(None) if Instant::now() > until => {
-                break Err(format!("ffmpeg takes more than {} s", limits.time.as_secs()));
-            }
-            Ok(None) if bytes_in(output) > limits.bytes => {
-                break Err(format!("the frames take more than {} bytes", limits.bytes));
-            }
-            Ok(None) => std::thread::sleep(Duration::from_millis(100)),
+    let check = || {
+        if is_stopped() {
+            return Err("interrupted".to_string());
         }
+        if Instant::now() > until {
+            return Err(format!("ffmpeg takes more than {} s", limits.time.as_secs()));
+        }
+        if bytes_in(output) > limits.bytes {
+            return Err(format!("the frames take more than {} bytes", limits.bytes));
+        }
+        Ok(())
     };
-    if outcome.is_err() {
-        // It may have ended by itself meanwhile; then there is nothing to end.
-        let _ = child.kill();
-        let _ = child.wait();
-    }
-    let said = said.join().unwrap_or_default();
-    outcome.map_err(|message| match said.trim() {
-        "" => message,
-        said => format!("{message}: {said}"),
-    })
+    let mut program = Guarded::start(command, [Stdio::null(), Stdio::null()], Some(output))?;
+    let ended = program.wait(check)?;
+    Ok((ended, program.stderr()))
 }
 
-/// The end of a stream, at most 2000 bytes, without control characters.
-fn last_words(mut stream: impl Read) -> String {
-    const KEPT: usize = 2000;
-    let mut kept = Vec::new();
-    let mut block = [0; 4096];
-    while let Ok(n @ 1..) = stream.read(&mut block) {
-        kept.extend_from_slice(block.get(..n).unwrap_or_default());
-        kept.drain(..kept.len().saturating_sub(KEPT));
+/// What a failure of ffmpeg means, and what to do.
+fn refusal(status: ExitStatus, said: &str, folder: &Path, limits: VideoLimits) -> String {
+    let meaning = if status.code().is_none() {
+        format!("ffmpeg did not finish ({status}); try it again")
+    } else if !limits.damage_ends_it {
+        "this is no video that ffmpeg reads; fetch the file again".to_string()
+    } else if folder.join(frame_name(1)).is_file() {
+        "the video is damaged, its frames would be wrong; take a whole copy of it, or the frames that are good as \
+         images"
+            .to_string()
+    } else {
+        "this is no video that ffmpeg reads, or a damaged one; name a whole video file, image files or a folder of \
+         them"
+            .to_string()
+    };
+    match reason(said) {
+        Some(reason) => format!("{meaning} (ffmpeg: {reason})"),
+        None => meaning,
     }
-    let printable = |c: char| if c.is_control() { ' ' } else { c };
-    String::from_utf8_lossy(&kept).chars().map(printable).collect()
+}
+
+/// The last line that ffmpeg says, without the part of it that speaks (`[mpeg @ 0x55d0]`) and the file's name.
+fn reason(said: &str) -> Option<String> {
+    let line = said.lines().map(str::trim).rfind(|line| !line.is_empty())?;
+    let line =
+        if line.starts_with('[') { line.split_once("] ").map_or(line, |(_, rest)| rest) } else { line };
+    let line =
+        if line.starts_with("file:") { line.rsplit_once(": ").map_or(line, |(_, rest)| rest) } else { line };
+    Some(shorten_to(&visible(line), MAX_REASON))
 }
 
 fn bytes_in(folder: &Path) -> u64 {

@@ -65,12 +65,11 @@
 //! another exit status than 0 after its last answer: its answers may be wrong, too. The first answer
 //! in the lines protocol, which has no greeting, may take both time limits together. At the end the
 //! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
-//! outlives this one, however it ends: on Linux whatever it does, since a [guard] is the parent of all processes that it
+//! outlives this one, however it ends: on Linux whatever it does, since a [guard](crate::dataset::guarded) is the parent of all processes that it
 //! leaves behind, on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
 
 mod child;
 mod fault;
-pub mod guard;
 mod images;
 mod json_lines;
 mod peer;

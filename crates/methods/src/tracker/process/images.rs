@@ -1,17 +1,17 @@
 //! Image files of frames, for programs that read images by path.
 
 use super::fault::ProgramFault;
+use crate::dataset::leftover::TemporaryFolder;
 use crate::image::{Frame, encode_png};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 
 /// Number of written frames that are kept, the newest included.
 const MAX_WRITTEN: usize = 2;
 
 /// A temporary folder for frames without a file.
 pub struct Images {
-    folder: TempDir,
+    folder: TemporaryFolder,
     written: VecDeque<PathBuf>,
     count: u64,
 }
@@ -19,8 +19,8 @@ pub struct Images {
 impl Images {
     /// An empty folder.
     pub fn new() -> Result<Self, ProgramFault> {
-        let folder = tempfile::Builder::new().prefix("trackfail-frames-").tempdir();
-        Ok(Self { folder: folder.map_err(ProgramFault::Folder)?, written: VecDeque::new(), count: 0 })
+        let folder = TemporaryFolder::new("trackfail-frames-").map_err(ProgramFault::Folder)?;
+        Ok(Self { folder, written: VecDeque::new(), count: 0 })
     }
 
     /// The folder that the frames are written to.

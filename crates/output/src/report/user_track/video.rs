@@ -1,11 +1,16 @@
 //! Frames as a video file, which `ffmpeg` encodes.
 
+use crate::dataset::guarded::Guarded;
+use crate::dataset::leftover::TemporaryFolder;
+use crate::engine::Interrupted;
 use crate::engine::store::{self, StoreError};
 use crate::image::Frame;
 use std::ffi::{OsStr, OsString};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::time::{Duration, Instant};
 
 /// Ends of the names of video files, with ffmpeg's names of their formats.
 pub const CONTAINERS: [(&str, &str); 4] =
@@ -15,8 +20,12 @@ pub const CONTAINERS: [(&str, &str); 4] =
 const ENCODERS: [(&str, &[&str]); 2] =
     [("libx264", &["-preset", "veryfast", "-crf", "20"]), ("mpeg4", &["-q:v", "3"])];
 
-/// Bytes of ffmpeg's messages that are kept.
-const MAX_MESSAGE: u64 = 4096;
+/// Frames under way to ffmpeg.
+const MAX_QUEUED: usize = 4;
+/// Longest time for it to take one, and to end after the last.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// Pause between two looks whether it takes the next one.
+const PAUSE: Duration = Duration::from_millis(2);
 
 /// A video that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +50,9 @@ pub enum VideoError<E: std::error::Error + 'static> {
     /// A frame cannot be made.
     #[error(transparent)]
     Frame(E),
+    /// The user interrupts.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
 }
 
 /// The format of a video file, by its name; `None` for a name that is no video's.
@@ -50,7 +62,7 @@ pub fn container(path: &Path) -> Option<&'static str> {
 }
 
 /// Writes `count` frames of one size, `frame(t)` from 0 on, as a video of `rate` frames a second. A file of that name is
-/// replaced when the video is complete; a device, pipe or link is written to.
+/// replaced when the video is complete; a device, pipe or link is written to. It ends soon after `is_stopped` says so.
 ///
 /// # Errors
 /// See [`VideoError`].
@@ -59,33 +71,41 @@ pub fn write<E: std::error::Error + 'static>(
     rate: f64,
     count: usize,
     frame: impl Fn(usize) -> Result<Frame, E>,
+    is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), VideoError<E>> {
-    write_by(OsStr::new("ffmpeg"), path, rate, count, &frame)
+    write_by(OsStr::new("ffmpeg"), path, rate, &Source { count, frame: &frame, is_stopped })
+}
+
+/// Where the frames come from.
+struct Source<'a, E> {
+    count: usize,
+    frame: &'a dyn Fn(usize) -> Result<Frame, E>,
+    is_stopped: &'a dyn Fn() -> bool,
 }
 
 fn write_by<E: std::error::Error + 'static>(
     program: &OsStr,
     path: &Path,
     rate: f64,
-    count: usize,
-    frame: &dyn Fn(usize) -> Result<Frame, E>,
+    source: &Source<'_, E>,
 ) -> Result<(), VideoError<E>> {
-    let folder = tempfile::Builder::new().prefix("trackfail-video-").tempdir();
+    let folder = TemporaryFolder::new("trackfail-video-");
     let folder = folder.map_err(|e| StoreError::new(&std::env::temp_dir(), e))?;
     let encoded = folder.path().join("video");
     let shown = path.display().to_string();
     let format = container(path).unwrap_or("mp4");
     let mut refused = String::new();
     for (encoder, options) in ENCODERS {
-        let first = frame(0).map_err(VideoError::Frame)?;
+        let first = (source.frame)(0).map_err(VideoError::Frame)?;
         let mut command = command(program, &encoded, (first.width(), first.height()), rate, format);
         let coded = ["-c:v", encoder, "-pix_fmt", "yuv420p"];
         command.args(coded).args(options).args(["-f", format]).arg(url(&encoded));
-        let child = command.spawn().map_err(|e| match e.kind() {
+        let not_started = |e: std::io::Error| match e.kind() {
             std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.clone()),
             _ => VideoError::Ffmpeg { path: shown.clone(), message: e.to_string() },
-        })?;
-        match feed(child, first, count, frame)? {
+        };
+        let program = Guarded::start(command, [Stdio::piped(), Stdio::null()], Some(folder.path()));
+        match feed(program.map_err(not_started)?, first, source)?.map_err(not_started)? {
             Ok(()) => {
                 let bytes = store::read(&encoded)?;
                 return Ok(store::write_output(path, &bytes)?);
@@ -115,10 +135,7 @@ fn command(program: &OsStr, folder: &Path, (w, h): (usize, usize), rate: f64, fo
         .args(["-i", "pipe:0", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"])
         // The color planes have half the sides.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
-        .current_dir(folder.parent().unwrap_or(folder))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped());
+        .current_dir(folder.parent().unwrap_or(folder));
     if ["mp4", "mov"].contains(&format) {
         command.args(["-movflags", "+faststart"]);
     }

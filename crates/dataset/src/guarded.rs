@@ -1,0 +1,231 @@
+//! Programs outside of this one, such as ffmpeg and trackers, which may misbehave in any way.
+//!
+//! The end of a [`Guarded`] program, or of this one, whatever the cause, ends all that it has started. On Linux a guard sees
+//! to that, a process between the two. Elsewhere the program leads a group of its own, which a small shell guards: it waits
+//! for the end of its stdin, a pipe that only this program holds, then kills the group.
+//!
+//! What has left the guard or the group may hold the streams of the program open: the end of a stream is waited for no
+//! longer than a moment.
+
+mod guard;
+
+pub use guard::serve_if_asked;
+
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Bytes of a stream that are kept.
+const MAX_TAIL_BYTES: usize = 4 << 10;
+/// Longest time to wait for the end of a stream after that of the program.
+pub const STREAM_GRACE: Duration = Duration::from_millis(300);
+/// Longest pause between two looks whether a program has ended.
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Tells whoever waits for a program without a flag of its own that the user interrupts. May be called by a handler of
+/// signals.
+pub fn interrupt() {
+    INTERRUPTED.store(true, Ordering::Relaxed);
+}
+
+/// Whether [`interrupt`] was called.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// A program, which is ended together with all that it has started when this is dropped.
+pub struct Guarded {
+    process: Child,
+    /// Whether the process is a guard, which has started the program.
+    is_guard: bool,
+    shell: Option<GuardShell>,
+    stderr: Option<Tail>,
+}
+
+impl Guarded {
+    /// Starts a program with a stdin and a stdout; its stderr is read. `folder`, if there is one, is deleted if this
+    /// program dies before the other one has ended.
+    ///
+    /// # Errors
+    /// When it cannot be started; some systems tell so only in [`Self::try_wait`].
+    pub fn start(
+        command: Command,
+        [stdin, stdout]: [Stdio; 2],
+        folder: Option<&Path>,
+    ) -> std::io::Result<Self> {
+        // It is deleted by a process that works in another folder.
+        let folder = folder.map(std::path::absolute).transpose()?;
+        let folder = folder.as_deref();
+        let guarded = guard::command(&command, folder);
+        let is_guard = guarded.is_some();
+        let mut command = guarded.unwrap_or(command);
+        command.stdin(stdin).stdout(stdout).stderr(Stdio::piped());
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut process = command.spawn()?;
+        let shell = if is_guard { None } else { GuardShell::new(process.id(), folder) };
+        let stderr = process.stderr.take().map(Tail::new);
+        Ok(Self { process, is_guard, shell, stderr })
+    }
+
+    /// Its stdin, once, if it is a pipe.
+    pub fn stdin(&mut self) -> Option<ChildStdin> {
+        self.process.stdin.take()
+    }
+
+    /// Its stdout, once, if it is a pipe.
+    pub fn stdout(&mut self) -> Option<ChildStdout> {
+        self.process.stdout.take()
+    }
+
+    /// The end of its stderr, waited for no longer than [`STREAM_GRACE`].
+    pub fn stderr(&self) -> String {
+        self.stderr.as_ref().map(Tail::text).unwrap_or_default()
+    }
+
+    /// How it has ended; `None` while it runs.
+    ///
+    /// # Errors
+    /// When it could not be started.
+    pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
+        let status = self.process.try_wait()?;
+        let error = status.and_then(|_| self.start_error());
+        error.map_or(Ok(status), Err)
+    }
+
+    /// The system's error, if the guard could not start the program.
+    fn start_error(&self) -> Option<std::io::Error> {
+        let text = self.is_guard.then(|| self.stderr())?;
+        let number = text.strip_prefix(guard::CANNOT_START)?.trim_end().parse().ok()?;
+        Some(std::io::Error::from_raw_os_error(number))
+    }
+
+    /// Waits for its end, or until `check` has a reason against that, and ends what it has started; how it has ended, or
+    /// the reason.
+    ///
+    /// # Errors
+    /// When it could not be started.
+    pub fn wait<E>(&mut self, check: impl Fn() -> Result<(), E>) -> std::io::Result<Result<ExitStatus, E>> {
+        let mut pause = Duration::from_millis(1);
+        let outcome = loop {
+            if let Some(status) = self.try_wait()? {
+                break Ok(status);
+            }
+            if let Err(reason) = check() {
+                break Err(reason);
+            }
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(LONGEST_PAUSE);
+        };
+        self.end();
+        Ok(outcome)
+    }
+
+    /// Ends it with all that it has started.
+    pub fn end(&mut self) {
+        // When a guard has ended, so have the others, and its number may be another process's.
+        if self.is_guard && matches!(self.process.try_wait(), Ok(None)) {
+            guard::end(self.process.id());
+        }
+        drop(self.shell.take());
+        // Needed if there is no shell; harmless if the process has already ended.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Drop for Guarded {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// The last bytes of a stream, read by a thread, so that whoever writes is never stopped by a full pipe.
+pub struct Tail {
+    kept: Arc<Mutex<VecDeque<u8>>>,
+    ended: Receiver<()>,
+}
+
+impl Tail {
+    /// Begins to read.
+    pub fn new(stream: impl Read + Send + 'static) -> Self {
+        let (end, ended) = sync_channel(1);
+        let kept = Arc::new(Mutex::new(VecDeque::new()));
+        let tail = Self { kept: kept.clone(), ended };
+        std::thread::spawn(move || {
+            remember(stream, &kept);
+            let _ = end.send(());
+        });
+        tail
+    }
+
+    /// The last bytes as text; the end of the stream is waited for no longer than [`STREAM_GRACE`].
+    pub fn text(&self) -> String {
+        let _ = self.ended.recv_timeout(STREAM_GRACE);
+        let bytes: Vec<u8> =
+            self.kept.lock().unwrap_or_else(PoisonError::into_inner).iter().copied().collect();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+}
+
+/// Reads a stream to its end and keeps its last bytes.
+fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
+    let mut buffer = [0; 8 << 10];
+    loop {
+        match stream.read(&mut buffer) {
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Ok(0) | Err(_) => return,
+            Ok(n) => {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.extend(&buffer[..n]);
+                let surplus = kept.len().saturating_sub(MAX_TAIL_BYTES);
+                kept.drain(..surplus);
+            }
+        }
+    }
+}
+
+/// Kills a process group when it is dropped, or when this program dies.
+struct GuardShell {
+    shell: Child,
+}
+
+impl GuardShell {
+    /// `None` if the shell cannot be started.
+    #[cfg(unix)]
+    fn new(group: u32, folder: Option<&Path>) -> Option<Self> {
+        use std::os::unix::process::CommandExt as _;
+        // A line says that this program lives.
+        const SCRIPT: &str = r#"lives=; while read -r _; do lives=1; done; kill -s KILL -- "-$1"; shift
+            [ "$lives" ] || rm -rf -- "$@""#;
+        let mut shell = Command::new("/bin/sh");
+        shell.args(["-c", SCRIPT, "sh", &group.to_string()]).args(folder).current_dir("/");
+        // In a group of its own as well, since Ctrl-C on the terminal must not end it.
+        shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
+        Some(Self { shell: shell.spawn().ok()? })
+    }
+
+    #[cfg(not(unix))]
+    fn new(_: u32, _: Option<&Path>) -> Option<Self> {
+        None
+    }
+}
+
+impl Drop for GuardShell {
+    fn drop(&mut self) {
+        if let Some(mut stdin) = self.shell.stdin.take() {
+            let _ = stdin.write_all(b"\n");
+        }
+        let _ = self.shell.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! Programs here are shells. Those of a library's tests have no guard but the shell that other systems have.
+
+use super::*;
+
+#[test]
+fn the_end_of_a_long_message_is_kept() {
+    let long = format!("{}last", "x".repeat(100_000));
+    let kept = Tail::new(std::io::Cursor::new(long)).text();
+    assert!(kept.len() == MAX_TAIL_BYTES && kept.ends_with("xlast"), "{}", kept.len());
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+    use std::io::{BufRead, BufReader};
+    use std::time::Instant;
+
+    fn start(script: &str, folder: Option<&Path>) -> Guarded {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        Guarded::start(command, [Stdio::null(), Stdio::piped()], folder).unwrap()
+    }
+
+    /// The first line of its stdout.
+    fn line(program: &mut Guarded) -> String {
+        let mut line = String::new();
+        BufReader::new(program.stdout().unwrap()).read_line(&mut line).unwrap();
+        line.trim().to_string()
+    }
+
+    fn is_gone(pid: &str) -> bool {
+        let end = Instant::now() + Duration::from_secs(20);
+        while Instant::now() < end {
+            let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap();
+            let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+            if state.is_empty() || state.starts_with('Z') {
+                return true;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    }
+
+    #[test]
+    fn what_holds_the_streams_is_not_waited_for_and_ends() {
+        let script = "sleep 1000 & echo $!; echo 'no memory' >&2; exit 7";
+        let mut program = start(script, None);
+        let held = line(&mut program);
+        let status = program.wait(|| Ok::<(), ()>(())).unwrap().unwrap();
+        assert_eq!((status.code(), program.stderr().as_str()), (Some(7), "no memory\n"));
+        assert!(is_gone(&held));
+    }
+
+    #[test]
+    fn a_reason_not_to_wait_ends_all_of_it() {
+        let mut program = start("sleep 1000 & echo $!; wait", None);
+        let child = line(&mut program);
+        let outcome = program.wait(|| Err("interrupted")).unwrap();
+        assert_eq!(outcome, Err("interrupted"));
+        assert!(is_gone(&child));
+        // Once more, and when it is dropped, does nothing.
+        program.end();
+    }
+
+    #[test]
+    fn a_folder_outlives_the_program_while_this_one_lives() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut program = start("exit 0", Some(folder.path()));
+        program.wait(|| Ok::<(), ()>(())).unwrap().unwrap();
+        drop(program);
+        drop(start("sleep 1000", Some(folder.path())));
+        assert!(folder.path().is_dir());
+    }
+
+    #[test]
+    fn what_cannot_be_started_is_an_error() {
+        let command = Command::new("no-such-program");
+        let started = Guarded::start(command, [Stdio::null(), Stdio::null()], None);
+        assert_eq!(started.err().unwrap().kind(), std::io::ErrorKind::NotFound);
+    }
+}
