@@ -9,7 +9,7 @@
 //! one and renames it when it is complete, so a folder of that name is never a part; what a killed run leaves
 //! is named `.decoding-...`; a later run deletes it. The frames themselves may be deleted. One video is decoded at a time.
 //!
-//! The `ffmpeg` on the PATH is run without a shell and [guarded](guarded). The file's name is given to it as `file:` and an absolute
+//! The `ffmpeg` on the PATH is run without a shell and [guarded](mod@guarded). The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
 //! Time, frames and bytes are limited ([`VideoLimits`]). Every decoded frame is written, none is repeated or dropped
 //! to keep a rate. Colors are converted by the exact, slower way, but another version of ffmpeg may still

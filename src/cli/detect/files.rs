@@ -171,8 +171,9 @@ fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<
 
 fn annotate_video(path: &Path, video: &UserVideo<'_>, rate: f64, stop: &Stop) -> Result<(), Failure> {
     let frame = |t| drawn(video, t, stop);
-    video::write(path, rate, video.sequence.len(), frame).map_err(|e| match e {
+    video::write(path, rate, video.sequence.len(), frame, &|| stop.is_set()).map_err(|e| match e {
         VideoError::Frame(e) => failure(e),
+        VideoError::Interrupted(e) => Failure::Interrupted(e.into()),
         e @ VideoError::NoFfmpeg(_) => Failure::data(e.to_string()),
         e => Failure::io(e.to_string()),
     })

@@ -2,7 +2,8 @@
 
 use crate::dataset::guarded::Guarded;
 use crate::dataset::leftover::TemporaryFolder;
-use crate::engine::Interrupted;
+use crate::dataset::text::visible;
+use crate::engine::limits::Interrupted;
 use crate::engine::store::{self, StoreError};
 use crate::image::Frame;
 use std::ffi::{OsStr, OsString};
@@ -142,56 +143,70 @@ fn command(program: &OsStr, folder: &Path, (w, h): (usize, usize), rate: f64, fo
     command
 }
 
-/// Gives a process all frames and waits for its end; the inner error is what it says.
+/// Gives a program all frames and waits for its end; the outer error of the value is that it cannot be started, the inner
+/// one what it says.
 fn feed<E: std::error::Error + 'static>(
-    mut child: Child,
+    mut program: Guarded,
     first: Frame,
-    count: usize,
-    frame: &dyn Fn(usize) -> Result<Frame, E>,
-) -> Result<Result<(), String>, VideoError<E>> {
-    let stderr = child.stderr.take();
-    let said = std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        if let Some(mut stderr) = stderr {
-            let _ = stderr.by_ref().take(MAX_MESSAGE).read_to_end(&mut bytes);
-            // A pipe that is full would stop the process.
-            let _ = std::io::copy(&mut stderr, &mut std::io::sink());
+    source: &Source<'_, E>,
+) -> Result<std::io::Result<Result<(), String>>, VideoError<E>> {
+    let (frames, queue) = sync_channel(MAX_QUEUED);
+    let stdin = program.stdin();
+    // It may not read what it is sent, which this thread alone waits for.
+    std::thread::spawn(move || stdin.map(|stdin| write_frames(stdin, &queue)));
+    let is_taken = give(frames, first, source)?;
+    let until = Instant::now() + PATIENCE;
+    let check = || {
+        if (source.is_stopped)() {
+            return Err(Some(Interrupted));
         }
-        String::from_utf8_lossy(&bytes).split_whitespace().collect::<Vec<_>>().join(" ")
-    });
-    let fed = give(&mut child, first, count, frame);
-    if fed.is_err() {
-        // It may have ended by itself meanwhile; then there is nothing to end.
-        let _ = child.kill();
-    }
-    let status = child.wait();
-    let said = said.join().unwrap_or_default();
-    fed?;
-    Ok(match status {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) if said.is_empty() => Err(format!("it ends with {status}")),
-        Ok(_) => Err(said),
-        Err(e) => Err(e.to_string()),
+        if is_taken && Instant::now() < until { Ok(()) } else { Err(None) }
+    };
+    Ok(match program.wait(check) {
+        Err(e) => Err(e),
+        Ok(Err(Some(interrupted))) => return Err(interrupted.into()),
+        Ok(Err(None)) => Ok(Err(format!("it does not go on for {} s", PATIENCE.as_secs()))),
+        Ok(Ok(status)) if status.success() => Ok(Ok(())),
+        Ok(Ok(status)) => Ok(Err(match visible(program.stderr().trim()) {
+            said if said.is_empty() => format!("it ends with {status}"),
+            said => said,
+        })),
     })
 }
 
-/// Writes frames to the process until it has all of them, or no longer takes them.
+/// Writes frames until there are no more, or the program takes no more.
+fn write_frames(mut stdin: ChildStdin, queue: &Receiver<Frame>) {
+    // An encoder that refuses closes its pipe, and says why.
+    while let Ok(frame) = queue.recv()
+        && stdin.write_all(frame.bytes()).is_ok()
+    {}
+}
+
+/// Queues frames until all are given, or the program takes no more; `false` if it does not go on.
 fn give<E: std::error::Error + 'static>(
-    child: &mut Child,
+    frames: SyncSender<Frame>,
     first: Frame,
-    count: usize,
-    frame: &dyn Fn(usize) -> Result<Frame, E>,
-) -> Result<(), VideoError<E>> {
-    let Some(mut pipe) = child.stdin.take() else { return Ok(()) };
+    source: &Source<'_, E>,
+) -> Result<bool, VideoError<E>> {
     let mut next = first;
-    for t in 1..=count {
-        // An encoder that refuses closes its pipe, and says why.
-        if pipe.write_all(next.bytes()).is_err() || t == count {
+    for t in 1..=source.count {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            match frames.try_send(next) {
+                Ok(()) => break,
+                Err(TrySendError::Disconnected(_)) => return Ok(true),
+                Err(TrySendError::Full(_)) if (source.is_stopped)() => return Err(Interrupted.into()),
+                Err(TrySendError::Full(_)) if Instant::now() > until => return Ok(false),
+                Err(TrySendError::Full(frame)) => next = frame,
+            }
+            std::thread::sleep(PAUSE);
+        }
+        if t == source.count {
             break;
         }
-        next = frame(t).map_err(VideoError::Frame)?;
+        next = (source.frame)(t).map_err(VideoError::Frame)?;
     }
-    Ok(())
+    Ok(true)
 }
 
 #[cfg(test)]
@@ -210,7 +225,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         for (name, end) in [("a.mp4", 1), ("b.mkv", 6), ("c.avi", 6), ("d.mov", 6)] {
             let path = root.path().join(name);
-            write(&path, 12.5, end, frame).unwrap();
+            write(&path, 12.5, end, frame, &|| false).unwrap();
             let read = user_frames::load(&[path], &|| false).unwrap();
             assert_eq!(read.sequence.len(), end, "{name}");
             // Odd sides have a row more.
@@ -221,7 +236,7 @@ mod tests {
             assert!((0..3).all(|c| far(c) < 24), "{name} {:?} {:?}", seen.pixel(30, 20), meant.pixel(30, 20));
         }
         let again = root.path().join("again.mp4");
-        write(&again, 12.5, 1, frame).unwrap();
+        write(&again, 12.5, 1, frame, &|| false).unwrap();
         assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(root.path().join("a.mp4")).unwrap());
     }
 
@@ -232,14 +247,39 @@ mod tests {
         let path = root.path().join("a.mp4");
         std::fs::write(&path, "as it was").unwrap();
         let broken = |t| if t < 3 { frame(t) } else { Err(DatasetError::NoFrames("S".into())) };
-        assert!(matches!(write(&path, 25.0, 6, broken), Err(VideoError::Frame(_))));
-        let message = write(&path, 0.0, 6, frame).unwrap_err().to_string();
+        assert!(matches!(write(&path, 25.0, 6, broken, &|| false), Err(VideoError::Frame(_))));
+        let message = write(&path, 0.0, 6, frame, &|| false).unwrap_err().to_string();
         assert!(message.contains("a.mp4: ffmpeg: "), "{message}");
-        let message = write_by(OsStr::new("no-such-ffmpeg"), &path, 25.0, 6, &frame).unwrap_err().to_string();
+        let source = Source { count: 6, frame: &frame, is_stopped: &|| false };
+        let message = write_by(OsStr::new("no-such-ffmpeg"), &path, 25.0, &source).unwrap_err().to_string();
         assert!(message.contains("install it") && message.contains("folder for PNG"), "{message}");
         assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
         let nowhere = root.path().join("none/a.mp4");
-        assert!(write(&nowhere, 25.0, 1, frame).unwrap_err().to_string().contains("there is no folder"));
+        assert!(
+            write(&nowhere, 25.0, 1, frame, &|| false)
+                .unwrap_err()
+                .to_string()
+                .contains("there is no folder")
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_program_that_takes_no_frames_is_not_waited_for_after_an_interruption() {
+        let root = tempfile::tempdir().unwrap();
+        let [script, program, path] = ["script", "ffmpeg", "a.mp4"].map(|name| root.path().join(name));
+        std::fs::write(&script, "#!/bin/sh\nsleep 1000\n").unwrap();
+        // By another process, since one that this one is just starting may still hold the file open.
+        let made = Command::new("install").args(["-m", "755"]).args([&script, &program]).status().unwrap();
+        assert!(made.success());
+        for count in [1, 100] {
+            let asked = std::cell::Cell::new(0);
+            let is_stopped = || asked.replace(asked.get() + 1) > 3;
+            let source = Source { count, frame: &frame, is_stopped: &is_stopped };
+            let outcome = write_by(program.as_os_str(), &path, 25.0, &source);
+            assert!(matches!(outcome, Err(VideoError::Interrupted(_))), "{count}");
+        }
+        assert!(!path.exists());
     }
 
     #[test]
