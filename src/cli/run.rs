@@ -5,8 +5,8 @@ mod print;
 
 use super::output::{self, Format};
 use super::{Failure, export, times};
-use crate::dataset::{Sequence, guarded};
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
+use crate::dataset::{Sequence, guarded};
 use crate::engine::observe::progress::{self, ProgressPublisher, ProgressWatch};
 use crate::engine::store::{self, Store};
 use crate::engine::{self, ExperimentPlan, Options, Outcome, RunError, RunLimits, Shard, Stop};

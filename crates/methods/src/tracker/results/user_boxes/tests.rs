@@ -161,7 +161,7 @@ fn a_header_names_the_columns() {
         "score\tTop\tLeft\tBottom\tRight\n0.5\t21\t11\t51\t51",
         "xmin,ymin,xmax,ymax\n0.05,0.2,0.25,0.5",
     ] {
-        assert_eq!(only(read(text, &SIZE).unwrap()), [one.clone()], "{text}");
+        assert_eq!(only(read(text, &SIZE).unwrap()), std::slice::from_ref(&one), "{text}");
     }
     let text = "track_id,frame,x,y,w,h\n7,0,11,21,40,30\n8,1,11,21,40,30\n7,2,11,21,40,30\n";
     let boxes = read(text, &SIZE).unwrap();
@@ -188,7 +188,7 @@ fn a_header_names_the_columns() {
     }
     // Whoever names the format is obeyed, and a header beats the format of another file.
     let given = Options { format: named("x,y,x2,y2"), ..SIZE };
-    assert_eq!(only(read("a,b,c,d\n11,21,51,51", &given).unwrap()), [one.clone()]);
+    assert_eq!(only(read("a,b,c,d\n11,21,51,51", &given).unwrap()), std::slice::from_ref(&one));
     let usual = Options { usual: named("xywh"), ..SIZE };
     assert_eq!(only(read("x1,y1,x2,y2\n11,21,51,51", &usual).unwrap()), [one]);
 }
@@ -267,7 +267,7 @@ fn absence_is_an_error_unless_it_is_expected() {
     assert_eq!(regions, [None, rect(10.0, 20.0, 40.0, 30.0), None, None, None, None]);
     // Empty lines at the end are frames only where so many are needed.
     for (frames, lines) in [(Some(3), 3), (Some(9), 1), (None, 1)] {
-        let absent = Options { frames, ..absent };
+        let absent = Options { frames, ..absent.clone() };
         assert_eq!(read("11,21,40,30\n\n\n\n", &absent).unwrap().frames, lines);
     }
     for (text, line) in [
@@ -357,7 +357,7 @@ proptest! {
         let mut text = row(words.map(|word| if upper { word.to_uppercase() } else { word.to_string() }));
         for (t, (x, y, w, h)) in boxes.iter().enumerate() {
             let [a, b, c, d] = [[*x, *y, *w, *h], [*x, *y, x + w, y + h], [x + w / 2.0, y + h / 2.0, *w, *h]][kind];
-            let [a, b, c, d] = [a, b, c, d].map(|v| v.to_string());
+            let [a, b, c, d] = [a, b, c, d].map(|v: f64| v.to_string());
             text += &row([a, b, c, d, t.to_string(), "a b".to_string()]);
         }
         let options = Options { base: Some(Base::Zero), ..SIZE };
