@@ -292,6 +292,47 @@ rows = ["detections"]
 columns = "method"
 "#;
 
+const ORDER: &str = r#"
+[[method]]
+name = "still"
+protocol = "khalid2016/1"
+signal = { kind = "box-motion", measure = "displacement" }
+detector = { kind = "level", above = 0.5 }
+
+[[table]]
+name = "order"
+methods = ["sure", "still"]
+rank = "fpr"
+"#;
+
+// By hand: no method detects anything, so that both have the first rank where both have all sequences.
+#[test]
+fn a_method_without_a_result_for_a_sequence_has_no_rank() {
+    let place = Place::new();
+    place.exact("T");
+    let spec = spec(&["T"], &format!("{CONFIDENCE}{ORDER}"));
+    let confidence = |sequence| {
+        place.write(&format!("results/T/{sequence}_confidence.value"), &"0.9\n".repeat(FRAMES));
+    };
+    ["a", "b"].into_iter().for_each(confidence);
+    let (code, told) = place.run(&spec, &["--allow-missing"]);
+    let table = place.kept("tables/order.md");
+    assert_eq!(code, 0, "{told}");
+    let row = |table: &str, method: &str| {
+        let line = table.lines().find(|line| line.starts_with(&format!("| {method} |"))).unwrap();
+        line.split('|').map(|cell| cell.trim().to_string()).skip(2).take(2).collect::<Vec<_>>()
+    };
+    let is_unranked = |cell: &str| cell.parse::<u32>().is_err();
+    assert!(row(&table, "still")[0] == "1" && is_unranked(&row(&table, "sure")[0]), "{table}");
+    assert!(row(&table, "sure")[1].ends_with('†') && !row(&table, "still")[1].contains('†'), "{table}");
+    assert!(table.contains("† The data of 1 cell is not there; it is left out."), "{table}");
+    confidence("c");
+    let (_, told) = place.run(&spec, &[]);
+    let table = place.kept("tables/order.md");
+    assert!(row(&table, "still")[0] == "1" && row(&table, "sure")[0] == "1", "{told}\n{table}");
+    assert!(!table.contains('†'), "{table}");
+}
+
 const LONG_TERM: &str = r#"
 [[analysis]]
 name = "lt"

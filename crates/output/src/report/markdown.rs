@@ -55,7 +55,7 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
         line(&format!("**{}.** {}", text(&figure.name), text(&figure.caption)));
     }
     if !page.failed.is_empty() {
-        line("## Cells without a result");
+        line("## Without a result");
         let rows: Vec<Vec<String>> =
             page.failed.iter().map(|f| vec![text(&f.cell), text(&f.reason)]).collect();
         line(&grid(&["cell".into(), "reason".into()], &rows));

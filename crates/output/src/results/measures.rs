@@ -144,8 +144,13 @@ fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreErr
 }
 
 /// Pools the counts of the sequences with each attribute, attributes by name; trackers and variants in the
-/// order in which they come. Scores, delays and runs backwards are not known of a single cell and are left out.
-pub fn by_attribute(scores: &[CellScore], attributes: &BTreeMap<String, Vec<String>>) -> Vec<Measure> {
+/// order in which they come. Scores, delays and runs backwards are not known of a single cell and are left out; `without` are
+/// the cells without a result.
+pub fn by_attribute(
+    scores: &[CellScore],
+    without: &[FailedCell],
+    attributes: &BTreeMap<String, Vec<String>>,
+) -> Vec<Measure> {
     let mut sequences: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for (sequence, list) in attributes {
         for attribute in list {
@@ -154,9 +159,13 @@ pub fn by_attribute(scores: &[CellScore], attributes: &BTreeMap<String, Vec<Stri
     }
     let mut measures: Vec<Measure> = Vec::new();
     for (attribute, sequences) in sequences {
+        let without: Vec<&FailedCell> =
+            without.iter().filter(|cell| sequences.contains(cell.sequence.as_str())).collect();
         let mut places: BTreeMap<(&str, &str, &str), usize> = BTreeMap::new();
         for score in scores.iter().filter(|s| sequences.contains(s.sequence.as_str())) {
             let place = *places.entry((&score.tracker, &score.method, &score.params)).or_insert_with(|| {
+                let label = method_label(&score.method, &score.params);
+                let mine = without.iter().filter(|c| c.tracker == score.tracker && c.method == label);
                 measures.push(Measure {
                     tracker: score.tracker.clone(),
                     method: score.method.clone(),
@@ -164,8 +173,8 @@ pub fn by_attribute(scores: &[CellScore], attributes: &BTreeMap<String, Vec<Stri
                     attribute: Some(attribute.to_string()),
                     pooled: Pooled::default(),
                     done: 0,
-                    failed: 0,
-                    not_there: 0,
+                    failed: mine.clone().count(),
+                    not_there: mine.filter(|c| c.missing).count(),
                 });
                 measures.len() - 1
             });
@@ -269,9 +278,21 @@ mod tests {
             ("d", words(&["gone"])),
         ];
         let attributes = attributes.into_iter().map(|(name, list)| (name.to_string(), list)).collect();
-        let measures = by_attribute(&scores, &attributes);
+        let gone = |sequence: &str, method: &str, missing| FailedCell {
+            sequence: sequence.into(),
+            tracker: "t".into(),
+            run: 1,
+            method: method.into(),
+            missing,
+            reason: "it ended".into(),
+        };
+        let without =
+            [gone("b", "m", false), gone("b", "n", false), gone("c", "m", true), gone("a", "m", true)];
+        let measures = by_attribute(&scores, &without, &attributes);
         let pooled: Vec<_> =
             measures.iter().map(|m| (m.attribute.as_deref(), m.done, m.value(Metric::F_SCORE))).collect();
         assert_eq!(pooled, [(Some("dark"), 3, Some(6.0 / 13.0)), (Some("small"), 2, Some(6.0 / 8.0))]);
+        let without: Vec<_> = measures.iter().map(|m| (m.failed, m.not_there)).collect();
+        assert_eq!(without, [(2, 1), (1, 1)]);
     }
 }

@@ -72,7 +72,7 @@ pub fn layouts(results: &Results, scores: &[CellScore]) -> Vec<TableLayout> {
     let Results { experiment, measures: pooled, analyses, manifest, .. } = results;
     let note = data_note(experiment, manifest);
     let attributes = &manifest.suite.attributes;
-    let mut parts = measures::by_attribute(scores, attributes);
+    let mut parts = measures::by_attribute(scores, &manifest.cells_failed, attributes);
     parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
     let all = [pooled.as_slice(), &parts].concat();
     let layout = |t: &Table| match &t.shows {

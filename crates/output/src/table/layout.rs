@@ -133,7 +133,11 @@ pub struct Cell {
 }
 
 /// Says how many cells have no result because their data is not there, or because they failed.
-fn left_out(not_there: usize, failed: usize) -> Option<String> {
+pub(super) fn left_out(measures: &[Measure]) -> Option<String> {
+    let count =
+        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
+    let not_there = count(|m| m.not_there);
+    let failed = count(|m| m.failed).saturating_sub(not_there);
     let cells = |n: usize| if n == 1 { "1 cell".to_string() } else { format!("{n} cells") };
     let them = if not_there + failed == 1 { "it is" } else { "they are" };
     match (not_there, failed) {
@@ -211,17 +215,13 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         let group = make_group(&context, &[], label, Some(tracker), &place);
         groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
     }
-    let count =
-        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
-    let not_there = count(|m| m.not_there);
-    let left_out = left_out(not_there, count(|m| m.failed).saturating_sub(not_there));
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
     }
     caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
     caption.push('.');
-    if let Some(left_out) = left_out {
+    if let Some(left_out) = left_out(measures) {
         caption.push_str(&format!(" † {left_out}"));
     }
     let rows_are = match &table.rows {

@@ -7,14 +7,15 @@
 //!
 //! A rank is 1 plus the number of methods that are better, so equal methods share theirs, and both are first.
 //! Where the counts of a draw give no value (precision without a detection), the method ranks behind all that have
-//! one. Anchors stand where their value puts them, but have no rank and do not push others down.
+//! one. Anchors stand where their value puts them, but have no rank and do not push others down; nor do methods that have no
+//! result for cells that others have one for.
 //!
 //! Seed: that of the experiment with the names of table and tracker.
 //!
 //! Metrics of frames ([`crate::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
-use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
+use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor, left_out};
 use super::number::Style;
 use crate::direction::Direction;
 use crate::num::seed;
@@ -38,6 +39,10 @@ pub const MIN_SEQUENCES: usize = 3;
 struct Candidate {
     label: String,
     is_anchor: bool,
+    /// Cells without a result.
+    failed: usize,
+    /// Whether it has a rank.
+    is_ranked: bool,
     value: Option<f64>,
     /// Interval of the value, for metrics of frames.
     interval: Option<(f64, f64)>,
@@ -124,15 +129,19 @@ fn candidates(
         mine.entry((&s.method, &s.params)).or_default().push(s);
     }
     places.values_mut().enumerate().for_each(|(k, place)| *place = k);
+    let most = shown.iter().map(|m| m.done).max();
     let candidate = |m: &&Measure| {
         let mut counts = vec![Counts::default(); places.len()];
+        let is_anchor = is_anchor(experiment, &m.method);
         for s in mine.get(&(m.method.as_str(), m.params.as_str())).into_iter().flatten() {
             let sum = &mut counts[places[s.sequence.as_str()]];
             *sum = [*sum, s.counts].into_iter().sum();
         }
         Candidate {
             label: method_label(&m.method, &m.params),
-            is_anchor: is_anchor(experiment, &m.method),
+            is_anchor,
+            failed: m.failed,
+            is_ranked: !is_anchor && Some(m.done) == most,
             value: m.value(metric),
             interval: metric.interval(&m.pooled),
             counts,
@@ -160,11 +169,11 @@ pub fn leaderboard(
         // Equal methods stay in the order of the experiment.
         all.sort_by(|a, b| compare(a.value, b.value, metric));
         let ranked: Vec<CountsOfMethod<'_>> =
-            all.iter().filter(|c| !c.is_anchor).map(|c| (c.counts.as_slice(), c.chance)).collect();
+            all.iter().filter(|c| c.is_ranked).map(|c| (c.counts.as_slice(), c.chance)).collect();
         let enough = all[0].counts.len() >= MIN_SEQUENCES && !metric.is_of_frames();
         let seed = seed::seed(experiment.seed, &["leaderboard", &table.name, tracker]);
         let mut sure = if metric.is_of_frames() {
-            let values: Vec<Option<f64>> = all.iter().filter(|c| !c.is_anchor).map(|c| c.value).collect();
+            let values: Vec<Option<f64>> = all.iter().filter(|c| c.is_ranked).map(|c| c.value).collect();
             let ranks = ranks(&values, metric).into_iter();
             ranks.map(|rank| Stability { rank, first: 0.0, keeps: 0.0 }).collect()
         } else {
@@ -172,7 +181,7 @@ pub fn leaderboard(
         }
         .into_iter();
         let rows = all.iter().map(|c| {
-            let sure = if c.is_anchor { None } else { sure.next() };
+            let sure = if c.is_ranked { sure.next() } else { None };
             let (first, keeps) =
                 (sure.filter(|_| enough).map(|s| s.first), sure.filter(|_| enough).map(|s| s.keeps));
             let beside = if metric.is_of_frames() { c.interval.unzip() } else { (first, keeps) };
@@ -187,9 +196,11 @@ pub fn leaderboard(
                 ours: value.map(|v| style.format(v)),
                 ..Cell::default()
             };
+            let mut cells = cells.map(cell);
+            cells[1].failed = c.failed;
             let kind = if c.is_anchor { LabelKind::Anchor } else { LabelKind::Result };
             let label = Label { kind, ..c.label.as_str().into() };
-            Row { label, direction: Direction::Neither, cells: cells.map(cell).into() }
+            Row { label, direction: Direction::Neither, cells: cells.into() }
         });
         groups.push(Group {
             label: format!("{tracker} ({} sequences)", all[0].counts.len()),
@@ -216,9 +227,12 @@ pub fn leaderboard(
         );
         (["first", "keeps rank"], how)
     };
+    let left_out = left_out(measures).map_or(String::new(), |left_out| {
+        format!(" † {left_out} A method without a result where others have one has no rank.")
+    });
     TableLayout {
         name: table.name.clone(),
-        caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}."),
+        caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}.{left_out}"),
         data: data_note.to_string(),
         corner: "method".to_string(),
         columns: vec!["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()],

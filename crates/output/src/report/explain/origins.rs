@@ -41,7 +41,8 @@ pub fn origins(
     shown: &Tallies,
 ) -> Vec<TableOrigins> {
     let place = |of: &[String], name: &str| of.iter().position(|known| known == name);
-    let parts = measures::by_attribute(scores, &results.manifest.suite.attributes);
+    let parts =
+        measures::by_attribute(scores, &results.manifest.cells_failed, &results.manifest.suite.attributes);
     let all = [results.measures.as_slice(), &parts].concat();
     let mut counted: BTreeMap<_, &Measure> = BTreeMap::new();
     for m in &all {

@@ -150,7 +150,8 @@ pub fn find_cells(
         let (shows, file) = (shows.to_string(), results.folder.join(ANALYSES));
         return Err(SelectError::OfAnalysis { table: name, shows, file });
     }
-    let parts = measures::by_attribute(scores, &results.manifest.suite.attributes);
+    let parts =
+        measures::by_attribute(scores, &results.manifest.cells_failed, &results.manifest.suite.attributes);
     let mut cells =
         layout::cell_refs(&results.experiment, table, &[results.measures.as_slice(), &parts].concat());
     let label = |c: &CellRef| method_label(&c.method, &c.params);
