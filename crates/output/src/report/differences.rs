@@ -140,5 +140,5 @@ pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
     ];
     let groups = vec![group("", String::new(), rows)];
     let table = layouts::table("differences", caption.to_string(), "method", &columns, groups);
-    (!pairs.is_empty()).then(|| of_suite(table, results))
+    (!pairs.is_empty()).then(|| of_suite(table, results, &layouts::suite(results)))
 }

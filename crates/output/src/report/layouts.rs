@@ -47,9 +47,9 @@ pub fn suite(results: &Results) -> String {
     format!("Suite {}: {}.", experiment.suites[TEST], data_note(experiment, &results.manifest))
 }
 
-/// The table with what its numbers rest on, under a name that no table of the experiment has.
-pub fn of_suite(mut table: TableLayout, results: &Results) -> TableLayout {
-    table.caption = format!("{} {}", table.caption, suite(results));
+/// The table with what its numbers rest on, `suite` in a sentence, under a name that no table of the experiment has.
+pub fn of_suite(mut table: TableLayout, results: &Results, suite: &str) -> TableLayout {
+    table.caption = format!("{} {suite}", table.caption);
     table.data = data_note(&results.experiment, &results.manifest);
     while results.experiment.tables.iter().any(|t| t.name == table.name) {
         table.name.push('_');

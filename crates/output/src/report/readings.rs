@@ -179,7 +179,7 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     let caption = if groups.iter().any(Group::is_judged) { judged } else { listed };
     let table =
         layouts::table("readings", caption.to_string(), "reading", &columns, groups.iter().map(of).collect());
-    vec![of_suite(table, results)]
+    vec![of_suite(table, results, &layouts::suite(results))]
 }
 
 /// The figures: name, figure and caption, one for each method on a tracker, in the color of the method.

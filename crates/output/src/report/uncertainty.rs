@@ -32,6 +32,7 @@ use crate::spec::table::Side;
 use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
+use crate::table::suites::suites_note;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -168,6 +169,14 @@ struct Field {
     competitors: Vec<Competitor>,
 }
 
+impl Field {
+    /// Those that compete with a result on every sequence that any of the field has one on: only they can be the best.
+    fn whole(&self) -> impl Iterator<Item = &Competitor> {
+        let most = self.competitors.iter().map(|c| c.counts.len()).max();
+        self.competitors.iter().filter(move |c| c.competes && Some(c.counts.len()) == most)
+    }
+}
+
 fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
     let experiment = &results.experiment;
     let mut counts = counts_of_sequences(scores);
@@ -207,10 +216,18 @@ fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
     fields
 }
 
-/// The trackers that the first analysis with a table `sequences` scored, for each column of it.
+fn by_sequence(analysed: &Analysed) -> Option<Grid> {
+    analysed.findings.tables.iter().find(|t| t.name == "sequences").cloned()
+}
+
+/// The first analysis with a table `sequences`, of its first tracker.
+fn first_by_sequence(results: &Results) -> Option<&Analysed> {
+    results.analyses.iter().find(|a| by_sequence(a).is_some())
+}
+
+/// The trackers that the [first analysis](first_by_sequence) scored, for each column of its table.
 fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
-    let by_sequence = |a: &Analysed| a.findings.tables.iter().find(|t| t.name == "sequences").cloned();
-    let Some(first) = results.analyses.iter().find(|a| by_sequence(a).is_some()) else { return Vec::new() };
+    let Some(first) = first_by_sequence(results) else { return Vec::new() };
     let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
     let tables: Vec<(&str, Grid)> =
         mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
@@ -232,8 +249,8 @@ fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
 /// an analysis scored.
 pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     let experiment = &results.experiment;
-    let of_trackers = tracker_fields(results);
-    if experiment.methods.is_empty() && of_trackers.is_empty() {
+    let trackers = tracker_fields(results);
+    if experiment.methods.is_empty() && trackers.is_empty() {
         return Uncertainty::default();
     }
     let present = results.manifest.suite.present.len();
@@ -247,27 +264,30 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     if !experiment.methods.is_empty() {
         all.push((String::new(), Measured::Counted(headline(experiment)), fields(results, scores)));
     }
-    for (measured, field) in of_trackers {
+    for (measured, field) in trackers {
         all.push((format!("-{}", pairs::measure_name(&measured.title())), measured, vec![field]));
     }
-    let suite = layouts::suite(results);
+    let of_methods = layouts::suite(results);
+    let compared = first_by_sequence(results).filter(|a| !a.shares.is_empty());
+    let of_trackers = compared.map_or(of_methods.clone(), |a| format!("Suite {}.", suites_note(a)));
     let mut uncertainty = Uncertainty::default();
     let mut drawn = Drawn::default();
     for (k, (suffix, measured, fields)) in all.iter().enumerate() {
+        let suite = if matches!(measured, Measured::Mean(_)) { &of_trackers } else { &of_methods };
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
         let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
         let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
         let duels = duels(fields, measured, seed);
         if k == 0 {
             uncertainty.verdict = verdict::verdict(fields, [&tables[0], &duels], measured);
-            uncertainty.headline = verdict::dots(fields, &tables[0], measured, (experiment, &suite));
+            uncertainty.headline = verdict::dots(fields, &tables[0], measured, (experiment, suite));
             uncertainty.best = verdict::best_names(fields, [&tables[0], &duels], measured);
-            uncertainty.ranked = Some(of_suite(ranked_rows(&tables[0], fields, measured), results));
+            uncertainty.ranked = Some(of_suite(ranked_rows(&tables[0], fields, measured), results, suite));
         }
         tables.extend((!duels.groups.is_empty()).then_some(duels));
         tables.iter_mut().for_each(|table| table.name.push_str(suffix));
-        uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results)));
-        let diagram = diagram::diagram(fields, &ranked, measured, &suite);
+        uncertainty.tables.extend(tables.into_iter().map(|table| of_suite(table, results, suite)));
+        let diagram = diagram::diagram(fields, &ranked, measured, suite);
         match diagram {
             Some(Ok((ranks, caption))) => uncertainty.ranks.push((format!("ranks{suffix}"), ranks, caption)),
             Some(Err(reason)) => uncertainty.note = uncertainty.note.or(Some(reason)),

@@ -197,6 +197,13 @@ fn many_trackers_are_counted_and_few_are_named() {
         one,
         "Largest F1 score on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000)."
     );
+    let mut three = even();
+    three.competitors.push(competitor("too", true, &[[3, 1, 0]; 8]));
+    assert_eq!(told(&[three]), "Largest F1 score on EVEN: good, as good and 1 more are equal, 0.857.");
+    // Numbers of fewer sequences are no best ones.
+    let mut part = on("A", "x");
+    part.competitors.push(competitor("easy", true, &[[3, 0, 0]; 7]));
+    assert!(told(&[part]).starts_with("Largest F1 score on A: x, 0.857"));
     let many = [("A", "x"), ("B", "y"), ("C", "y"), ("D", "z"), ("E", "u"), ("F", "v"), ("G", "u")];
     let mut many: Vec<Field> = many.map(|(tracker, first)| on(tracker, first)).into();
     many.push(even());

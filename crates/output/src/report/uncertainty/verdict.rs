@@ -25,6 +25,8 @@ struct Best<'a> {
     spoken: [String; 2],
     /// Value of the next one.
     next_value: f64,
+    /// Competitors behind these two that are as good, as printed.
+    more: usize,
     /// Bounds of how far the best one is ahead.
     lead: Option<(f64, f64)>,
 }
@@ -66,9 +68,14 @@ pub(super) fn verdict(
         let on = if one.field.is_empty() { String::new() } else { format!(" on {}", one.field) };
         if one.ties(style) {
             let bounds = one.lead.map(|lead| signed_bounds(style, lead));
+            let bounds = bounds.filter(|_| one.more == 0);
             let bounds = bounds.map_or_else(String::new, |b| format!(" (95 % of their difference: {b})"));
             let ([label, next], value) = (&one.spoken, style.format(one.value));
-            return Some(format!("{most} {title}{on}: {label} and {next} are equal, {value}{bounds}."));
+            let equal = match one.more {
+                0 => format!("{label} and {next}"),
+                more => format!("{label}, {next} and {more} more"),
+            };
+            return Some(format!("{most} {title}{on}: {equal} are equal, {value}{bounds}."));
         }
         let shown = estimate(style, one.value, one.bounds);
         let behind = style.format((style.round(one.value) - style.round(one.next_value)).abs());
@@ -132,12 +139,13 @@ pub(super) fn best_names(
 /// The best of a field that has another one to be better than.
 fn best<'a>(field: &'a Field, values: &Group, pairs: &TableLayout, measured: &Measured) -> Option<Best<'a>> {
     let sign = measured.sign();
-    let competing = field.competitors.iter().filter(|c| c.competes);
     let mut all: Vec<(&Competitor, f64)> =
-        competing.filter_map(|c| Some((c, number(values, &c.label, 0)?))).collect();
+        field.whole().filter_map(|c| Some((c, number(values, &c.label, 0)?))).collect();
     // Equal ones stay in the order of the experiment.
     all.sort_by(|a, b| (sign * b.1).total_cmp(&(sign * a.1)));
-    let [(competitor, value), (next, next_value), ..] = *all.as_slice() else { return None };
+    let [(competitor, value), (next, next_value), ref rest @ ..] = *all.as_slice() else { return None };
+    let style = measured.style();
+    let more = rest.iter().filter(|(_, other)| style.round(*other) == style.round(value)).count();
     // A difference is in the table once, in one of the two directions.
     let pair = |a: &Competitor, b: &Competitor| {
         let group = pairs.groups.iter().find(|g| g.key == field.label)?;
@@ -147,7 +155,7 @@ fn best<'a>(field: &'a Field, values: &Group, pairs: &TableLayout, measured: &Me
     let lead = ahead.map(|(low, high)| if sign > 0.0 { (low, high) } else { (-high, -low) });
     let spoken = [competitor, next].map(Competitor::spoken);
     let (field, bounds) = (field.label.as_str(), bounds(values, &competitor.label));
-    Some(Best { field, competitor, value, bounds, spoken, next_value, lead })
+    Some(Best { field, competitor, value, bounds, spoken, next_value, more, lead })
 }
 
 /// Those that compete with their intervals, the best at the top, a panel for each tracker; `table` holds the numbers.
@@ -160,7 +168,7 @@ pub(super) fn dots(
     let sign = -measured.sign();
     let mut rows: Vec<(&Competitor, f64)> = Vec::new();
     for (field, group) in fields.iter().zip(&table.groups) {
-        for competitor in field.competitors.iter().filter(|c| c.competes) {
+        for competitor in field.whole() {
             if let Some(value) = number(group, &competitor.label, 0)
                 && rows.iter().all(|known| known.0.label != competitor.label)
             {
