@@ -285,34 +285,6 @@ fn links_and_devices_are_written_to() {
     assert!(std::fs::symlink_metadata("/dev/full").unwrap().file_type().is_char_device());
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interrupted_decoding_leaves_nothing() {
-    use std::os::unix::fs::PermissionsExt;
-    let root = tempfile::tempdir().unwrap();
-    let here = root.path();
-    let (programs, temporary) = (here.join("programs"), here.join("tmp"));
-    [&programs, &temporary].into_iter().for_each(|folder| std::fs::create_dir(folder).unwrap());
-    let ffmpeg = programs.join("ffmpeg");
-    std::fs::write(&ffmpeg, "#!/bin/sh\necho > 000001.png\nexec sleep 60\n").unwrap();
-    std::fs::set_permissions(&ffmpeg, std::fs::Permissions::from_mode(0o755)).unwrap();
-    std::fs::write(here.join("clip.mp4"), "a video").unwrap();
-    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_trackfail"));
-    command.current_dir(here).args(["detect", "--frames", "clip.mp4", "--boxes", "boxes.txt"]);
-    let mut child = command.env("PATH", path).env("TMPDIR", &temporary).spawn().unwrap();
-    let begun = std::time::Instant::now();
-    while std::fs::read_dir(&temporary).unwrap().count() == 0 {
-        assert!(begun.elapsed().as_secs() < 50, "ffmpeg is not started");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    let killed = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
-    assert!(killed.unwrap().success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(begun.elapsed().as_secs() < 50, "it waits for ffmpeg");
-    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0);
-}
-
 #[needs(ffmpeg)]
 #[test]
 fn a_video_is_drawn_on() {

@@ -25,6 +25,8 @@ mod monitor_state;
 mod needs;
 #[cfg(target_os = "linux")]
 mod outputs;
+#[cfg(unix)]
+mod outside;
 mod packed;
 #[cfg(unix)]
 mod page;

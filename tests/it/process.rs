@@ -1,5 +1,6 @@
 //! Foreign programs as trackers, and our trackers for foreign programs.
 
+use crate::outside::{is_running, pid};
 use crate::tools::{needs, rows, trackfail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -282,24 +283,6 @@ fn a_program_that_breaks_fails_its_cells_alone() {
     assert!(line.contains("failed: broken: frame 2 of Couple: it ended (exit status: 7)"), "{line}");
     assert!(line.contains("its stderr ends with: no memory"), "{line}");
     assert!(scores.lines().any(|l| l.contains(",still,") && l.ends_with(",ok")), "{scores}");
-}
-
-/// The process that a file tells of, once it is there.
-fn pid(path: &Path) -> String {
-    let end = Instant::now() + Duration::from_secs(60);
-    loop {
-        match std::fs::read_to_string(path) {
-            Ok(text) if text.ends_with('\n') => return text.trim().to_string(),
-            _ => assert!(Instant::now() < end, "{} was not written", path.display()),
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-fn is_running(pid: &str) -> bool {
-    let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap();
-    let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
-    !state.is_empty() && !state.starts_with('Z')
 }
 
 #[test]

@@ -1,0 +1,117 @@
+//! Programs that misbehave: nothing waits for them, and nothing of them is left. `ffmpeg` is a shell script here.
+
+use crate::tools::trackfail;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// The process that a file tells of, once it is there.
+pub fn pid(path: &Path) -> String {
+    let end = Instant::now() + Duration::from_secs(60);
+    loop {
+        match std::fs::read_to_string(path) {
+            Ok(text) if text.ends_with('\n') => return text.trim().to_string(),
+            _ => assert!(Instant::now() < end, "{} was not written", path.display()),
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Whether a process is there and has not ended.
+pub fn is_running(pid: &str) -> bool {
+    let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap();
+    let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+    !state.is_empty() && !state.starts_with('Z')
+}
+
+/// A folder with a script `ffmpeg`, a file `clip.mp4` and a temporary folder of its own.
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let place = Self { dir: tempfile::tempdir().unwrap() };
+        ["programs", "tmp"].into_iter().for_each(|name| std::fs::create_dir(place.path(name)).unwrap());
+        for (name, text) in [("clip.mp4", "a video"), ("boxes.txt", "1,1,9,9\n")] {
+            std::fs::write(place.path(name), text).unwrap();
+        }
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// `detect` on the clip with a script in the place of ffmpeg.
+    fn detect(&self, script: &str) -> Command {
+        let source = self.path("script");
+        std::fs::write(&source, format!("#!/bin/sh\n{script}\n")).unwrap();
+        // By another process, since one that this one is just starting may still hold the file open.
+        let target = self.path("programs/ffmpeg");
+        let made = Command::new("install").args(["-m", "755"]).args([&source, &target]).status().unwrap();
+        assert!(made.success());
+        let path = format!("{}:{}", self.path("programs").display(), std::env::var("PATH").unwrap());
+        let mut command = trackfail();
+        command.current_dir(self.dir.path()).env("PATH", path).env("TMPDIR", self.path("tmp"));
+        command.args(["detect", "--frames", "clip.mp4", "--boxes", "boxes.txt"]);
+        command
+    }
+
+    /// Waits until the temporary folder is empty and the process has ended.
+    fn is_clean(&self, process: &str) {
+        let end = Instant::now() + Duration::from_secs(30);
+        let left = || std::fs::read_dir(self.path("tmp")).unwrap().count();
+        while is_running(process) || left() > 0 {
+            assert!(Instant::now() < end, "{process} runs, or {} folders are left", left());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+// Before: after SIGTERM it waited for the child of the script (23.6 s), after SIGKILL the folder stayed and the child went on.
+#[test]
+fn a_decoding_ends_with_us_and_leaves_nothing() {
+    let place = Place::new();
+    let file = place.path("child.pid");
+    let script = format!("echo > 000001.png; sleep 1000 & echo $! > '{}'; wait", file.display());
+    for (signal, code) in [("-TERM", Some(130)), ("-INT", Some(130)), ("-KILL", None)] {
+        std::fs::remove_file(&file).unwrap_or_default();
+        let mut child = place.detect(&script).stderr(std::process::Stdio::null()).spawn().unwrap();
+        let process = pid(&file);
+        assert!(is_running(&process) && std::fs::read_dir(place.path("tmp")).unwrap().count() > 0);
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), code, "{signal}");
+        place.is_clean(&process);
+    }
+}
+
+// Before: it waited for the end of a stderr that the child held open.
+#[test]
+fn what_a_decoder_leaves_running_is_not_waited_for() {
+    let place = Place::new();
+    let file = place.path("child.pid");
+    let script =
+        format!("sleep 1000 & echo $! > '{}'; echo 'moov atom not found' >&2; exit 1", file.display());
+    let output = place.detect(&script).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(
+        told.contains("clip.mp4: this is no video that ffmpeg reads") && !told.contains("000001"),
+        "{told}"
+    );
+    assert!(told.contains("(ffmpeg: moov atom not found)"), "{told}");
+    place.is_clean(&pid(&file));
+}
+
+// Before: it waited for ever.
+#[test]
+fn a_pipe_is_no_video() {
+    let place = Place::new();
+    std::fs::remove_file(place.path("clip.mp4")).unwrap();
+    assert!(Command::new("mkfifo").arg(place.path("clip.mp4")).status().unwrap().success());
+    let output = place.detect("exit 1").output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("clip.mp4: not a file; frames are a video file"), "{told}");
+}
