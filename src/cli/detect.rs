@@ -190,7 +190,13 @@ fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
 fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     let frames = inputs::frames(args, stop);
     // An interrupted decoding is no failure of the video.
-    if stop.is_set() { Err(Failure::Interrupted(Interrupted.into())) } else { frames }
+    if stop.is_set() {
+        return Err(Failure::Interrupted(Interrupted.into()));
+    }
+    if let Ok(Some(frames)) = &frames {
+        files::check_frames(args, &frames.sequence)?;
+    }
+    frames
 }
 
 fn default_format() -> output::Format {

@@ -21,7 +21,7 @@ use crate::engine::store;
 use crate::spec::Experiment;
 use crate::tracker::protocol::RunProtocol;
 use crate::tracker::results::write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name of a tracker's folder.
 fn folder_name(label: &str) -> String {
@@ -29,18 +29,39 @@ fn folder_name(label: &str) -> String {
     label.chars().map(safe).collect()
 }
 
-/// Writes every track of the test suite below `folder`.
+/// Checks that there is a folder of its own for each tracker, and that none of them holds results that a data root has.
 ///
 /// # Errors
-/// When two trackers would share a folder, or a file cannot be written.
-pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> Result<(), Failure> {
+/// `Usage` when two trackers would share a folder, or one would replace results.
+pub fn check(folder: &Path, experiment: &Experiment, data_roots: &[PathBuf]) -> Result<(), Failure> {
     let names: Vec<String> = experiment.trackers.iter().map(|t| folder_name(&t.label)).collect();
     for (k, name) in names.iter().enumerate() {
         if let Some(twin) = names[..k].iter().position(|n| n == name) {
             let [a, b] = [twin, k].map(|t| experiment.trackers[t].label.as_str());
             return Err(Failure::usage(format!("trackers `{a}` and `{b}` would share the folder {name}")));
         }
+        let own = folder.join(name);
+        let Ok(there) = own.canonicalize() else { continue };
+        let is_in =
+            |root: &PathBuf| root.join("results").canonicalize().is_ok_and(|root| there.starts_with(root));
+        if data_roots.iter().any(is_in) {
+            return Err(Failure::usage(format!(
+                "--export-tracks {} would replace results in {}, which a data root has; name another folder, or delete \
+                 that one first",
+                folder.display(),
+                own.display()
+            )));
+        }
     }
+    Ok(())
+}
+
+/// Writes every track of the test suite below `folder`.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> Result<(), Failure> {
+    let names: Vec<String> = experiment.trackers.iter().map(|t| folder_name(&t.label)).collect();
     let (mut written, mut left_out) = (0, 0);
     for (sequence, tracks) in outcome.sequences.iter().zip(&outcome.tracks) {
         for (job, track) in outcome.jobs.iter().zip(tracks) {

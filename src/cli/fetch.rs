@@ -202,6 +202,12 @@ fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     for folder in &fetched.placed.replaced {
         text += &format!("  replaced: {folder}\n");
     }
+    for (folder, aside) in &fetched.placed.moved {
+        text += &format!(
+            "  {folder} had files that are not in the archive: all of the old one is in {}\n",
+            aside.display()
+        );
+    }
     for (folder, why) in &fetched.placed.refused {
         text += &format!(
             "  not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \

@@ -10,7 +10,7 @@ use std::path::Path;
 pub struct Args {
     /// Name of the experiment, such as `first` or `mine/first`; the file in this folder has its last part and `.toml`
     name: String,
-    /// Replace the file if there is one
+    /// Replace the file, and the schema beside it, if they are there
     #[arg(long)]
     force: bool,
 }
@@ -35,10 +35,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let file = format!("{}.toml", name.rsplit('/').next().unwrap_or(name));
     let path = Path::new(&file);
-    if path.symlink_metadata().is_ok() && !args.force {
-        return Err(Failure::usage(format!("{file} is there already; --force replaces it")));
+    let schema = schema::text()?;
+    let is_there = |path: &Path| path.symlink_metadata().is_ok();
+    if !args.force {
+        let own_schema = std::fs::read(SCHEMA).is_ok_and(|bytes| bytes == schema.as_bytes());
+        let taken = [(&*file, is_there(path)), (SCHEMA, is_there(Path::new(SCHEMA)) && !own_schema)];
+        if let Some((name, _)) = taken.into_iter().find(|(_, is_taken)| *is_taken) {
+            return Err(Failure::usage(format!("{name} is there already; --force replaces it")));
+        }
     }
-    store::write_output(Path::new(SCHEMA), schema::text()?.as_bytes()).map_err(Failure::io)?;
+    store::write_output(Path::new(SCHEMA), schema.as_bytes()).map_err(Failure::io)?;
     store::write_output(path, text(name, &file).as_bytes()).map_err(Failure::io)?;
     output::write(&format!("experiment: {file}\nschema:     {SCHEMA}\nrun it:     trackfail run {file}\n"))
 }

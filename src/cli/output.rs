@@ -1,6 +1,7 @@
 //! Lists on stdout, as a table for people or as CSV or JSON for programs.
 
 pub mod repeated;
+pub mod replace;
 
 use super::Failure;
 use crate::dataset::text::is_plain;

@@ -147,8 +147,13 @@ pub fn read_specs(
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let args = &Args { data_roots: args.data_roots.resolved()?, ..args.clone() };
-    args.export_tracks.iter().try_for_each(|folder| store::check_output(folder)).map_err(Failure::io)?;
     let experiments = parse(args)?;
+    if let Some(folder) = &args.export_tracks {
+        output::replace::check_outputs(&[("--export-tracks", folder)])?;
+        experiments
+            .iter()
+            .try_for_each(|experiment| export::check(folder, experiment, &args.data_roots.given))?;
+    }
     let limits = RunLimits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
     let mut worst: Option<Failure> = None;
     for experiment in &experiments {

@@ -297,7 +297,7 @@ const ORDER: &str = r#"
 name = "still"
 protocol = "khalid2016/1"
 signal = { kind = "box-motion", measure = "displacement" }
-detector = { kind = "level", above = 0.5 }
+detector = { kind = "level", below = 0.5 }
 
 [[table]]
 name = "order"
@@ -305,14 +305,14 @@ methods = ["sure", "still"]
 rank = "fpr"
 "#;
 
-// By hand: no method detects anything, so that both have the first rank where both have all sequences.
+// By hand: both methods alarm in every frame, so that both have the first rank where both have all sequences.
 #[test]
 fn a_method_without_a_result_for_a_sequence_has_no_rank() {
     let place = Place::new();
     place.exact("T");
     let spec = spec(&["T"], &format!("{CONFIDENCE}{ORDER}"));
     let confidence = |sequence| {
-        place.write(&format!("results/T/{sequence}_confidence.value"), &"0.9\n".repeat(FRAMES));
+        place.write(&format!("results/T/{sequence}_confidence.value"), &"0.1\n".repeat(FRAMES));
     };
     ["a", "b"].into_iter().for_each(confidence);
     let (code, told) = place.run(&spec, &["--allow-missing"]);
@@ -325,7 +325,7 @@ fn a_method_without_a_result_for_a_sequence_has_no_rank() {
     let is_unranked = |cell: &str| cell.parse::<u32>().is_err();
     assert!(row(&table, "still")[0] == "1" && is_unranked(&row(&table, "sure")[0]), "{table}");
     assert!(row(&table, "sure")[1].ends_with('†') && !row(&table, "still")[1].contains('†'), "{table}");
-    assert!(table.contains("† The data of 1 cell is not there; it is left out."), "{table}");
+    assert!(table.contains("† No result where other methods have one, so no rank."), "{table}");
     confidence("c");
     let (_, told) = place.run(&spec, &[]);
     let table = place.kept("tables/order.md");
@@ -424,6 +424,7 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
         assert!(told.contains(&line), "{line}\n{told}");
         let page = std::fs::read_to_string(place.path("p/mine/three/index.html")).unwrap();
         assert!(page.contains("cut has no track on c, as declared: its file was cut"), "{page}");
+        assert!(page.contains("3 targets (2 of them with a track of cut)"), "{page}");
         assert_eq!(place.run(&cut(spec(&["full", "cut"], rest)), &["--shard", "1/1"]).0, 0);
         // Nothing else is excused.
         let (code, told) = place.run(&cut(spec(&["full", "cut", "part"], rest)), &[]);

@@ -219,6 +219,31 @@ fn what_the_user_put_there_stays_and_what_a_kill_left_goes() {
     arrives(root.path(), &server);
 }
 
+// Before: the user's notes were deleted without a word.
+#[test]
+fn a_folder_that_is_replaced_is_kept_where_it_has_files_of_its_own() {
+    let root = tempfile::tempdir().unwrap();
+    let server = Server::file(sample(), "\"1\"");
+    arrives(root.path(), &server);
+    let mut job = job(&format!("{}/a.zip", server.url), Packing::Zip);
+    job.again = vec!["otb/seq".into()];
+    std::fs::write(root.path().join("otb/seq/groundtruth_rect.txt"), "damaged").unwrap();
+    let again = || run(root.path(), &job, &options()).unwrap().placed;
+    let placed = again();
+    assert_eq!((placed.replaced, placed.moved), (vec!["otb/seq".to_string()], Vec::new()));
+    whole(root.path());
+    for (n, notes) in [(1, "img/notes.txt"), (2, "mine/deep.txt")] {
+        let notes = Path::new(notes);
+        std::fs::create_dir_all(root.path().join("otb/seq").join(notes).parent().unwrap()).unwrap();
+        std::fs::write(root.path().join("otb/seq").join(notes), "mine").unwrap();
+        let aside = root.path().join(format!("otb/seq.replaced-{n}"));
+        assert_eq!(again().moved, [("otb/seq".to_string(), aside.clone())]);
+        assert_eq!(std::fs::read(aside.join(notes)).unwrap(), b"mine");
+        assert!(!root.path().join("otb/seq").join(notes).exists());
+    }
+    assert_eq!(std::fs::read(root.path().join("otb/seq/groundtruth_rect.txt")).unwrap(), b"1,2,3,4\n");
+}
+
 #[test]
 fn one_fetch_at_a_time() {
     let root = tempfile::tempdir().unwrap();

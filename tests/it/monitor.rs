@@ -76,7 +76,10 @@ fn a_budget_alone_is_enough() {
         assert!(!out.contains("\"error\""), "{out}");
     }
     let (code, out, err) = monitor(&["--budget", "0"], &lines(jumping(3, 9)));
-    assert!(code == 2 && out.is_empty() && err.contains("it is a number above 0: false alarms per 1000 frames"), "{err}");
+    assert!(
+        code == 2 && out.is_empty() && err.contains("it is a number above 0: false alarms per 1000 frames"),
+        "{err}"
+    );
 }
 
 #[test]

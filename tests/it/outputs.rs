@@ -98,7 +98,7 @@ fn no_output_replaces_an_input() {
         ("--report ./frames/../boxes.txt", "would replace what --boxes boxes.txt reads"),
         ("--plot link.svg", "--plot link.svg would replace what --boxes"),
         ("--annotate frames", "--annotate frames would replace what --frames frames reads"),
-        ("--report frames/1.jpg", "--report frames/1.jpg would replace what --frames frames reads"),
+        ("--report frames/1.jpg", "--report frames/1.jpg would replace what --frames frames/1.jpg reads"),
         ("--companion c.txt --report c.txt", "would replace what --companion c.txt reads"),
     ] {
         std::fs::write(root.path().join("c.txt"), boxes).unwrap();
@@ -108,9 +108,49 @@ fn no_output_replaces_an_input() {
         assert_eq!(output.status.code(), Some(2), "{}", told(&output));
         assert!(told(&output).contains(words), "{}", told(&output));
     }
-    let command = "\"$PROGRAM\" detect --frames frames/*.jpg --init 11,9,20,16 --method Displacement \
-                   --save-boxes frames/2.jpg";
-    assert_eq!(shell(root.path(), command).status.code(), Some(2));
+    // Before: patterns, and folders of links, were no inputs, and the second output replaced the first.
+    std::fs::create_dir(root.path().join("links")).unwrap();
+    for k in 1..=3 {
+        std::os::unix::fs::symlink(format!("../frames/{k}.jpg"), root.path().join(format!("links/{k}.jpg")))
+            .unwrap();
+    }
+    std::fs::hard_link(root.path().join("frames/2.jpg"), root.path().join("hard.svg")).unwrap();
+    for (inputs, output, words) in [
+        (
+            "frames/*.jpg --init 11,9,20,16",
+            "--save-boxes frames/2.jpg",
+            "would replace what --frames frames/2.jpg reads",
+        ),
+        (
+            "'frames/*.jpg' --init 11,9,20,16",
+            "--save-boxes frames/2.jpg",
+            "--save-boxes frames/2.jpg would replace",
+        ),
+        ("'frames/*.jpg' --boxes boxes.txt", "--report frames/1.jpg", "--report frames/1.jpg would replace"),
+        ("'frames/*.jpg' --boxes boxes.txt", "--plot hard.svg", "--plot hard.svg would replace"),
+        ("'frames/*.jpg' --boxes boxes.txt", "--annotate frames", "--annotate frames would replace"),
+        ("links --boxes boxes.txt", "--report frames/3.jpg", "--report frames/3.jpg would replace"),
+        ("links --boxes boxes.txt", "--annotate links", "--annotate links would replace"),
+        (
+            "links --boxes boxes.txt",
+            "--report a.svg --plot ./a.svg",
+            "--plot ./a.svg would replace what --report a.svg writes",
+        ),
+        (
+            "links --boxes boxes.txt",
+            "--plot d/000001.png --annotate d",
+            "would replace what --plot d/000001.png writes",
+        ),
+        ("links --boxes boxes.txt", "--report -", "--report -: an output is a file"),
+    ] {
+        std::fs::create_dir_all(root.path().join("d")).unwrap();
+        let command = format!("\"$PROGRAM\" detect --method Displacement --frames {inputs} {output}");
+        let refused = shell(root.path(), &command);
+        assert_eq!(refused.status.code(), Some(2), "{command}: {}", told(&refused));
+        assert!(told(&refused).contains(words) && refused.stdout.is_empty(), "{command}: {}", told(&refused));
+        assert!(!root.path().join("-").exists() && !root.path().join("a.svg").exists());
+        assert!((1..=3).all(|k| root.path().join(format!("links/{k}.jpg")).is_symlink()));
+    }
     assert_eq!(std::fs::read_to_string(root.path().join("boxes.txt")).unwrap(), boxes);
     assert_eq!(std::fs::read(root.path().join("frames/1.jpg")).unwrap(), frame);
     let command = "\"$PROGRAM\" detect --frames frames --boxes boxes.txt --method Displacement --annotate drawn \
@@ -119,6 +159,27 @@ fn no_output_replaces_an_input() {
         let output = shell(root.path(), command);
         assert!(output.status.success(), "{}", told(&output));
     }
+}
+
+// Before: the results that a tracker is replayed from were replaced by what had been read of them.
+#[test]
+fn exported_tracks_replace_no_results_of_a_data_root() {
+    let root = tempfile::tempdir().unwrap();
+    let run = |folder: &str| {
+        shell(root.path(), &format!("\"$PROGRAM\" run --quiet --data-root data --export-tracks {folder}"))
+    };
+    std::fs::create_dir_all(root.path().join("data/results/otb")).unwrap();
+    assert!(run("data/results/otb").status.success());
+    let mine: Vec<_> = std::fs::read_dir(root.path().join("data/results/otb")).unwrap().collect();
+    assert!(!mine.is_empty());
+    std::os::unix::fs::symlink("data/results", root.path().join("link")).unwrap();
+    for folder in ["data/results/otb", "link/otb"] {
+        let output = run(folder);
+        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+        assert!(told(&output).contains("would replace results in"), "{}", told(&output));
+    }
+    std::fs::create_dir(root.path().join("elsewhere")).unwrap();
+    assert!((0..2).all(|_| run("elsewhere").status.success()));
 }
 
 #[test]

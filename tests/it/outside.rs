@@ -1,6 +1,5 @@
 //! Programs that misbehave: nothing waits for them, and nothing of them is left. `ffmpeg` is a shell script here.
 
-use crate::tools::trackfail;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -52,7 +51,7 @@ impl Place {
         let made = Command::new("install").args(["-m", "755"]).args([&source, &target]).status().unwrap();
         assert!(made.success());
         let path = format!("{}:{}", self.path("programs").display(), std::env::var("PATH").unwrap());
-        let mut command = trackfail();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
         command.current_dir(self.dir.path()).env("PATH", path).env("TMPDIR", self.path("tmp"));
         command.args(["detect", "--frames", "clip.mp4", "--boxes", "boxes.txt"]);
         command

@@ -39,6 +39,15 @@ fn a_new_experiment_runs_and_is_not_overwritten() {
     );
     assert_eq!(std::fs::read_to_string(here.join("first.toml")).unwrap(), "mine");
     good(here, &["new", "first", "--force"]);
+    // Before: the schema was replaced without a word.
+    good(here, &["new", "second"]);
+    std::fs::write(here.join(schema), "mine").unwrap();
+    let refused = trackfail().current_dir(here).args(["new", "third"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(told.contains("trackfail.schema.json is there already; --force replaces it"), "{told}");
+    assert_eq!(std::fs::read_to_string(here.join(schema)).unwrap(), "mine");
+    assert!(!here.join("third.toml").exists());
     for bad in ["../first", "", "First", "a//b", "/a", "quickstart", "khalid2016/table1"] {
         let refused = trackfail().current_dir(here).args(["new", bad]).output().unwrap();
         assert_eq!(refused.status.code(), Some(2), "{bad}");

@@ -217,6 +217,14 @@ pub fn is_plain(c: char) -> bool {
     !c.is_control() && !turns && !matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
+/// Whether a name may stand in a table: spreadsheets take a field that begins with one of `= + - @` for a formula.
+pub fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(is_plain) && !text.trim_start().starts_with(['=', '+', '-', '@'])
+}
+
+/// What [`is_name`] wants, in words.
+pub const NAME: &str = "plain text that does not begin with one of = + - @";
+
 /// Text on one line; whatever is not plain becomes a blank where it separates words, else U+FFFD.
 pub fn visible(text: &str) -> String {
     let shown = |c| match c {

@@ -2,8 +2,8 @@
 
 use super::Args;
 use crate::cli::Failure;
-use crate::dataset::DatasetError;
-use crate::dataset::files::is_image;
+use crate::cli::output::replace::{self, Named};
+use crate::dataset::{DatasetError, Frames, Sequence};
 use crate::engine::Stop;
 use crate::engine::limits::Interrupted;
 use crate::engine::store;
@@ -41,8 +41,22 @@ pub fn check(args: &Args) -> Result<(), Failure> {
         }
     }
     let outputs = outputs(args);
-    outputs.iter().try_for_each(|(_, path)| store::check_output(path)).map_err(Failure::io)?;
-    outputs.iter().try_for_each(|(option, output)| keeps_inputs(args, option, output))
+    let outputs = named(&outputs);
+    replace::check_outputs(&outputs)?;
+    let files = [("--boxes", &args.boxes), ("--confidence", &args.confidence), ("--model", &args.model)];
+    let files = files.into_iter().filter_map(|(option, path)| Some((option, path.as_deref()?)));
+    let several = [("--companion", &args.companion), ("--frames", &args.frames)];
+    let several = several
+        .into_iter()
+        .flat_map(|(option, paths)| paths.iter().map(move |path| (option, path.as_path())));
+    replace::check_inputs(&outputs, files.chain(several))
+}
+
+/// Checks that outputs leave the frames as they are, once it is known which files these are.
+pub fn check_frames(args: &Args, sequence: &Sequence) -> Result<(), Failure> {
+    let Frames::Files(frames) = &sequence.frames else { return Ok(()) };
+    let outputs = outputs(args);
+    replace::check_inputs(&named(&outputs), frames.iter().map(|path| ("--frames", path.as_path())))
 }
 
 /// Files and folders that are written, with their options.
@@ -59,39 +73,8 @@ fn outputs(args: &Args) -> Vec<(&'static str, PathBuf)> {
     named.chain(beside).collect()
 }
 
-/// Refuses an output that would replace an input.
-fn keeps_inputs(args: &Args, option: &str, output: &Path) -> Result<(), Failure> {
-    let Ok(there) = output.canonicalize() else { return Ok(()) };
-    if !there.is_file() && !there.is_dir() {
-        return Ok(());
-    }
-    let files = [("--boxes", &args.boxes), ("--confidence", &args.confidence), ("--model", &args.model)];
-    let files = files.into_iter().filter_map(|(name, path)| Some((name, path.as_ref()?)));
-    let files = files.chain(args.companion.iter().map(|path| ("--companion", path)));
-    let is_it = |path: &Path| path.canonicalize().is_ok_and(|path| path == there);
-    let is_frame = |given: &Path| {
-        let folders = [given.to_path_buf(), given.join("img")];
-        let in_folder = |folder: &PathBuf| {
-            is_it(folder)
-                || there.parent().is_some_and(|parent| {
-                    is_image(&there) && folder.canonicalize().is_ok_and(|folder| folder == parent)
-                })
-        };
-        match given.is_dir() {
-            true => folders.iter().any(in_folder),
-            // Annotated frames have names of frames.
-            false => is_it(given) || (is_image(given) && given.parent().is_some_and(is_it)),
-        }
-    };
-    let frames = args.frames.iter().filter(|given| is_frame(given)).map(|path| ("--frames", path));
-    match files.filter(|(_, path)| is_it(path)).chain(frames).next() {
-        None => Ok(()),
-        Some((input, path)) => Err(Failure::usage(format!(
-            "{option} {} would replace what {input} {} reads; name another one",
-            output.display(),
-            path.display()
-        ))),
-    }
+fn named<'a>(outputs: &'a [(&'static str, PathBuf)]) -> Vec<Named<'a>> {
+    outputs.iter().map(|(option, path)| (*option, path.as_path())).collect()
 }
 
 fn has_end(path: &Path, end: &str) -> bool {

@@ -101,6 +101,8 @@ pub struct Placed {
     pub kept: Vec<String>,
     /// New in the place of what an earlier fetch had put there.
     pub replaced: Vec<String>,
+    /// Those of them that had files which the new ones have not, with the folder that has all of the old ones now.
+    pub moved: Vec<(String, PathBuf)>,
     /// Not what is pinned, and put nowhere: the folder, and the first difference.
     pub refused: Vec<(String, String)>,
 }
@@ -111,7 +113,7 @@ pub(super) fn was_fetched(folder: &Path) -> bool {
 }
 
 /// Moves folders that are whole to where they belong, the marker in each. Those of `again` take the place of what was
-/// fetched before.
+/// fetched before, which is kept beside them if it has files of its own: they may be the user's.
 pub(super) fn folders(
     from: &Path,
     root: &Path,
@@ -136,7 +138,12 @@ pub(super) fn folders(
         });
         written.map_err(|e| FetchError::disk(&path, e))?;
         if replaces {
-            exchange(&source, &target)?;
+            if has_more(&target, &source)? {
+                placed.moved.push((name.clone(), move_aside(&target)?));
+                rename(&source, &target)?;
+            } else {
+                exchange(&source, &target)?;
+            }
             placed.replaced.push(name);
         } else {
             rename(&source, &target)?;
@@ -144,6 +151,33 @@ pub(super) fn folders(
         }
     }
     Ok(placed)
+}
+
+/// Whether a folder has a file that another one has not.
+fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
+    for entry in walkdir::WalkDir::new(folder) {
+        let entry = entry.map_err(|e| FetchError::disk(folder, e.into()))?;
+        let Ok(inside) = entry.path().strip_prefix(folder) else { continue };
+        if !entry.file_type().is_dir() && fs::symlink_metadata(other.join(inside)).is_err() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Gives a folder the first free name of `NAME.replaced-1`, `NAME.replaced-2` and so on.
+fn move_aside(folder: &Path) -> Result<PathBuf, FetchError> {
+    let mut name = folder.file_name().unwrap_or_default().to_os_string();
+    name.push(".replaced-");
+    let numbered = |n: u32| {
+        let mut name = name.clone();
+        name.push(n.to_string());
+        folder.with_file_name(name)
+    };
+    let free = (1..=u32::MAX).map(numbered).find(|path| fs::symlink_metadata(path).is_err());
+    let aside = free.unwrap_or_else(|| numbered(0));
+    rename(folder, &aside)?;
+    Ok(aside)
 }
 
 /// Gives a folder the place of another one, which goes to where the first one was: in one step where the system can do

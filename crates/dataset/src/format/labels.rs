@@ -96,10 +96,18 @@ pub(super) fn sequence(
     let frames = take_range(images, &files, (1, last))?;
     frame_attributes.sort();
     let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(n, _)| n.clone());
+    let attributes = sorted(ever.chain(attributes));
+    if let Some(word) = attributes.iter().find(|word| !text::is_name(word)) {
+        let word = text::shorten(&text::visible(word));
+        return Err(DatasetError::content(
+            folder,
+            format!("attribute `{word}`: an attribute is {}", text::NAME),
+        ));
+    }
     Ok(Sequence {
         name: name.map_or_else(|| folder_name(folder), String::from),
         numbering: Numbering { first: 1, official: (1, last) },
-        attributes: sorted(ever.chain(attributes)),
+        attributes,
         truth,
         frame_attributes,
         digest: Digest::default(),

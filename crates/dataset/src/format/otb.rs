@@ -210,9 +210,21 @@ fn read_attributes(folder: &Path) -> Result<Vec<String>, DatasetError> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let text = text::read(&path)?;
-    let words = text.split([',', '\n']).map(str::trim).filter(|w| !w.is_empty());
-    Ok(sorted(words.map(String::from)))
+    let mut words = Vec::new();
+    for (k, line) in text::read(&path)?.lines().enumerate() {
+        for word in line.split(',').map(str::trim).filter(|word| !word.is_empty()) {
+            if !text::is_name(word) {
+                let word = text::shorten(&text::visible(word));
+                return Err(DatasetError::line(
+                    &path,
+                    k + 1,
+                    format!("`{word}`: an attribute is {}", text::NAME),
+                ));
+            }
+            words.push(word.to_string());
+        }
+    }
+    Ok(sorted(words))
 }
 
 #[cfg(test)]

@@ -111,13 +111,13 @@ pub enum UserSuiteError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EntryError {
     /// Its name would not fit into addresses of cells, whose parts are separated by slashes.
-    #[error("a name is plain text without quotes, slashes and backslashes")]
+    #[error("a name is {} and has no quotes, slashes and backslashes", text::NAME)]
     Name,
     /// Its folder leaves the data root.
     #[error("`folder` is a path under the data root, parts separated by `/`, without `..`")]
     Folder,
     /// An attribute is no word.
-    #[error("attributes are plain words without quotes, slashes and backslashes")]
+    #[error("an attribute is {} and has no quotes, slashes and backslashes", text::NAME)]
     Attribute,
     /// It names an archive.
     #[error("only sequences of the built-in file come in archives")]
@@ -144,7 +144,9 @@ pub enum EntryError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum UserSuiteNameError {
     /// Its length or characters are not allowed.
-    #[error("a name has 1 to {MAX_NAME} letters, digits, `-`, `_` and `.`, and does not begin with `.`")]
+    #[error(
+        "a name has 1 to {MAX_NAME} letters, digits, `-`, `_` and `.`, and does not begin with `.` or `-`"
+    )]
     Malformed,
     /// A built-in suite has it.
     #[error("this is the name of a built-in suite; take another")]
@@ -157,7 +159,7 @@ pub enum UserSuiteNameError {
 /// Why not.
 pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if name.is_empty() || name.len() > MAX_NAME || name.starts_with('.') || !name.chars().all(fits) {
+    if name.is_empty() || name.len() > MAX_NAME || name.starts_with(['.', '-']) || !name.chars().all(fits) {
         return Err(UserSuiteNameError::Malformed);
     }
     if pinned_suite_names().any(|n| n == name) || synthetic::is_rendered(name) {
@@ -167,7 +169,7 @@ pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
 }
 
 fn check_entry(entry: &Entry) -> Result<(), EntryError> {
-    let word = |w: &str| !w.is_empty() && w.chars().all(|c| text::is_plain(c) && !"\"\\/".contains(c));
+    let word = |w: &str| text::is_name(w) && !w.contains(['"', '\\', '/']);
     if !word(&entry.name) {
         return Err(EntryError::Name);
     }

@@ -63,11 +63,9 @@ pub(super) fn check_method_name(source: Source<'_>, name: &Spanned<String>) -> R
 
 fn check(source: Source<'_>, name: &Spanned<String>, signs: &str) -> Result<(), SpecError> {
     let label = name.get_ref();
-    let forbidden = |c: char| !text::is_plain(c) || signs.contains(c);
-    // Spreadsheets take a field that begins with one of = + - @ for a formula.
-    let formula = label.starts_with(['+', '-', '@']);
-    let length = label.chars().count();
-    if label.trim() != label || !(1..=MAX_WORD).contains(&length) || label.contains(forbidden) || formula {
+    let forbidden = |c: char| signs.contains(c);
+    let is_short = label.chars().count() <= MAX_WORD;
+    if label.trim() != label || !text::is_name(label) || !is_short || label.contains(forbidden) {
         let error = NameError::Label(text::shorten_to(label, MAX_WORD));
         return Err(source.error(name.span(), error.to_string()));
     }

@@ -8,6 +8,7 @@ use crate::dataset::Frames;
 use crate::engine::CellError;
 use crate::engine::execute::analyse::NotAnalysed;
 use crate::engine::execute::train::{Content, Model};
+use crate::engine::store::StoreError;
 use crate::engine::{Cell, CellName, Outcome};
 use crate::num::hexadecimal;
 use crate::spec::Experiment;
@@ -242,22 +243,31 @@ pub fn sha256(bytes: &[u8]) -> String {
 pub(super) struct Hashed<'w> {
     to: &'w mut dyn Write,
     hash: Sha256,
+    failure: Option<std::io::Error>,
 }
 
 impl<'w> Hashed<'w> {
     pub fn new(to: &'w mut dyn Write) -> Self {
-        Self { to, hash: Sha256::new() }
+        Self { to, hash: Sha256::new(), failure: None }
     }
 
-    /// SHA-256 of everything written, in hexadecimal.
-    pub fn hexadecimal(self) -> String {
-        hexadecimal(&self.hash.finalize())
+    /// SHA-256 of everything written, in hexadecimal, if all was. The error of the file comes first: polars says of it only
+    /// that there was one.
+    pub fn finish(self, path: &Path, filled: Result<(), ResultsError>) -> Result<String, ResultsError> {
+        if let Some(error) = self.failure {
+            return Err(StoreError::new(path, error).into());
+        }
+        filled.map(|()| hexadecimal(&self.hash.finalize()))
     }
 }
 
 impl Write for Hashed<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = self.to.write(bytes)?;
+        let written = self.to.write(bytes).map_err(|error| {
+            let kind = error.kind();
+            self.failure = Some(error).filter(|_| kind != std::io::ErrorKind::Interrupted);
+            kind
+        })?;
         self.hash.update(&bytes[..written]);
         Ok(written)
     }
@@ -434,4 +444,49 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
         return Err(ResultsError::Format { path: folder, found: manifest.format });
     }
     Ok(manifest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::frame::parts_to_parquet;
+    use polars::prelude::{Column, DataFrame};
+
+    /// A disk with room for so many bytes.
+    struct Small(usize);
+
+    impl Write for Small {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            if self.0 == 0 {
+                // As the system has it: ENOSPC.
+                return Err(std::io::Error::from_raw_os_error(28));
+            }
+            let written = bytes.len().min(self.0);
+            self.0 -= written;
+            Ok(written)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    // Before: "table: Invalid thrift: transport error", without the file's name.
+    #[cfg(unix)]
+    #[test]
+    fn a_full_disk_is_told_of_a_parquet_file() {
+        let values: Vec<i64> = (0..1000).map(|k| k * k).collect();
+        let frame = DataFrame::new(1000, vec![Column::new("score".into(), values)]).unwrap();
+        let fill = |room| {
+            let mut disk = Small(room);
+            let mut file = Hashed::new(&mut disk);
+            let filled = parts_to_parquet::<ResultsError>(&mut file, [Ok(frame.clone())]);
+            file.finish(Path::new("frames.parquet"), filled)
+        };
+        assert_eq!(fill(1 << 20).unwrap().len(), 64);
+        for room in [0, 4, 100, 1000] {
+            let told = fill(room).unwrap_err().to_string();
+            assert!(told.starts_with("frames.parquet: No space left on device"), "{room}: {told}");
+        }
+    }
 }

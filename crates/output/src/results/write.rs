@@ -84,10 +84,11 @@ fn write_frames(
         [(frames::FILE.name, frames::write), (signals::FILE.name, signals::write)];
     let stream = |&(name, write): &(&str, WriteTo)| {
         let mut digest = String::new();
-        store::write_with(&folder.join(name), |file| {
+        let path = folder.join(name);
+        store::write_with(&path, |file| {
             let mut file = Hashed::new(file);
-            write(outcome, &mut file)?;
-            digest = file.hexadecimal();
+            let filled = write(outcome, &mut file);
+            digest = file.finish(&path, filled)?;
             Ok::<_, ResultsError>(())
         })?;
         Ok((name.to_string(), digest))

@@ -20,6 +20,7 @@ const MAX_NAMED: usize = 3;
 /// experiment asks for, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = targets_note(manifest.suite.present.len(), manifest.suite.wanted);
+    note.push_str(&declared_note(experiment, manifest));
     let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
     let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
         let counted: Vec<_> =
@@ -41,6 +42,18 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
         note.push_str(&format!("; {names}: learned from other videos and other trackers, see manifest.json"));
     }
     note
+}
+
+/// ` (98 of them with a track of MDNet)`: the trackers that are declared to have no track of some targets that are there.
+fn declared_note(experiment: &Experiment, manifest: &Manifest) -> String {
+    let here = &manifest.suite.present;
+    let declared = experiment.trackers.iter().filter_map(|t| {
+        let without =
+            t.absent.iter().filter(|absence| here.iter().any(|(name, _)| *name == absence.sequence)).count();
+        (without > 0).then(|| format!("{} of them with a track of {}", here.len() - without, t.label))
+    });
+    let declared: Vec<String> = declared.collect();
+    if declared.is_empty() { String::new() } else { format!(" ({})", declared.join(", ")) }
 }
 
 /// `, 10 runs`: what was run of each tracker, and what was asked for, where either is more than one. Trackers with as many

@@ -133,7 +133,7 @@ pub struct Cell {
 }
 
 /// Says how many cells have no result because their data is not there, or because they failed.
-pub(super) fn left_out(measures: &[Measure]) -> Option<String> {
+fn left_out(measures: &[Measure]) -> Option<String> {
     let count =
         |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
     let not_there = count(|m| m.not_there);

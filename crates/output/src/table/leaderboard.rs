@@ -15,7 +15,7 @@
 //! Metrics of frames ([`crate::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
-use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor, left_out};
+use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
 use super::number::Style;
 use crate::direction::Direction;
 use crate::num::seed;
@@ -39,16 +39,20 @@ pub const MIN_SEQUENCES: usize = 3;
 struct Candidate {
     label: String,
     is_anchor: bool,
-    /// Cells without a result.
+    /// Cells without a result, where other methods have one.
     failed: usize,
-    /// Whether it has a rank.
-    is_ranked: bool,
     value: Option<f64>,
     /// Interval of the value, for metrics of frames.
     interval: Option<(f64, f64)>,
     /// Counts on each sequence.
     counts: Vec<Counts>,
     chance: Option<Chance>,
+}
+
+impl Candidate {
+    fn is_ranked(&self) -> bool {
+        !self.is_anchor && self.failed == 0
+    }
 }
 
 /// How sure a rank is.
@@ -140,8 +144,7 @@ fn candidates(
         Candidate {
             label: method_label(&m.method, &m.params),
             is_anchor,
-            failed: m.failed,
-            is_ranked: !is_anchor && Some(m.done) == most,
+            failed: most.unwrap_or(0) - m.done,
             value: m.value(metric),
             interval: metric.interval(&m.pooled),
             counts,
@@ -169,11 +172,11 @@ pub fn leaderboard(
         // Equal methods stay in the order of the experiment.
         all.sort_by(|a, b| compare(a.value, b.value, metric));
         let ranked: Vec<CountsOfMethod<'_>> =
-            all.iter().filter(|c| c.is_ranked).map(|c| (c.counts.as_slice(), c.chance)).collect();
+            all.iter().filter(|c| c.is_ranked()).map(|c| (c.counts.as_slice(), c.chance)).collect();
         let enough = all[0].counts.len() >= MIN_SEQUENCES && !metric.is_of_frames();
         let seed = seed::seed(experiment.seed, &["leaderboard", &table.name, tracker]);
         let mut sure = if metric.is_of_frames() {
-            let values: Vec<Option<f64>> = all.iter().filter(|c| c.is_ranked).map(|c| c.value).collect();
+            let values: Vec<Option<f64>> = all.iter().filter(|c| c.is_ranked()).map(|c| c.value).collect();
             let ranks = ranks(&values, metric).into_iter();
             ranks.map(|rank| Stability { rank, first: 0.0, keeps: 0.0 }).collect()
         } else {
@@ -181,7 +184,7 @@ pub fn leaderboard(
         }
         .into_iter();
         let rows = all.iter().map(|c| {
-            let sure = if c.is_ranked { sure.next() } else { None };
+            let sure = if c.is_ranked() { sure.next() } else { None };
             let (first, keeps) =
                 (sure.filter(|_| enough).map(|s| s.first), sure.filter(|_| enough).map(|s| s.keeps));
             let beside = if metric.is_of_frames() { c.interval.unzip() } else { (first, keeps) };
@@ -227,9 +230,12 @@ pub fn leaderboard(
         );
         (["first", "keeps rank"], how)
     };
-    let left_out = left_out(measures).map_or(String::new(), |left_out| {
-        format!(" † {left_out} A method without a result where others have one has no rank.")
-    });
+    let is_left_out =
+        |group: &Group| group.rows.iter().any(|row| row.cells.iter().any(|cell| cell.failed > 0));
+    let left_out = match groups.iter().any(is_left_out) {
+        true => " † No result where other methods have one, so no rank.",
+        false => "",
+    };
     TableLayout {
         name: table.name.clone(),
         caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}.{left_out}"),

@@ -93,6 +93,9 @@ fn targets_attributes_and_plain_folders() {
     let s = load(dir.path(), &options).unwrap();
     assert_eq!((s.name.as_str(), &s.truth[0]), ("Two-2", &rect(0.0, 0.0, 7.0, 7.0)));
     assert_eq!(s.attributes, ["blur", "occlusion"]);
+    std::fs::write(dir.path().join("attributes.txt"), "blur\nocclusion, =cmd|A0\n").unwrap();
+    let error = load(dir.path(), &options).unwrap_err().to_string();
+    assert!(error.contains("attributes.txt, line 2: `=cmd|A0`: an attribute is plain text"), "{error}");
 
     let plain = tempfile::tempdir().unwrap();
     ["a.png", "b.png"].iter().for_each(|n| std::fs::write(plain.path().join(n), b"").unwrap());
