@@ -108,22 +108,27 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
-/// The only word of `known` that has `part` in it, which is three letters long or longer.
-fn only_with<'a>(part: &str, known: &[&'a str]) -> Option<&'a str> {
+/// Words of `known` that have `part` in them, or a part that is near to it; it is three letters long or longer.
+fn with_part<'a>(part: &str, known: &[&'a str]) -> Vec<&'a str> {
+    if part.chars().count() < 3 {
+        return Vec::new();
+    }
     let part = part.to_lowercase();
-    let mut with = known.iter().filter(|k| k.to_lowercase().contains(&part));
-    let only = with.next().filter(|_| part.chars().count() >= 3)?;
-    with.next().is_none().then_some(*only)
+    let has =
+        |k: &&&str| k.to_lowercase().contains(&part) || nearest(&part, k.split([' ', '-', '_'])).is_some();
+    known.iter().filter(has).copied().collect()
 }
 
-/// The message about an unknown word: it suggests the nearest known word or the one that has it as a part, or lists all
+/// The message about an unknown word: it suggests the nearest known word or those that have it as a part, or lists all
 /// known ones.
 pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    match nearest(word, known.iter().copied()).or_else(|| only_with(word, &known)) {
-        Some(near) => format!("unknown {what} `{word}`; did you mean `{near}`?"),
-        None if known.is_empty() => format!("unknown {what} `{word}`: there is none yet"),
-        None => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
+    let near =
+        nearest(word, known.iter().copied()).map_or_else(|| with_part(word, &known), |near| vec![near]);
+    match near.as_slice() {
+        [] if known.is_empty() => format!("unknown {what} `{word}`: there is none yet"),
+        [] => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
+        near => format!("unknown {what} `{word}`; did you mean `{}`?", near.join("` or `")),
     }
 }
 
@@ -140,6 +145,15 @@ mod tests {
         );
         assert_eq!(message(&["a", "b"]), "unknown signal `histgram`; there is: a, b");
         assert_eq!(message(&[]), "unknown signal `histgram`: there is none yet");
+    }
+
+    #[test]
+    fn several_words_with_one_part_are_suggested() {
+        let known = ["DTEF", "Fused boxes", "Fused frames", "RAW"];
+        assert_eq!(
+            unknown("method", "Fusd", known),
+            "unknown method `Fusd`; did you mean `Fused boxes` or `Fused frames`?"
+        );
     }
 
     #[test]
@@ -161,6 +175,7 @@ mod tests {
             ("median", Some("delay_median")),
             ("score", Some("f_score")),
             ("rcal", Some("recall")),
+            ("medain", Some("delay_median")),
             ("re", None),
         ] {
             assert_eq!(suggested(word, &rows).as_deref(), near, "{word}");

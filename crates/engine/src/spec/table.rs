@@ -155,7 +155,7 @@ const ATTRIBUTE: &str = "attribute";
 /// The metric that a word of the file names.
 pub(super) fn metric(source: Source<'_>, word: &Spanned<String>) -> Result<Metric, SpecError> {
     Metric::from_name(word.get_ref())
-        .ok_or_else(|| source.unknown(word.span(), "metric", word.get_ref(), Metric::names()))
+        .ok_or_else(|| source.error(word.span(), Metric::unknown(word.get_ref())))
 }
 
 /// The grid axis that a word of the file names.

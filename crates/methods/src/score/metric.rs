@@ -10,6 +10,7 @@ pub use list::METRICS;
 
 use super::pooled::Pooled;
 use crate::direction::Direction;
+use crate::plugin::unknown;
 
 /// A number that tables can show and training can maximize.
 #[derive(Clone, Copy)]
@@ -112,6 +113,16 @@ impl Metric {
     /// Every name, in the order of the list.
     pub fn names() -> impl Iterator<Item = &'static str> + Clone {
         METRICS.iter().map(|m| m.name)
+    }
+
+    /// The message about a word that names no metric; it may be one of the names that tables show, such as `F1`.
+    pub fn unknown(word: &str) -> String {
+        let is_shown = |m: &&Self| m.heading.split(' ').any(|part| part.eq_ignore_ascii_case(word));
+        let near: Vec<&str> = METRICS.iter().filter(is_shown).map(|m| m.name).collect();
+        match near.as_slice() {
+            [] => unknown("metric", word, Self::names()),
+            near => format!("unknown metric `{word}`; did you mean `{}`?", near.join("` or `")),
+        }
     }
 
     /// Its name in experiment files, tables and results.

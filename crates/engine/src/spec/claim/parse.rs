@@ -260,7 +260,7 @@ impl<'a> Parser<'a> {
         let metric = match word {
             "finding" => None,
             word => Some(Metric::from_name(word).unwrap_or_else(|| {
-                self.wrong(word, unknown("metric", word, Metric::names()));
+                self.wrong(word, Metric::unknown(word));
                 Metric::F_SCORE
             })),
         };

@@ -7,6 +7,7 @@ use crate::plugin::RawParams;
 use crate::score::{Metric, Restarts};
 use crate::spec::error::{Source, SpecError};
 use crate::spec::raw_plugin::{RawPlugin, as_value};
+use crate::spec::table::metric;
 use crate::spec::wire;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -30,9 +31,7 @@ pub(super) fn train_choice(
     set: Vec<(&str, Spanned<DeValue<'_>>)>,
 ) -> Result<DetectorChoice, SpecError> {
     let wire = train.get_ref();
-    let metric = Metric::from_name(wire.maximise.get_ref()).ok_or_else(|| {
-        source.unknown(wire.maximise.span(), "metric", wire.maximise.get_ref(), Metric::names())
-    })?;
+    let metric = metric(source, &wire.maximise)?;
     if !can_be_maximised(&metric) {
         let good = Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised));
         let good = good.collect::<Vec<_>>().join(", ");

@@ -10,6 +10,8 @@ fn names_are_unique_and_found() {
         assert!(!metric.heading.is_empty() && !metric.formula.is_empty(), "{metric:?}");
     }
     assert_eq!(Metric::from_name("no_such_metric"), None);
+    assert!(Metric::unknown("f1").starts_with("unknown metric `f1`; did you mean `f_score` or"));
+    assert_eq!(Metric::unknown("recal"), "unknown metric `recal`; did you mean `recall`?");
 }
 
 #[test]
