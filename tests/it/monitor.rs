@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 #[cfg(target_os = "linux")]
 use std::{io::Write, process::Stdio};
+use trackfail::monitor::{Monitor, MonitorError, Options};
 
 /// Images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a companion's.
 fn rendered(root: &Path) -> (Vec<PathBuf>, Vec<Value>) {
@@ -395,32 +396,68 @@ fn trackers_of_opencv_are_monitored_live() {
     }
 }
 
+// Before: where the tracker gave no confidence, methods had other states live than of the whole track.
 #[test]
 fn what_it_says_live_is_what_detect_says_of_the_whole() {
     let root = tempfile::tempdir().unwrap();
     let (images, all) = rendered(root.path());
-    let text = |key: &str| -> String {
-        let numbers = |line: &Value| -> Vec<String> {
-            line.pointer(key).unwrap().as_array().unwrap().iter().map(Value::to_string).collect()
-        };
-        all.iter().map(|line| numbers(line).join(",") + "\n").collect()
+    let Err(MonitorError::Unfit { known, .. }) =
+        Monitor::new(&Options { method: Some("AVU".into()), ..Options::default() })
+    else {
+        panic!("AVU cannot monitor")
     };
-    let [boxes, companions] = ["boxes.txt", "companions.txt"].map(|name| root.path().join(name));
-    std::fs::write(&boxes, text("/box")).unwrap();
-    std::fs::write(&companions, text("/companions/0")).unwrap();
-    let input = lines(all.clone());
-    for method in ["Watchdog", "Companions", "First colors", "Displacement"] {
+    let [boxes, companions, confidence] =
+        ["boxes", "companions", "confidence"].map(|name| root.path().join(name));
+    // Shares of frames without a confidence and without a box, in eighths. The first frame has both.
+    for (k, (silent, absent)) in [(0, 0), (3, 0), (5, 2), (1, 4)].into_iter().enumerate() {
+        let lacks = |t: usize, salt: u64, share: u64| {
+            t > 0 && (t as u64 + salt + 99 * k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 61 < share
+        };
+        let mut input = all.clone();
+        let (mut box_lines, mut companion_lines, mut confidence_lines) =
+            (String::new(), String::new(), String::new());
+        for (t, line) in input.iter_mut().enumerate() {
+            let sure = 0.3 + 0.6 / (1.0 + (t / 7) as f64) + 0.01 * (t % 5) as f64;
+            let numbers = |value: &Value| {
+                value.as_array().unwrap().iter().map(Value::to_string).collect::<Vec<_>>().join(",") + "\n"
+            };
+            companion_lines += &numbers(&line["companions"][0]);
+            if lacks(t, 1, absent) {
+                line["box"] = Value::Null;
+                box_lines += "NaN,NaN,NaN,NaN\n";
+            } else {
+                box_lines += &numbers(&line["box"]);
+            }
+            if lacks(t, 2, silent) {
+                line["confidence"] = Value::Null;
+                confidence_lines += "NaN\n";
+            } else {
+                line["confidence"] = json!(sure);
+                confidence_lines += &format!("{sure}\n");
+            }
+        }
+        for (path, text) in
+            [(&boxes, box_lines), (&companions, companion_lines), (&confidence, confidence_lines)]
+        {
+            std::fs::write(path, text).unwrap();
+        }
         let mut command = trackfail();
-        command.args(["detect", "--base", "0", "--format", "csv", "--method", method]);
+        command.args(["detect", "--absent", "--base", "0", "--boxes-format", "xywh", "--format", "csv"]);
         command.arg("--frames").arg(images[0].parent().unwrap()).arg("--boxes").arg(&boxes);
-        let whole = command.arg("--companion").arg(&companions).output().unwrap();
+        command.arg("--companion").arg(&companions).arg("--confidence").arg(&confidence);
+        known.iter().for_each(|method| drop(command.args(["--method", method])));
+        let whole = command.output().unwrap();
         assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
         let whole = rows(&String::from_utf8(whole.stdout).unwrap());
-        let (_, live, _) = monitor(&["--method", method], &input);
-        assert_eq!(whole.len(), live.lines().count());
-        for (row, line) in whole.iter().zip(live.lines()) {
-            let answer: Value = serde_json::from_str(line).unwrap();
-            assert_eq!(answer["state"], row["state"], "{method}: {line}");
+        let input = lines(input);
+        for method in &known {
+            let of_method: Vec<_> = whole.iter().filter(|row| row["method"] == *method).collect();
+            let (_, live, _) = monitor(&["--method", method], &input);
+            assert_eq!(of_method.len(), live.lines().count(), "{method}");
+            for (row, line) in of_method.iter().zip(live.lines()) {
+                let answer: Value = serde_json::from_str(line).unwrap();
+                assert_eq!(answer["state"], row["state"], "{method}, {k}: {line} {row:?}");
+            }
         }
     }
 }

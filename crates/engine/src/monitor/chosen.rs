@@ -30,7 +30,6 @@ pub(super) struct Watched {
     pub kind: &'static str,
     reads: Reads,
     pub session: Box<dyn Session>,
-    is_first: bool,
 }
 
 impl Chosen {
@@ -79,7 +78,7 @@ impl Chosen {
         let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
         let watched = |choice: &&SignalChoice| {
             let session = choice.signal.start(&context).map_err(|e| Refusal::Error(e.into()))?;
-            Ok(Watched { kind: choice.kind, reads: choice.signal.reads(), session, is_first: true })
+            Ok(Watched { kind: choice.kind, reads: choice.signal.reads(), session })
         };
         Ok(Self {
             name: method.name.clone(),
@@ -96,21 +95,20 @@ impl Chosen {
         let companions: Vec<&Region> = update.companions.iter().collect();
         let frame = update.frame.unwrap_or(&self.blank);
         let mut note = None;
+        let mut is_told = false;
         let mut value = |signal: &mut Watched| {
             if signal.reads == Reads::Pixels && update.frame.is_none() {
                 return f64::NAN;
             }
+            // Where the tracker gives no confidence, the signal has the last one again.
             let value = signal.session.push(&Observation { frame, state, companions: &companions });
             let fault = signal.session.fault().map(|fault| fault.to_string());
             note = note.take().or(fault);
-            // The signal repeats its last value; a detector is to know that there was none. The first frame is that of
-            // the initialization, for which no tracker has one.
-            let lacks = signal.reads == Reads::Confidence && state.confidence.is_none() && !signal.is_first;
-            signal.is_first = false;
-            if lacks { f64::NAN } else { value }
+            is_told |= !value.is_nan() && (signal.reads != Reads::Confidence || state.confidence.is_some());
+            value
         };
         let values: Vec<f64> = self.signals.iter_mut().map(&mut value).collect();
-        if values.iter().all(|value| value.is_nan()) {
+        if !is_told {
             note = note.or_else(|| self.needs());
         }
         (self.stream.push(&values), note)
@@ -128,10 +126,9 @@ impl Chosen {
     }
 
     /// Takes over the memory of another one of the same method; `false` if it does not fit.
-    pub fn restore(&mut self, signals: &[Vec<u8>], stream: &[u8], is_first: bool) -> bool {
+    pub fn restore(&mut self, signals: &[Vec<u8>], stream: &[u8]) -> bool {
         let Some(stream) = self.detector.detector.resume(stream) else { return false };
         self.stream = stream;
-        self.signals.iter_mut().for_each(|signal| signal.is_first = is_first);
         let pairs = self.signals.iter_mut().zip(signals);
         signals.len() == pairs.len() && pairs.into_iter().all(|(signal, saved)| signal.session.restore(saved))
     }

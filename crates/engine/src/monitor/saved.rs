@@ -3,6 +3,7 @@
 //! Formats:
 //! - 1: first version.
 //! - 2: whether the loss that is on was raised in a frame with a box; the inputs, and where boxes count from.
+//! - 3: a confidence that is missing is the last one again, as in `detect`.
 
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 const NAME: &[u8] = b"trackfail-monitor ";
-const FORMAT: &[u8] = b"2";
+const FORMAT: &[u8] = b"3";
 /// Bytes of a digest.
 const DIGEST: usize = 32;
 
@@ -108,7 +109,7 @@ impl Monitor {
             if chosen.digest != saved.digest {
                 return Err(MonitorError::OtherVersion(saved.name));
             }
-            if !chosen.restore(&saved.signals, &saved.stream, monitor.last.is_none()) {
+            if !chosen.restore(&saved.signals, &saved.stream) {
                 return Err(MonitorError::Damaged);
             }
             monitor.chosen = Some(chosen);
