@@ -215,8 +215,7 @@ fn methods_that_cannot_monitor_are_refused() {
     assert!(
         refused("AVU").starts_with("method `AVU` is trained for each experiment; methods that can monitor: ")
     );
-    let whole = refused("DTEF");
-    assert!(whole.contains("judges whole tracks") && whole.contains("Displacement"), "{whole}");
+    assert!(refused("AVU").contains("DTEF, NAIVE"), "{}", refused("AVU"));
     let budget = Options { budget: Some(2.0), ..method("Displacement") };
     let refusal = Monitor::new(&budget).err().unwrap().to_string();
     assert!(refusal.starts_with("method `Displacement` takes no budget of false alarms"), "{refusal}");
@@ -341,6 +340,11 @@ fn memory_does_not_grow_with_the_stream() {
         // The longest memory of a detector has 100 values; texts of numbers differ in length.
         let early = length(120);
         let late = length(600);
-        assert!(late <= early + early / 20, "{name}: {early} bytes after 120 frames, {late} after 720");
+        // `conformal-forecast` remembers the last 100,000 scores, 16 bytes each.
+        let scores = if name == "Conformal DTEF" { 600 * 16 } else { 0 };
+        assert!(
+            late <= early + early / 20 + scores,
+            "{name}: {early} bytes after 120 frames, {late} after 720"
+        );
     }
 }

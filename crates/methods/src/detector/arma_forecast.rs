@@ -17,8 +17,9 @@
 //! length"), and the responses before the window (`start`; default `backcast`, as its software does). If
 //! a window cannot be fitted because its values overflow, its last value is the forecast.
 
-use super::forecasting::{self, Scheme};
-use super::{Detector, DetectorOutput, Input};
+use super::forecasting::{self, Forecaster, Plan, Scheme};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::num::arma::{self, Presample};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -94,9 +95,10 @@ impl Forecast {
         forecasting::check(self.window, arma::least_window(self.order), self.horizon)
     }
 
-    /// The forecast of every frame, NaN where there is none yet.
-    pub fn of(&self, signal: &[f64]) -> Vec<f64> {
-        forecasting::forecasts(signal, self.window, self.horizon, self.scheme, |y, ahead| {
+    /// The forecast of the next frame, NaN where there is none yet; then its value `y` is known.
+    pub fn push(&self, memory: &mut Forecaster, y: f64) -> f64 {
+        let Self { window, horizon, scheme, .. } = *self;
+        memory.push(y, Plan { window, horizon, scheme }, |y, ahead| {
             match arma::fit(y, self.order, self.start) {
                 Ok(model) => model.forecast(ahead),
                 Err(_) => vec![y[y.len() - 1]; ahead],
@@ -130,8 +132,29 @@ impl Detector for ArmaForecast {
         Some(self.0.threshold)
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        forecasting::judge(input.signal, self.0.forecast().of(input.signal), self.0.threshold)
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for ArmaForecast {
+    type Memory = Forecaster;
+
+    fn begin(&self) -> Forecaster {
+        Forecaster::default()
+    }
+
+    fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
+        let forecast = self.0.forecast().push(memory, values[0]);
+        forecasting::judge(values[0], forecast, self.0.threshold)
     }
 }
 

@@ -9,7 +9,7 @@
 //!
 //! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`];
 //! `t` is a 0-based frame; `a`, `rate` (the source's alpha) and `gamma` have no unit, `alarm[t]` is 1 or 0. The
-//! earlier `|z|` are those of all frames of the track that have a forecast, alarms too. `Q(p)` is minus infinity for
+//! earlier `|z|` are those of all frames of the track that have a forecast, alarms too (the last 100,000). `Q(p)` is minus infinity for
 //! p <= 0 and infinity for p > 1. The score is `|z|`, high is suspicious; its threshold moves, so that there is none
 //! to draw. Frames before `warm_up` earlier scores have no alarm and leave `a` as it is.
 //!
@@ -24,12 +24,14 @@
 //! `arma-forecast`.
 
 use super::arma_forecast::{self, Forecast};
-use super::forecasting::{self, Scheme};
-use super::{Detector, DetectorOutput, Input, changes};
+use super::forecasting::{self, Forecaster, Scheme};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream, changes};
 use crate::num::accumulation::empirical_quantile;
 use crate::num::arma::Presample;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
@@ -40,6 +42,9 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     build: |raw: RawParams<'_>| Ok(Box::new(ConformalForecast::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };
+
+/// Most scores that a threshold is made from; longer tracks forget the oldest ones.
+const MOST: usize = 100_000;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -95,7 +100,15 @@ impl ConformalForecast {
 
     fn threshold(&self) -> AdaptiveThreshold {
         let Params { rate, gamma, warm_up, .. } = self.0;
-        AdaptiveThreshold { rate, gamma, warm_up, level: rate, earlier: Vec::new() }
+        AdaptiveThreshold {
+            rate,
+            gamma,
+            warm_up,
+            level: rate,
+            most: MOST,
+            earlier: Vec::new(),
+            came: VecDeque::new(),
+        }
     }
 }
 
@@ -104,26 +117,48 @@ impl Detector for ConformalForecast {
         show_params(&self.0)
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let forecast = self.forecast().of(input.signal);
-        let score = forecasting::errors(input.signal, &forecast);
-        let mut threshold = self.threshold();
-        let judged = score.iter().zip(&forecast);
-        let alarm: Vec<bool> = judged.map(|(z, f)| !f.is_nan() && threshold.is_alarm(*z)).collect();
-        let changes = Some(changes(&alarm));
-        DetectorOutput { score, alarm, forecast: Some(forecast), changes, ..DetectorOutput::default() }
+        let output = stream::whole(self, input);
+        DetectorOutput { changes: Some(changes(&output.alarm)), ..output }
+    }
+}
+
+impl Causal for ConformalForecast {
+    type Memory = (Forecaster, AdaptiveThreshold);
+
+    fn begin(&self) -> Self::Memory {
+        (Forecaster::default(), self.threshold())
+    }
+
+    fn step(&self, (forecaster, threshold): &mut Self::Memory, values: &[f64]) -> Step {
+        let forecast = self.forecast().push(forecaster, values[0]);
+        let score = forecasting::error(values[0], forecast);
+        let alarm = !forecast.is_nan() && threshold.is_alarm(score);
+        Step { score, alarm, forecast: Some(forecast) }
     }
 }
 
 /// The moving threshold of a series of scores.
-struct AdaptiveThreshold {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct AdaptiveThreshold {
     rate: f64,
     gamma: f64,
     warm_up: usize,
     /// a\[t\].
     level: f64,
-    /// The scores so far, ascending.
+    /// Number of scores that are remembered.
+    most: usize,
+    /// The last scores, ascending, and in the order in which they came.
     earlier: Vec<f64>,
+    came: VecDeque<f64>,
 }
 
 impl AdaptiveThreshold {
@@ -136,8 +171,14 @@ impl AdaptiveThreshold {
             alarm = p <= 0.0 || empirical_quantile(&self.earlier, p).is_some_and(exceeds);
             self.level += self.gamma * (self.rate - f64::from(u8::from(alarm)));
         }
+        if self.came.len() == self.most
+            && let Some(oldest) = self.came.pop_front()
+        {
+            self.earlier.remove(self.earlier.partition_point(|z| *z < oldest));
+        }
         let place = self.earlier.partition_point(|z| *z <= score);
         self.earlier.insert(place, score);
+        self.came.push_back(score);
         alarm
     }
 }
@@ -154,6 +195,17 @@ mod tests {
 
     fn alarms(mut threshold: AdaptiveThreshold, scores: &[f64]) -> Vec<bool> {
         scores.iter().map(|z| threshold.is_alarm(*z)).collect()
+    }
+
+    // By hand: of 5, 5, 1, 1, 1 a share of 3/4 does not exceed 5, of the last three of them it does not exceed 1.
+    #[test]
+    fn the_oldest_scores_are_forgotten() {
+        let scores = [5.0, 5.0, 1.0, 1.0, 1.0, 2.0];
+        let last_is_alarm = |most| {
+            let threshold = AdaptiveThreshold { most, ..threshold(0.25, 0.0001, 3) };
+            alarms(threshold, &scores)[5]
+        };
+        assert_eq!([3, 5].map(last_is_alarm), [true, false]);
     }
 
     // By hand, rate 1/4 and gamma 1/2 after four scores 1, 2, 3, 4. a = 1/4: Q(3/4) = 3, exceeded by 3.5.

@@ -1,6 +1,6 @@
 //! Laws that every detector in the list obeys, and with them the example of the documentation.
 
-use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation};
+use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
 use crate::direction::Direction;
 use crate::plugin::Entry;
 use proptest::prelude::*;
@@ -359,6 +359,31 @@ fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
     }
 }
 
+#[test]
+fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
+    let kinds: Vec<&str> = all_detectors()
+        .iter()
+        .filter(|(.., detector)| detector.stream().is_some())
+        .map(|one| one.0)
+        .collect();
+    let known: Vec<&str> = runnable().map(|entry| entry.kind).filter(|kind| kinds.contains(kind)).collect();
+    let expected = [
+        "arma-forecast",
+        "naive-forecast",
+        "level",
+        "standard-score",
+        "hysteresis",
+        "relative-drop",
+        "joint-drop",
+        "fused",
+        "cusum",
+        "page-hinkley",
+        "sequential-test",
+        "conformal-forecast",
+    ];
+    assert_eq!(known, expected);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
@@ -375,6 +400,35 @@ proptest! {
             let whole = detector.detect(&Input { signal: &signal, error: &error, seed, reverse: None, more: &[] });
             let part = detector.detect(&Input { signal: &signal[..frames], error: &error[..frames], seed, reverse: None, more: &[] });
             prop_assert_eq!(digest(&cut(&whole, frames)), digest(&part), "{} {}", kind, text);
+        }
+    }
+
+    #[test]
+    fn a_stream_says_what_a_whole_track_does(
+        rows in prop::collection::vec(prop::array::uniform3(-0.5_f64..1.0), 0..64),
+        interrupted in 0_usize..64,
+    ) {
+        for (kind, text, detector) in all_detectors() {
+            let Some(mut stream) = detector.stream() else { continue };
+            let columns: Vec<Vec<f64>> =
+                (0..detector.signals()).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            let (signal, more) = (columns[0], &columns[1..]);
+            let alarm = detector.detect(&Input { signal, more, error: &[], seed: 0, reverse: None }).alarm;
+            let want = lost(&alarm, detector.frames_to_recover());
+            for t in 0..rows.len() {
+                if t == interrupted {
+                    stream = detector.resume(&stream.save()).unwrap();
+                }
+                if t % 7 == 3 && kind != "fused" {
+                    // A frame without a value changes nothing.
+                    let said = stream.push(&vec![f64::NAN; columns.len()]);
+                    prop_assert_eq!((said.lost, said.raised), (want[t - 1], false), "{} {} {}", kind, text, t);
+                }
+                let said = stream.push(&columns.iter().map(|column| column[t]).collect::<Vec<_>>());
+                prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
+                prop_assert!(kind == "fused" || said.raised == alarm[t], "{} {} {}", kind, text, t);
+            }
         }
     }
 

@@ -15,7 +15,8 @@
 //! `sigma` is 0 or nearly so.
 
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
 use crate::plugin::{ParamError, check_ranges, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -97,40 +98,6 @@ impl ControlChart {
         ])?;
         Ok(Self { params, limit, normal })
     }
-
-    /// The sum S of every frame.
-    fn sums(&self, signal: &[f64]) -> Vec<f64> {
-        let Params { k, start, after, release, floor, .. } = self.params;
-        let limit = self.limit.value();
-        let mut sums = vec![0.0; signal.len()];
-        let Some((first, later)) = signal.split_at_checked(start) else { return sums };
-        let start = Start::of(first, floor);
-        let mut mean = RunningMean { mean: start.mean, count: first.len() };
-        let (mut sum, mut in_alarm) = (0.0_f64, false);
-        for (&y, shown) in later.iter().zip(&mut sums[first.len()..]) {
-            let y = y / start.scale;
-            let latched = in_alarm && after == After::Latch;
-            if in_alarm && after == After::Reset {
-                sum = 0.0;
-                if self.normal == Normal::Running {
-                    mean = RunningMean::default();
-                }
-            }
-            if self.normal == Normal::Running && !latched {
-                mean.add(y);
-            }
-            let above = (y - mean.mean) / start.deviation;
-            let z = if matches!(self.limit, Level::Below(_)) { -above } else { above };
-            let least = if latched { limit } else { 0.0 };
-            sum = (sum + z.clamp(-f64::MAX, f64::MAX) - k).clamp(least, f64::MAX);
-            if latched && z <= release {
-                sum = 0.0;
-            }
-            in_alarm = sum >= limit;
-            *shown = sum;
-        }
-        sums
-    }
 }
 
 impl Detector for ControlChart {
@@ -146,14 +113,76 @@ impl Detector for ControlChart {
         if self.params.after == After::Latch { 1 } else { RECOVERY_FRAMES }
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let score = self.sums(input.signal);
-        let alarm = score.iter().map(|s| *s >= self.limit.value()).collect();
-        DetectorOutput { score, alarm, ..DetectorOutput::default() }
+        stream::whole(self, input)
     }
 }
 
+impl Causal for ControlChart {
+    type Memory = Sum;
+
+    fn begin(&self) -> Sum {
+        Sum::default()
+    }
+
+    fn step(&self, memory: &mut Sum, values: &[f64]) -> Step {
+        let Params { k, start, after, release, floor, .. } = self.params;
+        let limit = self.limit.value();
+        let Sum { first, normal, mean, sum, in_alarm } = memory;
+        let Some(normal) = normal else {
+            first.push(values[0]);
+            if first.len() == start {
+                let of_start = Start::of(first, floor);
+                *mean = RunningMean { mean: of_start.mean, count: start };
+                *normal = Some(of_start);
+                *first = Vec::new();
+            }
+            return Step::new(0.0, false);
+        };
+        let y = values[0] / normal.scale;
+        let latched = *in_alarm && after == After::Latch;
+        if *in_alarm && after == After::Reset {
+            *sum = 0.0;
+            if self.normal == Normal::Running {
+                *mean = RunningMean::default();
+            }
+        }
+        if self.normal == Normal::Running && !latched {
+            mean.add(y);
+        }
+        let above = (y - mean.mean) / normal.deviation;
+        let z = if matches!(self.limit, Level::Below(_)) { -above } else { above };
+        let least = if latched { limit } else { 0.0 };
+        *sum = (*sum + z.clamp(-f64::MAX, f64::MAX) - k).clamp(least, f64::MAX);
+        if latched && z <= release {
+            *sum = 0.0;
+        }
+        *in_alarm = *sum >= limit;
+        Step::new(*sum, *in_alarm)
+    }
+}
+
+/// The sum S of the last frame, and what it is made from.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Sum {
+    /// The values of the start, until it is over.
+    first: Vec<f64>,
+    normal: Option<Start>,
+    mean: RunningMean,
+    sum: f64,
+    in_alarm: bool,
+}
+
 /// Mean and standard deviation of the start of a track.
+#[derive(Debug, Serialize, Deserialize)]
 struct Start {
     /// The unit of the other two, in the signal's unit: the largest absolute value, at least 1. In this unit nothing
     /// overflows, and values up to 1 keep their bits.
@@ -175,7 +204,7 @@ impl Start {
 }
 
 /// The mean of the values that were added, 0 before the first one.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct RunningMean {
     pub mean: f64,
     pub count: usize,

@@ -3,9 +3,10 @@
 //! Frames are 0-based. A forecast made at origin `o` knows frames up to `o` and no later one. The first
 //! origin is `window - 1`, the first frame that has `window` values behind it.
 
-use super::DetectorOutput;
+use super::stream::Step;
 use crate::plugin::ParamError;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// Which origin the forecast of a frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -39,48 +40,62 @@ pub(super) fn check_threshold(threshold: f64) -> Result<(), ParamError> {
     Ok(())
 }
 
-/// The forecast of every frame, NaN where there is none yet. `model` takes the last `window` values up to
-/// the origin and the number of frames to forecast, and returns that many values.
-pub(super) fn forecasts(
-    signal: &[f64],
-    window: usize,
-    horizon: usize,
-    scheme: Scheme,
-    model: impl Fn(&[f64], usize) -> Vec<f64>,
-) -> Vec<f64> {
-    let mut all = vec![f64::NAN; signal.len()];
-    let mut next = window;
-    while next < signal.len() {
-        let path = model(&signal[next - window..next], horizon);
-        match scheme {
-            Scheme::Block => {
-                all[next..].iter_mut().zip(path).for_each(|(frame, value)| *frame = value);
-                next += horizon;
-            }
-            Scheme::Rolling => {
-                if let (Some(frame), Some(&value)) = (all.get_mut(next + horizon - 1), path.last()) {
-                    *frame = value;
-                } else {
-                    break;
+/// Which frames forecasts are made from and for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Plan {
+    /// Frames that a model sees.
+    pub window: usize,
+    /// Frames a forecast looks ahead.
+    pub horizon: usize,
+    /// Which origin serves which frame.
+    pub scheme: Scheme,
+}
+
+/// The last values of a signal, and the forecasts that are made from them.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Forecaster {
+    /// The last `window` values.
+    window: VecDeque<f64>,
+    /// Forecasts of the frames to come.
+    path: VecDeque<f64>,
+}
+
+impl Forecaster {
+    /// The forecast of the next frame, NaN where there is none yet; then its value `y` is known. `model` takes the last
+    /// `window` values and the number of frames to forecast, and returns that many values.
+    pub fn push(&mut self, y: f64, plan: Plan, model: impl Fn(&[f64], usize) -> Vec<f64>) -> f64 {
+        let mut forecast = None;
+        if self.window.len() == plan.window {
+            match plan.scheme {
+                Scheme::Block => {
+                    if self.path.is_empty() {
+                        self.path = model(self.window.make_contiguous(), plan.horizon).into();
+                    }
+                    forecast = self.path.pop_front();
                 }
-                next += 1;
+                Scheme::Rolling => {
+                    self.path.extend(model(self.window.make_contiguous(), plan.horizon).last());
+                    if self.path.len() == plan.horizon {
+                        forecast = self.path.pop_front();
+                    }
+                }
             }
+            self.window.pop_front();
         }
+        self.window.push_back(y);
+        forecast.unwrap_or(f64::NAN)
     }
-    all
 }
 
-/// The forecast error |y - y^| of every frame, 0 where there is no forecast.
-pub(super) fn errors(signal: &[f64], forecast: &[f64]) -> Vec<f64> {
-    let error = |(y, f): (&f64, &f64)| if f.is_nan() { 0.0 } else { (y - f).abs().min(f64::MAX) };
-    signal.iter().zip(forecast).map(error).collect()
+/// The forecast error |y - y^|, 0 where there is no forecast.
+pub(super) fn error(y: f64, forecast: f64) -> f64 {
+    if forecast.is_nan() { 0.0 } else { (y - forecast).abs().min(f64::MAX) }
 }
 
-/// Scores |y - y^|, 0 where there is no forecast, and alarms where they reach the threshold.
-pub(super) fn judge(signal: &[f64], forecast: Vec<f64>, threshold: f64) -> DetectorOutput {
-    let score = errors(signal, &forecast);
-    let alarm = score.iter().map(|&z| z >= threshold).collect();
-    DetectorOutput { score, alarm, forecast: Some(forecast), ..DetectorOutput::default() }
+/// A forecast's error as score, and an alarm where it reaches the threshold.
+pub(super) fn judge(y: f64, forecast: f64, threshold: f64) -> Step {
+    let score = error(y, forecast);
+    Step { score, alarm: score >= threshold, forecast: Some(forecast) }
 }
 
 #[cfg(test)]
@@ -90,6 +105,17 @@ mod tests {
     /// Forecasts the origin's value plus k / 10 for the frame k ahead.
     fn echo(window: &[f64], horizon: usize) -> Vec<f64> {
         (1..=horizon).map(|k| window[window.len() - 1] + k as f64 / 10.0).collect()
+    }
+
+    fn forecasts(
+        signal: &[f64],
+        window: usize,
+        horizon: usize,
+        scheme: Scheme,
+        model: impl Fn(&[f64], usize) -> Vec<f64>,
+    ) -> Vec<f64> {
+        let mut forecaster = Forecaster::default();
+        signal.iter().map(|y| forecaster.push(*y, Plan { window, horizon, scheme }, &model)).collect()
     }
 
     fn shown(all: &[f64]) -> Vec<Option<f64>> {
@@ -119,8 +145,8 @@ mod tests {
     // By hand: 0.25 away from each side reaches 0.25, the NaN does not.
     #[test]
     fn judging_by_hand() {
-        let output = judge(&[1.0, 1.0, 1.0, 1.0], vec![f64::NAN, 1.25, 0.75, 0.76], 0.25);
-        assert_eq!(output.alarm, [false, true, true, false]);
-        assert_eq!(output.score[..3], [0.0, 0.25, 0.25]);
+        let steps = [f64::NAN, 1.25, 0.75, 0.76].map(|forecast| judge(1.0, forecast, 0.25));
+        assert_eq!(steps.map(|step| step.alarm), [false, true, true, false]);
+        assert_eq!(steps.map(|step| step.score)[..3], [0.0, 0.25, 0.25]);
     }
 }

@@ -14,7 +14,8 @@
 //! to `found` is found too, so that `found = below` (or `above`) is the detector `level`.
 
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -91,14 +92,31 @@ impl Detector for Hysteresis {
         1
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let label = |alarm: &mut bool, &y: &f64| {
-            let level = if *alarm { self.found } else { self.lost };
-            *alarm = level.is_alarm(y);
-            Some(*alarm)
-        };
-        let alarm = input.signal.iter().scan(false, label).collect();
-        DetectorOutput { score: input.signal.to_vec(), alarm, ..DetectorOutput::default() }
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for Hysteresis {
+    /// Whether an alarm is on.
+    type Memory = bool;
+
+    fn begin(&self) -> bool {
+        false
+    }
+
+    fn step(&self, alarm: &mut bool, values: &[f64]) -> Step {
+        let level = if *alarm { self.found } else { self.lost };
+        *alarm = level.is_alarm(values[0]);
+        Step::new(values[0], *alarm)
     }
 }
 

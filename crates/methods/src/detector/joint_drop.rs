@@ -17,7 +17,8 @@
 //! good together; a signal whose mean is not above 0 does not speak.
 
 use super::relative_drop::GoodFrames;
-use super::{Detector, DetectorOutput, Input};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -90,26 +91,39 @@ impl Detector for JointDrop {
         Some(1.0)
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let Params { below, window, least } = &self.0;
-        let signals: Vec<&[f64]> = std::iter::once(input.signal).chain(input.more.iter().copied()).collect();
-        let mut good: Vec<GoodFrames> = signals.iter().map(|_| GoodFrames::new(*window)).collect();
-        let mut output = DetectorOutput::default();
-        for t in 0..input.signal.len() {
-            let of = |((y, good), below): ((&&[f64], &GoodFrames), &f64)| {
-                let mean = good.mean();
-                let speaks = good.count() >= *least && mean > 0.0;
-                if speaks { (y[t] / mean / below).clamp(-f64::MAX, f64::MAX) } else { 1.0 / below }
-            };
-            let score = signals.iter().zip(&good).zip(below).map(of).fold(f64::MAX, f64::min);
-            let alarm = score < 1.0;
-            if !alarm {
-                good.iter_mut().zip(&signals).for_each(|(good, y)| good.add(y[t]));
-            }
-            output.score.push(score);
-            output.alarm.push(alarm);
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for JointDrop {
+    /// The good frames of each signal.
+    type Memory = Vec<GoodFrames>;
+
+    fn begin(&self) -> Vec<GoodFrames> {
+        self.0.below.iter().map(|_| GoodFrames::new(self.0.window)).collect()
+    }
+
+    fn step(&self, good: &mut Vec<GoodFrames>, values: &[f64]) -> Step {
+        let of = |((y, good), below): ((&f64, &GoodFrames), &f64)| {
+            let mean = good.mean();
+            let speaks = good.count() >= self.0.least && mean > 0.0;
+            if speaks { (y / mean / below).clamp(-f64::MAX, f64::MAX) } else { 1.0 / below }
+        };
+        let score = values.iter().zip(&*good).zip(&self.0.below).map(of).fold(f64::MAX, f64::min);
+        let alarm = score < 1.0;
+        if !alarm {
+            good.iter_mut().zip(values).for_each(|(good, y)| good.add(*y));
         }
-        output
+        Step::new(score, alarm)
     }
 }
 

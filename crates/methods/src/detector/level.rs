@@ -10,12 +10,10 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
-use super::labels::LossState;
-use super::{Detector, DetectorOutput, Input, Judgement, RECOVERY_FRAMES, Reason, Stream};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
-use crate::num::{fixed, readable};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::saved;
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
@@ -127,54 +125,31 @@ impl Detector for Level {
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {
-        Some(Box::new(LevelStream { level: *self, state: LossState::default() }))
+        stream::follow(self)
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        Some(Box::new(LevelStream { level: *self, state: saved::from_bytes(saved)? }))
+        stream::go_on(self, saved)
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let alarm = input.signal.iter().map(|&y| self.is_alarm(y)).collect();
-        DetectorOutput { score: input.signal.to_vec(), alarm, ..DetectorOutput::default() }
+        stream::whole(self, input)
     }
 }
 
-/// The level on a track that goes on. It knows no probability; a frame without a value changes nothing.
-struct LevelStream {
-    level: Level,
-    state: LossState,
-}
+impl Causal for Level {
+    type Memory = ();
 
-impl Stream for LevelStream {
-    fn push(&mut self, values: &[f64]) -> Judgement {
-        let value = values.first().copied().filter(|v| !v.is_nan());
-        let alarm = value.filter(|v| self.level.is_alarm(*v));
-        if value.is_some() {
-            self.state.push(alarm.is_some(), RECOVERY_FRAMES);
-        }
-        let reason = |value: f64| {
-            let (value, level) = (fixed(value, 3), readable(self.level.value()));
-            let text = format!("value {value} is {} {level}", self.level.key());
-            Reason { text, weight: 1.0 }
-        };
-        Judgement {
-            probability: f64::NAN,
-            lost: self.state.is_lost(RECOVERY_FRAMES),
-            raised: alarm.is_some(),
-            reasons: alarm.map(reason).into_iter().collect(),
-        }
-    }
+    fn begin(&self) {}
 
-    fn save(&self) -> Vec<u8> {
-        saved::to_bytes(&self.state).unwrap_or_default()
+    fn step(&self, (): &mut (), values: &[f64]) -> Step {
+        Step::new(values[0], self.is_alarm(values[0]))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     fn alarms(text: &str, signal: &[f64]) -> Vec<bool> {
         ENTRY
@@ -189,30 +164,6 @@ mod tests {
         let signal = [0.5, 0.75, 1.0];
         assert_eq!(alarms("{ below = 0.75 }", &signal), [true, false, false]);
         assert_eq!(alarms("{ above = 0.75 }", &signal), [false, true, true]);
-    }
-
-    proptest! {
-        #[test]
-        fn a_stream_says_what_a_whole_track_does(
-            signal in proptest::collection::vec(0.0..1.0_f64, 0..60), cut in 0_usize..60, low in 0.0..0.3_f64,
-        ) {
-            for level in [Level::Below(low), Level::Above(1.0 - low)] {
-                let alarm = level.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] });
-                let want = super::super::lost(&alarm.alarm, level.frames_to_recover());
-                let mut stream = level.stream().unwrap();
-                for (t, y) in signal.iter().enumerate() {
-                    if t == cut {
-                        stream = level.resume(&stream.save()).unwrap();
-                    }
-                    if t % 7 == 3 {
-                        let before = t > 0 && want[t - 1];
-                        prop_assert_eq!(stream.push(&[f64::NAN]).lost, before);
-                    }
-                    let said = stream.push(&[*y]);
-                    prop_assert_eq!((said.lost, said.reasons.len()), (want[t], usize::from(alarm.alarm[t])));
-                }
-            }
-        }
     }
 
     #[test]

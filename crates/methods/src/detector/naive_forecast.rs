@@ -13,8 +13,9 @@
 //! that this detector and `arma-forecast` start in the same frame; the paper does not say where its own
 //! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
 
-use super::forecasting::{self, Scheme};
-use super::{Detector, DetectorOutput, Input};
+use super::forecasting::{self, Forecaster, Plan, Scheme};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
 
@@ -73,12 +74,31 @@ impl Detector for NaiveForecast {
         Some(self.0.threshold)
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for NaiveForecast {
+    type Memory = Forecaster;
+
+    fn begin(&self) -> Forecaster {
+        Forecaster::default()
+    }
+
+    fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
         let Params { window, horizon, threshold, scheme } = self.0;
-        let forecast = forecasting::forecasts(input.signal, window, horizon, scheme, |y, ahead| {
-            vec![y[y.len() - 1]; ahead]
-        });
-        forecasting::judge(input.signal, forecast, threshold)
+        let last = |y: &[f64], ahead| vec![y[y.len() - 1]; ahead];
+        let forecast = memory.push(values[0], Plan { window, horizon, scheme }, last);
+        forecasting::judge(values[0], forecast, threshold)
     }
 }
 

@@ -21,7 +21,8 @@
 
 use super::control_chart::RunningMean;
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -128,25 +129,40 @@ impl Detector for RelativeDrop {
         self.level.direction()
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for RelativeDrop {
+    type Memory = GoodFrames;
+
+    fn begin(&self) -> GoodFrames {
+        GoodFrames::new(self.params.window)
+    }
+
+    fn step(&self, good: &mut GoodFrames, values: &[f64]) -> Step {
         let Params { rule, least, .. } = self.params;
         let even = if rule == Rule::Ratio { 1.0 } else { 0.0 };
-        let mut good = GoodFrames::new(self.params.window);
-        let mut output = DetectorOutput::default();
-        for &y in input.signal {
-            let score = if good.count() < least { None } else { self.score(y, good.mean()) };
-            let alarm = score.is_some_and(|r| self.level.is_alarm(r));
-            if !alarm {
-                good.add(y);
-            }
-            output.score.push(score.unwrap_or(even));
-            output.alarm.push(alarm);
+        let score = if good.count() < least { None } else { self.score(values[0], good.mean()) };
+        let alarm = score.is_some_and(|r| self.level.is_alarm(r));
+        if !alarm {
+            good.add(values[0]);
         }
-        output
+        Step::new(score.unwrap_or(even), alarm)
     }
 }
 
 /// A signal in the frames called good so far.
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) enum GoodFrames {
     All(RunningMean),
     Last(VecDeque<f64>, usize),

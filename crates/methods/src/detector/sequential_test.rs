@@ -26,9 +26,11 @@
 //! of bad ones proportional to n until there is a bet at all. A `window` is faster, with the same guarantee.
 
 use super::level::{self, Level};
-use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
@@ -150,32 +152,47 @@ impl Detector for SequentialTest {
         if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES }
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        stream::whole(self, input)
+    }
+}
+
+impl Causal for SequentialTest {
+    /// The bets, and ln X.
+    type Memory = (Bets, f64);
+
+    fn begin(&self) -> (Bets, f64) {
         let eps = self.quality(self.mean.value());
-        let mut bets = Bets { eps, largest: self.params.largest_bet / (1.0 - eps), ..Bets::default() };
-        let (mut wealth, mut output) = (0.0, DetectorOutput::default());
-        for &y in input.signal {
-            let quality = self.quality(y);
-            wealth += (bets.next() * (eps - quality)).ln_1p();
-            bets.add(quality, self.params.window);
-            let alarm = wealth >= self.limit();
-            output.score.push(wealth);
-            output.alarm.push(alarm);
-            if alarm && self.params.after == After::Restart {
-                wealth = 0.0;
-            }
+        (Bets { eps, largest: self.params.largest_bet / (1.0 - eps), ..Bets::default() }, 0.0)
+    }
+
+    fn step(&self, (bets, wealth): &mut (Bets, f64), values: &[f64]) -> Step {
+        let quality = self.quality(values[0]);
+        *wealth += (bets.next() * (bets.eps - quality)).ln_1p();
+        bets.add(quality, self.params.window);
+        let step = Step::new(*wealth, *wealth >= self.limit());
+        if step.alarm && self.params.after == After::Restart {
+            *wealth = 0.0;
         }
-        output
+        step
     }
 }
 
 /// The bets, and what they are made from.
-#[derive(Default)]
-struct Bets {
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Bets {
     eps: f64,
     largest: f64,
-    /// Quality of every frame so far, and its squared deviation from the mean that then was.
-    frames: Vec<(f64, f64)>,
+    /// Quality of the frames in the window, and its squared deviation from the mean that then was; none without a window.
+    frames: VecDeque<(f64, f64)>,
     /// Sums of both over the frames that count.
     sum: f64,
     squares: f64,
@@ -198,14 +215,18 @@ impl Bets {
     fn add(&mut self, quality: f64, window: Option<usize>) {
         self.sum += quality;
         self.count += 1.0;
-        if let Some(past) = window.and_then(|window| self.frames.len().checked_sub(window)) {
-            self.sum = (self.sum - self.frames[past].0).max(0.0);
-            self.squares = (self.squares - self.frames[past].1).max(0.0);
+        if window.is_some_and(|window| self.frames.len() == window)
+            && let Some((past, square)) = self.frames.pop_front()
+        {
+            self.sum = (self.sum - past).max(0.0);
+            self.squares = (self.squares - square).max(0.0);
             self.count -= 1.0;
         }
         let square = (quality - self.mean()).powi(2);
         self.squares += square;
-        self.frames.push((quality, square));
+        if window.is_some() {
+            self.frames.push_back((quality, square));
+        }
     }
 }
 

@@ -12,11 +12,13 @@
 //!
 //! Source: none; it is here to measure what the published numbers speak for.
 
-use super::{Detector, DetectorOutput, Input};
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::detector::level::{self, Level};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
@@ -103,16 +105,40 @@ impl Detector for StandardScore {
         self.level.direction()
     }
 
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        (self.params.over == Over::FramesBefore).then(|| stream::follow(self)).flatten()
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let (signal, span) = (input.signal, self.params.span);
-        let score = |t: usize| match self.params.over {
-            Over::Track => standard_score(signal[t], signal),
-            Over::FramesBefore if t < span => 0.0,
-            Over::FramesBefore => standard_score(signal[t], &signal[t - span..t]),
-        };
-        let score: Vec<f64> = (0..signal.len()).map(score).collect();
+        if self.params.over == Over::FramesBefore {
+            return stream::whole(self, input);
+        }
+        let score: Vec<f64> = input.signal.iter().map(|y| standard_score(*y, input.signal)).collect();
         let alarm = score.iter().map(|z| self.level.is_alarm(*z)).collect();
         DetectorOutput { score, alarm, ..DetectorOutput::default() }
+    }
+}
+
+impl Causal for StandardScore {
+    /// The last `span` values.
+    type Memory = VecDeque<f64>;
+
+    fn begin(&self) -> VecDeque<f64> {
+        VecDeque::new()
+    }
+
+    fn step(&self, before: &mut VecDeque<f64>, values: &[f64]) -> Step {
+        let is_full = before.len() == self.params.span;
+        let score = if is_full { standard_score(values[0], before.make_contiguous()) } else { 0.0 };
+        if is_full {
+            before.pop_front();
+        }
+        before.push_back(values[0]);
+        Step::new(score, self.level.is_alarm(score))
     }
 }
 

@@ -1,4 +1,15 @@
 //! Detectors that judge a track while it goes on.
+//!
+//! A [`Causal`] detector says what one frame does to its memory. That is all it needs to judge both a whole track, by
+//! [`whole`], and one that goes on, by [`follow`].
+
+use super::labels::LossState;
+use super::{Detector, DetectorOutput, Input};
+use crate::direction::Direction;
+use crate::num::{fixed, readable};
+use crate::saved;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// Judgement of one frame by a [`Stream`].
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,4 +41,114 @@ pub trait Stream: Send {
 
     /// Everything that it remembers, for [`Detector::resume`](super::Detector::resume).
     fn save(&self) -> Vec<u8>;
+}
+
+/// A detector that judges frame by frame.
+pub(super) trait Causal: Detector + Clone + 'static {
+    /// What it remembers of the frames before, of bounded size.
+    type Memory: Serialize + DeserializeOwned + Send;
+
+    /// The memory before the first frame.
+    fn begin(&self) -> Self::Memory;
+
+    /// Judges the next frame by the values of its signals, which are finite.
+    fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
+}
+
+/// What a detector says of one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Step {
+    /// The number that is compared with the threshold.
+    pub score: f64,
+    /// Whether it is an alarm.
+    pub alarm: bool,
+    /// The forecast of the signal, from detectors that make one; NaN in a frame without.
+    pub forecast: Option<f64>,
+}
+
+impl Step {
+    /// A score and an alarm alone.
+    pub fn new(score: f64, alarm: bool) -> Self {
+        Self { score, alarm, forecast: None }
+    }
+}
+
+/// Judges a whole track.
+pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutput {
+    let mut memory = detector.begin();
+    let mut output = DetectorOutput::default();
+    let mut values = Vec::new();
+    for (t, y) in input.signal.iter().enumerate() {
+        values.clear();
+        values.push(*y);
+        values.extend(input.more.iter().map(|signal| signal[t]));
+        let Step { score, alarm, forecast } = detector.step(&mut memory, &values);
+        output.score.push(score);
+        output.alarm.push(alarm);
+        if let Some(forecast) = forecast {
+            output.forecast.get_or_insert_default().push(forecast);
+        }
+    }
+    output
+}
+
+/// The detector before the first frame of a track that goes on.
+pub(super) fn follow<D: Causal>(detector: &D) -> Option<Box<dyn Stream>> {
+    let memory = (detector.begin(), LossState::default());
+    Some(Box::new(Following { detector: detector.clone(), memory }))
+}
+
+/// The same with what [`Stream::save`] kept; `None` if that is of another detector.
+pub(super) fn go_on<D: Causal>(detector: &D, saved: &[u8]) -> Option<Box<dyn Stream>> {
+    Some(Box::new(Following { detector: detector.clone(), memory: saved::from_bytes(saved)? }))
+}
+
+/// A detector on a track that goes on. It knows no probability; a frame without a value changes nothing.
+struct Following<D: Causal> {
+    detector: D,
+    memory: (D::Memory, LossState),
+}
+
+impl<D: Causal> Following<D> {
+    /// Why a score is an alarm; nothing where the alarm is only held.
+    fn reason(&self, score: f64) -> Option<Reason> {
+        let what = if self.detector.scores_signal() { "value" } else { "score" };
+        let shown = fixed(score, 3);
+        let text = match (self.detector.threshold(), self.detector.score_direction()) {
+            (None, _) => format!("{what} {shown} is large for this track"),
+            (Some(level), Direction::HigherIsBetter) if score < level => {
+                format!("{what} {shown} is below {}", readable(level))
+            }
+            (Some(level), Direction::LowerIsBetter) if score >= level => {
+                format!("{what} {shown} is above {}", readable(level))
+            }
+            _ => return None,
+        };
+        Some(Reason { text, weight: 1.0 })
+    }
+}
+
+impl<D: Causal> Stream for Following<D> {
+    fn push(&mut self, values: &[f64]) -> Judgement {
+        let recovery = self.detector.frames_to_recover();
+        let is_whole =
+            values.len() == self.detector.signals() && values.iter().all(|value| value.is_finite());
+        let (memory, state) = &mut self.memory;
+        let step = is_whole.then(|| self.detector.step(memory, values));
+        if let Some(step) = step {
+            state.push(step.alarm, recovery);
+        }
+        let lost = state.is_lost(recovery);
+        let alarm = step.filter(|step| step.alarm);
+        Judgement {
+            probability: f64::NAN,
+            lost,
+            raised: alarm.is_some(),
+            reasons: alarm.and_then(|step| self.reason(step.score)).into_iter().collect(),
+        }
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::to_bytes(&self.memory).unwrap_or_default()
+    }
 }
