@@ -15,9 +15,8 @@
 //! Companions are one of two:
 //! - `companions = "given"`: the first runs of the other trackers of the experiment, in its order; in `detect`, the
 //!   companion's boxes that it is given. `at_most` takes only the first of them.
-//! - a list of companions that the signal runs itself, each a tracker or result files: `{ tracker = "kcf" }` is a
-//!   watchdog, started in the first frame with the tracker's own region, and `{ results = "otb/deep/ATOM" }` are files
-//!   below `results/` of a data root. A watchdog that is itself lost is started again, see `companion_overlap/watchdog.rs`.
+//! - a list of watchdogs that the signal runs itself: `{ tracker = "kcf" }`, started in the first frame with the tracker's own
+//!   region. One that is itself lost is started again, see `companion_overlap/watchdog.rs`.
 //!
 //! Source: none for single objects; the disagreement of an ensemble is a common measure of uncertainty. Choices: the
 //! median, which one bad companion in three does not change; the first `at_most` companions instead of drawn ones, so
@@ -33,7 +32,6 @@ use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 use watchdog::{Companion, CompanionParams, RunningCompanion, SavedCompanion};
 
 /// The list's entry.
@@ -60,10 +58,7 @@ pub enum Statistic {
 
 /// Where companions come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "`companions` must be \"given\" or a list of `{ tracker = ... }` and `{ results = ... }`"
-)]
+#[serde(untagged, expecting = "`companions` must be \"given\" or a list of `{ tracker = ... }`")]
 pub enum Companions {
     /// The word `given`: from outside.
     ExternalCompanions(ExternalCompanions),
@@ -112,7 +107,7 @@ impl CompanionOverlap {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// For an empty list of companions, one that is neither tracker nor files, or parameters that its tracker refuses.
+    /// For an empty list of companions, an unknown tracker, or parameters that it refuses.
     pub fn new(params: Params) -> Result<Self, ParamError> {
         let own = match &params.companions {
             Companions::ExternalCompanions(_) => Vec::new(),
@@ -149,8 +144,7 @@ impl Signal for CompanionOverlap {
     fn reads(&self) -> Reads {
         match self.params.companions {
             Companions::ExternalCompanions(_) => Reads::Companions,
-            Companions::Own(_) if self.own.iter().any(Companion::reads_pixels) => Reads::Pixels,
-            Companions::Own(_) => Reads::Boxes,
+            Companions::Own(_) => Reads::Pixels,
         }
     }
 
@@ -160,11 +154,6 @@ impl Signal for CompanionOverlap {
 
     fn bounds(&self) -> (f64, f64) {
         (0.0, 1.0)
-    }
-
-    fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        let files = self.own.iter().map(|companion| companion.inputs(context));
-        Ok(files.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

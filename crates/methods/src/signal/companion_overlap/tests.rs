@@ -1,5 +1,4 @@
 use super::*;
-use crate::dataset::synthetic;
 use crate::image::Frame;
 use crate::region::Rect;
 use crate::signal::testing;
@@ -49,11 +48,10 @@ fn parameters_are_checked() {
     for (text, part) in [
         ("{ companions = [] }", "a list with a companion"),
         ("{ companions = \"others\" }", "must be \"given\" or a list"),
-        ("{ companions = [{}] }", "must be `{ results"),
-        ("{ companions = [{ tracker = \"kcf\", results = \"a\" }] }", "must be `{ results"),
+        ("{ companions = [{}] }", "must be \"given\" or a list"),
+        ("{ companions = [{ tracker = \"kcf\", results = \"a\" }] }", "must be \"given\" or a list"),
         ("{ companions = [{ tracker = \"kfc\" }] }", "did you mean `kcf`"),
         ("{ companions = [{ tracker = \"replay\" }] }", "unknown companion tracker"),
-        ("{ companions = [{ results = \"../a\" }] }", "without `..`"),
         ("{ companions = [{ tracker = \"kcf\", params = { padding = -1 } }] }", "companion kcf"),
         ("{ companions = [{ tracker = \"kcf\", restart_margin = 2.0 }] }", "restart_margin"),
         ("{ companions = [{ tracker = \"kcf\" }], at_most = 2 }", "at_most"),
@@ -64,7 +62,6 @@ fn parameters_are_checked() {
     }
     assert_eq!(build("{}").unwrap().reads(), Reads::Companions);
     assert_eq!(build("{ companions = [{ tracker = \"kcf\" }] }").unwrap().reads(), Reads::Pixels);
-    assert_eq!(build("{ companions = [{ results = \"otb/a\" }] }").unwrap().reads(), Reads::Boxes);
 }
 
 /// A target of 16 x 16 bright checks on dark noise that moves by `step` a frame, and its boxes.
@@ -121,27 +118,6 @@ fn shifted(frames: &[Frame], boxes: &[Rect], by: usize) -> (Vec<Frame>, Vec<Rect
         })
     };
     (frames.iter().map(turn).collect(), boxes.iter().map(|r| r.shifted(by as f64, 0.0)).collect())
-}
-
-#[test]
-fn result_files_are_companions() {
-    let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("results/otb/still");
-    std::fs::create_dir_all(&folder).unwrap();
-    let lines = "11,21,10,10\n".repeat(sequence.len());
-    std::fs::write(folder.join(format!("{}.txt", sequence.name)), lines).unwrap();
-    let roots = [root.path().to_path_buf()];
-    let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 0, data_roots: &roots };
-    let signal = build("{ companions = [{ results = \"otb/still\" }] }").unwrap();
-    assert_eq!(signal.inputs(&context).unwrap().len(), 1);
-    let mut session = signal.start(&context).unwrap();
-    let frame = Frame::new(1, 1, vec![0; 3]);
-    let mut at =
-        |x: f64| session.push(&Observation::new(&frame, &TrackerState::tracked(region(x, 20.0, 10.0, 10.0))));
-    assert_eq!([at(10.0), at(15.0), at(40.0)], [1.0, 1.0 / 3.0, 0.0]);
-    let absent = build("{ companions = [{ results = \"otb/none\" }] }").unwrap();
-    assert!(absent.inputs(&context).unwrap_err().to_string().contains("otb/none"));
 }
 
 proptest! {

@@ -1,5 +1,5 @@
-//! Companions that the signal runs itself: result files, and watchdogs. A watchdog is a built-in tracker that starts
-//! with the observed tracker in its first frame and then follows the target alone.
+//! Watchdogs: companions that the signal runs itself. A watchdog is a built-in tracker that starts with the observed tracker in
+//! its first frame and then follows the target alone.
 //!
 //! A watchdog loses its target too. It is started again on the observed tracker's region when both hold:
 //! - the two regions have not overlapped in the last `restart_after` frames, this one included, and
@@ -18,22 +18,18 @@ use crate::plugin::{self, Entry, ParamError};
 use crate::signal::histogram::Reference;
 use crate::signal::rgb_histogram::{self, RgbHistogram};
 use crate::signal::{Observation, Session, Signal};
-use crate::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerError, TrackerState, replay};
+use crate::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerError, TrackerState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A companion: result files or a tracker.
+/// A watchdog.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompanionParams {
-    /// Folder of result files under `<data root>/results/`, as for the tracker `replay`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub results: Option<String>,
     /// Kind of a built-in tracker that needs only frames.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tracker: Option<String>,
+    pub tracker: String,
     /// The tracker's parameters.
     #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
     pub params: serde_json::Map<String, serde_json::Value>,
@@ -63,23 +59,12 @@ impl Companion {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// When it is neither files nor tracker or both, or the tracker refuses its parameters.
+    /// When a parameter is out of range, or the tracker refuses its own.
     pub fn new(params: &CompanionParams) -> Result<Self, ParamError> {
         if !(0.0..=1.0).contains(&params.restart_margin) {
             return Err(ParamError::out_of_range("restart_margin", "from 0 to 1", params.restart_margin));
         }
-        let entry_and_params = match (&params.results, &params.tracker) {
-            (Some(results), None) if params.params.is_empty() => (
-                &replay::ENTRY,
-                toml::Value::Table([("results".to_string(), results.as_str().into())].into_iter().collect()),
-            ),
-            (None, Some(kind)) => (tracker_of(kind)?, toml_of(&params.params)?),
-            _ => {
-                let rule = "`{ results = \"folder\" }`, or `{ tracker = \"kind\" }` with its `params`";
-                return Err(ParamError::out_of_range("companions", rule, "something else"));
-            }
-        };
-        let (entry, table) = entry_and_params;
+        let (entry, table) = (tracker_of(&params.tracker)?, toml_of(&params.params)?);
         let config = entry.build_from_text(&table.to_string()).map_err(|e| ParamError {
             message: format!("companion {}: {}", entry.kind, e.message),
             key: Some("companions"),
@@ -88,25 +73,12 @@ impl Companion {
         Ok(Self { params: params.clone(), config: Arc::from(config) })
     }
 
-    /// Whether its tracker looks at pixels.
-    pub fn reads_pixels(&self) -> bool {
-        self.config.reads_pixels()
-    }
-
-    /// The files that it reads.
-    ///
-    /// # Errors
-    /// When one of them is absent.
-    pub fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        self.config.inputs(&RunContext { run: 0, ..*context })
-    }
-
     /// The companion before its first frame.
     ///
     /// # Errors
-    /// None that is known; those of its files come with the first frame.
+    /// None that is known.
     pub fn start(&self, context: &RunContext<'_>) -> Result<RunningCompanion, TrackerError> {
-        let likeness = self.reads_pixels() && self.params.restart_after > 0;
+        let likeness = self.params.restart_after > 0;
         let likeness =
             if likeness { Some([likeness_to_first(context)?, likeness_to_first(context)?]) } else { None };
         Ok(RunningCompanion {
@@ -204,7 +176,7 @@ impl RunningCompanion {
             sequence: &self.sequence,
             start_frame: self.start_frame,
             run: 0,
-            seed: seed::seed(0, &["companion", self.params.tracker.as_deref().unwrap_or_default()]),
+            seed: seed::seed(0, &["companion", &self.params.tracker]),
             data_roots: &self.data_roots,
         };
         self.config.start(&context, observation.frame, &observation.state.region)
