@@ -265,7 +265,8 @@ impl Monitor {
             None => Default::default(),
         };
         self.last = Some(state.region);
-        let state = self.target.push(region.is_some(), judgement.lost, judgement.raised);
+        let state =
+            self.target.push(region.is_some(), judgement.lost, judgement.raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let reasons = judgement.reasons.into_iter().take(MAX_REASONS).map(|reason| reason.text).collect();
         Ok(Answer { index, probability, state, reasons, note })

@@ -42,7 +42,7 @@ mod conformance;
 mod deviation;
 
 pub use example::Example;
-pub use labels::{RECOVERY_FRAMES, StateOfTarget, changes, lost, run_starts};
+pub use labels::{EVEN, RECOVERY_FRAMES, StateOfTarget, changes, lost, run_starts};
 pub use learning::{LearnError, Learner};
 pub use stream::{Judgement, Reason, Stream};
 pub use track_quality::{Check, Condition, Quality};

@@ -3,7 +3,8 @@
 //! Formats:
 //! - 1: first version.
 //! - 2: whether the loss that is on was raised in a frame with a box; the inputs, and where boxes count from.
-//! - 3: a confidence that is missing is the last one again, as in `detect`.
+//! - 3: a confidence that is missing is the last one again, as in `detect`; how long a probability of one half still
+//!   counts.
 
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};

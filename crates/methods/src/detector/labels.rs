@@ -56,22 +56,30 @@ impl LossState {
     }
 }
 
+/// From here on the target is more likely lost than not, whatever the threshold of the alarm.
+pub const EVEN: f64 = 0.5;
+
 /// The state of the target while a track goes on.
 ///
-/// An alarm counts if it was raised in a frame with a box: what a detector says where the tracker itself says that the
+/// A loss lasts until the detector's alarm is over and, where it gives a probability, [`RECOVERY_FRAMES`] frames in a row have
+/// one below [`EVEN`]: that no alarm comes any more need not mean that the tracker is on the target again. An alarm counts if it was raised in a frame with a box: what a detector says where the tracker itself says that the
 /// target is absent is about a place at which nobody looks for it, and ends with the absence. A loss that was raised before
 /// an absence is still one after it, until the recovery is confirmed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateOfTarget {
     /// Whether the loss that is on was raised in a frame with a box.
     is_lost: bool,
+    /// Frames for which a probability of [`EVEN`] or more still counts.
+    doubt: usize,
 }
 
 impl StateOfTarget {
     /// The state in the next frame: `has_box` says whether the tracker has a box there, `lost` whether the detector takes
-    /// the target to be lost, see [`lost`], and `raised` whether it does so by this frame alone.
-    pub fn push(&mut self, has_box: bool, lost: bool, raised: bool) -> TargetState {
-        self.is_lost = lost && (self.is_lost || has_box && raised);
+    /// the target to be lost, see [`lost`], `raised` whether it does so by this frame alone, and `probability` how likely it
+    /// is, or NaN.
+    pub fn push(&mut self, has_box: bool, lost: bool, raised: bool, probability: f64) -> TargetState {
+        self.doubt = if probability >= EVEN { RECOVERY_FRAMES } else { self.doubt.saturating_sub(1) };
+        self.is_lost = self.is_lost && (lost || self.doubt > 0) || lost && has_box && raised;
         match (has_box, self.is_lost) {
             (false, _) => TargetState::Absent,
             (true, true) => TargetState::Lost,
@@ -130,7 +138,33 @@ mod tests {
     /// The states of frames, each with a box or not, lost or not, raised or not.
     fn states(frames: impl IntoIterator<Item = (bool, bool, bool)>) -> Vec<TargetState> {
         let mut state = StateOfTarget::default();
-        frames.into_iter().map(|(has_box, lost, raised)| state.push(has_box, lost, raised)).collect()
+        frames
+            .into_iter()
+            .map(|(has_box, lost, raised)| state.push(has_box, lost, raised, f64::NAN))
+            .collect()
+    }
+
+    // By hand: the alarm is over after one frame; .6 says that the target is still more likely lost than not. An alarm of an
+    // absence (`-`) is none after it, whatever the probability.
+    #[test]
+    fn a_loss_lasts_while_it_is_more_likely_than_not() {
+        let of = |boxes: &str, probabilities: &[f64]| -> String {
+            let mut state = StateOfTarget::default();
+            let frames = boxes.chars().zip(probabilities);
+            let letter = |(b, p): (char, &f64)| match state.push(b == 'b', *p >= 0.9, *p >= 0.9, *p) {
+                TargetState::Tracking => 't',
+                TargetState::Lost => 'l',
+                TargetState::Absent => 'a',
+            };
+            frames.map(letter).collect()
+        };
+        let p = |list: &[(f64, usize)]| -> Vec<f64> {
+            list.iter().flat_map(|(p, n)| std::iter::repeat_n(*p, *n)).collect()
+        };
+        let all = p(&[(0.6, 2), (0.95, 1), (0.6, 3), (0.4, 9), (0.5, 1), (0.1, 12)]);
+        let want = format!("tt{}{}", "l".repeat(1 + 3 + 9 + 1 + 9), "t".repeat(3));
+        assert_eq!(of(&"b".repeat(28), &all), want);
+        assert_eq!(of("bb--bb", &p(&[(0.1, 2), (0.95, 2), (0.6, 2)])), "ttaatt");
     }
 
     // By hand. `b` is a frame with a box, `-` one without; `.` no alarm, `!` one that is raised, `h` one that is held.

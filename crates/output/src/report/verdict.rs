@@ -15,9 +15,6 @@ const MAX_PRONE: usize = 3;
 /// Share of its threshold from which a probability is near it.
 const NEAR: f64 = 0.75;
 
-/// From here on the target is more likely lost than not, whatever the threshold of the alarm.
-const EVEN: f64 = 0.5;
-
 /// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches
 /// (52 to 60, 81)`.
 ///
@@ -85,24 +82,13 @@ fn prone_stretches(track: &JudgedTrack, method: &JudgedMethod) -> Option<String>
 
 /// The end of a loss that is followed by `tracking`.
 ///
-/// `recovered at 61`: the method's probability of a loss is below one half in all frames from its last alarm on, or a method
-/// without a probability has alarmed up to the frame before. Otherwise `alarm over at 61`: no alarm has come for
-/// some frames, which need not mean that the tracker is on the target again.
+/// `recovered at 61`: the method's probability of a loss has been below one half for some frames, or a method without a
+/// probability has alarmed up to the frame before. Otherwise `alarm over at 61`: no alarm has come for some frames, which need
+/// not mean that the tracker is on the target again.
 fn ending(track: &JudgedTrack, method: &JudgedMethod, lost: &Range<usize>) -> String {
-    let at = track.number(lost.end);
-    let score = |t: usize| method.score.get(t).copied().flatten();
-    if method.is_probability {
-        let is_alarm = |t: &usize| method.threshold.is_none_or(|level| score(*t).is_some_and(|p| p >= level));
-        let quiet = lost.clone().rev().find(is_alarm).map_or(lost.start, |t| t + 1);
-        let highest = (quiet..=lost.end).filter_map(score).fold(0.0, f64::max);
-        if highest >= EVEN {
-            let highest = Style { decimals: 2, bare: true }.format(highest);
-            return format!("alarm over at {at}, recovery not clear (up to {highest})");
-        }
-    } else if !method.label.get(lost.end - 1).copied().unwrap_or_default() {
-        return format!("alarm over at {at}");
-    }
-    format!("recovered at {at}")
+    let alarms_as_long = method.label.get(lost.end - 1).copied().unwrap_or_default();
+    let words = if method.is_probability || alarms_as_long { "recovered" } else { "alarm over" };
+    format!("{words} at {}", track.number(lost.end))
 }
 
 /// A sentence about a target, with its number if it has one: `target 3: lost from ...`.
@@ -261,7 +247,7 @@ mod tests {
         );
         assert_eq!(
             after(0.77),
-            "lost from frame 3 (M: .97 > .80); alarm over at 6, recovery not clear (up to .77); 1 false-alarm-prone stretch (3 to 5)"
+            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch (3 to 5)"
         );
         // Without a probability: alarms up to the frame before, or a single one that is over for some frames.
         let mut track = judged(".LLL.", &[0.0, 9.0, 0.0, 0.0, 0.0], Some(1.0));

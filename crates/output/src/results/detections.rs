@@ -31,7 +31,7 @@ const STATE: Column = Column::text(
     "state",
     "`absent` where the tracker gives no box; else `lost` from an alarm on, until the recovery is confirmed: in the frame \
      without an alarm itself for methods whose alarm lasts as long as the loss, in the tenth frame in a row without one for \
-     the others; else `tracking`. An alarm that is raised while the target is absent ends with the absence",
+     the others, and where the score is a probability, after ten frames in a row below one half; else `tracking`. An alarm that is raised while the target is absent ends with the absence",
 );
 
 const TARGET: Column = Column::integer("target", "", "Number of the target, as the file of boxes has it");
@@ -90,8 +90,9 @@ impl JudgedMethod {
         let (lost, raised) =
             (lost(&output.alarm, detector.frames_to_recover()), raised(detector, output, has_box));
         let mut state = StateOfTarget::default();
+        let probability = |t: usize| if detector.gives_probability() { output.score[t] } else { f64::NAN };
         let during: Vec<TargetState> =
-            (0..frames).map(|t| state.push(has_box(t), lost[t], raised[t])).collect();
+            (0..frames).map(|t| state.push(has_box(t), lost[t], raised[t], probability(t))).collect();
         let label: Vec<bool> =
             (0..frames).map(|t| output.alarm[t] && during[t] != TargetState::Tracking).collect();
         let changes = match &output.changes {
