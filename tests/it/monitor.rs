@@ -445,7 +445,9 @@ fn what_it_says_live_is_what_detect_says_of_the_whole() {
         command.args(["detect", "--absent", "--base", "0", "--boxes-format", "xywh", "--format", "csv"]);
         command.arg("--frames").arg(images[0].parent().unwrap()).arg("--boxes").arg(&boxes);
         command.arg("--companion").arg(&companions).arg("--confidence").arg(&confidence);
-        known.iter().for_each(|method| drop(command.args(["--method", method])));
+        known.iter().for_each(|method| {
+            command.args(["--method", method]);
+        });
         let whole = command.output().unwrap();
         assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
         let whole = rows(&String::from_utf8(whole.stdout).unwrap());
