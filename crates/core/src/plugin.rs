@@ -181,7 +181,8 @@ mod tests {
             assert_eq!(suggested(word, &rows).as_deref(), near, "{word}");
         }
         // Of two that have the word in them none is meant more than the other; a letter alone is a slip.
-        assert_eq!(suggested("table", &["a/table1", "b/table2"]), None);
+        let both = "unknown row `table`; did you mean `a/table1` or `b/table2`?";
+        assert_eq!(unknown("row", "table", ["a/table1", "b/table2"]), both);
         assert_eq!(suggested("u", &["t"]).as_deref(), Some("t"));
         assert_eq!(suggested("", &["t"]).as_deref(), Some("t"));
     }
