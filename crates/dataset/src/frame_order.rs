@@ -241,8 +241,33 @@ fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     if !(run + 1..first.runs.len()).any(more) {
         return Ok(false);
     }
+    if let Some(night) = night(names, run) {
+        let past_midnight: Vec<&Name> = names[night..].iter().chain(&names[..night]).collect();
+        return Err(doubt(names, &past_midnight, "the clock past midnight"));
+    }
     let covers = |start: usize| names.iter().all(|name| start + stamp_length(name, start) > run);
     Ok(first.is_fraction(run + 1) || (0..=run).any(covers))
+}
+
+/// Whether the runs from `start` on are hours, minutes and seconds.
+fn is_time_of_day(name: &Name, start: usize) -> bool {
+    let is = |k: usize, last: u32| {
+        let digits = name.runs.get(start + k).map_or("", String::as_str);
+        (1..=2).contains(&digits.len()) && digits.parse().is_ok_and(|value: u32| value <= last)
+    };
+    let separator = |k: usize| name.texts.get(start + k).filter(|text| text.chars().count() == 1);
+    is(0, 23) && is(1, 59) && is(2, 60) && separator(1).is_some() && separator(1) == separator(2)
+}
+
+/// The first file after more than half a day without any, of names with times of day and no date: the later ones may be those
+/// of the day before.
+fn night(names: &[Name], run: usize) -> Option<usize> {
+    let first = names.first()?;
+    let hour = (0..=run).find(|k| names.iter().all(|name| is_time_of_day(name, *k)))?;
+    let has_date = (0..hour).any(|k| stamp_length(first, k) > 0);
+    let hours: Vec<u32> = names.iter().filter_map(|name| whole(name.value(hour)?)).collect();
+    let gap = hours.windows(2).position(|pair| pair[1].saturating_sub(pair[0]) > 12);
+    gap.map(|before| before + 1).filter(|_| !has_date)
 }
 
 /// How many runs from `start` on are a date, a time of day, or seconds since 1970 with their fraction; 0 for others.
@@ -255,18 +280,12 @@ fn stamp_length(name: &Name, start: usize) -> usize {
         is(year, 4..=4, 1900..=2099) && is(month, 1..=2, 1..=12) && is(day, 1..=2, 1..=31)
     };
     let time_after = |date: usize| date + usize::from(digits(date).len() == 6);
-    let separator = |k: usize| name.texts.get(start + k).filter(|text| text.chars().count() == 1);
     let first = digits(0);
     if is_date(first, digits(1), digits(2)) {
         time_after(3)
     } else if matches!(first.len(), 8 | 14) && is_date(&first[..4], &first[4..6], &first[6..8]) {
         time_after(1)
-    } else if is(first, 1..=2, 0..=23)
-        && is(digits(1), 1..=2, 0..=59)
-        && is(digits(2), 1..=2, 0..=60)
-        && separator(1).is_some()
-        && separator(1) == separator(2)
-    {
+    } else if is_time_of_day(name, start) {
         3
     } else if first.len() == 10 && first.starts_with('1') {
         2

@@ -91,6 +91,21 @@ fn two_files_of_a_number_are_named() {
     }
 }
 
+// Which of the two is meant, nobody can tell without a date.
+#[test]
+fn a_clock_that_may_have_passed_midnight_is_in_doubt() {
+    let message = error(&["00.00.00.png", "00.00.01.png", "23.59.58.png", "23.59.59.png"]);
+    assert!(message.contains("from frame 1 on it is 00.00.00.png, 00.00.01.png, 23.59.58.png"), "{message}");
+    assert!(
+        message.contains("but 23.59.58.png, 23.59.59.png, 00.00.00.png, ... by the clock past midnight"),
+        "{message}"
+    );
+    let day = |t: u32| format!("{:02}.00.{:02}.png", 8 + t / 4, t % 4);
+    assert_eq!(kept((0..40).map(day)), (1, 40, true));
+    let dated = |t: u32| format!("2024-01-0{}T{:02}-59-5{}.png", 1 + t / 2, 23 * (1 - t / 2), 8 + t % 2);
+    assert_eq!(kept((0..4).map(dated)), (1, 4, true));
+}
+
 #[test]
 fn doubt_shows_both_orders() {
     let told = error(&["cam1_0002.png", "cam2_0001.png", "cam1_0004.png", "cam2_0003.png"]);

@@ -123,6 +123,17 @@ fn a_layout_is_known_by_its_numbers() {
 
 #[test]
 fn a_format_in_doubt_is_asked_for_with_all_that_fit() {
+    // Rounded corners of a target that moves by a pixel now and then: as sizes they vary as the target's place does.
+    let rounded = |t: usize| {
+        let (x, y) = (60.0 + 2.0 * (t as f64 / 9.0).sin(), 20.0 + 2.0 * (t as f64 / 7.0).cos());
+        [x, y, x + 30.4, y + 18.6].map(|v: f64| v.round().to_string()).join(",") + "\n"
+    };
+    let rounded: String = (0..90).map(rounded).collect();
+    assert_eq!(formats(&rounded, &FRAME), ["xywh", "xyxy"]);
+    // Boxes of a target that comes nearer do not.
+    let grows = |t: usize| format!("{},{},{},{}\n", 30 - t / 12, 25 - t / 12, 50 + t / 6, 40 + t / 6);
+    assert_eq!(formats(&(0..90).map(grows).collect::<String>(), &FRAME), ["xywh"]);
+
     let size = Options::default();
     assert_eq!(formats("1,1,30,1,30,40,1,40", &size), ["mot", "vot"]);
     let six = formats("1,1,10,20,30,40", &size);
