@@ -94,9 +94,9 @@ fn serve(args: &Args, lines: &mut Lines, state: Option<&Path>, pipes: &Pipes) ->
             Ok(line) => line,
             Err(end) => return end,
         };
-        let is_known = lines.monitor.method().is_some();
+        let known = lines.monitor.method().map(str::to_string);
         let answer = lines.answer(&line);
-        if let Some(method) = lines.monitor.method().filter(|_| !is_known) {
+        if let Some(method) = lines.monitor.method().filter(|method| known.as_deref() != Some(method)) {
             output::note(&format!("method: {method}"));
         }
         if let Err(end) = pipes.write(answer) {
@@ -148,10 +148,10 @@ impl Lines {
         let base = self.monitor.base().into();
         let region = line.region(base)?;
         let companions = line.companions(base)?;
-        let confidence = line.confidence();
+        let (confidence, restart) = (line.confidence(), line.restart());
         let frame = if self.monitor.reads_frames() { line.frame()? } else { None };
         let (frame, region) = (frame.as_ref(), region.as_ref());
-        Ok(self.monitor.update(&Update { frame, region, confidence, companions: &companions })?)
+        Ok(self.monitor.update(&Update { frame, region, confidence, companions: &companions, restart })?)
     }
 }
 

@@ -28,7 +28,8 @@
 //! alarm that they raise ends with the absence.
 //!
 //! Without a name of a method, the first frame with a region decides: its inputs are those that the recommendation is
-//! made for; with a budget it is that among the methods that take one. The memory of a monitor does not grow with the
+//! made for; with a budget it is that among the methods that take one. A method without frames gives way to another one when
+//! frames come. A tracker that was started again on its target is followed anew from there, see [`Update::restart`]. The memory of a monitor does not grow with the
 //! number of frames.
 
 mod chosen;
@@ -47,6 +48,8 @@ use serde::{Serialize, Serializer};
 
 /// Reasons of an answer, at most.
 const MAX_REASONS: usize = 3;
+/// Probability from which on there are reasons.
+const TOLD: f64 = 0.1;
 
 /// Options of a monitor.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,6 +76,8 @@ pub struct Update<'a> {
     pub confidence: Option<f64>,
     /// Regions of other trackers, in the same order in all frames; one whose coordinates are no numbers is nowhere.
     pub companions: &'a [Region],
+    /// Whether the tracker was started again on its target, with the region of this frame: nothing from before it counts.
+    pub restart: bool,
 }
 
 /// Judgement of a frame.
@@ -86,7 +91,7 @@ pub struct Answer {
     pub probability: Option<f64>,
     /// State of the target.
     pub state: TargetState,
-    /// At most three features that speak for a loss, the loudest first.
+    /// At most three features that speak for a loss, the loudest first; none at a probability below a tenth.
     pub reasons: Vec<String>,
     /// Why an input was left out, or that there is none to judge by; the state then is that of the frame before.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -213,6 +218,8 @@ pub struct Monitor {
     last: Option<Region>,
     target: StateOfTarget,
     chosen: Option<Chosen>,
+    /// Whether nobody has named a method or inputs.
+    is_free: bool,
 }
 
 impl Monitor {
@@ -233,8 +240,17 @@ impl Monitor {
                 None
             }
         };
-        let (index, target) = (0, StateOfTarget::default());
-        Ok(Self { budget, inputs, base: base.unwrap_or(0), index, size: None, last: None, target, chosen })
+        Ok(Self {
+            is_free: chosen.is_none(),
+            budget,
+            inputs,
+            base: base.unwrap_or(0),
+            index: 0,
+            size: None,
+            last: None,
+            target: StateOfTarget::default(),
+            chosen,
+        })
     }
 
     /// Judges the next frame.
@@ -250,13 +266,16 @@ impl Monitor {
             Some(region) => Some(region?),
         };
         self.check_size(update.frame)?;
+        if update.restart {
+            let name = self.chosen.take().map(|chosen| chosen.name);
+            self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
+            (self.last, self.target) = (None, StateOfTarget::default());
+        }
         let Some(here) = region.as_ref().or(self.last.as_ref()) else {
             let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
-        if self.chosen.is_none() {
-            self.chosen = Some(Chosen::recommended(inputs_of(update), self.budget)?);
-        }
+        let choice = self.choose(update)?;
         let status = if region.is_some() { Status::Tracked } else { Status::Absent };
         let confidence = update.confidence.filter(|c| c.is_finite());
         let state = TrackerState { confidence, ..TrackerState::new(here.clone(), status) };
@@ -268,8 +287,26 @@ impl Monitor {
         let state =
             self.target.push(region.is_some(), judgement.lost, judgement.raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
-        let reasons = judgement.reasons.into_iter().take(MAX_REASONS).map(|reason| reason.text).collect();
-        Ok(Answer { index, probability, state, reasons, note })
+        let told = if probability.is_some_and(|p| p < TOLD) { 0 } else { MAX_REASONS };
+        let reasons = judgement.reasons.into_iter().take(told).map(|reason| reason.text).collect();
+        Ok(Answer { index, probability, state, reasons, note: note.or(choice) })
+    }
+
+    /// Chooses a method where nobody has named one, for the inputs of the first frame with a region, and another one when
+    /// frames come; the text says so where the choice may not be meant.
+    fn choose(&mut self, update: &Update<'_>) -> Result<Option<String>, MonitorError> {
+        let is_blind = self.chosen.as_ref().is_none_or(|chosen| !chosen.reads_frames());
+        if self.chosen.is_some() && !(self.is_free && is_blind && update.frame.is_some()) {
+            return Ok(None);
+        }
+        let chosen = Chosen::recommended(inputs_of(update), self.budget)?;
+        let name = chosen.name.clone();
+        let before = self.chosen.replace(chosen);
+        Ok(match before {
+            Some(before) if before.name != name => Some(format!("frames have come: {name} from here on")),
+            None if update.frame.is_none() => Some(format!("without frames: {name}, until frames come")),
+            _ => None,
+        })
     }
 
     /// Counts a frame of which nothing can be read.
@@ -292,9 +329,9 @@ impl Monitor {
         self.chosen.as_ref().map(|chosen| chosen.name.as_str())
     }
 
-    /// Whether frames are looked at; true as long as no method is chosen.
+    /// Whether frames are looked at: by the method, or because they may change the choice of it.
     pub fn reads_frames(&self) -> bool {
-        self.chosen.as_ref().is_none_or(Chosen::reads_frames)
+        self.is_free || self.chosen.as_ref().is_none_or(Chosen::reads_frames)
     }
 
     fn check_size(&mut self, frame: Option<&Frame>) -> Result<(), MonitorError> {

@@ -70,6 +70,7 @@ pub(super) struct Line {
     numbers: Option<Numbers>,
     confidence: Option<f64>,
     companions: Option<List<Option<Numbers>, MAX_COMPANIONS>>,
+    restart: Option<bool>,
 }
 
 /// Where a frame is: the text of a path, or `{"raw": ...}`.
@@ -164,6 +165,11 @@ impl Line {
     /// The tracker's confidence.
     pub fn confidence(&self) -> Option<f64> {
         self.confidence
+    }
+
+    /// Whether the tracker was started again with this box.
+    pub fn restart(&self) -> bool {
+        self.restart == Some(true)
     }
 
     /// The frame.

@@ -3,7 +3,7 @@
 //! Formats:
 //! - 1: first version.
 //! - 2: whether the loss that is on was raised in a frame with a box; the inputs, and where boxes count from.
-//! - 3: a confidence that is missing is the last one again, as in `detect`; how long a probability of one half still
+//! - 3: a confidence that is missing is the last one again, as in `detect`; whether nobody has named a method; how long a probability of one half still
 //!   counts.
 
 use super::chosen::Chosen;
@@ -28,6 +28,7 @@ struct Memory {
     base: u8,
     budget: Option<f64>,
     inputs: Option<Inputs>,
+    is_free: bool,
     method: Option<MethodMemory>,
 }
 
@@ -58,8 +59,9 @@ impl Monitor {
                 stream: chosen.stream.save(),
             }),
         };
-        let Self { index, size, target, base, budget, inputs, .. } = *self;
-        let memory = Memory { index, size, last: self.last.clone(), target, base, budget, inputs, method };
+        let Self { index, size, target, base, budget, inputs, is_free, .. } = *self;
+        let last = self.last.clone();
+        let memory = Memory { index, size, last, target, base, budget, inputs, is_free, method };
         let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
         let digest = Sha256::digest(&memory);
         Ok([NAME, FORMAT, b"\n", digest.as_slice(), &memory].concat())
@@ -96,6 +98,7 @@ impl Monitor {
         })?;
         (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
         monitor.target = memory.target;
+        monitor.is_free &= memory.is_free;
         if let Some(saved) = memory.method {
             if monitor.budget != memory.budget {
                 return Err(MonitorError::OtherBudget { saved: memory.budget, given: monitor.budget });

@@ -34,6 +34,7 @@ fn answers_without(absent: &[usize], monitor: &mut Monitor, frames: std::ops::Ra
             region: region.as_ref(),
             confidence: (!t.is_multiple_of(4)).then_some(1.0 / (1.0 + t as f64)),
             companions: &[companion],
+            restart: false,
         };
         monitor.update(&update).unwrap()
     };
@@ -161,6 +162,85 @@ fn inputs_that_go_missing_are_no_error_and_no_alarm() {
             assert_eq!(answer.note, note, "{name}");
         }
     }
+}
+
+// A tracker that its user starts again is judged as by a new monitor.
+#[test]
+fn after_a_restart_nothing_from_before_counts() {
+    for name in super::chosen::able() {
+        let mut monitor = Monitor::new(&method(name)).unwrap();
+        answers(&mut monitor, 0..16);
+        let mut fresh = Monitor::new(&method(name)).unwrap();
+        for t in 3..16 {
+            let (frame, region) = scene(t);
+            let companions = std::slice::from_ref(&region);
+            let update = Update {
+                frame: Some(&frame),
+                region: Some(&region),
+                confidence: Some(0.5),
+                companions,
+                restart: false,
+            };
+            let want = fresh.update(&update).unwrap();
+            let got = monitor.update(&Update { restart: t == 3, ..update }).unwrap();
+            assert_eq!(got, Answer { index: want.index + 16, ..want }, "{name} {t}");
+        }
+    }
+    // Before there is a box again, there is nothing to judge.
+    let mut monitor = Monitor::new(&method("Displacement")).unwrap();
+    answers(&mut monitor, 0..4);
+    let answer = monitor.update(&Update { restart: true, ..Update::default() }).unwrap();
+    assert_eq!((answer.state, answer.index), (TargetState::Absent, 4));
+}
+
+#[test]
+fn frames_that_come_later_change_the_method_unless_it_is_named() {
+    let (frame, region) = scene(0);
+    let blind = Update { region: Some(&region), ..Update::default() };
+    let seen = Update { frame: Some(&frame), ..blind };
+    let best = builtin::recommended(Inputs { frames: true, ..Inputs::default() });
+    let told = format!("frames have come: {best} from here on");
+    for is_saved in [false, true] {
+        let mut monitor = Monitor::new(&Options::default()).unwrap();
+        let note = monitor.update(&blind).unwrap().note;
+        let name = monitor.method().unwrap().to_string();
+        assert_eq!(note, Some(format!("without frames: {name}, until frames come")));
+        assert_eq!(monitor.update(&blind).unwrap().note, None);
+        if is_saved {
+            monitor = Monitor::resume(&Options::default(), &monitor.save().unwrap()).unwrap();
+        }
+        assert!(monitor.reads_frames());
+        assert_eq!(monitor.update(&seen).unwrap().note.as_deref(), Some(told.as_str()));
+        assert_eq!(monitor.method(), Some(best));
+        assert_eq!(monitor.update(&seen).unwrap().note, None);
+    }
+    for options in [method("Fused boxes"), Options { inputs: Some(Inputs::default()), ..Options::default() }]
+    {
+        let mut monitor = Monitor::new(&options).unwrap();
+        assert_eq!(monitor.update(&blind).unwrap().note, None);
+        let mut monitor = Monitor::resume(&Options::default(), &monitor.save().unwrap()).unwrap();
+        assert_eq!(monitor.update(&seen).unwrap().note, None);
+        assert_eq!(monitor.method(), Some("Fused boxes"));
+    }
+}
+
+#[test]
+fn what_is_hardly_lost_has_no_reasons() {
+    let mut monitor = Monitor::new(&method("Fused boxes")).unwrap();
+    let all: Vec<Answer> = (0..40)
+        .map(|t| {
+            let region = Region::Rect(Rect::new(
+                10.0 + 3.0 * (t as f64).sin() + 60.0 * f64::from(t / 30),
+                20.0,
+                16.0,
+                14.0,
+            ));
+            monitor.update(&Update { region: Some(&region), ..Update::default() }).unwrap()
+        })
+        .collect();
+    let is_told = |answer: &Answer| !answer.reasons.is_empty();
+    assert!(all.iter().filter(|answer| is_told(answer)).all(|answer| answer.probability >= Some(0.1)));
+    assert!(all.iter().any(is_told) && all.iter().any(|answer| !is_told(answer)), "{all:?}");
 }
 
 #[test]
