@@ -271,14 +271,14 @@ impl Monitor {
             self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
             (self.last, self.target) = (None, StateOfTarget::default());
         }
-        let Some(here) = region.as_ref().or(self.last.as_ref()) else {
+        let Some(here) = region.clone().or_else(|| self.last.clone()) else {
             let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
         let choice = self.choose(update)?;
         let status = if region.is_some() { Status::Tracked } else { Status::Absent };
         let confidence = update.confidence.filter(|c| c.is_finite());
-        let state = TrackerState { confidence, ..TrackerState::new(here.clone(), status) };
+        let state = TrackerState { confidence, ..TrackerState::new(here, status) };
         let (judgement, note) = match &mut self.chosen {
             Some(chosen) => chosen.push(update, &state),
             None => Default::default(),

@@ -125,6 +125,7 @@ fn a_budget_alone_chooses_a_method_that_takes_one() {
         let update = Update {
             frame: frames.then_some(&frame),
             region: Some(&region),
+            restart: false,
             confidence: confidence.then_some(0.5),
             companions: if companions { &others } else { &[] },
         };
