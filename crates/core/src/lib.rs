@@ -8,6 +8,10 @@
 //! | [`num`] | filters, time series models, distributions, mixtures, comparisons of methods, seeds |
 //! | [`plugin`] | lists of plugins, checked parameters, suggestions for misspelled words |
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod direction;
 pub mod image;
 pub mod num;

@@ -48,13 +48,13 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
 /// Name and text of the models that come with the program. Results depend on them: with other ones, [`ENTRY`]'s version is
 /// raised.
 static MODELS: &[(&str, &str)] = &[
-    ("boxes", include_str!("../../../../assets/models/fused/boxes.json")),
-    ("frames", include_str!("../../../../assets/models/fused/frames.json")),
-    ("watchdog", include_str!("../../../../assets/models/fused/watchdog.json")),
-    ("confidence", include_str!("../../../../assets/models/fused/confidence.json")),
-    ("frames-and-confidence", include_str!("../../../../assets/models/fused/frames-and-confidence.json")),
-    ("companions", include_str!("../../../../assets/models/fused/companions.json")),
-    ("frames-and-companions", include_str!("../../../../assets/models/fused/frames-and-companions.json")),
+    ("boxes", include_str!("../../models/fused/boxes.json")),
+    ("frames", include_str!("../../models/fused/frames.json")),
+    ("watchdog", include_str!("../../models/fused/watchdog.json")),
+    ("confidence", include_str!("../../models/fused/confidence.json")),
+    ("frames-and-confidence", include_str!("../../models/fused/frames-and-confidence.json")),
+    ("companions", include_str!("../../models/fused/companions.json")),
+    ("frames-and-companions", include_str!("../../models/fused/frames-and-companions.json")),
 ];
 
 /// Parameters.
