@@ -23,14 +23,12 @@ class Monitor:
         """Judges the next frame and returns a dict with index, probability, state ("tracking", "lost" or "absent") and reasons.
 
         `frame` is a path, an array of rows of bytes (gray, or blue, green and red as in OpenCV), or None. `box` and
-        `companions`, the boxes of other trackers, are (x, y, w, h) in pixels, or None where a tracker has none. `restart` says
-        that the tracker was started again on its target, with this box.
+        `companions`, the boxes of other trackers, are (x, y, w, h) in pixels, or None. `restart`: the tracker starts anew here.
         """
-        line = {"frame": self._picture(frame), "box": _numbers(box), "companions": [_numbers(box) for box in companions]}
+        line = {"frame": self._picture(frame), "box": _numbers(box), "restart": bool(restart)}
+        line["companions"] = [_numbers(box) for box in companions]
         if confidence is not None and math.isfinite(confidence):
             line["confidence"] = float(confidence)
-        if restart:
-            line["restart"] = True
         try:
             self.process.stdin.write(json.dumps(line).encode() + b"\n")
             self.process.stdin.flush()

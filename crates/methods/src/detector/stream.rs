@@ -1,7 +1,7 @@
 //! Detectors that judge a track while it goes on.
 //!
-//! A [`Causal`] detector says what one frame does to its memory. That is all it needs to judge both a whole track, by
-//! [`whole`], and one that goes on, by [`follow`].
+//! A `Causal` detector says what one frame does to its memory. That is all it needs to judge both a whole track, by `whole`,
+//! and one that goes on, by `follow`.
 
 use super::labels::LossState;
 use super::{Detector, DetectorOutput, Input};
