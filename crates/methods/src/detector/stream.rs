@@ -39,7 +39,7 @@ pub trait Stream: Send {
     /// this frame.
     fn push(&mut self, values: &[f64]) -> Judgement;
 
-    /// Everything that it remembers, for [`Detector::resume`](super::Detector::resume).
+    /// Everything that it remembers, for [`Detector::resume`].
     fn save(&self) -> Vec<u8>;
 }
 
