@@ -22,10 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// by .6; of 1274 results of trackers for OTB two may be corners at all, and none is doubted.
 const MUCH: f64 = 0.9;
 
-/// What may stand before a box, and how many columns after it.
+/// Columns before a box, and the largest number of columns behind it.
 const SHAPES: [(&[Role], usize); 5] =
     [(&[], 4), (&[Frame, Target], 4), (&[Frame], 2), (&[Class], 1), (&[Class, Confidence], 0)];
-/// What may stand before a box in shares.
+/// Columns before a box in shares.
 const SHAPES_OF_SHARES: [&[Role]; 3] = [&[], &[Frame], &[Class]];
 const SIDES: [Role; 4] = [Left, Top, Width, Height];
 const CENTERS: [Role; 4] = [CenterX, CenterY, Width, Height];
@@ -118,29 +118,32 @@ impl Found {
             && self.boxes.iter().any(|[.., w, h]| *w > least && *h > least)
     }
 
-    /// Sum of the distances of sizes from their medians.
-    fn spread(&self) -> f64 {
-        let of = |side: usize| {
-            let mut sizes: Vec<f64> = self.boxes.iter().map(|sides| sides[side]).collect();
-            let middle = summary::median(&mut sizes).unwrap_or_default();
-            sizes.iter().map(|size| (size - middle).abs()).sum::<f64>()
-        };
-        of(2) + of(3)
-    }
-
-    /// Sum of the changes of size from row to row of each target.
-    fn change(&self, rows: &[&[f64]]) -> f64 {
+    /// The widths and the heights of each target, row by row; rows without area are left out.
+    fn sizes(&self, rows: &[&[f64]]) -> Vec<Vec<f64>> {
         let target = self.columns.as_ref().and_then(|columns| columns.position(Target));
-        let mut last = BTreeMap::new();
-        let mut sum = 0.0;
+        let mut sizes: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
         for (row, [.., w, h]) in rows.iter().zip(&self.boxes).filter(|(_, [.., w, h])| *w > 0.0 && *h > 0.0) {
             let target = target.and_then(|k| row.get(k)).map_or(0, |id| id.to_bits());
-            if let Some((before_w, before_h)) = last.insert(target, (*w, *h)) {
-                sum += (w - before_w).abs() + (h - before_h).abs();
-            }
+            let [widths, heights] = sizes.entry(target).or_default();
+            widths.push(*w);
+            heights.push(*h);
         }
-        sum
+        sizes.into_values().flatten().collect()
     }
+}
+
+/// Sum of the changes of sizes from one to the next.
+fn change(sizes: &[Vec<f64>]) -> f64 {
+    sizes.iter().flat_map(|series| series.windows(2)).map(|pair| (pair[1] - pair[0]).abs()).sum()
+}
+
+/// Sum of the distances of sizes from their medians.
+fn spread(sizes: &[Vec<f64>]) -> f64 {
+    let of = |series: &Vec<f64>| {
+        let middle = summary::median(&mut series.clone()).unwrap_or_default();
+        series.iter().map(|size| (size - middle).abs()).sum::<f64>()
+    };
+    sizes.iter().map(of).sum()
 }
 
 /// Leaves formats out whose boxes reach far out of the frame, if there are others.
@@ -257,10 +260,16 @@ impl Table<'_> {
                 left.extend(pair.iter().map(|one| one.format.clone()));
                 continue;
             };
-            let (change, of_corners) = (usual.change(&self.rows), corners.change(&self.rows));
+            let sizes = [usual, corners].map(|one| one.sizes(&self.rows));
+            let [(by_custom, spread_by_custom), (of_corners, spread_of_corners)] =
+                sizes.map(|sizes| (change(&sizes), spread(&sizes)));
             let is_out = match usual.is_custom {
-                true => [false, of_corners >= MUCH * change && corners.spread() >= MUCH * usual.spread()],
-                false => [4.0 * of_corners < change, 4.0 * change < of_corners],
+                true => {
+                    let is_alike =
+                        of_corners >= MUCH * by_custom && spread_of_corners >= MUCH * spread_by_custom;
+                    [false, is_alike]
+                }
+                false => [4.0 * of_corners < by_custom, 4.0 * by_custom < of_corners],
             };
             left.extend(pair.iter().zip(is_out).filter(|(_, out)| !out).map(|(one, _)| one.format.clone()));
         }
