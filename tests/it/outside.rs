@@ -44,12 +44,7 @@ impl Place {
 
     /// `detect` on the clip with a script in the place of ffmpeg.
     fn detect(&self, script: &str) -> Command {
-        let source = self.path("script");
-        std::fs::write(&source, format!("#!/bin/sh\n{script}\n")).unwrap();
-        // By another process, since one that this one is just starting may still hold the file open.
-        let target = self.path("programs/ffmpeg");
-        let made = Command::new("install").args(["-m", "755"]).args([&source, &target]).status().unwrap();
-        assert!(made.success());
+        trackfail_testing::script(&self.path("programs/ffmpeg"), script);
         let path = format!("{}:{}", self.path("programs").display(), std::env::var("PATH").unwrap());
         let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
         command.current_dir(self.dir.path()).env("PATH", path).env("TMPDIR", self.path("tmp"));

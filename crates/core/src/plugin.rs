@@ -128,8 +128,13 @@ pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k s
     match near.as_slice() {
         [] if known.is_empty() => format!("unknown {what} `{word}`: there is none yet"),
         [] => format!("unknown {what} `{word}`; there is: {}", known.join(", ")),
-        near => format!("unknown {what} `{word}`; did you mean `{}`?", near.join("` or `")),
+        near => suggest(what, word, near),
     }
+}
+
+/// The message about an unknown word that may be one of `near`.
+pub fn suggest(what: &str, word: &str, near: &[&str]) -> String {
+    format!("unknown {what} `{word}`; did you mean `{}`?", near.join("` or `"))
 }
 
 #[cfg(test)]

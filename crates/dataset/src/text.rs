@@ -222,7 +222,7 @@ pub fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().all(is_plain) && !text.trim_start().starts_with(['=', '+', '-', '@'])
 }
 
-/// What [`is_name`] wants, in words.
+/// The rule of [`is_name`] in words.
 pub const NAME: &str = "plain text that does not begin with one of = + - @";
 
 /// Text on one line; whatever is not plain becomes a blank where it separates words, else U+FFFD.

@@ -295,17 +295,16 @@ impl Monitor {
     /// Chooses a method where nobody has named one, for the inputs of the first frame with a region, and another one when
     /// frames come; the text says so where the choice may not be meant.
     fn choose(&mut self, update: &Update<'_>) -> Result<Option<String>, MonitorError> {
-        let is_blind = self.chosen.as_ref().is_none_or(|chosen| !chosen.reads_frames());
-        if self.chosen.is_some() && !(self.is_free && is_blind && update.frame.is_some()) {
+        let stays = |chosen: &Chosen| !self.is_free || update.frame.is_none() || chosen.reads_frames();
+        if self.chosen.as_ref().is_some_and(stays) {
             return Ok(None);
         }
         let chosen = Chosen::recommended(inputs_of(update), self.budget)?;
         let name = chosen.name.clone();
-        let before = self.chosen.replace(chosen);
-        Ok(match before {
-            Some(before) if before.name != name => Some(format!("frames have come: {name} from here on")),
-            None if update.frame.is_none() => Some(format!("without frames: {name}, until frames come")),
-            _ => None,
+        Ok(match (self.chosen.replace(chosen), update.frame) {
+            (Some(_), _) => Some(format!("frames have come: {name} from here on")),
+            (None, None) => Some(format!("without frames: {name}, until frames come")),
+            (None, Some(_)) => None,
         })
     }
 

@@ -30,7 +30,7 @@ pub mod pack;
 pub mod staging;
 
 pub(crate) use file::temporary_in;
-pub use file::{check_output, read, read_text, write, write_derived, write_output, write_with};
+pub use file::{check_output, folder_of, read, read_text, write, write_derived, write_output, write_with};
 pub use pack::{Head, Name, Record};
 
 use address::{Address, Recipe, Stage};

@@ -92,6 +92,19 @@ pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
         .collect()
 }
 
+/// Makes `path` a shell script that can be run.
+///
+/// # Panics
+/// If it cannot be written.
+#[cfg(unix)]
+pub fn script(path: &Path, text: &str) {
+    let source = path.with_extension("source");
+    std::fs::write(&source, format!("#!/bin/sh\n{text}\n")).expect("a folder that can be written to");
+    // By another process, since one that this one is just starting may still hold a file open, which then cannot be run.
+    let made = std::process::Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status();
+    assert!(made.is_ok_and(|status| status.success()), "{} cannot be made", path.display());
+}
+
 /// A valid document with a piece cut out and something else in its place.
 pub fn damaged(valid: &'static [u8]) -> impl Strategy<Value = Vec<u8>> {
     let bytes = prop::collection::vec(any::<u8>(), 0..9);

@@ -28,16 +28,14 @@ impl Place {
             #[cfg(not(unix))]
             Ok(_) => path.canonicalize().ok().map(Self::New),
             Err(_) => {
-                let folder =
-                    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-                Some(Self::New(folder.canonicalize().ok()?.join(path.file_name()?)))
+                let folder = store::folder_of(path).canonicalize().ok()?;
+                Some(Self::New(folder.join(path.file_name()?)))
             }
         }
     }
 
     fn of_folder_of(path: &Path) -> Option<Self> {
-        path.parent()
-            .and_then(|folder| Self::of(if folder == Path::new("") { Path::new(".") } else { folder }))
+        Self::of(store::folder_of(path))
     }
 }
 

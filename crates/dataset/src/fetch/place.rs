@@ -174,8 +174,11 @@ fn move_aside(folder: &Path) -> Result<PathBuf, FetchError> {
         name.push(n.to_string());
         folder.with_file_name(name)
     };
-    let free = (1..=u32::MAX).map(numbered).find(|path| fs::symlink_metadata(path).is_err());
-    let aside = free.unwrap_or_else(|| numbered(0));
+    let mut n = 1;
+    while fs::symlink_metadata(numbered(n)).is_ok() {
+        n += 1;
+    }
+    let aside = numbered(n);
     rename(folder, &aside)?;
     Ok(aside)
 }

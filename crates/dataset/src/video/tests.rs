@@ -172,11 +172,8 @@ fn the_last_line_of_ffmpeg_is_the_reason() {
 /// A shell script in the place of ffmpeg.
 #[cfg(unix)]
 fn script(folder: &Path, text: &str) -> PathBuf {
-    let (source, path) = (folder.join("script"), folder.join("fake-ffmpeg"));
-    std::fs::write(&source, format!("#!/bin/sh\n{text}\n")).unwrap();
-    // By another process, since one that this one is just starting may still hold a file open, which then cannot be run.
-    let done = Command::new("install").args(["-m", "755"]).args([&source, &path]).status().unwrap();
-    assert!(done.success());
+    let path = folder.join("fake-ffmpeg");
+    trackfail_testing::script(&path, text);
     path
 }
 

@@ -74,8 +74,8 @@ pub fn check_output(path: &Path) -> Result<(), StoreError> {
     Err(StoreError::new(path, format!("there is no folder {}; make it first", folder.display())))
 }
 
-/// The folder of a file.
-fn folder_of(path: &Path) -> &Path {
+/// The folder of a file: the working one for a name alone.
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -55,7 +55,7 @@ pub(super) trait Causal: Detector + Clone + 'static {
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
 }
 
-/// What a detector says of one frame.
+/// A detector's score, alarm and forecast of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     /// The number that is compared with the threshold.

@@ -10,7 +10,7 @@ pub use list::METRICS;
 
 use super::pooled::Pooled;
 use crate::direction::Direction;
-use crate::plugin::unknown;
+use crate::plugin::{suggest, unknown};
 
 /// A number that tables can show and training can maximize.
 #[derive(Clone, Copy)]
@@ -121,7 +121,7 @@ impl Metric {
         let near: Vec<&str> = METRICS.iter().filter(is_shown).map(|m| m.name).collect();
         match near.as_slice() {
             [] => unknown("metric", word, Self::names()),
-            near => format!("unknown metric `{word}`; did you mean `{}`?", near.join("` or `")),
+            near => suggest("metric", word, near),
         }
     }
 

@@ -8,31 +8,27 @@
 //! for the statistics.
 
 mod diagram;
+mod field;
 mod verdict;
 
-use super::headline::spoken;
 use super::layouts::{self, cell, group, of_suite, table};
-use super::operating;
 use super::pairs;
-use super::units::{counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum, sum_of};
-use crate::analysis::Grid;
+use super::units::{mean_of_sum, metric_of_sum};
 use crate::direction::Direction;
-use crate::engine::execute::analyse::Analysed;
 use crate::figure::{Dots, Ranks};
 use crate::num::pooled::{self, Drawn, Draws};
 use crate::num::{ranks, seed};
-use crate::results::Results;
-use crate::results::{CellScore, method_label};
+use crate::results::{CellScore, Results};
 use crate::score::chance::Chance;
 use crate::score::metric::Source;
-use crate::score::{Metric, Protocol, TrackerMetric};
+use crate::score::{Metric, TrackerMetric};
 use crate::spec::Experiment;
-use crate::spec::method::Variant;
 use crate::spec::table::Side;
 use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
 use crate::table::suites::suites_note;
+use field::{Competitor, Field, fields, first_by_sequence, tracker_fields};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -133,116 +129,6 @@ impl Measured {
             Self::Mean(_) => "the mean over sequences",
         }
     }
-}
-
-/// A method on one tracker, or a tracker.
-struct Competitor {
-    label: String,
-    /// The method without its grid point, or the tracker.
-    name: String,
-    /// Whether it is ranked and tested.
-    competes: bool,
-    /// Sequence -> counts of all runs.
-    counts: BTreeMap<String, [i64; 4]>,
-}
-
-impl Competitor {
-    /// Its name with the point of its grid, as sentences and figures have it.
-    fn spoken(&self) -> String {
-        spoken(&self.name, &self.label)
-    }
-
-    /// The summed counts of all sequences.
-    fn total(&self) -> [i64; 4] {
-        sum_of(&self.counts)
-    }
-}
-
-/// Methods or trackers that can be compared.
-struct Field {
-    /// Tracker, and protocol where the tracker's methods have several.
-    label: String,
-    /// The tracker; empty where trackers compete.
-    tracker: String,
-    /// How detections at random match by the protocol.
-    chance: Chance,
-    competitors: Vec<Competitor>,
-}
-
-impl Field {
-    /// Those that compete with a result on every sequence that any of the field has one on: only they can be the best.
-    fn whole(&self) -> impl Iterator<Item = &Competitor> {
-        let most = self.competitors.iter().map(|c| c.counts.len()).max();
-        self.competitors.iter().filter(move |c| c.competes && Some(c.counts.len()) == most)
-    }
-}
-
-fn fields(results: &Results, scores: &[CellScore]) -> Vec<Field> {
-    let experiment = &results.experiment;
-    let mut counts = counts_of_sequences(scores);
-    let mut fields = Vec::new();
-    for tracker in &experiment.trackers {
-        let methods = || experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
-        let mut protocols: Vec<&Protocol> = Vec::new();
-        for method in methods() {
-            if protocols.iter().all(|p| p.name != method.protocol.name) {
-                protocols.push(method.protocol);
-            }
-        }
-        for protocol in &protocols {
-            let mut competitors = Vec::new();
-            for method in methods().filter(|m| m.protocol.name == protocol.name) {
-                let ranked = operating::ranked(experiment, method)
-                    .filter(|_| !layout::is_anchor(experiment, &method.name))
-                    .map(Variant::params);
-                for variant in &method.variants {
-                    let competes = ranked.as_ref() == Some(&variant.params());
-                    let label = method_label(&method.name, &variant.params());
-                    let Some(counts) = counts.remove(&(tracker.label.clone(), label.clone())) else {
-                        continue;
-                    };
-                    competitors.push(Competitor { label, name: method.name.clone(), competes, counts });
-                }
-            }
-            let several = protocols.len() > 1;
-            let label =
-                if several { format!("{}, {}", tracker.label, protocol.name) } else { tracker.label.clone() };
-            if !competitors.is_empty() {
-                let (tracker, chance) = (tracker.label.clone(), protocol.chance);
-                fields.push(Field { label, tracker, chance, competitors });
-            }
-        }
-    }
-    fields
-}
-
-fn by_sequence(analysed: &Analysed) -> Option<Grid> {
-    analysed.findings.tables.iter().find(|t| t.name == "sequences").cloned()
-}
-
-/// The first analysis with a table `sequences`, of its first tracker.
-fn first_by_sequence(results: &Results) -> Option<&Analysed> {
-    results.analyses.iter().find(|a| by_sequence(a).is_some())
-}
-
-/// The trackers that the [first analysis](first_by_sequence) scored, for each column of its table.
-fn tracker_fields(results: &Results) -> Vec<(Measured, Field)> {
-    let Some(first) = first_by_sequence(results) else { return Vec::new() };
-    let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
-    let tables: Vec<(&str, Grid)> =
-        mine.filter_map(|a| Some((a.tracker.as_str(), by_sequence(a)?))).collect();
-    let field = |(k, column): (usize, &String)| {
-        let competitor = |(tracker, table): &(&str, Grid)| {
-            let counts = counts_of_column(table, k);
-            Competitor { label: (*tracker).to_string(), name: (*tracker).to_string(), competes: true, counts }
-        };
-        let competitors = tables.iter().map(competitor).collect();
-        (
-            Measured::Mean(column.clone()),
-            Field { label: String::new(), tracker: String::new(), chance: Chance::within(0), competitors },
-        )
-    };
-    tables[0].1.columns.iter().enumerate().map(field).collect()
 }
 
 /// Intervals, tests and ranks of an experiment's methods, from the counts of [`Results::scores`], and of the trackers that

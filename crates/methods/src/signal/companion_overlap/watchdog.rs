@@ -21,7 +21,6 @@ use crate::signal::{Observation, Session, Signal};
 use crate::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerError, TrackerState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A watchdog.
@@ -86,7 +85,6 @@ impl Companion {
             config: self.config.clone(),
             sequence: context.sequence.clone(),
             start_frame: context.start_frame,
-            data_roots: context.data_roots.to_vec(),
             tracker: None,
             likeness,
             apart: 0,
@@ -126,7 +124,6 @@ pub struct RunningCompanion {
     config: Arc<dyn TrackerConfig>,
     sequence: Sequence,
     start_frame: usize,
-    data_roots: Vec<PathBuf>,
     tracker: Option<Box<dyn Tracker>>,
     /// How like the first frame the observed region and the companion's are, for one that may be started again.
     likeness: Option<[Box<dyn Session>; 2]>,
@@ -177,7 +174,7 @@ impl RunningCompanion {
             start_frame: self.start_frame,
             run: 0,
             seed: seed::seed(0, &["companion", &self.params.tracker]),
-            data_roots: &self.data_roots,
+            data_roots: &[],
         };
         self.config.start(&context, observation.frame, &observation.state.region)
     }

@@ -90,24 +90,32 @@ fn find_below(
         (*kind, name.split('/').fold(folder.to_path_buf(), |path, part| path.join(part)))
     };
     let mut found: Vec<(Kind, PathBuf)> = wanted.iter().map(exact).collect();
-    let in_bytes = found.iter().map(|(_, path)| path.with_extension("bin")).find(|path| path.is_file());
     // What is there and no file, such as a pipe, is refused when it is read.
     found.retain(|(_, path)| path.exists());
     if found.is_empty() {
-        for (kind, folder, name) in &wanted {
+        // One look at a folder tells of most results that they are not there in other letters either.
+        let firsts: Vec<&str> = wanted.iter().filter_map(|(.., name)| name.split('/').next()).collect();
+        let folders =
+            [folder.as_path(), &folder_of_run].map(|folder| (folder, !alike(folder, &firsts).is_empty()));
+        for (kind, folder, name) in wanted.iter().filter(|(_, folder, _)| folders.contains(&(*folder, true)))
+        {
             found.extend(in_other_case(folder, name).into_iter().map(|path| (*kind, path)));
         }
     }
-    match (found.pop(), found.pop(), in_bytes) {
-        (Some(one), None, _) => Ok(one),
-        (Some((_, a)), Some((_, b)), _) => Err(two_exist(&a, &b, "keep the one that is meant")),
-        (None, _, Some(path)) => Err(TrackerError::Broken(format!("{}: {BINARY}", path.display()))),
-        (None, _, None) => Err(TrackerError::Missing(format!(
+    match (found.pop(), found.pop()) {
+        (Some(one), None) => return Ok(one),
+        (Some((_, a)), Some((_, b))) => return Err(two_exist(&a, &b, "keep the one that is meant")),
+        (None, _) => {}
+    }
+    let mut in_bytes = wanted.iter().map(|one| exact(one).1.with_extension("bin"));
+    Err(match in_bytes.find(|path| path.is_file()) {
+        Some(path) => TrackerError::Broken(format!("{}: {BINARY}", path.display())),
+        None => TrackerError::Missing(format!(
             "no result of `{results}` for {}, run {run}: none of {}, and nothing in {of_run}",
             sequence.name,
             looked_for.join(", ")
-        ))),
-    }
+        )),
+    })
 }
 
 /// Paths below a folder that differ from `name` in capital letters alone, such as `BasketBall.json` in OTB's results of Struck.

@@ -1,6 +1,8 @@
 use super::diagram::diagram;
 use super::*;
+use crate::analysis::Grid;
 use crate::figure::Plot;
+use crate::report::units::counts_of_column;
 use crate::table::layout::Row;
 
 const CHANCE: Chance = Chance::within(5);

@@ -267,11 +267,8 @@ mod tests {
     #[test]
     fn a_program_that_takes_no_frames_is_not_waited_for_after_an_interruption() {
         let root = tempfile::tempdir().unwrap();
-        let [script, program, path] = ["script", "ffmpeg", "a.mp4"].map(|name| root.path().join(name));
-        std::fs::write(&script, "#!/bin/sh\nsleep 1000\n").unwrap();
-        // By another process, since one that this one is just starting may still hold the file open.
-        let made = Command::new("install").args(["-m", "755"]).args([&script, &program]).status().unwrap();
-        assert!(made.success());
+        let [program, path] = ["ffmpeg", "a.mp4"].map(|name| root.path().join(name));
+        trackfail_testing::script(&program, "sleep 1000");
         for count in [1, 100] {
             let asked = std::cell::Cell::new(0);
             let is_stopped = || asked.replace(asked.get() + 1) > 3;
