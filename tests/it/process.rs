@@ -10,6 +10,7 @@ use trackfail::image::{Frame, encode_png};
 use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::spec::programs;
+use trackfail::tracker::process::Bind;
 use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
 
 const FRAMES: u32 = 140;

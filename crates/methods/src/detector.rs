@@ -48,9 +48,9 @@ pub use stream::{Judgement, Reason, Stream};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError};
-use crate::tracker::process::Programs;
+use crate::plugin::Entry;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.
 pub trait Reverse {
@@ -105,18 +105,9 @@ impl DetectorOutput {
 }
 
 /// A checked configuration of a detector.
-pub trait Detector: Send + Sync {
+pub trait Detector: Any + Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
-
-    /// Binds a configuration that names a program to that program, one of those that the user of this computer
-    /// allows.
-    ///
-    /// # Errors
-    /// When the program, or a file of its digest, is not there.
-    fn bind(&mut self, _programs: &Programs) -> Result<(), ParamError> {
-        Ok(())
-    }
 
     /// Whether it reads the signal; anchors do not.
     fn needs_signal(&self) -> bool {

@@ -32,10 +32,10 @@ pub mod uncertainty_change;
 
 pub use crate::direction::Direction;
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError};
+use crate::plugin::Entry;
 use crate::region::Region;
-use crate::tracker::process::Programs;
 use crate::tracker::{RunContext, TrackerError, TrackerState};
+use std::any::Any;
 
 /// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +110,7 @@ impl<'a> Observation<'a> {
 }
 
 /// A checked configuration of a signal.
-pub trait Signal: Send + Sync {
+pub trait Signal: Any + Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
@@ -134,15 +134,6 @@ pub trait Signal: Send + Sync {
 
     /// Smallest and largest value it can take.
     fn bounds(&self) -> (f64, f64);
-
-    /// Binds a configuration that names a program to that program, one of those that the user of this computer
-    /// allows.
-    ///
-    /// # Errors
-    /// When the program is not among them.
-    fn bind(&mut self, _programs: &Programs) -> Result<(), ParamError> {
-        Ok(())
-    }
 
     /// The files that it reads besides the frames; their digests are part of a signal's address.
     ///

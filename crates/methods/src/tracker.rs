@@ -29,11 +29,12 @@ mod conformance;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use crate::dataset::{DatasetError, Sequence};
+use crate::dataset::Sequence;
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError};
+use crate::plugin::Entry;
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 
 /// Event of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -157,9 +158,9 @@ pub enum TrackerError {
     /// Its result files or its program are absent.
     #[error("{0}")]
     Missing(String),
-    /// Its result files have faults.
+    /// A file that it reads has faults.
     #[error(transparent)]
-    Results(#[from] DatasetError),
+    File(Box<dyn std::error::Error + Send + Sync>),
     /// Its program did not answer in a frame.
     #[error("{program}: frame {frame} of {sequence}: {source}")]
     Program {
@@ -170,7 +171,7 @@ pub enum TrackerError {
         /// Name of the sequence.
         sequence: String,
         /// The fault.
-        source: process::ProgramFault,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The tracker itself broke.
     #[error("{0}")]
@@ -178,6 +179,11 @@ pub enum TrackerError {
 }
 
 impl TrackerError {
+    /// The error of a tracker or a signal that reads a file with this fault.
+    pub fn file(fault: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::File(Box::new(fault))
+    }
+
     /// The error of a tracker of this kind whose first region has coordinates that are not finite.
     fn no_region(kind: &str) -> Self {
         Self::Broken(format!("{kind}: the first region is no region"))
@@ -206,7 +212,7 @@ pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
 pub type StartResult = Result<StartedTracker, TrackerError>;
 
 /// A checked configuration of a tracker.
-pub trait TrackerConfig: Send + Sync {
+pub trait TrackerConfig: Any + Send + Sync {
     /// Checked parameters, defaults filled in.
     fn params(&self) -> serde_json::Value;
 
@@ -245,15 +251,6 @@ pub trait TrackerConfig: Send + Sync {
     /// of result files has it where the files do.
     fn gives_confidence(&self, _context: &RunContext<'_>) -> bool {
         self.gives_posterior()
-    }
-
-    /// Binds a configuration that names a program to that program, one of those that the user of this computer
-    /// allows.
-    ///
-    /// # Errors
-    /// When the program is not among them.
-    fn bind(&mut self, _programs: &process::Programs) -> Result<(), ParamError> {
-        Ok(())
     }
 
     /// The files that it reads besides the frames; their digests are part of a track's address.

@@ -1,12 +1,8 @@
 //! Plugins of an experiment file: the tables of their parameters, checked and bound to the programs that they name.
 
 use super::error::{Errors, Source, SpecError, in_plain_words};
-use crate::analysis::Analysis;
-use crate::detector::Detector;
 use crate::plugin::{self, Entry, ParamError, RawParams};
-use crate::signal::Signal;
-use crate::tracker::TrackerConfig;
-use crate::tracker::process::Programs;
+use crate::tracker::process::{Bind, Programs};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -20,36 +16,6 @@ pub(super) struct RawPlugin<'i, T: ?Sized + 'static> {
     pub(super) table: Spanned<DeTable<'i>>,
     /// The programs that it may run.
     pub(super) programs: Option<&'i Programs>,
-}
-
-/// A plugin that may name a program.
-pub(super) trait Bind {
-    /// Binds it to its program, if it names one.
-    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError>;
-}
-
-impl Bind for dyn Signal {
-    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        self.bind(programs)
-    }
-}
-
-impl Bind for dyn Detector {
-    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        self.bind(programs)
-    }
-}
-
-impl Bind for dyn TrackerConfig {
-    fn bind_to(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        self.bind(programs)
-    }
-}
-
-impl Bind for dyn Analysis {
-    fn bind_to(&mut self, _: &Programs) -> Result<(), ParamError> {
-        Ok(())
-    }
 }
 
 impl<'i, T: ?Sized + Bind> RawPlugin<'i, T> {
@@ -108,7 +74,7 @@ pub(super) fn build_entry<T: ?Sized + Bind>(
     programs: Option<&Programs>,
 ) -> Result<Box<T>, ParamError> {
     let mut built = (entry.build)(RawParams::from(as_value(table)))?;
-    programs.map_or(Ok(()), |programs| built.bind_to(programs))?;
+    programs.map_or(Ok(()), |programs| built.bind(programs))?;
     Ok(built)
 }
 

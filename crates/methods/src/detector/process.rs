@@ -22,10 +22,11 @@ use super::{Detector, DetectorOutput, Input};
 use crate::dataset::file_digest;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::tracker::process::{
-    Handed, Indexed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound,
+    Bind, Handed, Indexed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::sync::Arc;
 
 /// The list's entry.
@@ -92,6 +93,25 @@ impl Process {
     }
 }
 
+impl Bind for dyn Detector {
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() else { return Ok(()) };
+        let program = programs.named(Role::Detector, &process.params.program)?;
+        let file = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let digest = file_digest(path).map_err(|e| ParamError {
+                message: e.to_string(),
+                key: Some("program"),
+                span: None,
+            });
+            Ok(format!("{name} {}", digest?))
+        };
+        process.files = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
+        process.program = Some(program);
+        Ok(())
+    }
+}
+
 impl Detector for Process {
     fn params(&self) -> serde_json::Value {
         let mut params = show_params(&self.params);
@@ -110,22 +130,6 @@ impl Detector for Process {
 
     fn uses_seed(&self) -> bool {
         self.program.as_ref().is_none_or(|p| !p.deterministic)
-    }
-
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        let program = programs.bind(Role::Detector, &self.params.program)?;
-        let file = |path: &std::path::PathBuf| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let digest = file_digest(path).map_err(|e| ParamError {
-                message: e.to_string(),
-                key: Some("program"),
-                span: None,
-            });
-            Ok(format!("{name} {}", digest?))
-        };
-        self.files = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
-        self.program = Some(program);
-        Ok(())
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

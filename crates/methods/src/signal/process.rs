@@ -52,12 +52,13 @@ use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
-    Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, frame_files,
-    not_bound,
+    Bind, Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track,
+    frame_files, not_bound,
 };
 use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -152,11 +153,6 @@ impl Signal for Process {
         (f64::NEG_INFINITY, f64::INFINITY)
     }
 
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        self.program = Some(programs.bind(Role::Signal, &self.params.program)?);
-        Ok(())
-    }
-
     fn inputs(&self, _: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
     }
@@ -166,7 +162,7 @@ impl Signal for Process {
         let (sequence, reads) = (context.sequence, self.params.reads);
         let place = Place::new(program, sequence);
         let (files, size) = match reads {
-            Need::Pixels => (frame_files(sequence)?, Some(sequence.size()?)),
+            Need::Pixels => (frame_files(sequence)?, Some(sequence.size().map_err(TrackerError::file)?)),
             _ => (Vec::new(), None),
         };
         let frames = sequence.len();
@@ -178,6 +174,15 @@ impl Signal for Process {
         };
         let (peer, images) = start().map_err(|fault| place.error(0, fault))?;
         Ok(Box::new(Asking { place, reads, files, frames, next: 0, peer: Some(peer), images, fault: None }))
+    }
+}
+
+impl Bind for dyn Signal {
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        if let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() {
+            process.program = Some(programs.named(Role::Signal, &process.params.program)?);
+        }
+        Ok(())
     }
 }
 

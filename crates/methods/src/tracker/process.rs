@@ -78,7 +78,7 @@ mod programs;
 mod tests;
 
 pub use fault::ProgramFault;
-pub use programs::{Program, Programs, Protocol, Regions, Role, UnknownProgram};
+pub use programs::{Bind, Program, Programs, Protocol, Regions, Role, UnknownProgram};
 
 pub(crate) use images::Images;
 pub(crate) use json_lines::{Handed, Indexed, JsonPeer, Track};
@@ -90,6 +90,7 @@ use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
 use peer::Peer;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -141,11 +142,6 @@ impl TrackerConfig for Process {
         self.program.as_ref().is_some_and(|p| p.confidence.is_some())
     }
 
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        self.program = Some(programs.bind(Role::Tracker, &self.params.program)?);
-        Ok(())
-    }
-
     fn inputs(&self, _: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
     }
@@ -171,6 +167,15 @@ impl TrackerConfig for Process {
         let confidence = answer.confidence.filter(|_| confident);
         let tracker = Tracking { place, files, next: index + 1, last, confident, peer, images };
         Ok((Box::new(tracker), TrackerState { confidence, ..TrackerState::initialized(region.clone()) }))
+    }
+}
+
+impl Bind for dyn TrackerConfig {
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
+        if let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() {
+            process.program = Some(programs.named(Role::Tracker, &process.params.program)?);
+        }
+        Ok(())
     }
 }
 
@@ -209,7 +214,7 @@ impl Place {
     pub(crate) fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
         let (program, sequence) = (self.program.clone(), self.sequence.clone());
         let frame = u64::from(self.first) + index as u64;
-        TrackerError::Program { program, frame, sequence, source }
+        TrackerError::Program { program, frame, sequence, source: Box::new(source) }
     }
 }
 

@@ -154,7 +154,7 @@ impl Replay {
         data_roots: &[PathBuf],
     ) -> Result<Vec<TrackerState>, TrackerError> {
         let source = files::find(&self.0, sequence, run, data_roots)?;
-        Ok(self.states(&source, sequence, run)?)
+        self.states(&source, sequence, run).map_err(TrackerError::file)
     }
 
     fn states(
@@ -316,7 +316,7 @@ impl TrackerConfig for Replay {
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
         let source = files::find(&self.0, context.sequence, context.run, context.data_roots)?;
         // A file with faults is no track, so that nothing relies on it.
-        self.states(&source, context.sequence, context.run)?;
+        self.states(&source, context.sequence, context.run).map_err(TrackerError::file)?;
         Ok(std::iter::once(source.path).chain(source.confidence).collect())
     }
 

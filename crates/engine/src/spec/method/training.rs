@@ -9,6 +9,7 @@ use crate::spec::error::{Source, SpecError};
 use crate::spec::raw_plugin::{RawPlugin, as_value};
 use crate::spec::table::metric;
 use crate::spec::wire;
+use crate::tracker::process::Bind;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;

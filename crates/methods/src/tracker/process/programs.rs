@@ -1,5 +1,6 @@
 //! Programs that may be run as trackers, signals and detectors; [`spec::programs`](crate::spec::programs) reads them.
 
+use crate::analysis::Analysis;
 use crate::dataset::text::shorten_to;
 use crate::plugin::{self, ParamError};
 use serde::{Deserialize, Serialize};
@@ -133,15 +134,28 @@ impl Programs {
     }
 
     /// As [`find`](Self::find), for the parameter `program` of a plugin.
-    ///
-    /// # Errors
-    /// As [`find`](Self::find).
-    pub fn bind(&self, role: Role, name: &str) -> Result<Arc<Program>, ParamError> {
+    pub(crate) fn named(&self, role: Role, name: &str) -> Result<Arc<Program>, ParamError> {
         self.find(role, name).map_err(|e| ParamError {
             message: e.to_string(),
             key: Some("program"),
             span: None,
         })
+    }
+}
+
+/// A plugin that may name a program.
+pub trait Bind {
+    /// Binds a configuration that names a program to that program, one of those that the user of this computer allows;
+    /// others stay as they are.
+    ///
+    /// # Errors
+    /// When the program, or a file of its digest, is not there.
+    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError>;
+}
+
+impl Bind for dyn Analysis {
+    fn bind(&mut self, _: &Programs) -> Result<(), ParamError> {
+        Ok(())
     }
 }
 

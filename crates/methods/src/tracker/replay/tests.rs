@@ -217,7 +217,7 @@ fn files_that_do_not_fit_are_errors() {
     ] {
         let root = with_files(files);
         match replay("a").read(&sequence(), run, &roots(&root)) {
-            Err(e @ (TrackerError::Broken(_) | TrackerError::Results(_))) => {
+            Err(e @ (TrackerError::Broken(_) | TrackerError::File(_))) => {
                 assert!(e.to_string().contains(word), "{e}");
             }
             other => panic!("{files:?}: {other:?}"),
