@@ -210,7 +210,7 @@ fn judge_target(
     first: u32,
     stop: &Stop,
 ) -> Result<UserTrack, Failure> {
-    let context = RunContext { sequence: &target.part, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
+    let context = RunContext { sequence: &*target.part, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
     let lane = Lane::of_states(target.states.clone());
     let lane = lane.with_signals(&context, &target.companions, methods::signals_of(methods));
     let collected = lane.and_then(|lane| {

@@ -5,6 +5,7 @@
 //! | [`region`] | rectangles and polygons, their overlap |
 //! | [`mod@image`] | frames, color and gradient features, distribution fields, warps |
 //! | [`direction`] | whether larger or smaller values are better |
+//! | [`sequence`] | what trackers and signals may ask of a sequence |
 //! | [`num`] | filters, time series models, distributions, mixtures, comparisons of methods, seeds |
 //! | [`plugin`] | lists of plugins, checked parameters, suggestions for misspelled words |
 
@@ -17,3 +18,4 @@ pub mod image;
 pub mod num;
 pub mod plugin;
 pub mod region;
+pub mod sequence;

@@ -26,10 +26,13 @@ pub use digest::{Digest, content_digest};
 pub use error::DatasetError;
 pub use files::ImageFiles;
 
+pub use trackfail_core::sequence::{Numbering, SequenceInfo};
 use trackfail_core::{image, num, plugin, region};
 
 use crate::image::Frame;
 use crate::region::Region;
+use std::error::Error;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Frames that are computed instead of read.
@@ -66,15 +69,6 @@ impl std::fmt::Debug for Frames {
             Self::Absent => f.write_str("Absent"),
         }
     }
-}
-
-/// Frame numbers of a sequence in its dataset, for readers of result files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Numbering {
-    /// Number of the sequence's first frame here.
-    pub first: u32,
-    /// First and last frame of the dataset's own, uncut range (OTB: David 300..=770).
-    pub official: (u32, u32),
 }
 
 /// The frames of one target with its ground truth.
@@ -115,6 +109,40 @@ impl Sequence {
     /// The dataset's number of frame `t` (0-based).
     pub fn number(&self, t: usize) -> u32 {
         self.numbering.first + t as u32
+    }
+}
+
+impl SequenceInfo for Sequence {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn numbering(&self) -> Numbering {
+        self.numbering
+    }
+
+    fn truth(&self) -> &[Option<Region>] {
+        &self.truth
+    }
+
+    fn attributes(&self) -> &[String] {
+        &self.attributes
+    }
+
+    fn size(&self) -> Result<(usize, usize), Box<dyn Error + Send + Sync>> {
+        Ok(self.size()?)
+    }
+
+    fn files(&self) -> Result<Vec<PathBuf>, Box<dyn Error + Send + Sync>> {
+        Ok(match &self.frames {
+            Frames::Files(files) => files.to_vec(),
+            Frames::Video(video) => video.files()?.to_vec(),
+            Frames::Rendered(..) | Frames::Absent => Vec::new(),
+        })
+    }
+
+    fn shared(&self) -> Arc<dyn SequenceInfo> {
+        Arc::new(self.clone())
     }
 }
 

@@ -15,5 +15,5 @@ pub mod score;
 pub mod signal;
 pub mod tracker;
 
-use trackfail_core::{direction, image, num, plugin, region};
+use trackfail_core::{direction, image, num, plugin, region, sequence};
 use trackfail_dataset as dataset;

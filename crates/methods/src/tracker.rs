@@ -29,10 +29,10 @@ mod conformance;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use crate::dataset::Sequence;
 use crate::image::Frame;
 use crate::plugin::Entry;
 use crate::region::Region;
+use crate::sequence::SequenceInfo;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 
@@ -194,7 +194,7 @@ impl TrackerError {
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     /// The sequence; online trackers may use its size and length, only replays and oracles its truth.
-    pub sequence: &'a Sequence,
+    pub sequence: &'a dyn SequenceInfo,
     /// Index of the frame that the tracker starts in, from 0.
     pub start_frame: usize,
     /// Repetition, from 0.

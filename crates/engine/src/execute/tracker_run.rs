@@ -120,7 +120,7 @@ impl TrackerRun {
     /// The context of a start in the first frame.
     pub fn context(&self) -> RunContext<'_> {
         let Self { sequence, run, seed, data_roots, .. } = self;
-        RunContext { sequence, start_frame: 0, run: *run, seed: *seed, data_roots }
+        RunContext { sequence: &**sequence, start_frame: 0, run: *run, seed: *seed, data_roots }
     }
 
     /// Starts the tracker on the ground truth of the first frame, which is `frame`.

@@ -52,8 +52,7 @@ use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
-    Bind, Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track,
-    frame_files, not_bound,
+    Bind, Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, not_bound,
 };
 use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
 use schemars::JsonSchema;
@@ -162,10 +161,13 @@ impl Signal for Process {
         let (sequence, reads) = (context.sequence, self.params.reads);
         let place = Place::new(program, sequence);
         let (files, size) = match reads {
-            Need::Pixels => (frame_files(sequence)?, Some(sequence.size().map_err(TrackerError::file)?)),
+            Need::Pixels => (
+                sequence.files().map_err(TrackerError::File)?,
+                Some(sequence.size().map_err(TrackerError::File)?),
+            ),
             _ => (Vec::new(), None),
         };
-        let frames = sequence.len();
+        let frames = sequence.frames();
         let track = Track { frames, size, params: &self.params.params };
         let start = || {
             let images = Images::new()?;

@@ -233,7 +233,7 @@ impl TrackerConfig for ColorParticleFilter {
         }
         let p = &self.0;
         let hsv = match p.color_space {
-            ColorSpace::Auto => context.sequence.attributes.iter().any(|a| a == FACE),
+            ColorSpace::Auto => context.sequence.attributes().iter().any(|a| a == FACE),
             ColorSpace::Rgb => false,
             ColorSpace::Hsv => true,
         };

@@ -5,7 +5,7 @@
 
 use super::testing::{context, track};
 use super::*;
-use crate::dataset::synthetic;
+use crate::dataset::{Sequence, synthetic};
 use crate::plugin::RawParams;
 use crate::region::Rect;
 use sha2::{Digest, Sha256};

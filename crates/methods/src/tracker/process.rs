@@ -84,10 +84,10 @@ pub(crate) use images::Images;
 pub(crate) use json_lines::{Handed, Indexed, JsonPeer, Track};
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::dataset::{Frames, Sequence};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
+use crate::sequence::SequenceInfo;
 use peer::Peer;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -148,7 +148,7 @@ impl TrackerConfig for Process {
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let program = self.program.as_ref().ok_or_else(|| not_bound(&self.params.program))?;
-        let files = frame_files(context.sequence)?;
+        let files = context.sequence.files().map_err(TrackerError::File)?;
         let place = Place::new(program, context.sequence);
         let index = context.start_frame;
         let start = || {
@@ -159,7 +159,7 @@ impl TrackerConfig for Process {
             Ok((peer, images, answer))
         };
         let (mut peer, images, answer) = start().map_err(|fault| place.error(index, fault))?;
-        let last = context.sequence.len().saturating_sub(1);
+        let last = context.sequence.frames().saturating_sub(1);
         if index == last {
             peer.finish().map_err(|fault| place.error(index, fault))?;
         }
@@ -184,18 +184,6 @@ pub(crate) fn not_bound(name: &str) -> TrackerError {
     TrackerError::Missing(format!("the program {name} is not known here"))
 }
 
-/// The image files of a sequence; none if its frames have no files.
-pub(crate) fn frame_files(sequence: &Sequence) -> Result<Vec<PathBuf>, TrackerError> {
-    match &sequence.frames {
-        Frames::Files(files) => Ok(files.to_vec()),
-        Frames::Video(video) => {
-            let files = video.files().map_err(|e| TrackerError::Missing(e.to_string()))?;
-            Ok(files.to_vec())
-        }
-        Frames::Rendered(..) | Frames::Absent => Ok(Vec::new()),
-    }
-}
-
 /// Program, sequence and number of its first frame, for messages.
 pub(crate) struct Place {
     program: String,
@@ -205,8 +193,8 @@ pub(crate) struct Place {
 
 impl Place {
     /// A program on a sequence.
-    pub(crate) fn new(program: &Program, sequence: &Sequence) -> Self {
-        let (name, first) = (sequence.name.clone(), sequence.numbering.first);
+    pub(crate) fn new(program: &Program, sequence: &dyn SequenceInfo) -> Self {
+        let (name, first) = (sequence.name().to_string(), sequence.numbering().first);
         Self { program: program.name.clone(), sequence: name, first }
     }
 

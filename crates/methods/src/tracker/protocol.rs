@@ -27,10 +27,10 @@
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
 
 use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::dataset::Sequence;
 use crate::image::Frame;
 use crate::num::seed;
 use crate::region::{Areas, Rect, Region};
+use crate::sequence::SequenceInfo;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::path::PathBuf;
@@ -165,7 +165,7 @@ impl TrackerConfig for Under {
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let truth = &context.sequence.truth;
+        let truth = context.sequence.truth();
         let first = match self.protocol {
             RunProtocol::OtbTemporal => start_frame(truth, context.run),
             _ => 0,
@@ -173,7 +173,7 @@ impl TrackerConfig for Under {
         let mut tracker = Supervised {
             protocol: self.protocol,
             config: self.config.clone(),
-            sequence: context.sequence.clone(),
+            sequence: context.sequence.shared(),
             run: context.run,
             seed: context.seed,
             data_roots: context.data_roots.to_vec(),
@@ -233,7 +233,7 @@ fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
 struct Supervised {
     protocol: RunProtocol,
     config: Arc<dyn TrackerConfig>,
-    sequence: Sequence,
+    sequence: Arc<dyn SequenceInfo>,
     run: u32,
     seed: u64,
     data_roots: Vec<PathBuf>,
@@ -277,7 +277,7 @@ impl Supervised {
     }
 
     fn truth(&self, t: usize) -> Option<&Region> {
-        self.sequence.truth.get(t).and_then(Option::as_ref)
+        self.sequence.truth().get(t).and_then(Option::as_ref)
     }
 
     /// The region to start with in this frame: `given`, or else the ground truth if there is one.
@@ -301,7 +301,7 @@ impl Supervised {
             (Phase::Running(tracker), _) => tracker.update(frame)?,
             (Phase::Stopped { .. }, Some(region)) => {
                 let context = RunContext {
-                    sequence: &self.sequence,
+                    sequence: &*self.sequence,
                     start_frame: t,
                     run: self.run,
                     seed: self.seed,

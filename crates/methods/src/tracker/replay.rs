@@ -51,7 +51,7 @@ use super::results::{
     oxuva, vot,
 };
 use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::dataset::{DatasetError, Sequence, text};
+use crate::dataset::{DatasetError, SequenceInfo, text};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::region::Region;
@@ -149,7 +149,7 @@ impl Replay {
     /// [`TrackerError::Results`] for a file with faults.
     pub fn read(
         &self,
-        sequence: &Sequence,
+        sequence: &dyn SequenceInfo,
         run: u32,
         data_roots: &[PathBuf],
     ) -> Result<Vec<TrackerState>, TrackerError> {
@@ -160,7 +160,7 @@ impl Replay {
     fn states(
         &self,
         source: &Source,
-        sequence: &Sequence,
+        sequence: &dyn SequenceInfo,
         run: u32,
     ) -> Result<Vec<TrackerState>, DatasetError> {
         let path = source.path.as_path();
@@ -168,7 +168,7 @@ impl Replay {
         let base = |of_format| self.0.base.unwrap_or(of_format);
         let text_boxes = |bytes, of_format| text_boxes(path, bytes, sequence, base(of_format));
         let mut boxes = match source.kind {
-            Kind::Json => otb_json::parse_from(path, &bytes, run, sequence.numbering, base(Base::One))?,
+            Kind::Json => otb_json::parse_from(path, &bytes, run, sequence.numbering(), base(Base::One))?,
             Kind::Csv => oxuva::parse(path, &bytes, sequence)?,
             Kind::Text if mot::is_mot(&bytes) => {
                 mot::parse(path, &bytes, sequence, base(Base::One), self.0.id)?
@@ -179,7 +179,7 @@ impl Replay {
                 got10k::Kind::Vot => {
                     let without_box = self.0.without_area.status();
                     let mut states =
-                        vot::parse_from(path, &bytes, &sequence.truth, base(Base::Zero), without_box)?;
+                        vot::parse_from(path, &bytes, sequence.truth(), base(Base::Zero), without_box)?;
                     if let Some(values) = values(source, states.len())? {
                         states.iter_mut().zip(values).for_each(|(state, value)| state.confidence = value);
                     }
@@ -195,8 +195,13 @@ impl Replay {
     }
 
     /// The states of the frames that the sequence uses.
-    fn cut(&self, path: &Path, boxes: Boxes, sequence: &Sequence) -> Result<Vec<TrackerState>, DatasetError> {
-        let (first, count) = (sequence.numbering.first, sequence.len());
+    fn cut(
+        &self,
+        path: &Path,
+        boxes: Boxes,
+        sequence: &dyn SequenceInfo,
+    ) -> Result<Vec<TrackerState>, DatasetError> {
+        let (first, count) = (sequence.numbering().first, sequence.frames());
         let end = u64::from(boxes.first) + boxes.regions.len() as u64;
         let needed = u64::from(first) + count as u64;
         if boxes.first > first || end < needed {
@@ -206,7 +211,7 @@ impl Replay {
                     "frames {} to {} do not cover {} from {first} to {}; runs that start later are not read",
                     boxes.first,
                     end - 1,
-                    sequence.name,
+                    sequence.name(),
                     needed - 1
                 ),
             ));
@@ -215,7 +220,7 @@ impl Replay {
         let skipped = (first - boxes.first) as usize;
         let mut confidence = boxes.confidence.into_iter().skip(skipped);
         let used = boxes.regions.into_iter().skip(skipped).take(count);
-        let truth = sequence.truth.first().and_then(Option::as_ref);
+        let truth = sequence.truth().first().and_then(Option::as_ref);
         let mut states: Vec<TrackerState> = Vec::with_capacity(count);
         for (t, region) in used.enumerate() {
             let last = states.last().map(|s| s.region.clone());
@@ -262,19 +267,24 @@ fn values(source: &Source, frames: usize) -> Result<Option<Vec<Option<f64>>>, Da
     source.confidence.as_ref().map(read).transpose()
 }
 
-fn text_boxes(path: &Path, bytes: &[u8], sequence: &Sequence, base: Base) -> Result<Boxes, DatasetError> {
+fn text_boxes(
+    path: &Path,
+    bytes: &[u8],
+    sequence: &dyn SequenceInfo,
+    base: Base,
+) -> Result<Boxes, DatasetError> {
     let mut rows = otb_text::parse_rows(path, bytes)?;
-    let span = official_span(sequence.numbering);
-    let fits = |n: usize| n as u64 == span || n == sequence.len();
+    let span = official_span(sequence.numbering());
+    let fits = |n: usize| n as u64 == span || n == sequence.frames();
     drop_empty_end(&mut rows, otb_text::is_empty, fits);
     let start = match rows.len() {
-        n if n as u64 == span => sequence.numbering.official.0,
-        n if n == sequence.len() => sequence.numbering.first,
+        n if n as u64 == span => sequence.numbering().official.0,
+        n if n == sequence.frames() => sequence.numbering().first,
         n => {
             let message = format!(
                 "{n} boxes; {} has {span} frames, {} of them used, and none is made up or dropped",
-                sequence.name,
-                sequence.len()
+                sequence.name(),
+                sequence.frames()
             );
             return Err(DatasetError::content(path, message));
         }

@@ -129,7 +129,7 @@ impl TrackerConfig for Scripted {
     }
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
-        let truth = context.sequence.truth.clone();
+        let truth = context.sequence.truth().to_vec();
         let start = truth.iter().position(|t| t.as_ref() == Some(region)).unwrap_or(0);
         let last = region.clone();
         let tracker = Tracking { script: self.clone(), truth, seed: context.seed, next: start + 1, last };

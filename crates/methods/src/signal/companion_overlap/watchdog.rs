@@ -12,9 +12,9 @@
 //! start nothing.
 
 use super::overlap;
-use crate::dataset::Sequence;
 use crate::num::seed;
 use crate::plugin::{self, Entry, ParamError};
+use crate::sequence::SequenceInfo;
 use crate::signal::histogram::Reference;
 use crate::signal::rgb_histogram::{self, RgbHistogram};
 use crate::signal::{Observation, Session, Signal};
@@ -83,7 +83,7 @@ impl Companion {
         Ok(RunningCompanion {
             params: self.params.clone(),
             config: self.config.clone(),
-            sequence: context.sequence.clone(),
+            sequence: context.sequence.shared(),
             start_frame: context.start_frame,
             tracker: None,
             likeness,
@@ -122,7 +122,7 @@ fn likeness_to_first(context: &RunContext<'_>) -> Result<Box<dyn Session>, Track
 pub struct RunningCompanion {
     params: CompanionParams,
     config: Arc<dyn TrackerConfig>,
-    sequence: Sequence,
+    sequence: Arc<dyn SequenceInfo>,
     start_frame: usize,
     tracker: Option<Box<dyn Tracker>>,
     /// How like the first frame the observed region and the companion's are, for one that may be started again.
@@ -170,7 +170,7 @@ impl RunningCompanion {
         observation: &Observation<'_>,
     ) -> Result<(Box<dyn Tracker>, TrackerState), TrackerError> {
         let context = RunContext {
-            sequence: &self.sequence,
+            sequence: &*self.sequence,
             start_frame: self.start_frame,
             run: 0,
             seed: seed::seed(0, &["companion", &self.params.tracker]),

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use super::*;
-use crate::dataset::{Numbering, Render, Sequence};
+use crate::dataset::{Frames, Numbering, Render, Sequence};
 use crate::image::{decode, encode_png};
 use crate::region::Rect;
 use crate::tracker::testing;

@@ -1,7 +1,7 @@
 //! The files of a sequence and run: one with boxes, and one with a confidence beside it where there is one.
 
 use super::Params;
-use crate::dataset::Sequence;
+use crate::dataset::SequenceInfo;
 use crate::tracker::TrackerError;
 use crate::tracker::results::{BINARY, confidence};
 use std::ffi::OsStr;
@@ -35,7 +35,7 @@ pub struct Source {
 /// The result files in the first data root that has them.
 pub fn find(
     params: &Params,
-    sequence: &Sequence,
+    sequence: &dyn SequenceInfo,
     run: u32,
     data_roots: &[PathBuf],
 ) -> Result<Source, TrackerError> {
@@ -61,7 +61,7 @@ pub fn find(
 fn find_below(
     Params { results, .. }: &Params,
     root: &Path,
-    sequence: &Sequence,
+    sequence: &dyn SequenceInfo,
     run: u32,
 ) -> Result<(Kind, PathBuf), TrackerError> {
     let below = |folder: &str| folder.split('/').fold(root.join("results"), |path, part| path.join(part));
@@ -69,7 +69,7 @@ fn find_below(
     let folder_of_run = below(&of_run);
     let mut wanted: Vec<(Kind, &Path, String)> = Vec::new();
     let mut looked_for = Vec::new();
-    for name in spellings(&sequence.name) {
+    for name in spellings(sequence.name()) {
         let numbered = format!("{name}_{:03}.txt", run + 1);
         let mut look = |kind, shown: String| {
             wanted.push((kind, folder.as_path(), shown.clone()));
@@ -112,7 +112,7 @@ fn find_below(
         Some(path) => TrackerError::Broken(format!("{}: {BINARY}", path.display())),
         None => TrackerError::Missing(format!(
             "no result of `{results}` for {}, run {run}: none of {}, and nothing in {of_run}",
-            sequence.name,
+            sequence.name(),
             looked_for.join(", ")
         )),
     })

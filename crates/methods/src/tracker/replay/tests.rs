@@ -1,6 +1,6 @@
 use super::*;
 use crate::dataset::suite::Catalog;
-use crate::dataset::{Frames, Numbering};
+use crate::dataset::{Frames, Numbering, Sequence};
 use crate::region::Rect;
 use crate::tracker::testing;
 

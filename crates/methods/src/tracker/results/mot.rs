@@ -8,7 +8,7 @@
 //! A track is of one target. In a file of several, `id` has to name it.
 
 use super::{Base, BoxError, Boxes, NoBox};
-use crate::dataset::{DatasetError, Sequence, text};
+use crate::dataset::{DatasetError, SequenceInfo, text};
 use crate::region::Region;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -34,12 +34,12 @@ pub fn is_mot(bytes: &[u8]) -> bool {
 pub fn parse(
     path: &Path,
     bytes: &[u8],
-    sequence: &Sequence,
+    sequence: &dyn SequenceInfo,
     base: Base,
     id: Option<i64>,
 ) -> Result<Boxes, DatasetError> {
-    let (first, count) = (sequence.numbering.first, sequence.len());
-    let (from, to) = sequence.numbering.official;
+    let (first, count) = (sequence.numbering().first, sequence.frames());
+    let (from, to) = sequence.numbering().official;
     let no_row = |k: usize| {
         Err(BoxError { at: format!("frame {}", u64::from(first) + k as u64), source: NoBox::NoRow })
     };
@@ -69,7 +69,7 @@ pub fn parse(
         let number = i64::from(from) + frame - start;
         if frame < start || number > i64::from(to) {
             let end = i64::from(to) - i64::from(from) + start;
-            return Err(fault(format!("frame {frame} is outside {}'s {start} to {end}", sequence.name)));
+            return Err(fault(format!("frame {frame} is outside {}'s {start} to {end}", sequence.name())));
         }
         if !seen.insert((target, frame)) {
             return Err(fault(format!("a second row of target {target} in frame {frame}")));
@@ -111,7 +111,7 @@ fn listed(ids: &BTreeSet<i64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Frames, Numbering};
+    use crate::dataset::{Frames, Numbering, Sequence};
     use crate::region::Rect;
     use proptest::prelude::*;
 

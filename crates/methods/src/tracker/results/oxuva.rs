@@ -17,7 +17,7 @@
 //! oxuva/long-term-tracking-benchmark, and pytracking, which writes the same.
 
 use super::{BoxError, Boxes, NoBox};
-use crate::dataset::{DatasetError, Sequence, text};
+use crate::dataset::{DatasetError, SequenceInfo, text};
 use crate::region::Region;
 use std::path::Path;
 
@@ -36,8 +36,8 @@ struct Row {
 /// # Errors
 /// Rows of another form, frames outside the official range or not in ascending order, rows of two objects, and frames
 /// whose size is unknown.
-pub fn parse(path: &Path, bytes: &[u8], sequence: &Sequence) -> Result<Boxes, DatasetError> {
-    let (width, height) = sequence.size()?;
+pub fn parse(path: &Path, bytes: &[u8], sequence: &dyn SequenceInfo) -> Result<Boxes, DatasetError> {
+    let (width, height) = sequence.size().map_err(|e| DatasetError::content(path, e.to_string()))?;
     let size = (width as f64, height as f64);
     let mut lines = text::lines(path, text::decode(path, bytes)?)?;
     let named = lines.first().and_then(|(_, line)| columns(line));
@@ -45,8 +45,8 @@ pub fn parse(path: &Path, bytes: &[u8], sequence: &Sequence) -> Result<Boxes, Da
         lines.remove(0);
     }
     let order = named.unwrap_or_else(|| std::array::from_fn(|k| k));
-    let (first, count) = (sequence.numbering.first, sequence.len());
-    let (from, to) = sequence.numbering.official;
+    let (first, count) = (sequence.numbering().first, sequence.frames());
+    let (from, to) = sequence.numbering().official;
     let at = |k: usize| format!("frame {}", u64::from(first) + k as u64);
     let not_asked = |k| Err(BoxError { at: at(k), source: NoBox::NotAsked });
     let mut boxes =
@@ -65,7 +65,8 @@ pub fn parse(path: &Path, bytes: &[u8], sequence: &Sequence) -> Result<Boxes, Da
             return Err(fault("another object than in the first row; a file has one".into()));
         }
         if !(from..=to).contains(&row.frame) {
-            let message = format!("frame {} is outside {}'s range {from} to {to}", row.frame, sequence.name);
+            let message =
+                format!("frame {} is outside {}'s range {from} to {to}", row.frame, sequence.name());
             return Err(fault(message));
         }
         if last.replace(row.frame).is_some_and(|last| last >= row.frame) {
@@ -122,7 +123,7 @@ fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Frames, Numbering, synthetic};
+    use crate::dataset::{Frames, Numbering, Sequence, synthetic};
     use crate::region::Rect;
     use proptest::prelude::*;
 
