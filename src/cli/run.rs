@@ -256,7 +256,8 @@ fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
     for tracker in plan.experiment.trackers.iter().filter(|tracker| tracker.kind == replay::ENTRY.kind) {
         let mut sequences = plan.test().sequences.iter().map(|planned| planned.sequence.as_ref());
         let has_more = |sequence: &&Sequence| {
-            let context = RunContext { sequence: *sequence, start_frame: 0, run: tracker.runs, seed: 0, data_roots };
+            let context =
+                RunContext { sequence: *sequence, start_frame: 0, run: tracker.runs, seed: 0, data_roots };
             tracker.setup.inputs(&context).is_ok()
         };
         if let Some(sequence) = sequences.find(has_more) {

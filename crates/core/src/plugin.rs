@@ -5,8 +5,14 @@ use crate::num::readable;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 
-/// Unchecked parameters: a TOML value that still knows its place in the file.
-pub type RawParams<'i> = toml::de::ValueDeserializer<'i>;
+/// Unchecked parameters.
+pub enum RawParams<'i> {
+    /// A JSON value.
+    Json(&'i serde_json::Value),
+    /// A TOML value that still knows its place in the file.
+    #[cfg(feature = "toml")]
+    Toml(toml::de::ValueDeserializer<'i>),
+}
 
 /// Why parameters are refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -31,13 +37,22 @@ impl ParamError {
 /// Reads a plugin's parameters; unknown keys and wrong types are errors with their place.
 ///
 /// # Errors
-/// The message of the parser, with the byte range in the text.
+/// The message of the parser, with the byte range in a text of TOML.
 pub fn read_params<P: DeserializeOwned>(raw: RawParams<'_>) -> Result<P, ParamError> {
-    P::deserialize(raw).map_err(|e| ParamError {
-        message: e.message().to_string(),
-        key: None,
-        span: e.span(),
-    })
+    match raw {
+        RawParams::Json(value) => serde_path_to_error::deserialize(value).map_err(|e| {
+            let (at, fault) = (e.path().to_string(), e.inner().to_string());
+            let message = if at == "." { fault } else { format!("`{at}`: {fault}") };
+            ParamError { message, key: None, span: None }
+        }),
+        #[cfg(feature = "toml")]
+        RawParams::Toml(value) => P::deserialize(value).map_err(|e| of_toml(&e)),
+    }
+}
+
+#[cfg(feature = "toml")]
+fn of_toml(fault: &toml::de::Error) -> ParamError {
+    ParamError { message: fault.message().to_string(), key: None, span: fault.span() }
 }
 
 /// Checks parameters against closed ranges, each given as key, value, minimum and maximum.
@@ -81,13 +96,10 @@ impl<T: ?Sized> Entry<T> {
     ///
     /// # Errors
     /// As `build`, and for text that is not a TOML value.
+    #[cfg(feature = "toml")]
     pub fn build_from_text(&self, text: &str) -> Result<Box<T>, ParamError> {
-        let raw = RawParams::parse(text).map_err(|e| ParamError {
-            message: e.message().to_string(),
-            key: None,
-            span: e.span(),
-        })?;
-        (self.build)(raw)
+        let value = toml::de::ValueDeserializer::parse(text).map_err(|e| of_toml(&e))?;
+        (self.build)(RawParams::Toml(value))
     }
 }
 
@@ -140,6 +152,28 @@ pub fn suggest(what: &str, word: &str, near: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[derive(Debug, PartialEq, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Params {
+        below: f64,
+        #[serde(default)]
+        windows: Vec<u32>,
+    }
+
+    #[test]
+    fn parameters_are_read_from_json() {
+        let read = |value| read_params::<Params>(RawParams::Json(&value));
+        let message = |value| read(value).unwrap_err().message;
+        let want = Params { below: 2.0, windows: vec![3] };
+        assert_eq!(read(serde_json::json!({ "below": 2, "windows": [3] })), Ok(want));
+        assert_eq!(
+            message(serde_json::json!({ "below": 0.5, "windows": [1, -2] })),
+            "`windows[1]`: invalid value: integer `-2`, expected u32"
+        );
+        assert_eq!(message(serde_json::json!({})), "missing field `below`");
+        assert!(message(serde_json::json!({ "above": 1 })).contains("unknown field `above`"));
+    }
 
     #[test]
     fn an_unknown_word_leads_to_the_known_ones() {

@@ -10,7 +10,7 @@ use super::limits::MAX_DETECTORS;
 use super::raw_plugin::RawPlugin;
 use crate::detector::{DETECTORS, Detector};
 use crate::num::readable;
-use crate::plugin::{ParamError, RawParams};
+use crate::plugin::ParamError;
 use crate::score::Metric;
 use crate::score::{Protocol, Restarts};
 use crate::signal::{Reads, SIGNALS, Signal};
@@ -18,7 +18,7 @@ use crate::tracker::process::Programs;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// A method of an experiment.
 pub struct Method {
@@ -376,8 +376,8 @@ fn read_axes<'i>(
         }
         let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
         for item in list.iter() {
-            let number =
-                f64::deserialize(RawParams::from(item.clone())).map_err(|e| source.toml(&e, item.span()))?;
+            let number = f64::deserialize(ValueDeserializer::from(item.clone()))
+                .map_err(|e| source.toml(&e, item.span()))?;
             if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
                 return Err(source.error(
                     item.span(),

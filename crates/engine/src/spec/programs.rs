@@ -4,7 +4,6 @@
 use super::error::{Source, SpecError};
 use super::name::is_word;
 use crate::dataset::{DatasetError, text};
-use crate::plugin::RawParams;
 use crate::tracker::process::{Program, Programs, Protocol, Regions, Role};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -12,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -148,7 +147,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecErro
     let source = Source::new(file, text);
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
     let whole = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
-    let wire = Wire::deserialize(RawParams::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
+    let wire = Wire::deserialize(ValueDeserializer::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
     let trackers = wire.tracker.into_iter().map(|(name, wired)| (Role::Tracker, name, wired));
     let signals = wire.signal.into_iter().map(|(name, wired)| (Role::Signal, name, as_tracker(wired)));
     let detectors = wire.detector.into_iter().map(|(name, wired)| (Role::Detector, name, as_tracker(wired)));

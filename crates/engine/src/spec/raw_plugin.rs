@@ -5,7 +5,7 @@ use crate::plugin::{self, Entry, ParamError, RawParams};
 use crate::tracker::process::{Bind, Programs};
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Most numbers that are tried to find the first that a plugin takes.
 const MAX_TRIED: u64 = 64;
@@ -73,7 +73,7 @@ pub(super) fn build_entry<T: ?Sized + Bind>(
     table: &Spanned<DeTable<'_>>,
     programs: Option<&Programs>,
 ) -> Result<Box<T>, ParamError> {
-    let mut built = (entry.build)(RawParams::from(as_value(table)))?;
+    let mut built = (entry.build)(RawParams::Toml(ValueDeserializer::from(as_value(table))))?;
     programs.map_or(Ok(()), |programs| built.bind(programs))?;
     Ok(built)
 }

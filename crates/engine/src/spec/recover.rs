@@ -7,12 +7,12 @@ use super::error::{Errors, MAX_ERRORS, MAX_WORD, Source};
 use super::raw_plugin::as_value;
 use super::wire;
 use crate::dataset::text::shorten_to;
-use crate::plugin::{RawParams, nearest};
+use crate::plugin::nearest;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// What stands for keys that every file must have and a wrong one has not.
 const IN_PLACE: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";
@@ -36,7 +36,7 @@ pub(super) fn read_shape(
     let mut gone: Vec<(Range<usize>, String)> = Vec::new();
     let (mut cut, mut items) = (BTreeSet::new(), Vec::new());
     for _ in 0..2 * MAX_ERRORS {
-        let fault = match wire::Experiment::deserialize(RawParams::from(as_value(document))) {
+        let fault = match wire::Experiment::deserialize(ValueDeserializer::from(as_value(document))) {
             Ok(wire) => return Some(Shape { wire, cut, items }),
             Err(fault) => fault,
         };

@@ -3,7 +3,7 @@
 
 use super::SIGNALS;
 use crate::image::Frame;
-use crate::plugin::{RawParams, find};
+use crate::plugin::find;
 use crate::region::Rect;
 use crate::signal::testing::values_on_boxes;
 use serde::Deserialize;
@@ -58,10 +58,7 @@ fn compute(kind: &str, params: &str, frames: &[Frame], boxes: &[[f64; 4]]) -> Ve
 }
 
 fn inline(table: &toml::Table) -> String {
-    let text = toml::Value::Table(table.clone()).to_string();
-    // The parser the plugins use must accept it, or the comparison below would be of nothing.
-    assert!(RawParams::parse(&text).is_ok(), "{text}");
-    text
+    toml::Value::Table(table.clone()).to_string()
 }
 
 #[test]

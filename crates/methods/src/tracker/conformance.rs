@@ -6,7 +6,6 @@
 use super::testing::{context, track};
 use super::*;
 use crate::dataset::{Sequence, synthetic};
-use crate::plugin::RawParams;
 use crate::region::Rect;
 use sha2::{Digest, Sha256};
 
@@ -207,7 +206,7 @@ fn parameters_survive_being_shown_and_read() {
         let shown = e.build_from_text(e.example).unwrap().params();
         let table: toml::Value = serde_json::from_value(without_nulls(shown.clone())).unwrap();
         let text = toml::Value::try_from(&table).unwrap().to_string();
-        let again = (e.build)(RawParams::parse(&text).unwrap()).unwrap();
+        let again = e.build_from_text(&text).unwrap();
         assert_eq!(again.params(), shown, "{}", e.kind);
     }
 }

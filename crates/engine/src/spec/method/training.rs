@@ -3,7 +3,6 @@
 use super::{Candidates, DetectorChoice, FixedDetector, Training};
 use crate::detector::Detector;
 use crate::direction::Direction;
-use crate::plugin::RawParams;
 use crate::score::{Metric, Restarts};
 use crate::spec::error::{Source, SpecError};
 use crate::spec::raw_plugin::{RawPlugin, as_value};
@@ -13,7 +12,7 @@ use crate::tracker::process::Bind;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeValue, ValueDeserializer};
 
 /// Largest number of candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;
@@ -82,7 +81,7 @@ pub(super) fn train_choice(
             let (entry, key) = (raw.entry, key.to_string());
             let mut table = raw.with(set);
             table.get_mut().remove(key.as_str());
-            let table = toml::Table::deserialize(RawParams::from(as_value(&table)))
+            let table = toml::Table::deserialize(ValueDeserializer::from(as_value(&table)))
                 .map_err(|e| source.toml(&e, wire.grid.span()))?;
             let programs = raw.programs.cloned();
             let build = move |value: f64| {
@@ -134,7 +133,7 @@ impl RawPlugin<'_, dyn Detector> {
             if found.is_some() {
                 return Err(source.error(key.span(), "only one parameter of a method can be trained"));
             }
-            let train = wire::Train::deserialize(RawParams::from(value.clone()))
+            let train = wire::Train::deserialize(ValueDeserializer::from(value.clone()))
                 .map_err(|e| source.toml(&e, value.span()))?;
             found = Some((key.get_ref().to_string(), Spanned::new(value.span(), train)));
         }

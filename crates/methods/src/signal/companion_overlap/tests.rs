@@ -51,7 +51,7 @@ fn parameters_are_checked() {
         ("{ companions = [{}] }", "must be \"given\" or a list"),
         ("{ companions = [{ tracker = \"kcf\", results = \"a\" }] }", "must be \"given\" or a list"),
         ("{ companions = [{ tracker = \"kfc\" }] }", "did you mean `kcf`"),
-        ("{ companions = [{ tracker = \"replay\" }] }", "unknown companion tracker"),
+        ("{ companions = [{ tracker = \"still\" }] }", "companion still: a companion must follow the target"),
         ("{ companions = [{ tracker = \"kcf\", params = { padding = -1 } }] }", "companion kcf"),
         ("{ companions = [{ tracker = \"kcf\", restart_margin = 2.0 }] }", "restart_margin"),
         ("{ companions = [{ tracker = \"kcf\" }], at_most = 2 }", "at_most"),

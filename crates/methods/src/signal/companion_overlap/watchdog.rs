@@ -13,7 +13,7 @@
 
 use super::overlap;
 use crate::num::seed;
-use crate::plugin::{self, Entry, ParamError};
+use crate::plugin::{self, ParamError, RawParams};
 use crate::sequence::SequenceInfo;
 use crate::signal::histogram::Reference;
 use crate::signal::rgb_histogram::{self, RgbHistogram};
@@ -63,12 +63,18 @@ impl Companion {
         if !(0.0..=1.0).contains(&params.restart_margin) {
             return Err(ParamError::out_of_range("restart_margin", "from 0 to 1", params.restart_margin));
         }
-        let (entry, table) = (tracker_of(&params.tracker)?, toml_of(&params.params)?);
-        let config = entry.build_from_text(&table.to_string()).map_err(|e| ParamError {
-            message: format!("companion {}: {}", entry.kind, e.message),
-            key: Some("companions"),
-            span: None,
+        let refuse = |message: String| ParamError { message, key: Some("companions"), span: None };
+        let kind = params.tracker.as_str();
+        let entry = plugin::find(TRACKERS, kind).ok_or_else(|| {
+            refuse(plugin::unknown("companion tracker", kind, TRACKERS.iter().map(|e| e.kind)))
         })?;
+        let config = (entry.build)(RawParams::Json(&params.params.clone().into()))
+            .map_err(|e| refuse(format!("companion {kind}: {}", e.message)))?;
+        if config.needs_truth() || !config.reads_pixels() {
+            return Err(refuse(format!(
+                "companion {kind}: a companion must follow the target in the frames"
+            )));
+        }
         Ok(Self { params: params.clone(), config: Arc::from(config) })
     }
 
@@ -90,25 +96,6 @@ impl Companion {
             apart: 0,
         })
     }
-}
-
-/// The built-in tracker of a kind, which must not need the ground truth or files.
-fn tracker_of(kind: &str) -> Result<&'static Entry<dyn TrackerConfig>, ParamError> {
-    let on_frames = |entry: &&Entry<dyn TrackerConfig>| {
-        let example = entry.build_from_text(entry.example);
-        example.is_ok_and(|example| !example.needs_truth() && example.reads_pixels())
-    };
-    let known = || TRACKERS.iter().filter(on_frames);
-    known().find(|entry| entry.kind == kind).ok_or_else(|| ParamError {
-        message: plugin::unknown("companion tracker", kind, known().map(|e| e.kind)),
-        key: Some("companions"),
-        span: None,
-    })
-}
-
-/// JSON parameters as TOML.
-fn toml_of(params: &serde_json::Map<String, serde_json::Value>) -> Result<toml::Value, ParamError> {
-    toml::Value::try_from(params).map_err(|e| ParamError::out_of_range("params", "a table of parameters", e))
 }
 
 /// The similarity of a region with that of the first frame.

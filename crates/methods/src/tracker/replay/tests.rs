@@ -27,7 +27,8 @@ fn sequence() -> Sequence {
 }
 
 fn configured(params: &str) -> Replay {
-    Replay::new(read_params(RawParams::parse(params).unwrap()).unwrap()).unwrap()
+    let params = toml::de::ValueDeserializer::parse(params).unwrap();
+    Replay::new(read_params(RawParams::Toml(params)).unwrap()).unwrap()
 }
 
 fn with_files(files: &[(&str, &str)]) -> tempfile::TempDir {
