@@ -7,11 +7,12 @@
 //! | crate | module | from | to |
 //! |---|---|---|---|
 //! | core | [`region`], [`mod@image`], [`num`], [`direction`], [`plugin`] | | rectangles and polygons, pixels, numerics, which way is better, lists of plugins |
-//! | dataset | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
-//! | methods | [`tracker`] | a sequence | a region for each frame: built-in trackers, replayed result files, foreign programs |
+//! | judge | [`tracker`] | a sequence | a region for each frame |
 //! | | [`signal`] | frames and regions | one number for each frame |
 //! | | [`detector`] | a signal; for ARTE and ARTE* also reverse runs of the tracker | a label for each frame |
 //! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
+//! | dataset | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
+//! | methods | [`tracker`], [`signal`], [`detector`] | result files, foreign programs | the same, beside those of judge |
 //! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | | [`monitor`] | a frame and a region after the other | a judgement of each, while the tracker goes on |

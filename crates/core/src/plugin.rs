@@ -91,6 +91,26 @@ pub struct Entry<T: ?Sized + 'static> {
     pub schema: fn() -> schemars::Schema,
 }
 
+impl<T: ?Sized> Clone for Entry<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized> Copy for Entry<T> {}
+
+/// Two lists as one; `N` is the sum of their lengths.
+pub const fn joined<T: ?Sized, const N: usize>(list: &[Entry<T>], more: &[Entry<T>]) -> [Entry<T>; N] {
+    assert!(list.len() + more.len() == N);
+    let mut all = [list[0]; N];
+    let mut k = 0;
+    while k < N {
+        all[k] = if k < list.len() { list[k] } else { more[k - list.len()] };
+        k += 1;
+    }
+    all
+}
+
 impl<T: ?Sized> Entry<T> {
     /// Builds from an inline TOML table such as `{ below = 0.039 }`.
     ///

@@ -10,10 +10,12 @@
 
 pub mod analysis;
 pub mod detector;
-mod saved;
-pub mod score;
+#[cfg(test)]
+mod outside_tests;
 pub mod signal;
 pub mod tracker;
 
-use trackfail_core::{direction, image, num, plugin, region, sequence};
+pub use trackfail_judge::score;
+
+use trackfail_core::{image, num, plugin, region, sequence};
 use trackfail_dataset as dataset;

@@ -10,6 +10,8 @@ pub mod mot;
 pub mod otb_json;
 pub mod otb_text;
 pub mod oxuva;
+#[cfg(test)]
+mod toolkit_tests;
 pub mod user_boxes;
 pub mod vot;
 pub mod write;

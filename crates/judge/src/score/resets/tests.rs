@@ -1,6 +1,5 @@
 use super::*;
 use crate::region::{Rect, Region};
-use crate::tracker::results::vot;
 
 const RULES: Rules = Rules { areas: Areas::Exact, bounded: false, burn_in: 2 };
 
@@ -81,44 +80,3 @@ fn frames_without_truth_or_a_start_do_not_count() {
     assert_eq!(nothing.accuracy, None);
     assert_eq!(of_sequence(&[&measured, &nothing]), Some((0.5, 0.0)));
 }
-
-// Accuracy, failures and EAO[108..371] of real result files on the sequences of VOT2014 that are here, by
-// vot-toolkit 0.7.4 with attributee 0.1.9: python3 tests/oracles/resets.py DATA prints these lines.
-#[trackfail_testing::needs(real_data)]
-#[test]
-fn real_results_score_as_in_the_vot_toolkit() {
-    let root = trackfail_testing::real_data();
-    let rules = Rules { areas: Areas::VotToolkit, bounded: true, burn_in: 10 };
-    for (tracker, runs, per_sequence, eao) in TOOLKIT {
-        let mut tracks = Vec::new();
-        let sequences: Vec<_> = per_sequence
-            .iter()
-            .map(|row| crate::dataset::format::vot::load(&root.join("vot2014").join(row.0), None).unwrap())
-            .collect();
-        let mut states = Vec::new();
-        for q in &sequences {
-            for run in 1..=*runs {
-                let path = format!("results/vot2014/{tracker}/{0}/{0}_{run:03}.txt", q.name);
-                let read = vot::read(&root.join(path), &q.truth).unwrap();
-                let status: Vec<Status> = read.iter().map(|s| s.status).collect();
-                let regions: Vec<Region> = read.into_iter().map(|s| s.region).collect();
-                states.push((q, status, regions));
-            }
-        }
-        for (q, status, regions) in &states {
-            let frame = q.size().unwrap();
-            let trajectory = Trajectory { frame: Some(frame), ..trajectory(regions, status, &q.truth) };
-            tracks.push((trajectory, rules.measure(&trajectory)));
-        }
-        for (k, (name, accuracy, failures)) in per_sequence.iter().enumerate() {
-            let mine: Vec<&Measured> = tracks[k * runs..(k + 1) * runs].iter().map(|t| &t.1).collect();
-            let (a, f) = of_sequence(&mine).unwrap();
-            assert!((a - accuracy).abs() < 1e-9, "{tracker} {name}: {a} {accuracy}");
-            assert!((f - failures).abs() < 1e-9, "{tracker} {name}: {f} {failures}");
-        }
-        let got = expected_average_overlap(&expected_overlap(&tracks), 108, 371).unwrap();
-        // The toolkit sums in f32.
-        assert!((got - eao).abs() < 1e-5, "{tracker}: {got} {eao}");
-    }
-}
-include!("toolkit.rs");

@@ -7,7 +7,7 @@ use crate::direction::Direction;
 const HEAD: &str = "\
 # Metrics
 
-Made from `crates/methods/src/score/metric/list.rs` and `tracker_metric.rs`; a test compares this page with them
+Made from `crates/judge/src/score/metric/list.rs` and `tracker_metric.rs`; a test compares this page with them
 (`UPDATE=1 cargo test -p trackfail-methods metrics_page` writes it again).
 
 ## Detectors

@@ -1,4 +1,4 @@
-//! Laws that every signal in the list obeys. `process`, which needs a program, has tests of its own.
+//! Laws that every signal in the list obeys.
 
 use super::{Observation, SIGNALS, Session, Signal, testing};
 use crate::image::Frame;
@@ -8,12 +8,6 @@ use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
-/// Signals that need no program.
-fn runnable() -> impl Iterator<Item = &'static Entry<dyn Signal>> {
-    SIGNALS.iter().filter(|entry| entry.kind != "process")
-}
-
-/// Textured frame, different for each `t` and seed.
 fn frame(width: usize, height: usize, seed: u64, t: usize) -> Frame {
     Frame::from_fn(width, height, |x, y| pixel(x as i64, y as i64, seed, t))
 }
@@ -102,7 +96,7 @@ fn kinds_are_unique_and_examples_build() {
 
 #[test]
 fn parameters_round_trip_and_unknown_ones_are_refused() {
-    for entry in runnable() {
+    for entry in SIGNALS {
         let params = entry.build_from_text("{}").unwrap().params();
         let text = toml::Value::try_from(&params).unwrap().to_string();
         assert_eq!(entry.build_from_text(&text).unwrap().params(), params, "{}", entry.kind);
@@ -119,7 +113,7 @@ fn parameters_round_trip_and_unknown_ones_are_refused() {
 #[test]
 fn values_are_deterministic_finite_and_bounded() {
     let (frames, boxes) = track();
-    for entry in runnable() {
+    for entry in SIGNALS {
         let signal = entry.build_from_text("{}").unwrap();
         let values = run(signal.as_ref(), &frames, &boxes);
         assert_eq!(values, run(signal.as_ref(), &frames, &boxes), "{}", entry.kind);
@@ -142,7 +136,7 @@ fn odd_boxes_and_frames_are_survived() {
         Rect::new(f64::NAN, f64::INFINITY, f64::NAN, 3.0),
         Rect::new(20.0, 20.0, 9.0, 9.0),
     ];
-    for entry in runnable() {
+    for entry in SIGNALS {
         let signal = entry.build_from_text("{}").unwrap();
         let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(56, 40, 2, t)).collect();
         within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
@@ -181,7 +175,7 @@ const GOLDEN: &[(&str, u32, &str)] = &[
 fn outputs_are_those_of_the_version() {
     let (frames, boxes) = track();
     let mut found = Vec::new();
-    for entry in runnable() {
+    for entry in SIGNALS {
         let values = run(entry.build_from_text("{}").unwrap().as_ref(), &frames, &boxes);
         let text: String = values.iter().map(|v| format!("{v:.8e}\n")).collect();
         let digest: String = Sha256::digest(&text).iter().take(8).map(|b| format!("{b:02x}")).collect();
@@ -306,7 +300,7 @@ proptest! {
     ) {
         let boxes: Vec<Rect> = boxes.iter().map(|&(x, y, w, h)| Rect::new(x, y, w, h)).collect();
         let frames: Vec<Frame> = (0..boxes.len()).map(|t| frame(41, 33, seed, t)).collect();
-        for entry in runnable() {
+        for entry in SIGNALS {
             let signal = entry.build_from_text("{}").unwrap();
             within(entry, signal.as_ref(), &run(signal.as_ref(), &frames, &boxes));
         }
@@ -379,7 +373,7 @@ proptest! {
             .collect();
         let boxes: Vec<Rect> = boxes.iter().map(|r| r.shifted(5.0, 4.0)).collect();
         let shifted: Vec<Rect> = boxes.iter().map(|r| r.shifted(dx as f64, dy as f64)).collect();
-        for entry in runnable() {
+        for entry in SIGNALS {
             // So that no window reaches the border of the frame.
             let params = if entry.kind == "forward-backward" { "{ reach = 0.25 }" } else { "{}" };
             same(entry.kind, params, (&frames, &boxes), (&moved, &shifted), 1e-10);
@@ -394,7 +388,7 @@ proptest! {
         let left: Vec<Rect> = boxes.iter().map(|r| Rect::new(64.0 - r.x - r.w, r.y, r.w, r.h)).collect();
         let up: Vec<Rect> = boxes.iter().map(|r| Rect::new(r.x, 48.0 - r.y - r.h, r.w, r.h)).collect();
         // Pyramids keep every second pixel, counted from the left top.
-        for entry in runnable().filter(|entry| entry.kind != "forward-backward") {
+        for entry in SIGNALS.iter().filter(|entry| entry.kind != "forward-backward") {
             // y_t is computed in single precision, and sums rows from the top.
             let tolerance = if entry.kind == "distribution-field" { 1e-8 } else { 1e-10 };
             same(entry.kind, "{}", (&frames, &boxes), (&across, &left), tolerance);

@@ -1,20 +1,10 @@
 //! Properties of every tracker in the list, checked on short synthetic sequences.
-//!
-//! `replay` and `process` are not run here: one needs result files, the other a program. Their
-//! parameters are checked like those of the others.
 
 use super::testing::{context, track};
 use super::*;
 use crate::dataset::{Sequence, synthetic};
 use crate::region::Rect;
 use sha2::{Digest, Sha256};
-
-/// Kinds that cannot run on a synthetic sequence.
-const NOT_RUN: [&str; 2] = ["replay", "process"];
-
-fn runnable() -> impl Iterator<Item = &'static Entry<dyn TrackerConfig>> {
-    TRACKERS.iter().filter(|e| !NOT_RUN.contains(&e.kind))
-}
 
 /// The first `n` frames of a small sequence.
 fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
@@ -43,7 +33,7 @@ fn finite(state: &TrackerState) -> bool {
 fn same_seed_same_track_also_after_a_restart() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let first = track(&*config, &q, 7, &region, &frames);
         assert_eq!(track(&*config, &q, 7, &region, &frames), first, "{}: started again", e.kind);
@@ -56,7 +46,7 @@ fn same_seed_same_track_also_after_a_restart() {
 fn trackers_that_use_no_seed_give_the_same_track_with_any() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let tracks = [1, 2].map(|seed| track(&*config, &q, seed, &region, &frames));
         assert_eq!(config.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
@@ -68,7 +58,7 @@ fn trackers_that_use_no_seed_give_the_same_track_with_any() {
 fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let (mut tracker, first) = config.start(&context(&q, 7), &frames[0], &region).unwrap();
         let mut states = vec![first];
@@ -100,7 +90,7 @@ fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
 fn answers_have_what_the_configuration_says() {
     let (q, frames) = excerpt(4);
     let region = q.truth[0].clone().unwrap();
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         for s in track(&*config, &q, 3, &region, &frames) {
             assert_eq!(s.posterior.is_some(), config.gives_posterior(), "{}", e.kind);
@@ -118,7 +108,7 @@ fn answers_have_what_the_configuration_says() {
 fn answers_are_finite_and_marked() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let states = track(&*config, &q, 3, &region, &frames);
         assert_eq!((states[0].status, &states[0].region), (Status::Initialized, &region), "{}", e.kind);
@@ -132,7 +122,7 @@ fn answers_are_finite_and_marked() {
 #[test]
 fn one_frame_is_enough() {
     let (q, frames) = excerpt(1);
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let states = track(&*config, &q, 1, q.truth[0].as_ref().unwrap(), &frames);
         assert!(states.len() == 1 && finite(&states[0]), "{}", e.kind);
@@ -159,7 +149,7 @@ fn survives_tiny_huge_and_distant_boxes() {
     .map(|(x, y, w, h)| Region::Rect(Rect::new(x, y, w, h)))
     .into();
     regions.push(Region::Polygon(vec![(30.0, 20.0), (60.0, 40.0), (50.0, 55.0), (20.0, 35.0)]));
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         for region in &regions {
             q.truth.fill(Some(region.clone()));
@@ -181,7 +171,7 @@ fn frames_without_contrast_are_survived() {
     for level in [0, 255] {
         let frames = vec![Frame::new(64, 48, vec![level; 3 * 64 * 48]); 4];
         let region = Region::Rect(Rect::new(20.0, 10.0, 16.0, 20.0));
-        for e in runnable() {
+        for e in TRACKERS {
             let config = e.build_from_text(e.example).unwrap();
             let states = track(&*config, &q, 1, &region, &frames);
             assert!(states.iter().all(finite), "{} on gray level {level}", e.kind);
@@ -257,7 +247,7 @@ fn output_is_that_of_the_version() {
     let (q, frames) = excerpt(25);
     let region = q.truth[0].clone().unwrap();
     let mut wrong = vec![];
-    for e in runnable() {
+    for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let mut hash = Sha256::new();
         for s in track(&*config, &q, 2016, &region, &frames) {

@@ -1,0 +1,22 @@
+//! Tells when a visual object tracker has lost its target.
+//!
+//! | module | from | to |
+//! |---|---|---|
+//! | [`tracker`] | a sequence | a region for each frame |
+//! | [`signal`] | frames and regions | one number for each frame |
+//! | [`detector`] | a signal | a label for each frame |
+//! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+pub mod detector;
+mod saved;
+pub mod score;
+pub mod signal;
+pub mod tracker;
+
+pub use trackfail_core::{direction, image, num, plugin, region, sequence};
+#[cfg(test)]
+use trackfail_dataset as dataset;

@@ -1,0 +1,193 @@
+//! Signals: one real number for each frame, computed from the frame and the tracker's state.
+//!
+//! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
+//! online: the value of frame `t` uses frames up to `t` only.
+
+pub mod box_motion;
+pub mod companion_overlap;
+pub mod confidence;
+#[cfg(test)]
+mod conformance;
+pub mod distribution_field;
+pub mod effective_particles;
+pub mod forward_backward;
+mod histogram;
+pub mod object_color;
+#[cfg(test)]
+mod oracles;
+pub mod particle_entropy;
+pub mod region_covariance;
+pub mod response_apce;
+pub mod response_peak;
+pub mod response_psr;
+pub mod rgb_histogram;
+pub mod rgb_lbp_histogram;
+mod state_value;
+pub mod template_correlation;
+#[cfg(test)]
+mod testing;
+pub mod uncertainty;
+pub mod uncertainty_change;
+
+pub use crate::direction::Direction;
+use crate::image::Frame;
+use crate::plugin::Entry;
+use crate::region::Region;
+use crate::tracker::{RunContext, TrackerError, TrackerState};
+use std::any::Any;
+
+/// Input of a signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// The frame, and the tracker's region.
+    Pixels,
+    /// The moments of the tracker's posterior; frames are not decoded for it.
+    Posterior,
+    /// The tracker's response map in numbers; frames are not decoded for it.
+    Response,
+    /// The tracker's own confidence, or the likelihood of its estimate; frames are not decoded for it.
+    Confidence,
+    /// The regions of the tracker and of other trackers on the same sequence; frames are not decoded for it.
+    Companions,
+    /// The tracker's region alone; frames are not decoded for it, and the one it is given may have any size.
+    Boxes,
+}
+
+impl Reads {
+    /// Needs of a signal with this input beside the tracker's boxes, in words.
+    pub fn need(self) -> &'static str {
+        match self {
+            Self::Pixels => "frames",
+            Self::Posterior => "the tracker's posterior",
+            Self::Response => "the tracker's response map",
+            Self::Confidence => "the tracker's confidence",
+            Self::Boxes => "boxes alone",
+            Self::Companions => "other trackers' boxes",
+        }
+    }
+
+    /// The need that a tracker, or the other trackers, do not meet, as a cell that is not run states it; `None` for what
+    /// every tracker gives.
+    pub fn need_of_tracker(self) -> Option<&'static str> {
+        match self {
+            Self::Pixels | Self::Boxes => None,
+            Self::Posterior => Some("needs a tracker that gives its posterior"),
+            Self::Response => Some("needs a tracker that gives its response map"),
+            Self::Confidence => Some("needs a tracker that gives its confidence"),
+            Self::Companions => Some("needs other trackers on the sequence"),
+        }
+    }
+
+    /// Whether a tracker's state has it; frames and other trackers are not part of a state.
+    pub fn is_in(self, state: &TrackerState) -> bool {
+        match self {
+            Self::Posterior => state.posterior.is_some(),
+            Self::Response => state.response.is_some(),
+            Self::Confidence => state.confidence_or_likelihood().is_some(),
+            Self::Pixels | Self::Boxes | Self::Companions => true,
+        }
+    }
+}
+
+/// Everything that a signal is given of a frame.
+#[derive(Clone, Copy)]
+pub struct Observation<'a> {
+    /// The frame; of any size for a signal that does not read pixels.
+    pub frame: &'a Frame,
+    /// The tracker's answer.
+    pub state: &'a TrackerState,
+    /// Regions of other trackers on the same sequence, in an order that stays the same from frame to frame; empty
+    /// unless the signal reads [companions](Reads::Companions).
+    pub companions: &'a [&'a Region],
+}
+
+impl<'a> Observation<'a> {
+    /// A frame with the tracker's answer, without companions.
+    pub fn new(frame: &'a Frame, state: &'a TrackerState) -> Self {
+        Self { frame, state, companions: &[] }
+    }
+}
+
+/// A checked configuration of a signal.
+pub trait Signal: Any + Send + Sync {
+    /// Checked parameters, defaults filled in.
+    fn params(&self) -> serde_json::Value;
+
+    /// Which values are good; the others speak for a failure.
+    fn direction(&self) -> Direction;
+
+    /// Its input.
+    fn reads(&self) -> Reads {
+        Reads::Pixels
+    }
+
+    /// Its symbol in figures.
+    fn symbol(&self) -> &'static str {
+        "yₜ"
+    }
+
+    /// Whether its values are probabilities: that the tracker is on target where high values are good, else that it is not.
+    fn is_probability(&self) -> bool {
+        false
+    }
+
+    /// Smallest and largest value it can take.
+    fn bounds(&self) -> (f64, f64);
+
+    /// The files that it reads besides the frames; their digests are part of a signal's address.
+    ///
+    /// # Errors
+    /// When one of them is absent.
+    fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
+        Ok(Vec::new())
+    }
+
+    /// Starts the computation for one track; the context is that of its tracker.
+    ///
+    /// # Errors
+    /// When a file that it reads is absent or broken.
+    fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError>;
+}
+
+/// A signal being computed; `push` is called once a frame, in order, from the first frame on.
+pub trait Session: Send {
+    /// The signal's value at this frame; not finite where the state lacks what the signal reads.
+    fn push(&mut self, observation: &Observation<'_>) -> f64;
+
+    /// The reason why the last value is not finite, from signals that run trackers or programs of their own.
+    fn fault(&mut self) -> Option<TrackerError> {
+        None
+    }
+
+    /// Everything that it remembers, for [`Session::restore`]; `None` from signals that cannot be interrupted.
+    fn save(&self) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Gives a session before its first frame the memory of another one of the same signal, so that both go on with the
+    /// same values; `false`, and the session is of no more use, if the bytes are not what [`Session::save`] gave.
+    fn restore(&mut self, _saved: &[u8]) -> bool {
+        false
+    }
+}
+
+/// Every signal, by kind.
+pub static SIGNALS: &[Entry<dyn Signal>] = &[
+    box_motion::ENTRY,
+    companion_overlap::ENTRY,
+    confidence::ENTRY,
+    distribution_field::ENTRY,
+    effective_particles::ENTRY,
+    forward_backward::ENTRY,
+    object_color::ENTRY,
+    particle_entropy::ENTRY,
+    region_covariance::ENTRY,
+    response_apce::ENTRY,
+    response_peak::ENTRY,
+    response_psr::ENTRY,
+    rgb_histogram::ENTRY,
+    rgb_lbp_histogram::ENTRY,
+    template_correlation::ENTRY,
+    uncertainty::ENTRY,
+    uncertainty_change::ENTRY,
+];
