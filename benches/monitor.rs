@@ -7,8 +7,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::cli::monitor::Lines;
 use trackfail::image::Frame;
+use trackfail::method::{Inputs, recommended};
 use trackfail::monitor::{Monitor, Options};
-use trackfail::spec::builtin::{Inputs, recommended};
 use trackfail_benches::frame;
 
 /// The lines of two frames in turn, with the `frame` that is given.

@@ -11,11 +11,12 @@
 //! | | [`signal`] | frames and regions | one number for each frame |
 //! | | [`detector`] | a signal; for ARTE and ARTE* also reverse runs of the tracker | a label for each frame |
 //! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
+//! | | [`method`] | a name, or plugins with parameters | signals and a detector |
+//! | | [`judge`], [`monitor`] | frames and boxes of a tracker | a judgement of each frame: whole tracks, or live |
 //! | dataset | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
 //! | methods | [`tracker`], [`signal`], [`detector`] | result files, foreign programs | the same, beside those of judge |
 //! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
-//! | | [`monitor`] | a frame and a region after the other | a judgement of each, while the tracker goes on |
 //! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
 //! | output | [`results`] | judged cells | the files of a results folder, written and read |
 //! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
@@ -31,6 +32,7 @@ pub mod cli;
 
 pub use trackfail_core::{direction, image, num, plugin, region};
 pub use trackfail_dataset as dataset;
-pub use trackfail_engine::{self as engine, monitor, spec};
+pub use trackfail_engine::{self as engine, spec};
+pub use trackfail_judge::{self as judge, method, monitor};
 pub use trackfail_methods::{analysis, detector, score, signal, tracker};
 pub use trackfail_output::{figure, report, results, table};

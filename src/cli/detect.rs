@@ -8,28 +8,21 @@ mod print;
 
 use super::{Failure, output, run};
 use crate::dataset::Sequence;
-use crate::dataset::frame_cache::FrameCache;
 use crate::dataset::user_frames::UserFrames;
-use crate::detector::Input;
 use crate::engine::Stop;
-use crate::engine::execute::cores::Cores;
-use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
-use crate::engine::execute::frame_observer::FrameObserver;
-use crate::engine::execute::lane::{Companions, Lane, LaneStep};
-use crate::engine::execute::reverse::{self, Reversal};
-use crate::engine::execute::tracker_run::TrackingError;
 use crate::engine::limits::Interrupted;
-use crate::num::seed;
 use crate::region::Region;
 use crate::report::user_track::{UserTrack, UserVideo};
 use crate::report::verdict::{of_target, verdict};
-use crate::results::detections::{JudgedMethod, JudgedTrack};
+use crate::results::detections::JudgedTrack;
 use crate::tracker::results::user_boxes::BoxFormat;
-use crate::tracker::{RunContext, TrackerState};
-use methods::ReadyMethod;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_judge::judge::{FrameOf, JudgeError, Track, judge};
+use trackfail_judge::judged::JudgedMethod;
+use trackfail_judge::method::Method;
+use trackfail_judge::reader::SignalFault;
 
 /// Arguments of `detect`.
 #[derive(Debug, clap::Args)]
@@ -117,16 +110,17 @@ pub struct Args {
 struct Target {
     /// Its number in a file of several.
     id: Option<i64>,
-    /// First frame with a box.
-    start: usize,
-    /// Whether each frame of the video has a box.
-    present: Vec<bool>,
-    /// The frames from the first to the last one with a box.
-    part: Arc<Sequence>,
-    /// The tracker's state in each of these.
-    states: Arc<Vec<TrackerState>>,
-    /// States of other trackers in these.
-    companions: Companions,
+    /// Its box in each frame of the video; at least one frame has one.
+    regions: Vec<Option<Region>>,
+}
+
+/// What there is beside frames.
+struct Tracks {
+    targets: Vec<Target>,
+    /// Confidence of the tracker in each frame of the video; for a single target.
+    confidence: Vec<Option<f64>>,
+    /// Boxes of other trackers in each frame; for a single target.
+    companions: Vec<Vec<Option<Region>>>,
 }
 
 /// Runs the verb.
@@ -148,10 +142,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => {
             let ready = methods::on_boxes(args, wanted)?;
             let frames = frames(args, &stop)?;
-            let (whole, targets) = inputs::targets(args, frames.as_ref())?;
-            let first = whole.number(0);
-            let tracks = targets.into_iter().map(|target| judge_target(target, &ready, first, &stop));
-            (frames, Some(whole), tracks.collect::<Result<_, _>>()?, ready)
+            let (whole, tracks) = inputs::tracks(args, frames.as_ref())?;
+            let judged = judge_all(tracks, &ready, &whole, &stop)?;
+            (frames, Some(whole), judged, ready)
         }
     };
     let Some(sequence) = whole.as_ref().or(frames.as_ref().map(|frames| &frames.sequence)) else {
@@ -169,7 +162,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Program, inputs and methods that the results rest on, for the page.
-fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
+fn facts(args: &Args, methods: &[Method]) -> Vec<(String, String)> {
     let mut facts = vec![("program".to_string(), format!("trackfail {}", env!("CARGO_PKG_VERSION")))];
     let mut add = |name: &str, value: String| facts.push((name.to_string(), value));
     if !args.frames.is_empty() {
@@ -182,7 +175,7 @@ fn facts(args: &Args, methods: &[ReadyMethod]) -> Vec<(String, String)> {
     if let Some(init) = &args.init {
         add("tracker", format!("{} from {init}", args.tracker));
     }
-    methods.iter().for_each(|ready| add(&format!("method {}", ready.method.name), ready.words()));
+    methods.iter().for_each(|method| add(&format!("method {}", method.name), method.words()));
     facts
 }
 
@@ -203,91 +196,53 @@ fn default_format() -> output::Format {
     if std::io::stdout().is_terminal() { output::Format::Table } else { output::Format::Csv }
 }
 
-/// Judges a target by all methods; `first` is the number of the video's first frame.
-fn judge_target(
-    target: Target,
-    methods: &[ReadyMethod],
-    first: u32,
+/// Judges the targets by all methods, in one pass over the frames.
+fn judge_all(
+    tracks: Tracks,
+    methods: &[Method],
+    sequence: &Sequence,
     stop: &Stop,
-) -> Result<UserTrack, Failure> {
-    let context = RunContext { sequence: &*target.part, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
-    let lane = Lane::of_states(target.states.clone());
-    let lane = lane.with_signals(&context, &target.companions, methods::signals_of(methods));
-    let collected = lane.and_then(|lane| {
-        follow_frames(&target.part, &FrameCache::new(0), lane, methods::signals_of(methods).len(), stop)
-    });
-    let about = target.id.map_or_else(String::new, |id| format!("target {id}: "));
-    let failure = |e: TrackingError| match e {
-        TrackingError::Interrupted(e) => Failure::Interrupted(e.into()),
-        e => Failure::data(format!("{about}{e}")),
+) -> Result<Vec<UserTrack>, Failure> {
+    let Tracks { targets, confidence, companions } = tracks;
+    let companions: Vec<&[Option<Region>]> = companions.iter().map(Vec::as_slice).collect();
+    let given: Vec<Track<'_>> = targets
+        .iter()
+        .map(|target| Track { regions: &target.regions, confidence: &confidence, companions: &companions })
+        .collect();
+    let frame = |t: usize| Ok(Arc::new(sequence.frame(t)?));
+    let frames = sequence.has_frames().then_some(&frame as FrameOf<'_>);
+    let judged = judge(methods, &given, frames, &|| stop.is_set());
+    let data = |track: usize, fault: &dyn std::fmt::Display, place: String| {
+        let id = targets.get(track).and_then(|target| target.id);
+        let about = id.map_or_else(String::new, |id| format!("target {id}: "));
+        Failure::data(format!("{about}{fault}{place}"))
     };
-    let Collected { signals, .. } = collected.map_err(failure)?;
-    let judged = judge(methods, &signals, None, target.start, &target.present).map_err(failure)?;
-    let before = std::iter::repeat_n(None, target.start);
-    let during = target.states.iter().map(|state| Some(state.region.clone()));
-    let mut regions: Vec<Option<Region>> = before.chain(during).collect();
-    regions.resize(target.present.len(), None);
-    let judged = JudgedTrack { target: target.id, first, methods: judged };
-    Ok(UserTrack { judged, regions })
+    let judged = judged.map_err(|e| match e {
+        JudgeError::Interrupted => Failure::Interrupted(Interrupted.into()),
+        JudgeError::Signal { track, t, source: source @ SignalFault::NotFinite { .. } } => {
+            data(track, &source, format!(" in frame {}", sequence.number(t)))
+        }
+        JudgeError::Signal { track, source, .. } => data(track, &source, String::new()),
+        JudgeError::Detector { track, reason } => data(track, &reason, String::new()),
+        e => Failure::data(e.to_string()),
+    })?;
+    let first = sequence.number(0);
+    let of = |(target, methods): (Target, Vec<JudgedMethod>)| {
+        let judged = JudgedTrack { target: target.id, first, methods };
+        UserTrack { judged, regions: target.shown() }
+    };
+    Ok(targets.into_iter().zip(judged).map(of).collect())
 }
 
-/// Judges a track that begins at frame `start` by the signals of the methods.
-fn judge(
-    methods: &[ReadyMethod],
-    signals: &[Vec<f64>],
-    reversal: Option<&Reversal>,
-    start: usize,
-    present: &[bool],
-) -> Result<Vec<JudgedMethod>, TrackingError> {
-    let mut judged = Vec::new();
-    // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
-    let unknown = vec![f64::NAN; signals.first().map_or(0, Vec::len)];
-    let mut signals = signals.iter().map(Vec::as_slice);
-    for ready in methods {
-        let mine: Vec<&[f64]> = signals.by_ref().take(ready.signals().len()).collect();
-        let Some((signal, more)) = mine.split_first() else { continue };
-        let ReadyMethod { method, detector } = ready;
-        let seed = seed::seed(0, &[&method.name]);
-        let input = Input { signal, more, error: &unknown, seed, reverse: None };
-        let output = reverse::detect(&*detector.detector, input, reversal)?;
-        judged.push(JudgedMethod::new(&method.name, &*detector.detector, &output, start, present));
+impl Target {
+    /// Its boxes; where there is none between two others, the last one stays.
+    fn shown(self) -> Vec<Option<Region>> {
+        let end = self.regions.iter().rposition(Option::is_some).unwrap_or(0);
+        let mut last = None;
+        let stay = |(t, region): (usize, Option<Region>)| {
+            last = region.or_else(|| last.take().filter(|_| t <= end));
+            last.clone()
+        };
+        self.regions.into_iter().enumerate().map(stay).collect()
     }
-    Ok(judged)
-}
-
-/// Collects states and signals until the user interrupts.
-struct Interruptible<'a> {
-    collector: Collector,
-    stop: &'a Stop,
-}
-
-impl FrameObserver for Interruptible<'_> {
-    fn check_interrupted(&self) -> Result<(), Interrupted> {
-        if self.stop.is_set() { Err(Interrupted) } else { Ok(()) }
-    }
-
-    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        self.collector.tracked(lane, step)
-    }
-
-    fn measured(&self, lane: usize, signal: usize, value: f64) {
-        self.collector.measured(lane, signal, value);
-    }
-}
-
-/// Gives all frames of a sequence to a lane with a number of signals, and collects its results.
-fn follow_frames(
-    sequence: &Arc<Sequence>,
-    frames: &FrameCache,
-    lane: Lane,
-    signals: usize,
-    stop: &Stop,
-) -> Result<Collected, TrackingError> {
-    let observer = Interruptible { collector: Collector::new([signals]), stop };
-    let (cores, mut lanes) = (Cores::new(rayon::current_num_threads()), [Ok(lane)]);
-    let _share = cores.enter();
-    run_frames_on(&cores, sequence, frames, &mut lanes, &observer)?;
-    let [lane] = lanes;
-    lane?;
-    Ok(observer.collector.into_collected().swap_remove(0))
 }

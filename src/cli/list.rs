@@ -148,7 +148,7 @@ fn experiments(args: &Args) -> Result<Vec<[String; 9]>, Failure> {
 /// The methods that have a name, with what they need beside the tracker's boxes.
 fn methods() -> Result<Vec<Vec<String>>, Failure> {
     let mut rows = Vec::new();
-    for name in builtin::method_names() {
+    for name in trackfail_judge::method::names() {
         let Some(method) = builtin::published_method(name).transpose().map_err(Failure::io)? else {
             continue;
         };

@@ -9,8 +9,8 @@ mod pipes;
 use super::{Failure, output};
 use crate::dataset::text::shorten_to;
 use crate::engine::store;
+use crate::method::Inputs;
 use crate::monitor::{Answer, Monitor, MonitorError, Options, Update};
-use crate::spec::builtin::Inputs;
 use line::{Line, LineError};
 use pipes::{End, Pipes};
 use serde::Serialize;
@@ -177,10 +177,7 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
     };
     let remedy = "remove the file to begin anew, or name another one";
     let monitor = Monitor::resume(&options, &saved).map_err(|e| match e {
-        e @ (MonitorError::UnknownMethod(_)
-        | MonitorError::Unfit { .. }
-        | MonitorError::NoBudget { .. }
-        | MonitorError::Methods(_)) => Failure::usage(e),
+        e @ (MonitorError::Method(_) | MonitorError::Unfit { .. }) => Failure::usage(e),
         e => Failure::data(format!("{}: {e}; {remedy}", state.display())),
     })?;
     output::note(&format!("{}: goes on with frame {}", state.display(), monitor.index()));

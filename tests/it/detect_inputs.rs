@@ -2,7 +2,7 @@
 
 use crate::tools::{needs, rows, trackfail};
 use std::path::{Path, PathBuf};
-use trackfail::spec::builtin::{Inputs, recommended};
+use trackfail::method::{Inputs, recommended};
 
 /// A rendered sequence of 60 frames: their folder, and the boxes as numbers.
 struct Clip {

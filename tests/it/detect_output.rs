@@ -108,7 +108,7 @@ fn a_budget_is_for_methods_that_take_one() {
     let message = text(output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(
-        message.contains("method `Displacement` takes no --budget. Methods that take one: "),
+        message.contains("method `Displacement` takes no budget of false alarms; methods that take one: "),
         "{message}"
     );
     // Without a method it is the recommended one of those that take one, also where confidence alone would choose another.

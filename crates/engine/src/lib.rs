@@ -6,7 +6,6 @@
 //! | module | contents |
 //! |---|---|
 //! | [`spec`] | experiment files, checked |
-//! | [`monitor`] | a track judged while it goes on |
 //! | [`limits`] | time limits and interruption of a run |
 //! | [`store`] | records under content [addresses](store::address), packs, staging folders |
 //! | [`error`] | why a cell has no result, why a run did not finish |
@@ -17,7 +16,6 @@
 pub mod error;
 pub mod execute;
 pub mod limits;
-pub mod monitor;
 pub mod observe;
 pub mod plan;
 pub mod spec;

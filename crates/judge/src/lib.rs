@@ -12,11 +12,18 @@
 struct Readme;
 
 pub mod detector;
+pub mod judge;
+pub mod judged;
+pub mod method;
+pub mod monitor;
+pub mod reader;
 mod saved;
 pub mod score;
 pub mod signal;
 pub mod tracker;
 
+pub use judge::{Track, judge};
+pub use method::Method;
 pub use trackfail_core::{direction, image, num, plugin, region, sequence};
 #[cfg(test)]
 use trackfail_dataset as dataset;

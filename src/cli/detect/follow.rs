@@ -1,28 +1,32 @@
 //! `--init`: a built-in tracker follows the target, and its own track is judged.
 
-use super::methods::{ReadyMethod, Wanted, signals_of};
-use super::{Args, follow_frames, inputs, judge};
+use super::methods::Wanted;
+use super::{Args, inputs};
 use crate::cli::Failure;
 use crate::cli::live::live_tracker;
 use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
+use crate::detector::Input;
 use crate::engine::Stop;
-use crate::engine::execute::frame_loop::Collected;
-use crate::engine::execute::lane::{Companions, Lane};
-use crate::engine::execute::reverse::{FRAMES_IN_MEMORY, Reversal};
+use crate::engine::execute::cores::Cores;
+use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
+use crate::engine::execute::frame_observer::FrameObserver;
+use crate::engine::execute::lane::{Companions, Lane, LaneStep};
+use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
+use crate::engine::limits::Interrupted;
 use crate::engine::store::{self, StoreError};
 use crate::num::seed;
 use crate::region::{Rect, Region};
 use crate::report::user_track::UserTrack;
 use crate::results::detections::JudgedTrack;
 use crate::signal::Reads;
-use crate::spec::builtin::Inputs;
-use crate::spec::method::{DetectorChoice, FixedDetector, Method, Variant};
 use crate::tracker::results::{self, Base, write};
 use crate::tracker::{Status, TrackerState};
 use std::path::Path;
 use std::sync::Arc;
+use trackfail_judge::judged::JudgedMethod;
+use trackfail_judge::method::{Inputs, Method};
 
 /// The tracker that the built-in model is about.
 pub const DEFAULT_TRACKER: &str = "color-particle-filter";
@@ -40,7 +44,7 @@ pub fn track(
     sequence: &Sequence,
     wanted: Wanted,
     stop: &Stop,
-) -> Result<(UserTrack, Vec<ReadyMethod>), Failure> {
+) -> Result<(UserTrack, Vec<Method>), Failure> {
     let base = inputs::base(args).unwrap_or(Base::One);
     let first = first_box(init, base)?;
     let (width, height) = sequence.size().map_err(|e| Failure::data(e.to_string()))?;
@@ -74,14 +78,15 @@ pub fn track(
     let (methods, must_run) = wanted.methods(args, Inputs { frames: true, companions: false, confidence })?;
     let ready = ready_for(methods, &started.1, must_run, &model)?;
     let goes_back = ready.iter().any(|m| m.detector.detector.needs_reverse());
+    let signals = || ready.iter().flat_map(|method| &method.signals).map(Some);
     let lane = Lane::of_started(started)
-        .with_signals(&run.context(), &Companions::default(), signals_of(&ready))
+        .with_signals(&run.context(), &Companions::default(), signals())
         .map_err(failure)?;
     // Frames are needed again only by runs back in time.
     let once = FrameCache::new(0);
     let frames = if goes_back { &*run.frames } else { &once };
     let Collected { states, signals } =
-        follow_frames(&sequence, frames, lane, signals_of(&ready).len(), stop).map_err(failure)?;
+        follow_frames(&sequence, frames, lane, signals().count(), stop).map_err(failure)?;
     if let Some(path) = &args.save_boxes {
         save(path, &states, base).map_err(Failure::io)?;
     }
@@ -89,9 +94,69 @@ pub fn track(
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     let shown = regions.iter().cloned().map(Some).collect();
     let reversal = Reversal::new(run, regions);
-    let methods = judge(&ready, &signals, Some(&reversal), 0, &present).map_err(failure)?;
+    let methods = judge(&ready, &signals, &reversal, &present).map_err(failure)?;
     let judged = JudgedTrack { target: None, first: sequence.number(0), methods };
     Ok((UserTrack { judged, regions: shown }, ready))
+}
+
+/// Judges the track by the signals of the methods.
+fn judge(
+    methods: &[Method],
+    signals: &[Vec<f64>],
+    reversal: &Reversal,
+    present: &[bool],
+) -> Result<Vec<JudgedMethod>, TrackingError> {
+    let mut judged = Vec::new();
+    // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
+    let unknown = vec![f64::NAN; present.len()];
+    let mut signals = signals.iter().map(Vec::as_slice);
+    for method in methods {
+        let mine: Vec<&[f64]> = signals.by_ref().take(method.signals.len()).collect();
+        let Some((signal, more)) = mine.split_first() else { continue };
+        let detector = &*method.detector.detector;
+        let seed = seed::seed(0, &[&method.name]);
+        let input = Input { signal, more, error: &unknown, seed, reverse: None };
+        let output = reverse::detect(detector, input, Some(reversal))?;
+        judged.push(JudgedMethod::new(&method.name, detector, &output, 0, present));
+    }
+    Ok(judged)
+}
+
+/// Collects states and signals until the user interrupts.
+struct Interruptible<'a> {
+    collector: Collector,
+    stop: &'a Stop,
+}
+
+impl FrameObserver for Interruptible<'_> {
+    fn check_interrupted(&self) -> Result<(), Interrupted> {
+        if self.stop.is_set() { Err(Interrupted) } else { Ok(()) }
+    }
+
+    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
+        self.collector.tracked(lane, step)
+    }
+
+    fn measured(&self, lane: usize, signal: usize, value: f64) {
+        self.collector.measured(lane, signal, value);
+    }
+}
+
+/// Gives all frames of a sequence to a lane with a number of signals, and collects its results.
+fn follow_frames(
+    sequence: &Arc<Sequence>,
+    frames: &FrameCache,
+    lane: Lane,
+    signals: usize,
+    stop: &Stop,
+) -> Result<Collected, TrackingError> {
+    let observer = Interruptible { collector: Collector::new([signals]), stop };
+    let (cores, mut lanes) = (Cores::new(rayon::current_num_threads()), [Ok(lane)]);
+    let _share = cores.enter();
+    run_frames_on(&cores, sequence, frames, &mut lanes, &observer)?;
+    let [lane] = lanes;
+    lane?;
+    Ok(observer.collector.into_collected().swap_remove(0))
 }
 
 /// The box of `--init`.
@@ -147,7 +212,7 @@ impl Models<'_> {
 }
 
 /// A need of a method that a tracker with this first state does not meet.
-fn lacks(variant: &Variant, state: &TrackerState) -> Option<&'static str> {
+fn lacks(method: &Method, state: &TrackerState) -> Option<&'static str> {
     let lacks = |reads: Reads| match reads {
         Reads::Companions => Some("needs other trackers' boxes"),
         _ if reads.is_in(state) => None,
@@ -155,7 +220,7 @@ fn lacks(variant: &Variant, state: &TrackerState) -> Option<&'static str> {
         Reads::Response => Some("needs a tracker with a response map, such as kcf, dsst or samf"),
         _ => reads.need_of_tracker(),
     };
-    variant.signals().find_map(|s| lacks(s.signal.reads()))
+    method.reads().find_map(lacks)
 }
 
 /// The methods that can judge the track of a tracker, which starts with this state.
@@ -164,27 +229,20 @@ fn ready_for(
     state: &TrackerState,
     must_run: bool,
     models: &Models<'_>,
-) -> Result<Vec<ReadyMethod>, Failure> {
+) -> Result<Vec<Method>, Failure> {
     let mut ready = Vec::new();
     for method in methods {
-        let Some(variant) = method.variants.first() else { continue };
         let refuse = |reason: &str| Failure::usage(format!("method `{}` {reason}", method.name));
-        let found = match &variant.detector {
-            _ if lacks(variant, state).is_some() => Err(refuse(lacks(variant, state).unwrap_or_default())),
-            DetectorChoice::Given(fixed) => Ok(fixed.clone()),
-            DetectorChoice::Trained(_) => {
-                Err(refuse("has a threshold that is trained on annotated sequences"))
-            }
-            DetectorChoice::Learned(fixed) => match (models.model()?, fixed.detector.learner()) {
-                (Some(model), Some(learner)) => {
-                    let detector = learner.with_model(&model).map_err(Failure::data)?;
-                    Ok(FixedDetector { detector: Arc::from(detector), ..fixed.clone() })
-                }
-                _ => Err(refuse("needs a model learned for this tracker; give --model")),
+        let found = match (lacks(&method, state), method.detector.detector.learner()) {
+            (Some(need), _) => Err(refuse(need)),
+            (None, None) => Ok(method),
+            (None, Some(_)) => match models.model()? {
+                Some(model) => Ok(method.with_model(&model).map_err(Failure::data)?),
+                None => Err(refuse("needs a model learned for this tracker; give --model")),
             },
         };
         match found {
-            Ok(detector) => ready.push(ReadyMethod { method, detector }),
+            Ok(method) => ready.push(method),
             Err(_) if !must_run => {}
             Err(e) => return Err(e),
         }

@@ -1,18 +1,15 @@
 //! Inputs that the user gives: frames, boxes, confidence, companions.
 
-use super::{Args, Target};
+use super::{Args, Target, Tracks};
 use crate::cli::slurm::value::Word;
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{DatasetError, Sequence, text};
 use crate::engine::Stop;
-use crate::engine::execute::lane::Companions;
 use crate::region::{Rect, Region};
 use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
 use crate::tracker::results::{Base, confidence};
-use crate::tracker::{Status, TrackerState};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 fn data(e: DatasetError) -> Failure {
     Failure::data(e.to_string())
@@ -49,7 +46,7 @@ pub fn base(args: &Args) -> Option<Base> {
 }
 
 /// The whole sequence, and the targets in it.
-pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Vec<Target>), Failure> {
+pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tracks), Failure> {
     let paths = args.boxes.iter().chain(&args.confidence).chain(&args.companion);
     if paths.filter(|path| *path == Path::new("-")).count() > 1 {
         return Err(Failure::usage("only one file can be `-`, stdin"));
@@ -80,7 +77,7 @@ pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Ve
     }
     let options = Options { frames: Some(whole.len()), usual: Some(boxes.format), ..options };
     let companions = args.companion.iter().map(|path| companion(args, path, &options));
-    let companions: Vec<Vec<TrackerState>> = companions.collect::<Result<_, _>>()?;
+    let companions: Vec<Vec<Option<Region>>> = companions.collect::<Result<_, _>>()?;
     let confidence = match &args.confidence {
         None => vec![None; whole.len()],
         Some(path) => {
@@ -88,9 +85,10 @@ pub fn targets(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Ve
             confidence::parse(&named(path), &bytes, whole.len()).map_err(data)?
         }
     };
-    let target = |target: UserTarget| target_of(target, &whole, &confidence, &companions);
-    let targets = boxes.targets.into_iter().filter_map(target).collect();
-    Ok((whole, targets))
+    let has_box = |target: &UserTarget| target.regions.iter().any(Option::is_some);
+    let targets = boxes.targets.into_iter().filter(has_box);
+    let targets = targets.map(|target| Target { id: target.id, regions: target.regions }).collect();
+    Ok((whole, Tracks { targets, confidence, companions }))
 }
 
 /// A path as messages name it.
@@ -184,44 +182,13 @@ fn tell(args: &Args, boxes: &UserBoxes, size: Option<(usize, usize)>) {
     }
 }
 
-/// The states of a companion, one a frame; a frame without a box has one that overlaps nothing.
-fn companion(args: &Args, path: &Path, options: &Options) -> Result<Vec<TrackerState>, Failure> {
-    let boxes = read(args, path, options)?;
-    let [target] = boxes.targets.as_slice() else {
-        return Err(Failure::usage(format!(
-            "{} has {} targets; a companion has one",
-            name(path),
-            boxes.targets.len()
-        )));
-    };
-    let state = |region: &Option<Region>| match region {
-        Some(region) => TrackerState::tracked(region.clone()),
-        None => TrackerState::new(Region::nowhere(), Status::Absent),
-    };
-    Ok(target.regions.iter().map(state).collect())
-}
-
-/// A target from its first box to its last one; `None` if it has no box.
-fn target_of(
-    target: UserTarget,
-    whole: &Sequence,
-    confidence: &[Option<f64>],
-    companions: &[Vec<TrackerState>],
-) -> Option<Target> {
-    let present: Vec<bool> = target.regions.iter().map(Option::is_some).collect();
-    let start = present.iter().position(|present| *present)?;
-    let range = start..present.iter().rposition(|present| *present)? + 1;
-    let mut states: Vec<TrackerState> = Vec::new();
-    for t in range.clone() {
-        let state = match (&target.regions[t], states.last()) {
-            (Some(region), _) => TrackerState::tracked(region.clone()),
-            (None, Some(last)) => TrackerState::new(last.region.clone(), Status::Absent),
-            (None, None) => return None,
-        };
-        states.push(TrackerState { confidence: confidence.get(t).copied().flatten(), ..state });
+/// The boxes of a companion, one for each frame.
+fn companion(args: &Args, path: &Path, options: &Options) -> Result<Vec<Option<Region>>, Failure> {
+    let mut boxes = read(args, path, options)?;
+    match (boxes.targets.pop(), boxes.targets.len()) {
+        (Some(target), 0) => Ok(target.regions),
+        (_, others) => {
+            Err(Failure::usage(format!("{} has {} targets; a companion has one", name(path), others + 1)))
+        }
     }
-    let companions: Companions =
-        Arc::new(companions.iter().map(|states| Arc::new(states[range.clone()].to_vec())).collect());
-    let part = Arc::new(user_frames::part(whole, range));
-    Some(Target { id: target.id, start, present, part, states: Arc::new(states), companions })
 }

@@ -4,10 +4,11 @@ use super::tracker_run::{TrackerRun, TrackingError};
 use crate::image::Frame;
 use crate::region::Region;
 use crate::score::Restarts;
-use crate::signal::{Observation, Reads, Session, Signal};
+use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
 use crate::tracker::{RunContext, StartedTracker, Status, Tracker, TrackerError, TrackerState};
 use std::sync::Arc;
+use trackfail_judge::reader::{SignalFault, SignalReader};
 
 /// A tracker, or its stored states, with the signals read from it.
 pub struct Lane {
@@ -27,18 +28,16 @@ pub(super) enum StateSource {
 
 /// A signal of a lane.
 pub(super) struct LaneSignal {
-    kind: &'static str,
-    reads: Reads,
-    session: Box<dyn Session>,
+    reader: SignalReader,
     /// For a signal that reads companions.
     companions: Companions,
     /// For a signal that begins again with each restart of the tracker.
-    restarts: Option<RestartedSignal>,
+    restarts: Option<Box<RestartedSignal>>,
 }
 
 /// A signal that begins again with each restart of its tracker.
 struct RestartedSignal {
-    signal: Arc<dyn Signal>,
+    choice: SignalChoice,
     run: TrackerRun,
     /// Whether the tracker was started.
     started: bool,
@@ -98,11 +97,10 @@ impl Lane {
         signals: impl IntoIterator<Item = Option<&'s SignalChoice>>,
     ) -> Result<Self, TrackingError> {
         let signal = |choice: &SignalChoice| -> Result<LaneSignal, TrackerError> {
-            let reads = choice.signal.reads();
-            let companions =
-                if reads == Reads::Companions { companions.clone() } else { Companions::default() };
-            let session = choice.signal.start(context)?;
-            Ok(LaneSignal { kind: choice.kind, reads, session, companions, restarts: None })
+            let reader = SignalReader::start(choice, context)?;
+            let reads_them = reader.reads() == Reads::Companions;
+            let companions = if reads_them { companions.clone() } else { Companions::default() };
+            Ok(LaneSignal { reader, companions, restarts: None })
         };
         let signals = signals.into_iter().map(|choice| choice.map(signal).transpose());
         Ok(Self { signals: signals.collect::<Result<_, _>>()?, ..self })
@@ -116,9 +114,8 @@ impl Lane {
     ) -> Self {
         for (signal, choice) in self.signals.iter_mut().flatten().zip(choices) {
             if choice.restarts == Restarts::NewTrack {
-                let (signal_again, run) = (choice.signal.clone(), run.clone());
-                signal.restarts =
-                    Some(RestartedSignal { signal: signal_again, run, started: false, last: 0.0 });
+                let (choice, run) = (choice.clone(), run.clone());
+                signal.restarts = Some(Box::new(RestartedSignal { choice, run, started: false, last: 0.0 }));
             }
         }
         self
@@ -151,7 +148,7 @@ impl Lane {
             StateSource::Tracker(..) => true,
             StateSource::Stored(_) => false,
         };
-        tracks || self.signals.iter().flatten().any(|s| s.reads == Reads::Pixels)
+        tracks || self.signals.iter().flatten().any(|s| s.reader.reads() == Reads::Pixels)
     }
 }
 
@@ -194,28 +191,23 @@ impl LaneSignal {
             match state.status {
                 Status::Skipped if restarts.started => return Ok(restarts.last),
                 Status::Initialized if restarts.started => {
-                    self.session = restarts.signal.start(&restarts.run.context())?;
+                    self.reader = SignalReader::start(&restarts.choice, &restarts.run.context())?;
                 }
                 Status::Initialized => restarts.started = true,
                 _ => {}
             }
         }
-        let Self { kind, reads, session, companions, restarts } = self;
-        // A confidence may be absent in single frames, for which the signal has a rule.
-        let lacks = *reads != Reads::Confidence && !reads.is_in(state);
-        if let Some(need) = reads.need_of_tracker().filter(|_| lacks) {
-            return Err(TrackingError::Lacks { kind, need });
-        }
-        let states = companions.iter().filter_map(|states| states.get(t));
+        let states = self.companions.iter().filter_map(|states| states.get(t));
         let companions: Vec<&Region> = states.map(|state| &state.region).collect();
-        let value = session.push(&Observation { frame, state, companions: &companions });
-        if let Some(restarts) = restarts {
+        let value = self.reader.push(Some(frame), state, &companions).map_err(|fault| match fault {
+            SignalFault::Broke(fault) => fault.into(),
+            SignalFault::NotFinite { kind, value } => TrackingError::NotFinite { kind, value, number },
+            SignalFault::Lacks { kind, need } => TrackingError::Lacks { kind, need },
+            SignalFault::NoFrame(kind) => TrackingError::Lacks { kind, need: "needs frames" },
+        })?;
+        if let Some(restarts) = &mut self.restarts {
             restarts.last = value;
         }
-        match session.fault() {
-            _ if value.is_finite() => Ok(value),
-            Some(fault) => Err(fault.into()),
-            None => Err(TrackingError::NotFinite { kind, value, number }),
-        }
+        Ok(value)
     }
 }

@@ -1,18 +1,14 @@
 //! The experiments and published methods that come with the program.
 
 use super::SpecError;
-use super::document::array_of_tables;
 use super::error::Source;
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
-use crate::detector::DETECTORS;
-use crate::plugin;
 use crate::score::PROTOCOLS;
-use crate::signal::Reads;
-use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
+use trackfail_judge::method::METHODS;
 
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
@@ -72,20 +68,17 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
 /// The experiment that `trackfail run` runs when none is named.
 pub const QUICKSTART: &str = "quickstart";
 
-/// Name of the parameter of detectors that take a budget of false alarms.
-const BUDGET: &str = "budget";
-
-/// The papers' methods with their published thresholds, as an experiment file would write them.
-const METHODS: &str = include_str!("methods.toml");
-
+/// The methods that have a name, as the tables of an experiment file.
 static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
-    let source = Source::new("methods.toml", METHODS);
-    let document = DeTable::parse(METHODS).map_err(|e| source.toml(&e, 0..0));
-    let tables = document.and_then(|d| array_of_tables(source, &d, "method")).unwrap_or_default();
-    let name = |t: &Spanned<DeTable<'_>>| {
-        t.get_ref().get("name").and_then(|n| n.get_ref().as_str()).unwrap_or_default().to_string()
+    let methods: Vec<toml::Table> = serde_json::from_str(METHODS).unwrap_or_default();
+    let table = |mut method: toml::Table| {
+        method.remove("about");
+        let name = method.get("name").and_then(toml::Value::as_str).unwrap_or_default().to_string();
+        // Once a process: the tables live as long as it.
+        let text: &'static str = method.to_string().leak();
+        Some((name, DeTable::parse(text).ok()?))
     };
-    tables.into_iter().map(|t| (name(&t), t)).collect()
+    methods.into_iter().filter_map(table).collect()
 });
 
 /// Name and table of every published method.
@@ -93,99 +86,14 @@ pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] 
     &METHOD_TABLES
 }
 
-/// Names of the published methods.
-pub fn method_names() -> Vec<&'static str> {
-    METHOD_TABLES.iter().map(|(name, _)| name.as_str()).collect()
-}
-
 /// A published method by name, with its published threshold.
 ///
 /// # Errors
 /// When the file of published methods is wrong, which the tests exclude.
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
-    let source = Source::new("methods.toml", METHODS);
+    let source = Source::new("methods.json", METHODS);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
-}
-
-/// Whether the detector of a published method takes a budget of false alarms.
-pub fn takes_budget(name: &str) -> bool {
-    let table = METHOD_TABLES.iter().find(|(known, _)| known == name);
-    let detector = table.and_then(|(_, table)| table.get_ref().get("detector")?.get_ref().as_table());
-    let kind = detector.and_then(|detector| detector.get("kind")?.get_ref().as_str());
-    let schema = kind.and_then(|kind| plugin::find(DETECTORS, kind)).map(|entry| (entry.schema)());
-    schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(BUDGET)).is_some())
-}
-
-/// Names of the published methods that take a budget of false alarms.
-pub fn methods_with_budget() -> Vec<&'static str> {
-    method_names().into_iter().filter(|name| takes_budget(name)).collect()
-}
-
-/// A published method by name, with a budget: the largest number of false alarms per 1000 frames.
-///
-/// # Errors
-/// When the detector takes no budget, or refuses this one.
-pub fn published_method_with_budget(name: &str, budget: f64) -> Option<Result<Method, SpecError>> {
-    let text = format!("{BUDGET} = {budget:?}");
-    // The published method is right, so what is wrong is the budget.
-    let source = Source::new("--budget", &text);
-    let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
-    let mut table: Spanned<DeTable<'_>> = table.clone();
-    let set = match DeTable::parse(&text) {
-        Ok(set) => set.into_inner(),
-        Err(e) => return Some(Err(source.toml(&e, 0..0))),
-    };
-    if let Some(DeValue::Table(detector)) = table.get_mut().get_mut("detector").map(Spanned::get_mut) {
-        for (key, value) in set {
-            detector.remove(&**key.get_ref());
-            detector.insert(key, value);
-        }
-    }
-    Some(method::read(source, None, name, &table, &PROTOCOLS[0], MAX_DETECTORS))
-}
-
-/// Inputs that there are of a track beside its boxes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Inputs {
-    /// The frames.
-    pub frames: bool,
-    /// Boxes of other trackers on the same frames.
-    pub companions: bool,
-    /// The tracker's own confidence.
-    pub confidence: bool,
-}
-
-impl Inputs {
-    /// Whether a signal that reads this can be computed.
-    pub fn has(self, reads: Reads) -> bool {
-        match reads {
-            Reads::Boxes => true,
-            Reads::Pixels => self.frames,
-            Reads::Companions => self.companions,
-            Reads::Confidence => self.confidence,
-            Reads::Posterior | Reads::Response => false,
-        }
-    }
-}
-
-/// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
-pub fn recommended(inputs: Inputs) -> &'static str {
-    match inputs {
-        Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
-        Inputs { companions: true, .. } => "Fused companions",
-        Inputs { frames: true, .. } => "Fused frames",
-        Inputs { confidence: true, .. } => "Confidence",
-        Inputs { .. } => "Fused boxes",
-    }
-}
-
-/// Name of the method that is recommended for the inputs among those that take a budget of false alarms.
-pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
-    match recommended(inputs) {
-        "Confidence" => "Fused confidence",
-        name => name,
-    }
 }
 
 #[cfg(test)]
@@ -194,79 +102,12 @@ mod tests {
     use crate::score::Metric;
     use crate::spec::table::{Side, Table};
     use std::collections::BTreeSet;
-
-    #[test]
-    fn recommended_methods_are_published() {
-        for bits in 0..8 {
-            let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
-            let inputs = Inputs { frames, companions, confidence };
-            assert!(method_names().contains(&recommended(inputs)));
-            assert!(takes_budget(recommended_with_budget(inputs)), "{inputs:?}");
-        }
-    }
-
-    #[test]
-    fn a_published_method_takes_another_budget() {
-        assert!(takes_budget("Fused boxes") && !takes_budget("CovF") && !takes_budget("none"));
-        assert!(methods_with_budget().iter().all(|name| takes_budget(name)));
-        let of_budget = |budget| {
-            let method = published_method_with_budget("Fused boxes", budget).unwrap();
-            method.map(|m| m.variants[0].detector.example().detector.params()["budget"].clone())
-        };
-        assert_eq!(of_budget(7.0).unwrap(), 7.0);
-        assert!(of_budget(f64::NAN).is_err());
-        for wrong in [0.0, 1e9] {
-            let error = of_budget(wrong).unwrap_err().to_string();
-            assert!(error.starts_with("--budget:1: `budget` must be from 0.000001 to 1000, not "), "{error}");
-        }
-        assert!(published_method_with_budget("CovF", 1.0).unwrap().is_err());
-        assert!(published_method_with_budget("none", 1.0).is_none());
-    }
+    use trackfail_judge::method::names;
 
     #[test]
     fn every_published_method_builds() {
-        assert_eq!(
-            method_names(),
-            [
-                "DTEF",
-                "NAIVE",
-                "RAW",
-                "CovF",
-                "RgbHist",
-                "RLHist",
-                "AVU",
-                "Two-MChi",
-                "M-model",
-                "EmpTh",
-                "ARTE",
-                "ARTE*",
-                "Companions",
-                "Watchdog",
-                "Displacement",
-                "Scale",
-                "Forward-backward",
-                "First colors",
-                "Object colors",
-                "Template",
-                "CUSUM",
-                "Page-Hinkley",
-                "Sequential test",
-                "Conformal DTEF",
-                "PSR",
-                "APCE",
-                "LMCF",
-                "FuCoLoT",
-                "Confidence",
-                "Fused boxes",
-                "Fused frames",
-                "Fused watchdog",
-                "Fused confidence",
-                "Fused frames and confidence",
-                "Fused companions",
-                "Fused frames and companions",
-            ]
-        );
-        for name in method_names() {
+        assert_eq!(METHOD_TABLES.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), names());
+        for name in names() {
             let method = published_method(name).unwrap().unwrap();
             assert_eq!(method.variants.len(), 1, "{name}");
         }

@@ -3,6 +3,7 @@
 
 mod training;
 
+pub use trackfail_judge::method::{FixedDetector, SignalChoice};
 pub(super) use training::can_be_maximised;
 
 use super::error::{Errors, Source, SpecError};
@@ -72,32 +73,6 @@ impl Variant {
             self.point.iter().map(|(axis, value)| format!("{axis}={}", readable(value))).collect();
         parts.join(";")
     }
-}
-
-/// A checked signal with its kind and version.
-#[derive(Clone)]
-pub struct SignalChoice {
-    /// Plugin kind.
-    pub kind: &'static str,
-    /// Plugin version.
-    pub version: u32,
-    /// The checked signal.
-    pub signal: Arc<dyn Signal>,
-    /// Whether it begins again where the tracker is started again.
-    pub restarts: Restarts,
-}
-
-/// A checked detector with its kind and version.
-#[derive(Clone)]
-pub struct FixedDetector {
-    /// Plugin kind.
-    pub kind: &'static str,
-    /// Plugin version.
-    pub version: u32,
-    /// The checked detector.
-    pub detector: Arc<dyn Detector>,
-    /// Whether it begins again where the tracker is started again.
-    pub restarts: Restarts,
 }
 
 /// A detector, or how it is trained.

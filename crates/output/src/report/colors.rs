@@ -2,8 +2,8 @@
 
 use crate::figure::{Color, Style};
 use crate::spec::Experiment;
-use crate::spec::builtin;
 use crate::table::layout::is_anchor;
+use trackfail_judge::method::names;
 
 /// Number of colors, from which on [`Style::nth`] has dashes too.
 const COLORS: usize = 7;
@@ -11,7 +11,7 @@ const COLORS: usize = 7;
 /// The place of a method, named without a grid point, among the colors. A method of the papers has that of its place in
 /// their list, where no method before it has the same color; all others have the first that is free. Anchors have none.
 pub fn place(experiment: &Experiment, method: &str) -> Option<usize> {
-    let known = builtin::method_names();
+    let known = names();
     let own = experiment.methods.iter().map(|m| m.name.as_str());
     let own: Vec<&str> = own.filter(|name| !is_anchor(experiment, name)).collect();
     let mut places: Vec<Option<usize>> = vec![None; own.len()];

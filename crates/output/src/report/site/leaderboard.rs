@@ -12,9 +12,9 @@ use crate::report::differences::CHANCE;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
 use crate::score::frames::bootstrap::MIN_SEQUENCES;
-use crate::spec::builtin;
 use serde::Serialize;
 use std::cmp::Ordering;
+use trackfail_judge::method::names;
 
 /// Name of the page.
 pub const LEADERBOARD: &str = "leaderboard.html";
@@ -93,7 +93,7 @@ fn auroc(standing: &Standing) -> Option<f64> {
 
 /// Whether a method can be the best: a named one of the program, and no anchor.
 fn competes(standing: &Standing) -> bool {
-    !standing.anchor && builtin::method_names().contains(&standing.method.as_str())
+    !standing.anchor && names().contains(&standing.method.as_str())
 }
 
 /// Larger values first, as they are printed; what has none comes last.

@@ -9,8 +9,8 @@
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};
 use crate::detector::StateOfTarget;
+use crate::method::Inputs;
 use crate::region::Region;
-use crate::spec::builtin::Inputs;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -51,16 +51,12 @@ impl Monitor {
             Some(chosen) => Some(MethodMemory {
                 name: chosen.name.clone(),
                 digest: chosen.digest.clone(),
-                signals: chosen
-                    .signals
-                    .iter()
-                    .map(|s| s.session.save().ok_or(MonitorError::NotSaved(s.kind)))
-                    .collect::<Result<_, _>>()?,
+                signals: chosen.reader.save().map_err(MonitorError::NotSaved)?,
                 stream: chosen.stream.save(),
             }),
         };
         let Self { index, size, target, base, budget, inputs, is_free, .. } = *self;
-        let last = self.last.clone();
+        let last = self.chosen.as_ref().and_then(|chosen| chosen.reader.last().cloned());
         let memory = Memory { index, size, last, target, base, budget, inputs, is_free, method };
         let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
         let digest = Sha256::digest(&memory);
@@ -96,7 +92,7 @@ impl Monitor {
             inputs: options.inputs.or(memory.inputs),
             base: options.base.or(Some(memory.base)),
         })?;
-        (monitor.index, monitor.size, monitor.last) = (memory.index, memory.size, memory.last);
+        (monitor.index, monitor.size) = (memory.index, memory.size);
         monitor.target = memory.target;
         monitor.is_free &= memory.is_free;
         if let Some(saved) = memory.method {
@@ -113,7 +109,7 @@ impl Monitor {
             if chosen.digest != saved.digest {
                 return Err(MonitorError::OtherVersion(saved.name));
             }
-            if !chosen.restore(&saved.signals, &saved.stream) {
+            if !chosen.restore(&saved.signals, &saved.stream, memory.last) {
                 return Err(MonitorError::Damaged);
             }
             monitor.chosen = Some(chosen);

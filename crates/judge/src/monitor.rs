@@ -1,10 +1,9 @@
 //! Live monitoring: whether a tracker has lost its target, frame by frame, while it tracks.
 //!
 //! ```
-//! # mod trackfail { pub use trackfail_core::{image, region}; pub use trackfail_engine::monitor; }
-//! use trackfail::monitor::{Monitor, Options, TargetState, Update};
-//! use trackfail::region::{Rect, Region};
-//! # use trackfail::{image::Frame, monitor::MonitorError};
+//! use trackfail_judge::monitor::{Monitor, Options, TargetState, Update};
+//! use trackfail_judge::region::{Rect, Region};
+//! # use trackfail_judge::{image::Frame, monitor::MonitorError};
 //! # let frame = Frame::from_fn(64, 48, |x, y| [(5 * x) as u8, (3 * y) as u8, (x * y) as u8]);
 //! # let camera = vec![(frame.clone(), Rect::new(20.0, 10.0, 16.0, 12.0)); 3];
 //! let options = Options { method: Some("Watchdog".into()), ..Options::default() };
@@ -39,10 +38,10 @@ pub use crate::detector::labels::TargetState;
 
 use crate::detector::StateOfTarget;
 use crate::image::Frame;
+use crate::method::{Inputs, MethodError};
+use crate::reader::Seen;
 use crate::region::{Region, RegionError};
-use crate::spec::SpecError;
-use crate::spec::builtin::Inputs;
-use crate::tracker::{Status, TrackerError, TrackerState};
+use crate::tracker::TrackerError;
 use chosen::Chosen;
 use serde::{Serialize, Serializer};
 
@@ -105,9 +104,9 @@ fn four_digits<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::O
 /// Why a frame is not judged, or a monitor cannot start or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum MonitorError {
-    /// There is no such method.
-    #[error("{0}")]
-    UnknownMethod(String),
+    /// There is no such method, or it takes no such budget.
+    #[error(transparent)]
+    Method(#[from] MethodError),
     /// The method does not judge frame by frame, or needs more than a stream has.
     #[error("method `{method}` {reason}; methods that can monitor: {}", known.join(", "))]
     Unfit {
@@ -118,17 +117,6 @@ pub enum MonitorError {
         /// Names of the methods that can monitor.
         known: Vec<&'static str>,
     },
-    /// The method takes no budget.
-    #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]
-    NoBudget {
-        /// Name of the method.
-        method: String,
-        /// Names of the methods that take one.
-        known: Vec<&'static str>,
-    },
-    /// The method refuses the budget.
-    #[error(transparent)]
-    Methods(#[from] SpecError),
     /// A signal cannot start.
     #[error(transparent)]
     Signal(#[from] TrackerError),
@@ -214,8 +202,6 @@ pub struct Monitor {
     index: u64,
     /// Width and height of the frames, once there was one.
     size: Option<(usize, usize)>,
-    /// The tracker's last region.
-    last: Option<Region>,
     target: StateOfTarget,
     chosen: Option<Chosen>,
     /// Whether nobody has named a method or inputs.
@@ -247,7 +233,6 @@ impl Monitor {
             base: base.unwrap_or(0),
             index: 0,
             size: None,
-            last: None,
             target: StateOfTarget::default(),
             chosen,
         })
@@ -269,21 +254,20 @@ impl Monitor {
         if update.restart {
             let name = self.chosen.take().map(|chosen| chosen.name);
             self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
-            (self.last, self.target) = (None, StateOfTarget::default());
+            self.target = StateOfTarget::default();
         }
-        let Some(here) = region.clone().or_else(|| self.last.clone()) else {
+        let choice = if region.is_some() { self.choose(update)? } else { None };
+        let companions: Vec<&Region> = update.companions.iter().collect();
+        let seen = Seen {
+            frame: update.frame,
+            region: region.as_ref(),
+            confidence: update.confidence,
+            companions: &companions,
+        };
+        let Some((judgement, note)) = self.chosen.as_mut().and_then(|chosen| chosen.push(&seen)) else {
             let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
-        let choice = self.choose(update)?;
-        let status = if region.is_some() { Status::Tracked } else { Status::Absent };
-        let confidence = update.confidence.filter(|c| c.is_finite());
-        let state = TrackerState { confidence, ..TrackerState::new(here, status) };
-        let (judgement, note) = match &mut self.chosen {
-            Some(chosen) => chosen.push(update, &state),
-            None => Default::default(),
-        };
-        self.last = Some(state.region);
         let state =
             self.target.push(region.is_some(), judgement.lost, judgement.raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
@@ -295,7 +279,7 @@ impl Monitor {
     /// Chooses a method where nobody has named one, for the inputs of the first frame with a region, and another one when
     /// frames come; the text says so where the choice may not be meant.
     fn choose(&mut self, update: &Update<'_>) -> Result<Option<String>, MonitorError> {
-        let stays = |chosen: &Chosen| !self.is_free || update.frame.is_none() || chosen.reads_frames();
+        let stays = |chosen: &Chosen| !self.is_free || update.frame.is_none() || chosen.reader.reads_frames();
         if self.chosen.as_ref().is_some_and(stays) {
             return Ok(None);
         }
@@ -330,7 +314,7 @@ impl Monitor {
 
     /// Whether frames are looked at: by the method, or because they may change the choice of it.
     pub fn reads_frames(&self) -> bool {
-        self.is_free || self.chosen.as_ref().is_none_or(Chosen::reads_frames)
+        self.is_free || self.chosen.as_ref().is_none_or(|chosen| chosen.reader.reads_frames())
     }
 
     fn check_size(&mut self, frame: Option<&Frame>) -> Result<(), MonitorError> {

@@ -1,6 +1,6 @@
 use super::*;
+use crate::method;
 use crate::region::Rect;
-use crate::spec::builtin;
 use proptest::prelude::*;
 
 /// A patterned square on a pattern, where it is in frame `t`; it jumps in frame 12.
@@ -103,7 +103,7 @@ fn the_first_frame_with_a_region_chooses_the_method() {
     };
     let (frame, region) = (Some(&frame), Some(&region));
     let boxes = Update { region, ..Update::default() };
-    let of = |frames, companions, confidence| builtin::recommended(Inputs { frames, companions, confidence });
+    let of = |frames, companions, confidence| method::recommended(Inputs { frames, companions, confidence });
     assert_eq!(start(boxes), of(false, false, false));
     assert_eq!(start(Update { frame, ..boxes }), of(true, false, false));
     assert_eq!(start(Update { frame, companions: &others, ..boxes }), of(true, true, false));
@@ -132,7 +132,7 @@ fn a_budget_alone_chooses_a_method_that_takes_one() {
         let mut monitor = with(2.0, None).unwrap();
         assert_eq!(monitor.update(&update).unwrap().state, TargetState::Tracking, "{inputs:?}");
         let chosen = monitor.method().unwrap().to_string();
-        assert!(builtin::takes_budget(&chosen), "{inputs:?}: {chosen}");
+        assert!(method::takes_budget(&chosen), "{inputs:?}: {chosen}");
         assert_eq!(with(2.0, Some(inputs)).unwrap().method(), Some(&*chosen));
         // What one of the methods refuses, the start refuses without knowing which it will be.
         for refused in [0.0, -1.0, f64::NAN, 1e9] {
@@ -199,7 +199,7 @@ fn frames_that_come_later_change_the_method_unless_it_is_named() {
     let (frame, region) = scene(0);
     let blind = Update { region: Some(&region), ..Update::default() };
     let seen = Update { frame: Some(&frame), ..blind };
-    let best = builtin::recommended(Inputs { frames: true, ..Inputs::default() });
+    let best = method::recommended(Inputs { frames: true, ..Inputs::default() });
     let told = format!("frames have come: {best} from here on");
     for is_saved in [false, true] {
         let mut monitor = Monitor::new(&Options::default()).unwrap();

@@ -1,0 +1,258 @@
+//! Judges whole tracks, all tracks of a video in one pass over its frames.
+
+use crate::detector::Input;
+use crate::image::Frame;
+use crate::judged::JudgedMethod;
+use crate::method::{Method, SignalChoice};
+use crate::num::seed;
+use crate::reader::{Reader, Seen, SignalFault};
+use crate::region::Region;
+use crate::sequence::{Numbering, SequenceInfo};
+use crate::tracker::{RunContext, TrackerError};
+use rayon::prelude::*;
+use std::error::Error;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// An error of whoever gives the frames.
+pub type FrameError = Box<dyn Error + Send + Sync>;
+
+/// Frame `t`, from 0.
+pub type FrameOf<'a> = &'a (dyn Fn(usize) -> Result<Arc<Frame>, FrameError> + Sync);
+
+/// A track of a tracker: what it says in each frame of the video.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Track<'a> {
+    /// Its regions, in 0-based pixels; `None` where it says that the target is absent.
+    pub regions: &'a [Option<Region>],
+    /// Its own confidence, in its scale, high where it is sure; empty if it gives none.
+    pub confidence: &'a [Option<f64>],
+    /// The regions of other trackers on the same target, a list for each of them.
+    pub companions: &'a [&'a [Option<Region>]],
+}
+
+/// Why tracks are not judged.
+#[derive(Debug, thiserror::Error)]
+pub enum JudgeError {
+    /// A frame cannot be had.
+    #[error("{source}")]
+    Frame {
+        /// Its index, from 0.
+        t: usize,
+        /// The reason.
+        source: FrameError,
+    },
+    /// A signal cannot start.
+    #[error(transparent)]
+    Start(#[from] TrackerError),
+    /// A signal has no value.
+    #[error("{source} in frame {t} (from 0)")]
+    Signal {
+        /// Index of the track.
+        track: usize,
+        /// Index of the frame, from 0.
+        t: usize,
+        /// The reason.
+        source: SignalFault,
+    },
+    /// A detector gives no labels.
+    #[error("{reason}")]
+    Detector {
+        /// Index of the track.
+        track: usize,
+        /// The reason.
+        reason: String,
+    },
+    /// A track has another number of frames than the first one.
+    #[error("track {track} has {got} frames, the first one {expected}")]
+    Frames {
+        /// Index of the track.
+        track: usize,
+        /// Number of frames of the first track.
+        expected: usize,
+        /// Number of its own.
+        got: usize,
+    },
+    /// The caller wants to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// What every method says of every track: a list for each track, in the order of the methods.
+///
+/// `frames` gives the frames of the video, each once and in order, where there are any; methods that look at pixels need them.
+/// `stop` is asked before each frame.
+///
+/// # Errors
+/// A frame that cannot be had, a signal without a value, a detector without labels, and an interruption.
+pub fn judge(
+    methods: &[Method],
+    tracks: &[Track<'_>],
+    frames: Option<FrameOf<'_>>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Vec<JudgedMethod>>, JudgeError> {
+    let count = tracks.first().map_or(0, |track| track.regions.len());
+    if let Some((track, other)) = tracks.iter().enumerate().find(|(_, t)| t.regions.len() != count) {
+        return Err(JudgeError::Frames { track, expected: count, got: other.regions.len() });
+    }
+    let (signals, of_method) = distinct(methods);
+    let mut lanes = Vec::with_capacity(tracks.len());
+    for track in tracks {
+        lanes.push(Lane::new(*track, &signals)?);
+    }
+    read(&mut lanes, count, frames, stop)?;
+    let one = |(k, lane): (usize, Lane<'_>)| {
+        methods.iter().zip(&of_method).map(|(method, mine)| lane.judged(k, method, mine)).collect()
+    };
+    lanes.into_par_iter().enumerate().map(one).collect()
+}
+
+/// Each signal of the methods once, and the indices of each method's own.
+fn distinct(methods: &[Method]) -> (Vec<&SignalChoice>, Vec<Vec<usize>>) {
+    let mut signals: Vec<(&SignalChoice, String)> = Vec::new();
+    let mut of_method = Vec::new();
+    for method in methods {
+        let mut mine = Vec::new();
+        for choice in &method.signals {
+            let params = choice.signal.params().to_string();
+            let known = signals.iter().position(|(other, text)| other.kind == choice.kind && *text == params);
+            mine.push(known.unwrap_or_else(|| {
+                signals.push((choice, params));
+                signals.len() - 1
+            }));
+        }
+        of_method.push(mine);
+    }
+    (signals.into_iter().map(|(choice, _)| choice).collect(), of_method)
+}
+
+/// A track with its signals.
+struct Lane<'a> {
+    track: Track<'a>,
+    /// From the first region to the last one.
+    range: Range<usize>,
+    reader: Reader,
+    /// A series for each signal.
+    series: Vec<Vec<f64>>,
+}
+
+impl<'a> Lane<'a> {
+    fn new(track: Track<'a>, signals: &[&SignalChoice]) -> Result<Self, TrackerError> {
+        let is_there = |region: &Option<Region>| region.is_some();
+        let start = track.regions.iter().position(is_there).unwrap_or(0);
+        let end = track.regions.iter().rposition(is_there).map_or(0, |last| last + 1);
+        let about = Unannotated(track.regions.len());
+        let context = RunContext { sequence: &about, start_frame: start, run: 0, seed: 0, data_roots: &[] };
+        let reader = Reader::start(signals.iter().copied(), &context)?;
+        Ok(Self { track, range: start..end, reader, series: vec![Vec::new(); signals.len()] })
+    }
+
+    /// Reads frame `t`.
+    fn read(&mut self, t: usize, frame: Option<&Frame>) -> Result<(), SignalFault> {
+        let nowhere = Region::nowhere();
+        let of = |companion: &&'a [Option<Region>]| companion.get(t).and_then(Option::as_ref);
+        let companions: Vec<&Region> =
+            self.track.companions.iter().map(|companion| of(companion).unwrap_or(&nowhere)).collect();
+        let region = self.track.regions[t].as_ref();
+        let confidence = self.track.confidence.get(t).copied().flatten();
+        let seen = Seen { frame, region, confidence, companions: &companions };
+        for (series, value) in self.series.iter_mut().zip(self.reader.push(&seen).into_iter().flatten()) {
+            series.push(value?);
+        }
+        Ok(())
+    }
+
+    /// Judges the track by a method with these signals; `track` is its index.
+    fn judged(&self, track: usize, method: &Method, signals: &[usize]) -> Result<JudgedMethod, JudgeError> {
+        let mine: Vec<&[f64]> = signals.iter().map(|k| self.series[*k].as_slice()).collect();
+        // Detectors need no ground truth; only the oracle reads it, and it has no signal.
+        let unknown = vec![f64::NAN; self.range.len()];
+        let (signal, more) =
+            mine.split_first().map_or((&unknown[..], &[][..]), |(first, more)| (*first, more));
+        let seed = seed::seed(0, &[&method.name]);
+        let detector = &*method.detector.detector;
+        let mut output = detector.detect(&Input { signal, more, error: &unknown, seed, reverse: None });
+        match output.failure.take() {
+            Some(reason) => Err(JudgeError::Detector { track, reason }),
+            None => {
+                let present: Vec<bool> = self.track.regions.iter().map(Option::is_some).collect();
+                Ok(JudgedMethod::new(&method.name, detector, &output, self.range.start, &present))
+            }
+        }
+    }
+}
+
+/// Gives all frames to the tracks; the next frame is decoded meanwhile.
+fn read(
+    lanes: &mut [Lane<'_>],
+    count: usize,
+    frames: Option<FrameOf<'_>>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<(), JudgeError> {
+    let reads = lanes.first().is_some_and(|lane| lane.reader.reads_frames());
+    let frame_of = frames.filter(|_| reads);
+    let decode = |t: usize, lanes: &[Range<usize>]| {
+        let frame_of = frame_of.filter(|_| t < count && lanes.iter().any(|range| range.contains(&t)))?;
+        Some(frame_of(t))
+    };
+    let ranges: Vec<Range<usize>> = lanes.iter().map(|lane| lane.range.clone()).collect();
+    let mut next = decode(0, &ranges);
+    for t in 0..count {
+        if stop() {
+            return Err(JudgeError::Interrupted);
+        }
+        let frame = next.take().transpose().map_err(|source| JudgeError::Frame { t, source })?;
+        let work = || {
+            let read = |(k, lane): (usize, &mut Lane<'_>)| match lane.range.contains(&t) {
+                true => lane.read(t, frame.as_deref()).err().map(|source| (k, source)),
+                false => None,
+            };
+            lanes.par_iter_mut().enumerate().filter_map(read).min_by_key(|(k, _)| *k)
+        };
+        let (fault, ahead) = rayon::join(work, || decode(t + 1, &ranges));
+        if let Some((track, source)) = fault {
+            return Err(JudgeError::Signal { track, t, source });
+        }
+        next = ahead;
+    }
+    Ok(())
+}
+
+/// A sequence of which nothing but the number of frames is known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unannotated(pub usize);
+
+impl SequenceInfo for Unannotated {
+    fn name(&self) -> &str {
+        "track"
+    }
+
+    fn numbering(&self) -> Numbering {
+        Numbering { first: 0, official: (0, self.0.saturating_sub(1) as u32) }
+    }
+
+    fn truth(&self) -> &[Option<Region>] {
+        &[]
+    }
+
+    fn attributes(&self) -> &[String] {
+        &[]
+    }
+
+    fn size(&self) -> Result<(usize, usize), Box<dyn Error + Send + Sync>> {
+        Err("the size of the frames is not known".into())
+    }
+
+    fn files(&self) -> Result<Vec<PathBuf>, Box<dyn Error + Send + Sync>> {
+        Ok(Vec::new())
+    }
+
+    fn shared(&self) -> Arc<dyn SequenceInfo> {
+        Arc::new(*self)
+    }
+
+    fn frames(&self) -> usize {
+        self.0
+    }
+}

@@ -1,0 +1,340 @@
+//! Methods: signals and a detector under a name; those that have a name, and the one that is recommended.
+
+use crate::detector::{DETECTORS, Detector};
+use crate::plugin::{self, Entry, ParamError, RawParams};
+use crate::score::Restarts;
+use crate::signal::{Reads, SIGNALS, Signal};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::sync::{Arc, LazyLock};
+
+/// The methods that have a name, as JSON: `name`, `about`, `signal` (one or a list) and `detector`, with parameters as an
+/// experiment file has them.
+pub const METHODS: &str = include_str!("methods.json");
+
+/// Name of the parameter of detectors that take a budget of false alarms.
+const BUDGET: &str = "budget";
+
+/// A checked signal with its kind and version.
+#[derive(Clone)]
+pub struct SignalChoice {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked signal.
+    pub signal: Arc<dyn Signal>,
+    /// Whether it begins again where the tracker is started again.
+    pub restarts: Restarts,
+}
+
+/// A checked detector with its kind and version.
+#[derive(Clone)]
+pub struct FixedDetector {
+    /// Plugin kind.
+    pub kind: &'static str,
+    /// Plugin version.
+    pub version: u32,
+    /// The checked detector.
+    pub detector: Arc<dyn Detector>,
+    /// Whether it begins again where the tracker is started again.
+    pub restarts: Restarts,
+}
+
+/// Signals and a detector that reads them.
+#[derive(Clone)]
+pub struct Method {
+    /// Its name.
+    pub name: String,
+    /// Its signals; none for a detector that needs none.
+    pub signals: Vec<SignalChoice>,
+    /// Its detector.
+    pub detector: FixedDetector,
+}
+
+/// Why there is no such method.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MethodError {
+    /// No method has this name.
+    #[error("{0}")]
+    Unknown(String),
+    /// Its threshold is trained in an experiment.
+    #[error("method `{0}` has a threshold that is trained on annotated sequences")]
+    Trained(String),
+    /// It takes no budget.
+    #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]
+    NoBudget {
+        /// Its name.
+        method: String,
+        /// Names of the methods that take one.
+        known: Vec<&'static str>,
+    },
+    /// A parameter is refused.
+    #[error("{part}: {source}")]
+    Params {
+        /// The signal or the detector.
+        part: String,
+        /// The reason.
+        source: ParamError,
+    },
+    /// The detector reads another number of signals.
+    #[error("detector `{kind}` reads {reads} signals, not {given}")]
+    Signals {
+        /// Kind of the detector.
+        kind: &'static str,
+        /// Number that it reads.
+        reads: usize,
+        /// Number that there are.
+        given: usize,
+    },
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
+    signal: Value,
+    detector: Value,
+}
+
+impl Named {
+    fn signals(&self) -> &[Value] {
+        self.signal.as_array().map_or(std::slice::from_ref(&self.signal), Vec::as_slice)
+    }
+}
+
+static NAMED: LazyLock<Vec<Named>> = LazyLock::new(|| serde_json::from_str(METHODS).unwrap_or_default());
+
+fn find(name: &str) -> Option<&'static Named> {
+    NAMED.iter().find(|named| named.name == name)
+}
+
+/// Names of the methods that have one.
+pub fn names() -> Vec<&'static str> {
+    NAMED.iter().map(|named| named.name.as_str()).collect()
+}
+
+/// Whether the detector of a named method takes a budget of false alarms.
+pub fn takes_budget(name: &str) -> bool {
+    let kind = find(name).and_then(|named| named.detector["kind"].as_str());
+    let schema = kind.and_then(|kind| plugin::find(DETECTORS, kind)).map(|entry| (entry.schema)());
+    schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(BUDGET)).is_some())
+}
+
+/// Names of the methods that take a budget of false alarms.
+pub fn names_with_budget() -> Vec<&'static str> {
+    names().into_iter().filter(|name| takes_budget(name)).collect()
+}
+
+impl Method {
+    /// The method of a name with its published threshold or, with a budget, with the one that raises at most so many false
+    /// alarms per 1000 frames.
+    ///
+    /// # Errors
+    /// An unknown name, a method that is trained in an experiment, and a budget that it does not take.
+    pub fn named(name: &str, budget: Option<f64>) -> Result<Self, MethodError> {
+        let named =
+            find(name).ok_or_else(|| MethodError::Unknown(plugin::unknown("method", name, names())))?;
+        let mut detector = named.detector.clone();
+        if detector.as_object().is_some_and(|params| params.values().any(is_trained)) {
+            return Err(MethodError::Trained(name.to_string()));
+        }
+        if let Some(budget) = budget {
+            if !takes_budget(name) {
+                return Err(MethodError::NoBudget { method: name.to_string(), known: names_with_budget() });
+            }
+            detector[BUDGET] = budget.into();
+        }
+        Self::new(name, named.signals(), &detector)
+    }
+
+    /// A method of one's own. Signals and detector are objects with a `kind` and the parameters that `trackfail list`
+    /// shows: `{"kind": "level", "below": 0.5}`.
+    ///
+    /// # Errors
+    /// Unknown kinds, refused parameters, and another number of signals than the detector reads.
+    pub fn new(name: &str, signals: &[Value], detector: &Value) -> Result<Self, MethodError> {
+        let signal = |value: &Value| {
+            let (entry, signal) = build(SIGNALS, "signal", value)?;
+            let (kind, version) = (entry.kind, entry.version);
+            Ok(SignalChoice { kind, version, signal: Arc::from(signal), restarts: Restarts::default() })
+        };
+        let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
+        let (entry, detector) = build(DETECTORS, "detector", detector)?;
+        let reads = if detector.needs_signal() { detector.signals() } else { 0 };
+        if signals.len() != reads {
+            return Err(MethodError::Signals { kind: entry.kind, reads, given: signals.len() });
+        }
+        let (kind, version) = (entry.kind, entry.version);
+        let detector =
+            FixedDetector { kind, version, detector: Arc::from(detector), restarts: Restarts::default() };
+        Ok(Self { name: name.to_string(), signals, detector })
+    }
+
+    /// The method with a model that it has learned, as the files in the folder `models` of an experiment's results have it.
+    ///
+    /// # Errors
+    /// A method that does not learn, and a model of another one.
+    pub fn with_model(mut self, model: &Value) -> Result<Self, MethodError> {
+        let refuse = |message: String| MethodError::Params {
+            part: self.detector.kind.to_string(),
+            source: ParamError { message, key: None, span: None },
+        };
+        let learner = self.detector.detector.learner().ok_or_else(|| refuse("it does not learn".into()))?;
+        let detector = learner.with_model(model).map_err(|e| refuse(e.to_string()))?;
+        self.detector.detector = Arc::from(detector);
+        Ok(self)
+    }
+
+    /// What its signals read of a track.
+    pub fn reads(&self) -> impl Iterator<Item = Reads> + '_ {
+        self.signals.iter().map(|choice| choice.signal.reads())
+    }
+
+    /// Its signals and its detector, with their parameters.
+    pub fn words(&self) -> String {
+        let signals = self.signals.iter().map(|s| format!("{} {}", s.kind, s.signal.params()));
+        let detector = format!("{} {}", self.detector.kind, self.detector.detector.params());
+        signals.chain([detector]).collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// Whether a parameter is trained instead of given.
+fn is_trained(value: &Value) -> bool {
+    value.get("train").is_some()
+}
+
+/// Builds a plugin from its kind and its parameters.
+fn build<T: ?Sized>(
+    list: &'static [Entry<T>],
+    what: &str,
+    value: &Value,
+) -> Result<(&'static Entry<T>, Box<T>), MethodError> {
+    let refuse = |part: &str, message: String| MethodError::Params {
+        part: part.to_string(),
+        source: ParamError { message, key: None, span: None },
+    };
+    let mut params = match value {
+        Value::Object(params) => params.clone(),
+        _ => return Err(refuse(what, "must be an object with a `kind`".into())),
+    };
+    let Some(Value::String(kind)) = params.remove("kind") else {
+        return Err(refuse(what, "has no `kind`".into()));
+    };
+    let entry = plugin::find(list, &kind)
+        .ok_or_else(|| refuse(what, plugin::unknown(what, &kind, list.iter().map(|e| e.kind))))?;
+    let built = (entry.build)(RawParams::Json(&params.into()))
+        .map_err(|source| MethodError::Params { part: kind, source })?;
+    Ok((entry, built))
+}
+
+/// Inputs that there are of a track beside its boxes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Inputs {
+    /// The frames.
+    pub frames: bool,
+    /// Boxes of other trackers on the same frames.
+    pub companions: bool,
+    /// The tracker's own confidence.
+    pub confidence: bool,
+}
+
+impl Inputs {
+    /// Whether a signal that reads this can be computed.
+    pub fn has(self, reads: Reads) -> bool {
+        match reads {
+            Reads::Boxes => true,
+            Reads::Pixels => self.frames,
+            Reads::Companions => self.companions,
+            Reads::Confidence => self.confidence,
+            Reads::Posterior | Reads::Response => false,
+        }
+    }
+}
+
+/// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
+pub fn recommended(inputs: Inputs) -> &'static str {
+    match inputs {
+        Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
+        Inputs { companions: true, .. } => "Fused companions",
+        Inputs { frames: true, .. } => "Fused frames",
+        Inputs { confidence: true, .. } => "Confidence",
+        Inputs { .. } => "Fused boxes",
+    }
+}
+
+/// Name of the method that is recommended for the inputs among those that take a budget of false alarms.
+pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
+    match recommended(inputs) {
+        "Confidence" => "Fused confidence",
+        name => name,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn message(name: &str, budget: Option<f64>) -> String {
+        Method::named(name, budget).err().unwrap().to_string()
+    }
+
+    #[test]
+    fn recommended_methods_have_a_name() {
+        for bits in 0..8 {
+            let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
+            let inputs = Inputs { frames, companions, confidence };
+            let method = Method::named(recommended(inputs), None).unwrap();
+            assert!(method.reads().all(|reads| inputs.has(reads)), "{inputs:?}");
+            assert!(takes_budget(recommended_with_budget(inputs)), "{inputs:?}");
+        }
+    }
+
+    #[test]
+    fn named_methods_build_unless_they_are_trained() {
+        assert_eq!(names().len(), 36);
+        for name in names() {
+            match Method::named(name, None) {
+                Ok(method) => {
+                    assert_eq!(method.name, name);
+                    let learns = method.detector.detector.learner().is_some();
+                    assert_eq!(learns, ["AVU", "ARTE*"].contains(&name), "{name}");
+                    assert!(method.with_model(&json!({ "none": 3 })).is_err(), "{name}");
+                }
+                Err(e) => assert_eq!((name, e), ("EmpTh", MethodError::Trained("EmpTh".into()))),
+            }
+        }
+        assert_eq!(message("Fusd", None), "unknown method `Fusd`; did you mean `Fused boxes`?");
+    }
+
+    #[test]
+    fn a_method_takes_another_budget() {
+        assert!(takes_budget("Fused boxes") && !takes_budget("CovF") && !takes_budget("none"));
+        let method = Method::named("Fused boxes", Some(7.0)).unwrap();
+        assert_eq!(method.detector.detector.params()["budget"], 7.0);
+        for wrong in [0.0, 1e9] {
+            let told = message("Fused boxes", Some(wrong));
+            assert!(told.starts_with("fused: `budget` must be from 0.000001 to 1000, not "), "{told}");
+        }
+        assert!(Method::named("Fused boxes", Some(f64::NAN)).is_err());
+        assert!(message("CovF", Some(1.0)).starts_with("method `CovF` takes no budget of false alarms"));
+    }
+
+    #[test]
+    fn a_method_of_ones_own_is_checked() {
+        let of = |signals: &[Value], detector: Value| match Method::new("mine", signals, &detector) {
+            Ok(method) => method.words(),
+            Err(e) => e.to_string(),
+        };
+        let colors = json!({ "kind": "rgb-histogram" });
+        let level = json!({ "kind": "level", "below": 0.5 });
+        assert!(of(std::slice::from_ref(&colors), level.clone()).ends_with(r#"; level {"below":0.5}"#));
+        assert_eq!(of(&[], level.clone()), "detector `level` reads 1 signals, not 0");
+        assert_eq!(of(&[json!(3)], level.clone()), "signal: must be an object with a `kind`");
+        assert_eq!(of(&[json!({})], level), "signal: has no `kind`");
+        let told = of(std::slice::from_ref(&colors), json!({ "kind": "levle", "below": 0.5 }));
+        assert_eq!(told, "detector: unknown detector `levle`; did you mean `level`?");
+        let told = of(&[colors], json!({ "kind": "level", "below": "low" }));
+        assert!(told.starts_with("level: ") && told.contains("below"), "{told}");
+    }
+}

@@ -1,0 +1,112 @@
+//! The method of a monitor at work.
+
+use super::MonitorError;
+use crate::detector::{Judgement, Stream};
+use crate::judge::Unannotated;
+use crate::method::{self, FixedDetector, Inputs, Method, MethodError, SignalChoice};
+use crate::num::hexadecimal;
+use crate::reader::{Reader, Seen, SignalFault};
+use crate::region::Region;
+use crate::signal::Reads;
+use crate::tracker::RunContext;
+use sha2::{Digest, Sha256};
+
+/// A method with the memory of its signals and of its detector.
+pub(super) struct Chosen {
+    pub name: String,
+    /// Digest of everything that the memory depends on beside the track.
+    pub digest: String,
+    detector: FixedDetector,
+    pub reader: Reader,
+    pub stream: Box<dyn Stream>,
+}
+
+impl Chosen {
+    /// The method of this name before its first frame, with a budget of false alarms if it is given one.
+    pub fn start(name: &str, budget: Option<f64>) -> Result<Self, MonitorError> {
+        let unfit = |reason| MonitorError::Unfit { method: name.to_string(), reason, known: able() };
+        let method = Method::named(name, budget).map_err(|e| match e {
+            MethodError::Trained(_) => unfit("is trained for each experiment"),
+            e => e.into(),
+        })?;
+        Self::of_method(method).map_err(|refusal| match refusal {
+            Refusal::Unfit(reason) => unfit(reason),
+            Refusal::Error(error) => error,
+        })
+    }
+
+    /// The method that is recommended for the inputs, of those that take a budget if there is one.
+    pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
+        let name = match budget {
+            Some(_) => method::recommended_with_budget(inputs),
+            None => method::recommended(inputs),
+        };
+        Self::start(name, budget)
+    }
+
+    /// The method before its first frame, or why it cannot monitor.
+    fn of_method(method: Method) -> Result<Self, Refusal> {
+        if method.reads().any(|reads| matches!(reads, Reads::Posterior | Reads::Response)) {
+            return Err(Refusal::Unfit("needs more of a tracker than boxes and a confidence"));
+        }
+        if method.detector.detector.learner().is_some() {
+            return Err(Refusal::Unfit("is trained for each experiment"));
+        }
+        let stream = method.detector.detector.stream().ok_or(Refusal::Unfit("judges whole tracks"))?;
+        let context =
+            RunContext { sequence: &Unannotated(0), start_frame: 0, run: 0, seed: 0, data_roots: &[] };
+        let reader = Reader::start(&method.signals, &context).map_err(|e| Refusal::Error(e.into()))?;
+        let digest = digest(&method.signals, &method.detector);
+        Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
+    }
+
+    /// Judges the next frame, from the first region on; the text says why a signal has no value.
+    pub fn push(&mut self, seen: &Seen<'_>) -> Option<(Judgement, Option<String>)> {
+        let values = self.reader.push(seen)?;
+        let has_confidence = seen.confidence.is_some_and(f64::is_finite);
+        let is_told = |(reads, value): (Reads, &Result<f64, SignalFault>)| {
+            // Where the tracker gives no confidence, the signal has the last one again.
+            value.is_ok() && (reads != Reads::Confidence || has_confidence)
+        };
+        let reads = self.reader.signals().iter().map(|signal| signal.reads());
+        let needs = if reads.zip(&values).any(is_told) { None } else { self.needs() };
+        let fault = values.iter().find_map(|value| match value {
+            Err(SignalFault::Broke(fault)) => Some(fault.to_string()),
+            _ => None,
+        });
+        let values: Vec<f64> = values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+        Some((self.stream.push(&values), fault.or(needs)))
+    }
+
+    /// Note on a frame of which no signal has a value.
+    fn needs(&self) -> Option<String> {
+        let first = self.reader.signals().first()?;
+        Some(format!("nothing to judge by: the method needs {}", first.reads().need()))
+    }
+
+    /// Takes over the memory of another one of the same method; `false` if it does not fit.
+    pub fn restore(&mut self, signals: &[Vec<u8>], stream: &[u8], last: Option<Region>) -> bool {
+        let Some(stream) = self.detector.detector.resume(stream) else { return false };
+        self.stream = stream;
+        self.reader.restore(signals, last)
+    }
+}
+
+/// Why a method cannot monitor.
+enum Refusal {
+    Unfit(&'static str),
+    Error(MonitorError),
+}
+
+/// The methods that can monitor.
+pub(super) fn able() -> Vec<&'static str> {
+    let can = |name: &&str| Method::named(name, None).is_ok_and(|method| Chosen::of_method(method).is_ok());
+    method::names().into_iter().filter(can).collect()
+}
+
+fn digest(signals: &[SignalChoice], detector: &FixedDetector) -> String {
+    let mut all: Vec<_> = signals.iter().map(|s| (s.kind, s.version, s.signal.params())).collect();
+    all.push((detector.kind, detector.version, detector.detector.params()));
+    let text = serde_json::to_string(&all).unwrap_or_default();
+    hexadecimal(&Sha256::digest(text))
+}

@@ -1,0 +1,185 @@
+//! Gives the frames of a track to its signals: the one place where that is done, for experiments, for whole tracks of a
+//! user, and live.
+
+use crate::image::Frame;
+use crate::method::SignalChoice;
+use crate::region::Region;
+use crate::signal::{Observation, Reads, Session};
+use crate::tracker::{RunContext, Status, TrackerError, TrackerState};
+use rayon::prelude::*;
+
+/// A signal of a track, with its memory.
+pub struct SignalReader {
+    kind: &'static str,
+    reads: Reads,
+    session: Box<dyn Session>,
+}
+
+/// Why a signal has no value in a frame.
+#[derive(Debug, thiserror::Error)]
+pub enum SignalFault {
+    /// There is no frame to look at.
+    #[error("signal {0} needs frames")]
+    NoFrame(&'static str),
+    /// The tracker does not give what it reads.
+    #[error("signal {kind} {need}")]
+    Lacks {
+        /// Its kind.
+        kind: &'static str,
+        /// The need that is not met.
+        need: &'static str,
+    },
+    /// Its value is no finite number.
+    #[error("signal {kind} is {value}")]
+    NotFinite {
+        /// Its kind.
+        kind: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// What it runs or reads broke.
+    #[error(transparent)]
+    Broke(TrackerError),
+}
+
+impl SignalReader {
+    /// The signal before the first frame of a track; the context is that of its tracker.
+    ///
+    /// # Errors
+    /// When it cannot start, e.g. a file that it reads is absent.
+    pub fn start(choice: &SignalChoice, context: &RunContext<'_>) -> Result<Self, TrackerError> {
+        Ok(Self { kind: choice.kind, reads: choice.signal.reads(), session: choice.signal.start(context)? })
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    /// Its input.
+    pub fn reads(&self) -> Reads {
+        self.reads
+    }
+
+    /// Its value in the next frame.
+    ///
+    /// # Errors
+    /// When it has none; the frame counts all the same, unless there is none to look at.
+    pub fn push(
+        &mut self,
+        frame: Option<&Frame>,
+        state: &TrackerState,
+        companions: &[&Region],
+    ) -> Result<f64, SignalFault> {
+        let kind = self.kind;
+        // A confidence may be absent in single frames, for which the signal has a rule.
+        let lacks = self.reads != Reads::Confidence && !self.reads.is_in(state);
+        if let Some(need) = self.reads.need_of_tracker().filter(|_| lacks) {
+            return Err(SignalFault::Lacks { kind, need });
+        }
+        let value = match frame {
+            Some(frame) => self.session.push(&Observation { frame, state, companions }),
+            None if self.reads == Reads::Pixels => return Err(SignalFault::NoFrame(kind)),
+            None => {
+                self.session.push(&Observation { frame: &Frame::new(1, 1, vec![0; 3]), state, companions })
+            }
+        };
+        match self.session.fault() {
+            _ if value.is_finite() => Ok(value),
+            Some(fault) => Err(SignalFault::Broke(fault)),
+            None => Err(SignalFault::NotFinite { kind, value }),
+        }
+    }
+
+    /// Everything that it remembers; `None` from signals that cannot be interrupted.
+    pub fn save(&self) -> Option<Vec<u8>> {
+        self.session.save()
+    }
+
+    /// Takes over the memory of another one of the same signal; `false` if it does not fit.
+    pub fn restore(&mut self, saved: &[u8]) -> bool {
+        self.session.restore(saved)
+    }
+}
+
+/// Everything that is known of a track in a frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen<'a> {
+    /// The frame.
+    pub frame: Option<&'a Frame>,
+    /// The tracker's region; `None` where it says that the target is absent.
+    pub region: Option<&'a Region>,
+    /// The tracker's own confidence, in its scale; high values are sure.
+    pub confidence: Option<f64>,
+    /// Regions of other trackers, in the same order in all frames.
+    pub companions: &'a [&'a Region],
+}
+
+/// The signals of a track, from its first region on.
+///
+/// Where the tracker has no region, signals are read at its last one; where it has no confidence, the signal of the
+/// confidence has its last value again.
+pub struct Reader {
+    signals: Vec<SignalReader>,
+    last: Option<Region>,
+}
+
+impl Reader {
+    /// The signals before the first frame of a track.
+    ///
+    /// # Errors
+    /// When one of them cannot start.
+    pub fn start<'s>(
+        signals: impl IntoIterator<Item = &'s SignalChoice>,
+        context: &RunContext<'_>,
+    ) -> Result<Self, TrackerError> {
+        let start = |choice: &SignalChoice| SignalReader::start(choice, context);
+        Ok(Self { signals: signals.into_iter().map(start).collect::<Result<_, _>>()?, last: None })
+    }
+
+    /// Its signals.
+    pub fn signals(&self) -> &[SignalReader] {
+        &self.signals
+    }
+
+    /// Whether a signal looks at pixels.
+    pub fn reads_frames(&self) -> bool {
+        self.signals.iter().any(|signal| signal.reads == Reads::Pixels)
+    }
+
+    /// The last region, where signals are read while the tracker has none.
+    pub fn last(&self) -> Option<&Region> {
+        self.last.as_ref()
+    }
+
+    /// The values of the signals in the next frame, in their order; `None` before the first region.
+    pub fn push(&mut self, seen: &Seen<'_>) -> Option<Vec<Result<f64, SignalFault>>> {
+        let region = seen.region.or(self.last.as_ref())?.clone();
+        let status = if seen.region.is_some() { Status::Tracked } else { Status::Absent };
+        let confidence = seen.confidence.filter(|c| c.is_finite());
+        let state = TrackerState { confidence, ..TrackerState::new(region, status) };
+        let read = |signal: &mut SignalReader| signal.push(seen.frame, &state, seen.companions);
+        let values = match seen.frame {
+            // Each signal has its own memory, so that the values do not depend on the threads.
+            Some(_) if self.reads_frames() => self.signals.par_iter_mut().map(read).collect(),
+            _ => self.signals.iter_mut().map(read).collect(),
+        };
+        self.last = Some(state.region);
+        Some(values)
+    }
+
+    /// What its signals remember.
+    ///
+    /// # Errors
+    /// The kind of a signal that cannot be saved.
+    pub fn save(&self) -> Result<Vec<Vec<u8>>, &'static str> {
+        self.signals.iter().map(|signal| signal.save().ok_or(signal.kind)).collect()
+    }
+
+    /// Takes over what another one of the same signals remembered; `false` if it does not fit.
+    pub fn restore(&mut self, saved: &[Vec<u8>], last: Option<Region>) -> bool {
+        self.last = last;
+        let pairs = self.signals.iter_mut().zip(saved);
+        saved.len() == pairs.len() && pairs.into_iter().all(|(signal, saved)| signal.restore(saved))
+    }
+}
