@@ -2,7 +2,7 @@
 
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
-use crate::report::verdict::{false_alarm_prone, of_target, verdict};
+use crate::report::verdict::{Stretch, of_target, possibly_lost, stretches, table, verdict};
 use crate::results::detections::{self, JudgedMethod, JudgedTrack, TargetState};
 use serde_json::{Value, json};
 
@@ -21,13 +21,20 @@ pub fn print(format: Format, tracks: &[&JudgedTrack]) -> Result<(), Failure> {
     }
 }
 
-/// The verdict of the first method on each target, and a line for each method if several ran.
+/// The verdict of the first method on each target with the stretches behind it, and a line for each method if several ran.
 fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
     let mut text = String::new();
     for track in tracks {
         let Some(first) = track.methods.first() else { continue };
         text.push_str(&of_target(track, &verdict(track, first)));
         text.push('\n');
+    }
+    let mut rows = table(tracks);
+    let headings = rows.remove(0);
+    if !rows.is_empty() {
+        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+        text.push('\n');
+        text.push_str(&output::text(Format::Table, &headings, &rows)?);
     }
     if tracks.iter().any(|track| track.methods.len() > 1) {
         let several = tracks.len() > 1;
@@ -79,6 +86,15 @@ fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
     let in_state = |wanted: TargetState| -> Vec<Value> {
         method.stretches().filter(|(state, _)| *state == wanted).map(|(_, run)| span(run)).collect()
     };
+    let stretch = |stretch: Stretch| {
+        json!({
+            "from": track.number(stretch.frames.start),
+            "to": track.number(stretch.frames.end - 1),
+            "state": stretch.state.word(),
+            "probability": stretch.probability,
+            "why": stretch.why,
+        })
+    };
     let frame = |t: usize| {
         json!({
             "frame": track.number(t),
@@ -94,7 +110,8 @@ fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
         "verdict": verdict(track, method),
         "lost": in_state(TargetState::Lost),
         "absent": in_state(TargetState::Absent),
-        "false_alarm_prone": false_alarm_prone(method).into_iter().map(span).collect::<Vec<_>>(),
+        "possibly_lost": possibly_lost(method).into_iter().map(span).collect::<Vec<_>>(),
+        "stretches": stretches(method).into_iter().map(stretch).collect::<Vec<_>>(),
         "frames": (0..method.states.len()).map(frame).collect::<Vec<_>>(),
     })
 }

@@ -23,6 +23,8 @@ pub struct Page {
     pub data_note: String,
     /// The answer of the page, in a sentence or two below the title.
     pub verdict: Vec<String>,
+    /// What the answer rests on, as a small table: headings, then rows; may be empty.
+    pub stretches: Vec<Vec<String>>,
     /// Warnings, at the head of the page.
     pub warnings: Vec<String>,
     /// Notes on how to read the numbers, in paragraphs behind the main table.

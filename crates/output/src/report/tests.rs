@@ -76,6 +76,7 @@ fn page(name: &str) -> Page {
         object: "Table 1".into(),
         data_note: format!("12 of 21 targets present; missing: {name}"),
         verdict: vec![format!("Largest F1 score: {name}.")],
+        stretches: Vec::new(),
         downloads: true,
         warnings: vec![format!("thresholds were tuned on {name}")],
         summary: vec!["DTEF finds 30 of 42 failures.".into()],

@@ -1,106 +1,225 @@
-//! Verdict of a method on a user's track, in sentences.
+//! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches that it rests on.
 
 use crate::detector::RECOVERY_FRAMES;
 use crate::num::fixed;
-use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState, badness};
+use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 use crate::table::number::Style;
 use std::ops::Range;
 
-/// Losses and absences that a sentence lists; of more, it gives the number.
-const MAX_LISTED: usize = 8;
-
-/// False-alarm-prone stretches whose frames a sentence lists.
-const MAX_PRONE: usize = 3;
-
-/// Share of its threshold from which a probability is near it.
+/// Share of its threshold from which a probability without an alarm makes a loss possible.
 const NEAR: f64 = 0.75;
 
-/// `lost from frame 52 (fused: .97 > .80); recovered at 61; lost from 104 to the end; 2 false-alarm-prone stretches
-/// (52 to 60, 81)`.
-///
-/// A loss that is followed by `tracking` ends with `recovered` only where the method gives a reason to say so, else with
-/// `alarm over`.
+/// Frames in a row that are in one state, or in which a loss is possible.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// The frames, from 0.
+    pub frames: Range<usize>,
+    /// Their state.
+    pub state: TargetState,
+    /// Highest probability of a loss in them, from methods that give one.
+    pub probability: Option<f64>,
+    /// The reason for saying so.
+    pub why: String,
+}
+
+/// A loss, with the frames without a box in it and after it.
+struct Loss {
+    frames: Range<usize>,
+    /// How it ends.
+    end: End,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// The track ends with it.
+    None,
+    /// The method has a reason to say that the tracker is on its target again.
+    Found,
+    /// No alarm has come for some frames.
+    Unsure,
+}
+
+/// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again there,
+/// or look at the frames from 181 on.`
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
-    let frames = method.states.len();
-    let mut parts = Vec::new();
-    let mut more = 0;
-    let mut is_first = true;
-    for (state, run) in method.stretches().filter(|(state, _)| *state != TargetState::Tracking) {
-        if parts.len() >= MAX_LISTED {
-            more += usize::from(state == TargetState::Lost);
-            continue;
-        }
-        let to_the_end = if run.end == frames { " to the end" } else { "" };
-        if state == TargetState::Absent {
-            let from = track.number(run.start);
-            parts.push(match run.len() {
-                1 => format!("absent at {from}"),
-                _ if run.end == frames => format!("absent from {from}{to_the_end}"),
-                _ => format!("absent from {from} to {}", track.number(run.end - 1)),
-            });
-            continue;
-        }
-        let (word, why) = match is_first {
-            true => ("frame ", format!(" ({})", evidence(method, run.start, true))),
-            false => ("", String::new()),
-        };
-        is_first = false;
-        let ending = match method.states.get(run.end) {
-            Some(TargetState::Tracking) => format!("; {}", ending(track, method, &run)),
-            _ => String::new(),
-        };
-        parts.push(format!("lost from {word}{}{to_the_end}{why}{ending}", track.number(run.start)));
-    }
-    if more > 0 {
-        parts.push(format!("and lost {more} more times"));
-    }
-    if is_first {
-        let worst = worst(method).map_or_else(|| method.name.clone(), |t| evidence(method, t, false));
-        let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
-        let s = if seen == 1 { "" } else { "s" };
-        parts.insert(0, format!("tracking, no loss found in {seen} frame{s} ({worst})"));
-    }
-    parts.extend(prone_stretches(track, method));
-    parts.join("; ")
-}
-
-/// `2 false-alarm-prone stretches (52 to 60, 91)`, with the frames of the first few.
-fn prone_stretches(track: &JudgedTrack, method: &JudgedMethod) -> Option<String> {
-    let found = false_alarm_prone(method);
-    let frames = |run: &Range<usize>| match run.len() {
-        1 => track.number(run.start).to_string(),
-        _ => format!("{} to {}", track.number(run.start), track.number(run.end - 1)),
+    let number = |t: usize| track.number(t);
+    let losses = losses(method);
+    let Some(first) = losses.first() else { return without_loss(track, method) };
+    let (from, end) = (number(first.frames.start), losses.last().map_or(End::None, |loss| loss.end));
+    let last = losses.last().map_or(from, |loss| number(loss.frames.start));
+    let times = match losses.len() {
+        1 => String::new(),
+        n => format!(", {n} times in all"),
     };
-    let mut listed: Vec<String> = found.iter().take(MAX_PRONE).map(frames).collect();
-    if found.len() > MAX_PRONE {
-        listed.push("...".to_string());
+    let again = match end {
+        End::None if times.is_empty() => "",
+        End::None => "; lost at the end",
+        End::Found => "; found again",
+        End::Unsure => "; not surely found again",
+    };
+    let answer = match (losses.as_slice(), end) {
+        ([one], End::Found) if one.frames.len() > 1 => {
+            format!("Lost from frame {from} to {}{again}.", number(one.frames.end - 1))
+        }
+        ([_], End::Found) => format!("Lost in frame {from}{again}."),
+        _ => format!("Lost since frame {from}{times}{again}."),
+    };
+    let advice = match end {
+        End::None | End::Unsure => {
+            format!("Start the tracker again at frame {last}, or do not use its boxes from there on.")
+        }
+        End::Found if times.is_empty() => "Do not use its boxes there.".to_string(),
+        End::Found => "Do not use its boxes in the frames below.".to_string(),
+    };
+    format!("{answer} {advice}")
+}
+
+/// The answer where there was no alarm.
+fn without_loss(track: &JudgedTrack, method: &JudgedMethod) -> String {
+    let possible = possibly_lost(method);
+    if let Some(first) = possible.first() {
+        let (from, to) = (track.number(first.start), track.number(first.end - 1));
+        let at = if from == to { format!("in frame {from}") } else { format!("from frame {from} to {to}") };
+        let more = match possible.len() {
+            1 => String::new(),
+            n => format!(" and in {} more stretch{}", n - 1, if n == 2 { "" } else { "es" }),
+        };
+        return format!("Possibly lost {at}{more}; there was no alarm. Look at these frames.");
     }
-    let es = if found.len() == 1 { "" } else { "es" };
-    (!found.is_empty())
-        .then(|| format!("{} false-alarm-prone stretch{es} ({})", found.len(), listed.join(", ")))
+    let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
+    let s = if seen == 1 { "" } else { "s" };
+    let absent = match method.states.len() - seen {
+        0 => String::new(),
+        1 => "; one frame has no box".to_string(),
+        n => format!("; {n} frames have no box"),
+    };
+    format!("No loss found in {seen} frame{s}{absent}.")
 }
 
-/// The end of a loss that is followed by `tracking`.
+/// The losses; one that an absence interrupts is one.
+fn losses(method: &JudgedMethod) -> Vec<Loss> {
+    let mut found: Vec<Loss> = Vec::new();
+    for (state, frames) in method.stretches() {
+        let open = found.last_mut().filter(|loss| loss.end == End::None);
+        match (state, open) {
+            (TargetState::Lost, Some(loss)) => loss.frames.end = frames.end,
+            (TargetState::Lost, None) => found.push(Loss { frames, end: End::None }),
+            (TargetState::Tracking, Some(loss)) => loss.end = ending(method, loss.frames.end),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Whether the method has a reason to say in frame `t`, the first one behind a loss, that the target is found again.
+pub fn is_found_again(method: &JudgedMethod, t: usize) -> bool {
+    method.states.get(t) == Some(&TargetState::Tracking) && ending(method, t) == End::Found
+}
+
+/// How a loss ends whose last frame is before `t`.
 ///
-/// `recovered at 61`: the method's probability of a loss has been below one half for some frames, or a method without a
-/// probability has alarmed up to the frame before. Otherwise `alarm over at 61`: no alarm has come for some frames, which need
-/// not mean that the tracker is on the target again.
-fn ending(track: &JudgedTrack, method: &JudgedMethod, lost: &Range<usize>) -> String {
-    let alarms_as_long = method.label.get(lost.end - 1).copied().unwrap_or_default();
-    let words = if method.is_probability || alarms_as_long { "recovered" } else { "alarm over" };
-    format!("{words} at {}", track.number(lost.end))
+/// The target is found again where the probability of a loss has been below one half for some frames, or where a method without
+/// a probability has alarmed up to the frame before. Otherwise no alarm has come for some frames, which need not mean that the
+/// tracker is on its target.
+fn ending(method: &JudgedMethod, t: usize) -> End {
+    let alarms_as_long =
+        t.checked_sub(1).and_then(|last| method.label.get(last)).copied().unwrap_or_default();
+    if method.is_probability || alarms_as_long { End::Found } else { End::Unsure }
 }
 
-/// A sentence about a target, with its number if it has one: `target 3: lost from ...`.
+/// The stretches that are not plainly on the target: lost, absent, or tracking with a loss that is possible, in order.
+pub fn stretches(method: &JudgedMethod) -> Vec<Stretch> {
+    let probability = |frames: &Range<usize>| {
+        let scores = frames.clone().filter_map(|t| method.score.get(t).copied().flatten());
+        let highest = scores.filter(|p| method.is_probability && p.is_finite()).max_by(f64::total_cmp);
+        // What is said where the tracker has no box is said of another place.
+        highest.filter(|_| method.states.get(frames.start) != Some(&TargetState::Absent))
+    };
+    let stretch = |state: TargetState, frames: Range<usize>, why: String| Stretch {
+        probability: probability(&frames),
+        frames,
+        state,
+        why,
+    };
+    let mut found: Vec<Stretch> = method
+        .stretches()
+        .filter(|(state, _)| *state != TargetState::Tracking)
+        .map(|(state, frames)| match state {
+            TargetState::Absent => stretch(state, frames, "no box".to_string()),
+            _ => {
+                let why = why_lost(method, &frames);
+                stretch(state, frames, why)
+            }
+        })
+        .collect();
+    let possible = possibly_lost(method).into_iter();
+    found.extend(
+        possible.map(|frames| stretch(TargetState::Tracking, frames, "possibly lost: near an alarm".into())),
+    );
+    found.sort_by_key(|stretch| stretch.frames.start);
+    found
+}
+
+/// Rows of [`table`] at most.
+const MAX_ROWS: usize = 20;
+
+/// The stretches behind the verdicts on the first method of each track: headings, then a row for each of the first few, and
+/// the number of the others. Nothing but headings where all is well.
+pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
+    let several = tracks.iter().any(|track| track.target.is_some());
+    let mut headings = vec!["from", "to", "state", "probability", "why"];
+    if several {
+        headings.insert(0, "target");
+    }
+    let mut rows = vec![headings.into_iter().map(str::to_string).collect::<Vec<_>>()];
+    let of = |track: &&JudgedTrack| {
+        let found = track.methods.first().map(stretches).unwrap_or_default();
+        let row = |stretch: Stretch| {
+            let [from, to] =
+                [stretch.frames.start, stretch.frames.end - 1].map(|t| track.number(t).to_string());
+            let shown = |p| Style { decimals: 2, bare: true }.format(p);
+            let probability = stretch.probability.map(shown).unwrap_or_default();
+            let row = vec![from, to, stretch.state.word().to_string(), probability, stretch.why];
+            let target = track.target.map(|id| id.to_string());
+            target.filter(|_| several).into_iter().chain(row).collect::<Vec<_>>()
+        };
+        found.into_iter().map(row).collect::<Vec<_>>()
+    };
+    rows.extend(tracks.iter().flat_map(of));
+    let more = rows.len().saturating_sub(1 + MAX_ROWS);
+    if more > 0 {
+        rows.truncate(1 + MAX_ROWS);
+        let width = rows[0].len();
+        let mut last = vec![String::new(); width];
+        last[width - 1] = format!("and {more} more stretch{}", if more == 1 { "" } else { "es" });
+        rows.push(last);
+    }
+    rows
+}
+
+/// `alarm: .97 > .80`, and how the loss ends.
+fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
+    let begins = match frames.start.checked_sub(1).and_then(|t| method.states.get(t)) {
+        Some(TargetState::Absent) if method.label.get(frames.start) != Some(&true) => {
+            "lost before, too".to_string()
+        }
+        _ => {
+            let reason =
+                comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
+            reason.map_or_else(|| "alarm".to_string(), |comparison| format!("alarm: {comparison}"))
+        }
+    };
+    let ends = match method.states.get(frames.end) {
+        Some(TargetState::Tracking) if ending(method, frames.end) == End::Found => "; then found again",
+        Some(TargetState::Tracking) => "; then no alarm any more",
+        _ => "",
+    };
+    format!("{begins}{ends}")
+}
+
+/// A sentence about a target, with its number if it has one: `Target 3: Lost since ...`.
 pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
-    track.target.map_or_else(|| sentence.to_string(), |id| format!("target {id}: {sentence}"))
-}
-
-/// The method with the score of a frame beside its threshold, `fused: .97 > .80`, where that is a reason for what is said.
-fn evidence(method: &JudgedMethod, t: usize, is_loss: bool) -> String {
-    let name = &method.name;
-    let reason = comparison(method, t).filter(|_| method.is_beyond(t) == Some(is_loss));
-    reason.map_or_else(|| name.clone(), |comparison| format!("{name}: {comparison}"))
+    track.target.map_or_else(|| sentence.to_string(), |id| format!("Target {id}: {sentence}"))
 }
 
 /// The score of a frame beside the threshold: `.97 > .80`; `None` where there is no score or no threshold.
@@ -126,59 +245,37 @@ pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
     Some(format!("{shown} {sign} {level}"))
 }
 
-/// The frame with a box whose score speaks most for a loss.
-fn worst(method: &JudgedMethod) -> Option<usize> {
-    let scores = method.score.iter().enumerate().filter_map(|(t, score)| Some((t, (*score)?)));
-    let with_box = scores.filter(|(t, _)| method.states.get(*t) != Some(&TargetState::Absent));
-    let bad = |score: f64| badness(method.direction, score);
-    // The earliest of equal ones.
-    with_box.rev().max_by(|a, b| bad(a.1).total_cmp(&bad(b.1))).map(|(t, _)| t)
-}
-
-/// Stretches in which a method that gives a probability came near a false alarm, or may have raised one.
+/// Stretches without an alarm in which the probability of a loss is at least three quarters of the threshold.
 ///
-/// A frame belongs to one if its probability is at least three quarters of the threshold without an alarm, or if it is in
-/// a loss that was over within ten frames. Frames with fewer than ten others between them are one stretch. The rise
-/// before a longer loss and the fall after it are none, nor are frames in which the target is absent.
-pub fn false_alarm_prone(method: &JudgedMethod) -> Vec<Range<usize>> {
+/// Frames with fewer than ten others between them are one stretch. The rise before a loss and the fall after it are none, nor
+/// are frames in which the target is absent.
+pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
     let Some(threshold) = method.threshold.filter(|_| method.is_probability) else { return Vec::new() };
     let is_near = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p >= NEAR * threshold);
-    let frames = method.states.len();
+    let is_loss = |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&TargetState::Lost);
     let mut found: Vec<Range<usize>> = Vec::new();
-    for (state, run) in method.stretches() {
-        match state {
-            TargetState::Tracking => {
-                let mut near: Vec<usize> = run.clone().filter(|t| is_near(*t)).collect();
-                // A rise that ends in a loss, or a fall that follows one, belongs to that loss.
-                let is_loss =
-                    |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&TargetState::Lost);
-                if is_loss(run.start.checked_sub(1)) {
-                    let fall =
-                        near.iter().zip(run.start..).take_while(|(t, expected)| *t == expected).count();
-                    near.drain(..fall);
-                }
-                if is_loss(Some(run.end)) {
-                    let mut expected = run.end;
-                    while near.last().is_some_and(|t| t + 1 == expected) {
-                        expected -= 1;
-                        near.pop();
-                    }
-                }
-                near.into_iter().for_each(|t| extend(&mut found, t..t + 1));
+    for (_, run) in method.stretches().filter(|(state, _)| *state == TargetState::Tracking) {
+        let mut near: Vec<usize> = run.clone().filter(|t| is_near(*t)).collect();
+        if is_loss(run.start.checked_sub(1)) {
+            let fall = near.iter().zip(run.start..).take_while(|(t, expected)| *t == expected).count();
+            near.drain(..fall);
+        }
+        if is_loss(Some(run.end)) {
+            let mut expected = run.end;
+            while near.last().is_some_and(|t| t + 1 == expected) {
+                expected -= 1;
+                near.pop();
             }
-            TargetState::Lost if run.len() < RECOVERY_FRAMES && run.end < frames => extend(&mut found, run),
-            TargetState::Lost | TargetState::Absent => {}
+        }
+        let begin = found.len();
+        for t in near {
+            match found.get_mut(begin..).and_then(<[Range<usize>]>::last_mut) {
+                Some(last) if t < last.end + RECOVERY_FRAMES => last.end = t + 1,
+                _ => found.push(t..t + 1),
+            }
         }
     }
     found
-}
-
-/// Adds a run of frames to the last stretch, or a new one if it is further away.
-fn extend(found: &mut Vec<Range<usize>>, run: Range<usize>) {
-    match found.last_mut() {
-        Some(last) if run.start < last.end + RECOVERY_FRAMES => last.end = run.end,
-        _ => found.push(run),
-    }
 }
 
 #[cfg(test)]
@@ -212,52 +309,95 @@ mod tests {
         verdict(&track, &track.methods[0])
     }
 
+    /// The rows of the table, cells joined by `|`.
+    fn rows(track: &JudgedTrack) -> Vec<String> {
+        table(&[track]).iter().skip(1).map(|row| row.join("|")).collect()
+    }
+
     #[test]
     fn sentences_by_hand() {
-        let mut states = ".".repeat(120);
-        states.replace_range(51..60, &"L".repeat(9));
-        states.replace_range(103..120, &"L".repeat(17));
         let score = |states: &str| -> Vec<f64> {
             states.chars().map(|c| if c == 'L' { 0.97 } else { 0.1 }).collect()
         };
+        let of = |states: &str| said(states, &score(states), Some(0.8));
+        let again = |frame| {
+            format!("Start the tracker again at frame {frame}, or do not use its boxes from there on.")
+        };
+        assert_eq!(of("..LLL"), format!("Lost since frame 3. {}", again(3)));
+        assert_eq!(of("..LLL."), "Lost from frame 3 to 5; found again. Do not use its boxes there.");
+        assert_eq!(of("..L..."), "Lost in frame 3; found again. Do not use its boxes there.");
+        assert_eq!(of(".LL.L"), format!("Lost since frame 2, 2 times in all; lost at the end. {}", again(5)));
         assert_eq!(
-            said(&states, &score(&states), Some(0.8)),
-            "lost from frame 52 (M: .97 > .80); recovered at 61; lost from 104 to the end; 1 false-alarm-prone stretch (52 to 60)"
+            of(".L.L.L."),
+            "Lost since frame 2, 3 times in all; found again. Do not use its boxes in the frames below."
         );
-        let whole = "L".repeat(20);
-        assert_eq!(said(&whole, &score(&whole), Some(0.8)), "lost from frame 1 to the end (M: .97 > .80)");
-        assert_eq!(said(&whole, &score(&whole), None), "lost from frame 1 to the end (M)");
-        assert_eq!(
-            said("A..AAL.A", &score("A..AAL.A"), None),
-            "absent at 1; absent from 4 to 5; lost from frame 6 (M); recovered at 7; absent at 8"
-        );
-        assert_eq!(
-            said("A.A", &[0.9, 0.3, 0.9], None),
-            "tracking, no loss found in 1 frame (M); absent at 1; absent at 3"
-        );
-        assert_eq!(
-            said("...", &[0.1, 0.3, 0.2], Some(0.8)),
-            "tracking, no loss found in 3 frames (M: .30 < .80)"
-        );
-        // By hand: the last alarm is in frame 3, and frames 4 to 6 are below the threshold.
-        let after = |p| said("..LLL...", &[0.1, 0.1, 0.97, p, 0.3, 0.2, 0.1, 0.1], Some(0.8));
-        assert_eq!(
-            after(0.49),
-            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch (3 to 5)"
-        );
-        assert_eq!(
-            after(0.77),
-            "lost from frame 3 (M: .97 > .80); recovered at 6; 1 false-alarm-prone stretch (3 to 5)"
-        );
-        // Without a probability: alarms up to the frame before, or a single one that is over for some frames.
+        // An absence is part of the loss that it interrupts.
+        assert_eq!(of(".LAAL."), "Lost from frame 2 to 5; found again. Do not use its boxes there.");
+        assert_eq!(of(".LAA"), format!("Lost since frame 2. {}", again(2)));
+        assert_eq!(of("..."), "No loss found in 3 frames.");
+        assert_eq!(of("A.A"), "No loss found in 1 frame; 2 frames have no box.");
+        // Without a probability, an alarm that is over need not mean that the target is found.
         let mut track = judged(".LLL.", &[0.0, 9.0, 0.0, 0.0, 0.0], Some(1.0));
         track.methods[0].is_probability = false;
-        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 (M: 9.00 > 1.00); recovered at 5");
+        assert_eq!(
+            verdict(&track, &track.methods[0]),
+            "Lost from frame 2 to 4; found again. Do not use its boxes there."
+        );
         track.methods[0].label[2..].fill(false);
-        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 (M: 9.00 > 1.00); alarm over at 5");
-        let often = "L.".repeat(20);
-        let listed = said(&often, &score(&often), None);
-        assert!(listed.ends_with("lost from 15; recovered at 16; and lost 12 more times"), "{listed}");
+        assert_eq!(
+            verdict(&track, &track.methods[0]),
+            format!("Lost since frame 2; not surely found again. {}", again(2))
+        );
+    }
+
+    #[test]
+    fn a_loss_is_possible_near_an_alarm() {
+        let mut score = [0.1; 6];
+        score[2..4].fill(0.74);
+        assert_eq!(
+            said("......", &score, Some(0.83)),
+            "Possibly lost from frame 3 to 4; there was no alarm. Look at these frames."
+        );
+        score[3] = 0.1;
+        assert_eq!(
+            said("......", &score, Some(0.83)),
+            "Possibly lost in frame 3; there was no alarm. Look at these frames."
+        );
+        assert_eq!(
+            rows(&judged("......", &score, Some(0.83))),
+            ["3|3|tracking|.74|possibly lost: near an alarm"]
+        );
+        assert_eq!(said("......", &score, Some(0.99)), "No loss found in 6 frames.");
+    }
+
+    #[test]
+    fn rows_by_hand() {
+        let score = [0.1, 0.97, 0.9, 0.3, 0.2, 0.1, 0.99, 0.98];
+        assert_eq!(
+            rows(&judged(".LLL..AL", &score, Some(0.8))),
+            [
+                "2|4|lost|.97|alarm: .97 > .80; then found again",
+                "7|7|absent||no box",
+                "8|8|lost|.98|alarm: .98 > .80"
+            ]
+        );
+        // A score on the other side of the threshold is no reason.
+        assert_eq!(rows(&judged("..LL", &[0.1, 0.1, 0.09, 0.1], Some(0.83)))[0], "3|4|lost|.10|alarm");
+        // Low scores speak for a loss.
+        let mut track = judged(".L", &[0.7, 0.2], Some(0.5));
+        track.methods[0].direction = Direction::HigherIsBetter;
+        track.methods[0].is_probability = false;
+        assert_eq!(rows(&track), ["2|2|lost||alarm: .20 < .50"]);
+        // A loss that goes on after an absence without an alarm of its own.
+        let mut track = judged(".LAL", &[0.1, 0.9, 0.9, 0.6], Some(0.8));
+        track.methods[0].label[3] = false;
+        assert_eq!(rows(&track)[2], "4|4|lost|.60|lost before, too");
+        track.target = Some(7);
+        assert_eq!(rows(&track)[1], "7|3|3|absent||no box");
+        let often = "L.".repeat(30);
+        let all = rows(&judged(&often, &[0.9; 60], Some(0.8)));
+        assert_eq!((all.len(), all[20].as_str()), (21, "||||and 10 more stretches"));
+        assert!(rows(&judged("...", &[0.1; 3], Some(0.8))).is_empty());
     }
 
     #[test]
@@ -276,29 +416,10 @@ mod tests {
     }
 
     #[test]
-    fn a_score_on_the_other_side_of_the_threshold_is_no_reason() {
-        assert_eq!(said("..LL", &[0.1, 0.1, 0.09, 0.1], Some(0.83)), "lost from frame 3 to the end (M)");
-        // What is said of an absence is no score of the track, however high.
-        assert_eq!(
-            said("..A.", &[0.1, 0.3, 0.97, 0.2], Some(0.83)),
-            "tracking, no loss found in 3 frames (M: .30 < .83); absent at 3"
-        );
-        // Low scores speak for a loss: .20 < .50 is a reason for one, and .70 > .50 for none.
-        let mut track = judged(".L", &[0.7, 0.2], Some(0.5));
-        track.methods[0].direction = Direction::HigherIsBetter;
-        track.methods[0].is_probability = false;
-        assert_eq!(verdict(&track, &track.methods[0]), "lost from frame 2 to the end (M: .20 < .50)");
-        track.methods[0].states.fill(TargetState::Tracking);
-        assert_eq!(verdict(&track, &track.methods[0]), "tracking, no loss found in 2 frames (M)");
-        track.methods[0].score[1] = Some(0.7);
-        assert_eq!(verdict(&track, &track.methods[0]), "tracking, no loss found in 2 frames (M: .70 > .50)");
-    }
-
-    #[test]
-    fn stretches_near_a_false_alarm_by_hand() {
+    fn stretches_of_possible_losses_by_hand() {
         let found = |states: &str, score: &[f64]| -> Vec<(usize, usize)> {
             let track = judged(states, score, Some(0.8));
-            false_alarm_prone(&track.methods[0]).into_iter().map(|run| (run.start, run.end)).collect()
+            possibly_lost(&track.methods[0]).into_iter().map(|run| (run.start, run.end)).collect()
         };
         let mut score = vec![0.1; 60];
         score[5] = 0.61;
@@ -315,14 +436,9 @@ mod tests {
         assert!(found(&states, &score).is_empty());
         score[10] = 0.7;
         assert_eq!(found(&states, &score), [(10, 11)]);
-        // A loss over within ten frames is one; at the end of the track nobody knows.
-        let mut states = ".".repeat(60);
-        states.replace_range(20..29, &"L".repeat(9));
-        states.replace_range(55..60, &"L".repeat(5));
-        assert_eq!(found(&states, &[0.1; 60]), [(20, 29)]);
         // Scores that are no probabilities are not judged.
         let mut track = judged(&states, &[0.7; 60], Some(0.8));
         track.methods[0].is_probability = false;
-        assert!(false_alarm_prone(&track.methods[0]).is_empty());
+        assert!(possibly_lost(&track.methods[0]).is_empty());
     }
 }

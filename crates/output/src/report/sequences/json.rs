@@ -32,7 +32,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 /// Words of the ends of a loss, where there is no ground truth.
-const STATE_WORDS: [&str; 2] = ["lost", "recovered"];
+const STATE_WORDS: [&str; 2] = ["lost", "found again"];
 
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;

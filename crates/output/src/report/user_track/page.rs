@@ -9,7 +9,7 @@ use crate::report::html;
 use crate::report::page::{Page, ReportError};
 use crate::report::sequences::json::embedded;
 use crate::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
-use crate::report::verdict::{of_target, verdict};
+use crate::report::verdict::{is_found_again, of_target, table, verdict};
 use crate::results::detections::{JudgedMethod, TargetState};
 use crate::score::TrackScore;
 use ::image::codecs::jpeg::JpegEncoder;
@@ -61,6 +61,7 @@ impl UserVideo<'_> {
         let page = Page {
             title: format!("Is the tracker on its target? {}", self.sequence.name),
             verdict: self.tracks.iter().filter_map(sentence).collect(),
+            stretches: table(&self.tracks.iter().map(|track| &track.judged).collect::<Vec<_>>()),
             sequences: packed.tallies(),
             series,
             provenance: self.facts.clone(),
@@ -157,7 +158,7 @@ fn series(method: &JudgedMethod) -> JudgedSeries {
     let mut changes = vec![0; method.states.len()];
     for run in &lost {
         changes[run.start] = 1;
-        if method.states.get(run.end) == Some(&TargetState::Tracking) {
+        if is_found_again(method, run.end) {
             changes[run.end] = -1;
         }
     }

@@ -96,7 +96,7 @@ fn a_page_of_2000_frames_is_below_three_megabytes_and_needs_nothing_beside_it() 
     let page = video.page().unwrap();
     assert!(page.len() < 3_000_000, "{}", page.len());
     assert!(page.matches("data:image/jpeg;base64,").count() > 50);
-    assert!(page.contains("lost from frame 21 (M0: "), "the verdict");
+    assert!(page.contains("Lost from frame 21 to 30; found again."), "the verdict");
     assert!(page.contains("a &lt;video&gt;") && page.contains("a&amp;b.txt") && !page.contains("<video>"));
     let markup = page.split("<script").next().unwrap();
     assert!(!markup.contains(" src=") && !markup.contains("url("));
@@ -110,7 +110,7 @@ fn a_page_without_frames_has_no_pictures() {
     let video = UserVideo { sequence: &sequence, tracks, facts: Vec::new() };
     let page = video.page().unwrap();
     assert!(!page.contains("data:image"));
-    assert!(page.contains("target 3: lost from frame 21") && page.contains("target -1: lost"));
+    assert!(page.contains("Target 3: Lost from frame 21") && page.contains("Target -1: Lost"));
     let svg = video.plot().unwrap().to_svg().unwrap();
     assert!(svg.contains("target 3, M0") && !svg.contains("data:image"));
 }
@@ -121,7 +121,7 @@ fn a_figure_has_stills_panels_and_the_verdict() {
     let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 2)], facts: Vec::new() };
     let strip = video.plot().unwrap();
     assert_eq!((strip.stills.len(), strip.rows.len()), (5, 2));
-    assert!(strip.note.starts_with("lost from frame 21 (M0: "));
+    assert!(strip.note.starts_with("Lost from frame 21 to 30; found again."));
     let numbers: Vec<u32> = strip.stills.iter().map(|still| still.number).collect();
     assert_eq!(numbers, [1, 21, 26, 31, 60]);
     let svg = strip.to_svg().unwrap();
