@@ -8,7 +8,7 @@ use std::hint::black_box;
 use trackfail::cli::monitor::Lines;
 use trackfail::image::Frame;
 use trackfail::method::{Inputs, recommended};
-use trackfail::monitor::{Monitor, Options};
+use trackfail::monitor::Options;
 use trackfail_benches::frame;
 
 /// The lines of two frames in turn, with the `frame` that is given.
@@ -59,8 +59,7 @@ fn monitor(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("monitor/{method}"));
         for (form, lines) in &forms {
             let options = Options { method: Some(method.into()), ..Options::default() };
-            let monitor = Monitor::new(&options).expect("a method that can monitor");
-            let (mut stream, mut t) = (Lines::new(monitor), 0);
+            let (mut stream, mut t) = (Lines::new(options).expect("a method that can monitor"), 0);
             group.bench_function(*form, |bencher| {
                 bencher.iter(|| {
                     t += 1;

@@ -10,7 +10,7 @@ use super::{Failure, output};
 use crate::dataset::text::shorten_to;
 use crate::engine::store;
 use crate::method::Inputs;
-use crate::monitor::{Answer, Monitor, MonitorError, Options, Update};
+use crate::monitor::{Answer, Id, Monitor, MonitorError, Options, Targets, Update};
 use line::{Line, LineError};
 use pipes::{End, Pipes};
 use serde::Serialize;
@@ -29,7 +29,8 @@ const MAX_ERROR: usize = 1000;
 may also be {\"raw\": {\"width\": 640, \"height\": 480, \"format\": \"bgr\", \"data\": \"base64\"}}, or have the file of these bytes as \
 \"path\" instead of \"data\". Out, a line for each line, at once: {\"index\": 51, \"probability\": 0.97, \"state\": \"lost\", \
 \"reasons\": [\"...\"]}, or {\"index\": 52, \"error\": \"...\"} for a line that cannot be used; the stream goes on. States: tracking, \
-lost, absent."
+lost, absent. Lines about several targets have an \"id\", a number or a text, which stands in the answers, too; each target is judged \
+apart, at most 256 at once, and {\"id\": 7, \"end\": true} ends one."
 )]
 pub struct Args {
     /// Method (default: the one that is recommended for the inputs of the first line with a box)
@@ -72,10 +73,10 @@ enum Input {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let state = args.state.as_deref().map(place).transpose()?;
     let _lock = state.as_deref().map(lock).transpose()?;
-    let mut lines = Lines::new(start(args, state.as_deref())?);
+    let mut lines = start(args, state.as_deref())?;
     let ended = serve(args, &mut lines, state.as_deref(), &Pipes::open());
     if let Some(state) = &state {
-        keep(&lines.monitor, state)?;
+        keep(&lines, state)?;
     }
     match ended {
         End::Done => Ok(()),
@@ -94,69 +95,116 @@ fn serve(args: &Args, lines: &mut Lines, state: Option<&Path>, pipes: &Pipes) ->
             Ok(line) => line,
             Err(end) => return end,
         };
-        let known = lines.monitor.method().map(str::to_string);
+        let known = lines.method.clone();
         let answer = lines.answer(&line);
-        if let Some(method) = lines.monitor.method().filter(|method| known.as_deref() != Some(method)) {
+        if let Some(method) = lines.method.as_ref().filter(|method| known.as_ref() != Some(method)) {
             output::note(&format!("method: {method}"));
         }
         if let Err(end) = pipes.write(answer) {
             return end;
         }
-        let due = lines.monitor.index().is_multiple_of(args.state_every);
-        if let Some(Err(failure)) = state.filter(|_| due).map(|state| keep(&lines.monitor, state)) {
+        let due = lines.targets.index().is_multiple_of(args.state_every);
+        if let Some(Err(failure)) = state.filter(|_| due).map(|state| keep(lines, state)) {
             return End::Failed(failure);
         }
     }
 }
 
-/// A line that cannot be used, in the words of the answers.
+/// The answer to a line, with the id of its target if it has one.
 #[derive(Serialize)]
-struct Refused {
-    index: u64,
-    error: String,
+struct Answered {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<Id>,
+    #[serde(flatten)]
+    what: What,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum What {
+    Judged(Answer),
+    Ended {
+        index: u64,
+        ended: bool,
+    },
+    /// A line that cannot be used.
+    Refused {
+        index: u64,
+        error: String,
+    },
 }
 
 /// A stream of lines and the answers to them.
 pub struct Lines {
-    monitor: Monitor,
+    targets: Targets,
+    /// Method of the last line.
+    method: Option<String>,
 }
 
 impl Lines {
-    /// A stream that goes on where a monitor is.
-    pub fn new(monitor: Monitor) -> Self {
-        Self { monitor }
+    /// A stream before its first line.
+    ///
+    /// # Errors
+    /// As [`Monitor::new`](crate::monitor::Monitor::new).
+    pub fn new(options: Options) -> Result<Self, MonitorError> {
+        Ok(Self::of(Targets::new(options)?))
+    }
+
+    fn of(targets: Targets) -> Self {
+        Self { targets, method: None }
     }
 
     /// The answer to the next line, with the end of a line.
     pub fn answer(&mut self, line: &[u8]) -> String {
-        let index = self.monitor.index();
-        let text = match self.judge(line) {
-            Ok(answer) => serde_json::to_string(&answer),
-            Err(error) => {
-                // Every line counts, so that answers and lines have the same numbers.
-                if self.monitor.index() == index {
-                    self.monitor.skip();
-                }
-                serde_json::to_string(&Refused { index, error: shorten_to(&error.to_string(), MAX_ERROR) })
-            }
+        let index = self.targets.count();
+        let line = Line::read(line).and_then(|line| Ok((line.id()?, line)));
+        let (id, judged) = match line {
+            Ok((id, line)) => (id.clone(), self.judge(id.as_ref(), line)),
+            Err(error) => (None, self.skip().and(Err(error))),
         };
-        text.unwrap_or_default() + "\n"
+        let what = match judged {
+            Ok(Some(answer)) => What::Judged(Answer { index, ..answer }),
+            Ok(None) => What::Ended { index, ended: true },
+            Err(error) => What::Refused { index, error: shorten_to(&error.to_string(), MAX_ERROR) },
+        };
+        serde_json::to_string(&Answered { id, what }).unwrap_or_default() + "\n"
     }
 
-    fn judge(&mut self, line: &[u8]) -> Result<Answer, LineError> {
-        let line = Line::read(line)?;
-        let base = self.monitor.base().into();
-        let region = line.region(base)?;
-        let companions = line.companions(base)?;
-        let (confidence, restart) = (line.confidence(), line.restart());
-        let frame = if self.monitor.reads_frames() { line.frame()? } else { None };
-        let (frame, region) = (frame.as_ref(), region.as_ref());
-        Ok(self.monitor.update(&Update { frame, region, confidence, companions: &companions, restart })?)
+    /// Counts a line that names no target.
+    fn skip(&mut self) -> Result<(), LineError> {
+        self.targets.of(None)?.ok_or(LineError::TooMany)?.skip();
+        Ok(())
+    }
+
+    /// The answer of the target's monitor; `None` for a target that ends.
+    fn judge(&mut self, id: Option<&Id>, line: Line) -> Result<Option<Answer>, LineError> {
+        if line.ends() {
+            return if self.targets.end(id) { Ok(None) } else { Err(LineError::NoTarget) };
+        }
+        let monitor = self.targets.of(id)?.ok_or(LineError::TooMany)?;
+        let index = monitor.index();
+        let answer = judged(monitor, line);
+        // Every line counts for its target, whether it can be used or not.
+        if monitor.index() == index {
+            monitor.skip();
+        }
+        self.method = monitor.method().map(str::to_string);
+        answer.map(Some)
     }
 }
 
-/// The monitor of the arguments, or that of the state if there is one.
-fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
+fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, LineError> {
+    let base = monitor.base().into();
+    let region = line.region(base)?;
+    let companions = line.companions(base)?;
+    let (confidence, restart) = (line.confidence(), line.restart());
+    let frame = if monitor.reads_frames() { line.frame()? } else { None };
+    let (frame, region) = (frame.as_ref(), region.as_ref());
+    Ok(monitor.update(&Update { frame, region, confidence, companions: &companions, restart })?)
+}
+
+/// The stream of the arguments, or that of the state if there is one.
+fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
     let has = |input: Input| args.inputs.contains(&input);
     let inputs = Inputs {
         frames: has(Input::Frames),
@@ -165,23 +213,23 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Monitor, Failure> {
     };
     let inputs = (!args.inputs.is_empty()).then_some(inputs);
     let options = Options { method: args.method.clone(), budget: args.budget, inputs, base: args.base };
-    let Some(state) = state else { return Monitor::new(&options).map_err(Failure::usage) };
+    let Some(state) = state else { return Lines::new(options).map_err(Failure::usage) };
     let saved = match std::fs::read(state) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
-            let monitor = Monitor::new(&options).map_err(Failure::usage)?;
+            let lines = Lines::new(options).map_err(Failure::usage)?;
             // Whether the state can be kept shows now, not at the end of a long stream.
-            keep(&monitor, state)?;
-            return Ok(monitor);
+            keep(&lines, state)?;
+            return Ok(lines);
         }
         saved => saved.map_err(|e| Failure::io(format!("{}: {e}", state.display())))?,
     };
     let remedy = "remove the file to begin anew, or name another one";
-    let monitor = Monitor::resume(&options, &saved).map_err(|e| match e {
+    let targets = Targets::resume(options, &saved).map_err(|e| match e {
         e @ (MonitorError::Method(_) | MonitorError::Unfit { .. }) => Failure::usage(e),
         e => Failure::data(format!("{}: {e}; {remedy}", state.display())),
     })?;
-    output::note(&format!("{}: goes on with frame {}", state.display(), monitor.index()));
-    Ok(monitor)
+    output::note(&format!("{}: goes on with frame {}", state.display(), targets.index()));
+    Ok(Lines::of(targets))
 }
 
 /// Keeps other monitors from the state as long as the file is open. It is another file, since the state's own is replaced.
@@ -210,8 +258,8 @@ fn lock(state: &Path) -> Result<File, Failure> {
 }
 
 /// Writes the state; a reader of the file sees the old one or the new one.
-fn keep(monitor: &Monitor, state: &Path) -> Result<(), Failure> {
-    let bytes = monitor.save().map_err(Failure::usage)?;
+fn keep(lines: &Lines, state: &Path) -> Result<(), Failure> {
+    let bytes = lines.targets.save().map_err(Failure::usage)?;
     store::write(state, &bytes).map_err(Failure::io)
 }
 

@@ -33,8 +33,10 @@
 
 mod chosen;
 mod saved;
+mod targets;
 
 pub use crate::detector::labels::TargetState;
+pub use targets::{Id, MAX_TARGETS, Targets};
 
 use crate::detector::StateOfTarget;
 use crate::image::Frame;

@@ -115,3 +115,50 @@ fn of_method(track: &JudgedTrack, method: &JudgedMethod) -> Value {
         "frames": (0..method.states.len()).map(frame).collect::<Vec<_>>(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::Direction;
+    use proptest::prelude::*;
+
+    proptest! {
+        // The law: the spans and stretches of the JSON are those of its frames, and no frame is in two of them.
+        #[test]
+        fn json_says_one_thing_of_a_frame(
+            frames in prop::collection::vec((0_usize..3, 0.0_f64..1.0), 1..60),
+        ) {
+            let states: Vec<TargetState> = frames
+                .iter()
+                .map(|(state, _)| [TargetState::Tracking, TargetState::Lost, TargetState::Absent][*state])
+                .collect();
+            let method = JudgedMethod {
+                name: "M".into(),
+                threshold: Some(0.8),
+                direction: Direction::LowerIsBetter,
+                is_probability: true,
+                score: frames.iter().map(|(_, p)| Some(*p)).collect(),
+                label: states.iter().map(|state| *state == TargetState::Lost).collect(),
+                changes: vec![0; states.len()],
+                states,
+            };
+            let track = JudgedTrack { target: None, first: 1, methods: vec![method] };
+            let json = of_method(&track, &track.methods[0]);
+            let has = |key: &str, number: u64| {
+                let spans = json[key].as_array().unwrap().iter();
+                spans.filter(|s| (s[0].as_u64().unwrap()..=s[1].as_u64().unwrap()).contains(&number)).count()
+            };
+            for frame in json["frames"].as_array().unwrap() {
+                let (number, state) = (frame["frame"].as_u64().unwrap(), frame["state"].as_str().unwrap());
+                prop_assert_eq!(has("lost", number), usize::from(state == "lost"));
+                prop_assert_eq!(has("absent", number), usize::from(state == "absent"));
+                prop_assert!(has("possibly_lost", number) <= usize::from(state == "tracking"));
+                let here = json["stretches"].as_array().unwrap().iter().filter(|s| {
+                    (s["from"].as_u64().unwrap()..=s["to"].as_u64().unwrap()).contains(&number)
+                });
+                prop_assert!(here.clone().all(|stretch| stretch["state"] == state));
+                prop_assert!(here.count() <= 1);
+            }
+        }
+    }
+}

@@ -4,7 +4,7 @@ use super::json::{List, Object};
 use crate::dataset::DatasetError;
 use crate::dataset::text::read_at_most;
 use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
-use crate::monitor::MonitorError;
+use crate::monitor::{Id, MAX_TARGETS, MonitorError};
 use crate::region::{Region, RegionError};
 use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer};
@@ -18,6 +18,8 @@ const MAX_WITHOUT_DATA: usize = 1 << 20;
 /// Most numbers of a box, and most companions, which take far more memory than as text.
 const MAX_NUMBERS: usize = 2048;
 const MAX_COMPANIONS: usize = 256;
+/// Most bytes of the id of a target.
+const MAX_ID: usize = 256;
 
 /// Why a line cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +55,17 @@ pub(super) enum LineError {
     /// A raw frame has no bytes, or has them twice.
     #[error("frame: give `data` or `path` of a raw frame, one of the two")]
     RawSource,
+    /// The id of a target is longer than any.
+    #[error("id: a text of more than {MAX_ID} bytes")]
+    LongId,
+    /// There are too many targets.
+    #[error(
+        "{MAX_TARGETS} targets are followed already; one that is gone makes room: {{\"id\": 7, \"end\": true}}"
+    )]
+    TooMany,
+    /// The target that ends was not there.
+    #[error("no target of this id is followed")]
+    NoTarget,
     /// The monitor refuses the frame or its box.
     #[error(transparent)]
     Monitor(#[from] MonitorError),
@@ -71,6 +84,8 @@ pub(super) struct Line {
     confidence: Option<f64>,
     companions: Option<List<Option<Numbers>, MAX_COMPANIONS>>,
     restart: Option<bool>,
+    id: Option<Id>,
+    end: Option<bool>,
 }
 
 /// Where a frame is: the text of a path, or `{"raw": ...}`.
@@ -170,6 +185,19 @@ impl Line {
     /// Whether the tracker was started again with this box.
     pub fn restart(&self) -> bool {
         self.restart == Some(true)
+    }
+
+    /// The target that it is about, where it names one.
+    pub fn id(&self) -> Result<Option<Id>, LineError> {
+        match &self.id {
+            Some(Id::Text(text)) if text.len() > MAX_ID => Err(LineError::LongId),
+            id => Ok(id.clone()),
+        }
+    }
+
+    /// Whether the target is followed no more.
+    pub fn ends(&self) -> bool {
+        self.end == Some(true)
     }
 
     /// The frame.

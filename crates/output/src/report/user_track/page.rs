@@ -149,7 +149,7 @@ fn shown(tracker: usize, track: &UserTrack) -> Track {
 }
 
 /// The series of a method; its changes are those of the state.
-fn series(method: &JudgedMethod) -> JudgedSeries {
+pub(super) fn series(method: &JudgedMethod) -> JudgedSeries {
     let in_state = |wanted: TargetState| {
         let runs = method.stretches().filter(move |(state, _)| *state == wanted);
         runs.map(|(_, run)| run).collect::<Vec<_>>()

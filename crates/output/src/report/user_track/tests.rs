@@ -1,9 +1,14 @@
 use super::*;
 use crate::dataset::{Digest, Frames, Numbering, Render, user_frames};
+use crate::detector::{DETECTORS, Input};
 use crate::direction::Direction;
 use crate::figure::Plot;
 use crate::image::Frame;
+use crate::plugin;
 use crate::region::Rect;
+use crate::report::verdict::{Stretch, stretches, verdict};
+use crate::results::detections;
+use proptest::prelude::*;
 use std::sync::Arc;
 
 /// Frames of 160 x 120 pixels with some texture.
@@ -127,4 +132,48 @@ fn a_figure_has_stills_panels_and_the_verdict() {
     let svg = strip.to_svg().unwrap();
     assert!(svg.contains("threshold 0.8") && svg.contains("target lost") && !svg.contains("Oₜ"));
     assert!(strip.to_png().unwrap().starts_with(b"\x89PNG"));
+}
+
+/// A judged track by scores, alarms and boxes of its frames, as the program judges it.
+fn judged(frames: &[(f64, bool)]) -> JudgedTrack {
+    let detector = plugin::find(DETECTORS, "level").unwrap();
+    let detector = detector.build_from_text("{ above = 0.8 }").unwrap();
+    let signal: Vec<f64> = frames.iter().map(|(p, _)| *p).collect();
+    let error = vec![f64::NAN; frames.len()];
+    let output =
+        detector.detect(&Input { signal: &signal, more: &[], error: &error, seed: 0, reverse: None });
+    let present: Vec<bool> = frames.iter().map(|(_, present)| *present).collect();
+    let mut method = JudgedMethod::new("M", &*detector, &output, 0, &present);
+    method.is_probability = true;
+    JudgedTrack { target: None, first: 1, methods: vec![method] }
+}
+
+proptest! {
+    // The law: CSV, table of stretches, strip of the page and drawn frames have one state for each frame.
+    #[test]
+    fn all_outputs_agree_on_every_frame(
+        frames in prop::collection::vec((prop::sample::select(vec![0.05, 0.4, 0.55, 0.7, 0.9]), prop::bool::weighted(0.8)), 1..80),
+    ) {
+        let judged = judged(&frames);
+        let method = &judged.methods[0];
+        let text = String::from_utf8(detections::csv(&[&judged]).unwrap()).unwrap();
+        let words: Vec<String> =
+            text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_string()).collect();
+        let stretches = stretches(method);
+        let series = page::series(method);
+        let region = Some(Region::Rect(Rect::new(1.0, 1.0, 5.0, 5.0)));
+        let track = UserTrack { regions: vec![region; frames.len()], judged: judged.clone() };
+        for (t, word) in words.iter().enumerate() {
+            let here: Vec<&Stretch> = stretches.iter().filter(|s| s.frames.contains(&t)).collect();
+            prop_assert!(here.len() <= 1, "frame {t} is in {here:?}");
+            let of_table = here.first().map_or("tracking", |stretch| stretch.state.word());
+            prop_assert_eq!(of_table, word, "frame {}", t);
+            prop_assert_eq!(series.lost.iter().any(|run| run.contains(&t)), word == "lost");
+            prop_assert_eq!(series.absent.iter().any(|run| run.contains(&t)), word == "absent");
+            prop_assert_eq!(track.state(t).word(), word);
+        }
+        let sentence = verdict(&judged, method);
+        prop_assert_eq!(sentence.starts_with("Lost "), words.iter().any(|word| word == "lost"), "{}", sentence);
+        prop_assert!(sentence.matches(". ").count() <= 1, "{}", sentence);
+    }
 }

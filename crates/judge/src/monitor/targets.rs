@@ -1,0 +1,195 @@
+//! The targets of a stream, each with a monitor of its own, and their state as bytes.
+//!
+//! The state of a stream without ids is that of its [`Monitor`]. With ids it is a line with the format's number, the SHA-256
+//! digest of what follows, the number of the next line, and the id and the state of each target.
+
+use super::{Monitor, MonitorError, Options};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Targets at once, at most.
+pub const MAX_TARGETS: usize = 256;
+
+const HEAD: &[u8] = b"trackfail-monitors 1\n";
+/// Bytes of a digest.
+const DIGEST: usize = 32;
+
+/// The id of a target, as the lines have it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Id {
+    /// A number.
+    Number(i64),
+    /// A text.
+    Text(String),
+}
+
+/// The monitors of a stream.
+pub struct Targets {
+    options: Options,
+    /// Without an id, the target of lines without one. It is there from the start.
+    monitors: BTreeMap<Option<Id>, Monitor>,
+    /// Number of the line that comes next.
+    index: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Memory {
+    index: u64,
+    targets: Vec<(Option<Saved>, Vec<u8>)>,
+}
+
+/// An id in the state, which needs to be told apart without a look at the type.
+#[derive(Serialize, Deserialize)]
+enum Saved {
+    Number(i64),
+    Text(String),
+}
+
+impl Targets {
+    /// A stream before its first line.
+    ///
+    /// # Errors
+    /// As [`Monitor::new`].
+    pub fn new(options: Options) -> Result<Self, MonitorError> {
+        let monitors = [(None, Monitor::new(&options)?)].into();
+        Ok(Self { options, monitors, index: 0 })
+    }
+
+    /// A stream as it was when it was saved.
+    ///
+    /// # Errors
+    /// As [`Monitor::resume`].
+    pub fn resume(options: Options, saved: &[u8]) -> Result<Self, MonitorError> {
+        let Some(rest) = saved.strip_prefix(HEAD) else {
+            let monitor = Monitor::resume(&options, saved)?;
+            let index = monitor.index();
+            return Ok(Self { options, monitors: [(None, monitor)].into(), index });
+        };
+        let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
+        if Sha256::digest(memory).as_slice() != digest {
+            return Err(MonitorError::Damaged);
+        }
+        let memory: Memory = postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)?;
+        let of = |(id, saved): (Option<Saved>, Vec<u8>)| {
+            let id = id.map(|id| match id {
+                Saved::Number(number) => Id::Number(number),
+                Saved::Text(text) => Id::Text(text),
+            });
+            Ok((id, Monitor::resume(&options, &saved)?))
+        };
+        let monitors = memory.targets.into_iter().map(of).collect::<Result<_, MonitorError>>()?;
+        Ok(Self { options, monitors, index: memory.index })
+    }
+
+    /// Everything that it remembers.
+    ///
+    /// # Errors
+    /// As [`Monitor::save`].
+    pub fn save(&self) -> Result<Vec<u8>, MonitorError> {
+        if let (Some(monitor), 1) = (self.monitors.get(&None), self.monitors.len())
+            && monitor.index() == self.index
+        {
+            return monitor.save();
+        }
+        let of = |(id, monitor): (&Option<Id>, &Monitor)| {
+            let id = id.clone().map(|id| match id {
+                Id::Number(number) => Saved::Number(number),
+                Id::Text(text) => Saved::Text(text),
+            });
+            Ok((id, monitor.save()?))
+        };
+        let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
+        let memory = Memory { index: self.index, targets };
+        let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
+        Ok([HEAD, Sha256::digest(&memory).as_slice(), &memory].concat())
+    }
+
+    /// The number of the next line, which counts from then on.
+    pub fn count(&mut self) -> u64 {
+        let index = self.index;
+        self.index += 1;
+        index
+    }
+
+    /// Number of the line that comes next, from 0.
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+
+    /// The monitor of a target, a new one for an id that is new; `None` if there are too many.
+    ///
+    /// # Errors
+    /// As [`Monitor::new`].
+    pub fn of(&mut self, id: Option<&Id>) -> Result<Option<&mut Monitor>, MonitorError> {
+        let id = id.cloned();
+        // The target without an id is there even where all have one.
+        let is_full = self.monitors.keys().flatten().count() >= MAX_TARGETS;
+        if !self.monitors.contains_key(&id) {
+            if is_full && id.is_some() {
+                return Ok(None);
+            }
+            self.monitors.insert(id.clone(), Monitor::new(&self.options)?);
+        }
+        Ok(self.monitors.get_mut(&id))
+    }
+
+    /// Forgets a target; `false` if there is none of this id.
+    pub fn end(&mut self, id: Option<&Id>) -> bool {
+        self.monitors.remove(&id.cloned()).is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::monitor::Update;
+    use crate::region::{Rect, Region};
+
+    fn push(targets: &mut Targets, id: Option<Id>, x: f64) -> Option<f64> {
+        targets.count();
+        let region = Region::Rect(Rect::new(x, 20.0, 16.0, 14.0));
+        let monitor = targets.of(id.as_ref()).unwrap()?;
+        let update = Update { region: Some(&region), ..Update::default() };
+        monitor.update(&update).unwrap().probability
+    }
+
+    #[test]
+    fn targets_are_judged_apart_also_after_an_interruption() {
+        let ids = || [Some(Id::Number(7)), Some(Id::Text("7".into())), None];
+        let options = || Options { method: Some("Fused boxes".into()), ..Options::default() };
+        let place = |k: usize, t: usize| t as f64 + if t > 12 { 40.0 * k as f64 } else { 0.0 };
+        let alone = |k: usize| {
+            let mut targets = Targets::new(options()).unwrap();
+            (0..20).map(|t| push(&mut targets, None, place(k, t))).collect::<Vec<_>>()
+        };
+        let mut targets = Targets::new(options()).unwrap();
+        let mut all = vec![Vec::new(); 3];
+        for t in 0..20 {
+            for (k, id) in ids().into_iter().enumerate() {
+                all[k].push(push(&mut targets, id, place(k, t)));
+            }
+            targets = Targets::resume(options(), &targets.save().unwrap()).unwrap();
+            assert_eq!(targets.index(), 3 * t as u64 + 3);
+        }
+        assert_eq!(all, [alone(0), alone(1), alone(2)]);
+        let saved = targets.save().unwrap();
+        for at in [21, 40, saved.len() - 1] {
+            assert!(Targets::resume(options(), &saved[..at]).is_err(), "{at}");
+        }
+    }
+
+    #[test]
+    fn there_is_room_for_256_targets_at_once() {
+        let mut targets =
+            Targets::new(Options { method: Some("Scale".into()), ..Options::default() }).unwrap();
+        for id in 0..MAX_TARGETS as i64 {
+            assert!(targets.of(Some(&Id::Number(id))).unwrap().is_some());
+        }
+        assert!(targets.of(Some(&Id::Number(-1))).unwrap().is_none());
+        assert!(targets.of(Some(&Id::Number(3))).unwrap().is_some() && targets.of(None).unwrap().is_some());
+        assert!(targets.end(Some(&Id::Number(3))) && !targets.end(Some(&Id::Number(3))));
+        assert!(targets.of(Some(&Id::Number(-1))).unwrap().is_some());
+    }
+}
