@@ -18,6 +18,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm where the signal leaves the mean of its last frames",
     example: "{ window = 20, k = 4.0 }",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Deviation::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

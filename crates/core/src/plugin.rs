@@ -85,6 +85,8 @@ pub struct Entry<T: ?Sized + 'static> {
     pub summary: &'static str,
     /// Smallest complete parameters as an inline TOML table, for tests and help.
     pub example: &'static str,
+    /// Further parameters, so that every branch is under the laws that tests check.
+    pub more: &'static [&'static str],
     /// Checks the parameters and builds the plugin.
     pub build: fn(RawParams<'_>) -> Result<Box<T>, ParamError>,
     /// JSON Schema of the parameters.

@@ -4,7 +4,7 @@
 pub mod conditions;
 
 use proptest::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 pub use trackfail_needs::{met_when_compiled, needs};
@@ -103,6 +103,36 @@ pub fn script(path: &Path, text: &str) {
     // By another process, since one that this one is just starting may still hold a file open, which then cannot be run.
     let made = std::process::Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status();
     assert!(made.is_ok_and(|status| status.success()), "{} cannot be made", path.display());
+}
+
+/// Compares what was found with the lines of `tests/pins.txt` that begin with `section`; with `UPDATE=1` in the environment it
+/// writes them instead. A pin holds what must not change unseen, such as the digest of a plugin's output.
+///
+/// # Panics
+/// If they differ, with the remedy, or if the file cannot be read or written.
+pub fn check_pins(section: &str, found: impl IntoIterator<Item = String>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/pins.txt");
+    let found: BTreeSet<String> = found.into_iter().map(|line| format!("{section} {line}")).collect();
+    let file = std::fs::File::options().read(true).write(true).open(&path).expect("tests/pins.txt");
+    // Tests run side by side, and each writes its own lines.
+    file.lock().expect("a file that can be locked");
+    let text = std::fs::read_to_string(&path).expect("tests/pins.txt");
+    let begins = format!("{section} ");
+    let (known, others): (BTreeSet<String>, BTreeSet<String>) =
+        text.lines().map(String::from).partition(|line| line.starts_with(&begins));
+    if std::env::var_os("UPDATE").is_some() {
+        let lines: Vec<String> =
+            found.into_iter().chain(others).collect::<BTreeSet<_>>().into_iter().collect();
+        std::fs::write(&path, lines.join("\n") + "\n").expect("tests/pins.txt can be written");
+        return;
+    }
+    let new: Vec<&String> = found.difference(&known).collect();
+    let gone: Vec<&String> = known.difference(&found).collect();
+    assert!(
+        new.is_empty() && gone.is_empty(),
+        "found, but not in tests/pins.txt: {new:#?}\nthere, but not found: {gone:#?}\nIf that is meant, raise `version` in \
+         the ENTRY of what has changed, and write the pins by UPDATE=1 cargo test"
+    );
 }
 
 /// A valid document with a piece cut out and something else in its place.

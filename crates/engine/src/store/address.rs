@@ -184,101 +184,23 @@ mod tests {
         assert_eq!(with(json!({"a": 1, "b": 2})).address(), with(json!({"b": 2, "a": 1})).address());
     }
 
-    /// Kind and the first 16 digits of the address of the plugin alone, with its example's parameters.
-    const GOLDEN: &[(&str, &str)] = &[
-        ("tracker ncc", "95e1548bdb900e8d"),
-        ("tracker still", "30ef6023d627be3e"),
-        ("tracker scripted", "192871707a9006e2"),
-        ("tracker color-particle-filter", "053206f1de91a1fd"),
-        ("tracker fragments-particle-filter", "759380adf8427e48"),
-        ("tracker pixel-lut", "5786871efedf68ff"),
-        ("tracker kcf", "884bedba81e59c9b"),
-        ("tracker dsst", "1c2a0408a62422de"),
-        ("tracker samf", "30de1ec9c8896d95"),
-        ("tracker sparse-prototypes", "7109bf1aff3b1560"),
-        ("tracker ivt", "4b483e366b078a60"),
-        ("tracker adaptive-local-sparse", "e9500dd5a32960fd"),
-        ("tracker replay", "738b529fec975c8e"),
-        ("tracker process", "057baa391b19be9a"),
-        ("signal box-motion", "4d86d38076323bce"),
-        ("signal companion-overlap", "c60301aa69ba7fdb"),
-        ("signal confidence", "2a1c5d5462b9fe7e"),
-        ("signal distribution-field", "2553ef39cf637fd4"),
-        ("signal effective-particles", "fbab196c969edbd2"),
-        ("signal forward-backward", "76dc8ed55e403ab1"),
-        ("signal object-color", "18a75d39030288a1"),
-        ("signal particle-entropy", "31702f807ef185ff"),
-        ("signal region-covariance", "9c83c5e1667d5796"),
-        ("signal response-apce", "0097f0505b8ae390"),
-        ("signal response-peak", "a69f1c8c3c5540ae"),
-        ("signal response-psr", "beca056b927cd99a"),
-        ("signal rgb-histogram", "db78cb52538464f4"),
-        ("signal rgb-lbp-histogram", "5fbe48a44a14219e"),
-        ("signal template-correlation", "d00e22b5e8540318"),
-        ("signal uncertainty", "4552a164cbb321cf"),
-        ("signal uncertainty-change", "bec43e4b153d00b2"),
-        ("signal process", "dfd9096d7243598d"),
-        ("detector arma-forecast", "d6f6b61c0e578b7c"),
-        ("detector naive-forecast", "2b4be781e0646eab"),
-        ("detector level", "a763eef451a2b735"),
-        ("detector standard-score", "558a76915b14783e"),
-        ("detector hysteresis", "2086dbb08a9958ac"),
-        ("detector relative-drop", "da8c18243b893cba"),
-        ("detector joint-drop", "973e9455617f401d"),
-        ("detector fused", "0a88757ef0f27bd3"),
-        ("detector cusum", "c9a0cfbe477a4d9f"),
-        ("detector page-hinkley", "1fe1b569841bd2f9"),
-        ("detector sequential-test", "a7fdc1503f6d8e76"),
-        ("detector conformal-forecast", "faca2c978762c0c7"),
-        ("detector accumulated-validation", "3bda99986c490d2c"),
-        ("detector two-model-chi-square", "b662c67db9e5a71f"),
-        ("detector matched-kalman-bank", "82f63de4f6655a23"),
-        ("detector arte", "4e1c481ff4983163"),
-        ("detector arte-star", "39ae89b13692cd9d"),
-        ("detector never", "62538cd3b24119c0"),
-        ("detector always", "73845e90d884c60d"),
-        ("detector periodic", "ac72459775f67436"),
-        ("detector random", "bfdb4920211cd397"),
-        ("detector oracle", "749c71303801df6e"),
-        ("detector process", "53ede32164df4c6b"),
-        ("analysis uncertainty-model", "934aff386c64f2e2"),
-        ("analysis cut-values", "0c486de33a3f6668"),
-        ("analysis window-lengths", "9befcd641164ca8d"),
-        ("analysis success", "3bb083cb2d637d54"),
-        ("analysis average-overlap", "a0d7d5316f2ec533"),
-        ("analysis resets", "d1f1e9e19bba66cc"),
-        ("analysis collapsed-boxes", "063ffcd07d0d4ed8"),
-        ("analysis longterm", "91d43538fc1d1edf"),
-        ("analysis oxuva", "e3ffe5373b029e3d"),
-        ("analysis processing-time", "293d26ffa82b8225"),
-    ];
-
-    fn keys<T: ?Sized>(
-        what: &str,
-        list: &[Entry<T>],
-        params: fn(&T) -> serde_json::Value,
-    ) -> Vec<(String, String)> {
+    /// Kind and the first 16 digits of the address of each plugin alone, with its example's parameters.
+    fn keys<T: ?Sized>(what: &str, list: &[Entry<T>], params: fn(&T) -> serde_json::Value) -> Vec<String> {
         let key = |e: &Entry<T>| {
             let built = e.build_from_text(e.example).unwrap();
             let recipe = Recipe::new(Stage::Track).with_plugin(what, e.kind, e.version, &params(&built));
-            (format!("{what} {}", e.kind), recipe.address().to_string()[..16].to_string())
+            format!("{what} {} {}", e.kind, &recipe.address().to_string()[..16])
         };
         list.iter().map(key).collect()
     }
 
+    // A name, version, parameter or default that changes, changes every address.
     #[test]
-    fn plugins_have_their_golden_keys() {
+    fn plugins_have_their_pinned_addresses() {
         let mut all = keys("tracker", crate::tracker::TRACKERS, |t| t.params());
         all.extend(keys("signal", crate::signal::SIGNALS, |s| s.params()));
         all.extend(keys("detector", crate::detector::DETECTORS, |d| d.params()));
         all.extend(keys("analysis", crate::analysis::ANALYSES, |a| a.params()));
-        let known: Vec<_> = GOLDEN.iter().map(|(kind, key)| (kind.to_string(), key.to_string())).collect();
-        let lines: Vec<_> = all.iter().map(|(kind, key)| format!("(\"{kind}\", \"{key}\"),")).collect();
-        assert_eq!(
-            all,
-            known,
-            "a name, version, parameter or default has changed, and with it every address; if that is meant, put this into GOLDEN:\n{}",
-            lines.join("\n")
-        );
+        trackfail_testing::check_pins("address", all);
     }
 }

@@ -36,6 +36,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 2,
     summary: "alarm while the sum of the last c_t is beyond what a learned model of consistency allows (AVU)",
     example: "{ length = 5, beta = 0.2 }",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(AccumulatedValidation::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

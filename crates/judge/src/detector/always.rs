@@ -16,6 +16,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "an anchor: alarm in every frame",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Always(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -30,6 +30,12 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold",
     example: "{ order = [1, 1], window = 20, horizon = 5, threshold = 0.004 }",
+    more: &[
+        "{}",
+        "{ scheme = \"rolling\", start = \"drop-first\", window = 10, horizon = 3 }",
+        "{ order = [2, 1], window = 12, horizon = 10, threshold = 0.1 }",
+        "{ order = [0, 0], window = 3, horizon = 1, threshold = 0.1 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(ArmaForecast::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -51,6 +51,10 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm from a large rise of the uncertainty until a run backwards confirms a recovery (ARTE)",
     example: "{ tau_1 = 2.05 }",
+    more: &[
+        "{ long = 4, short = 2, smoothing = 1, tau_1 = 0.2, settling = 3, locking_in_limit = 2 }",
+        "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(Arte::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

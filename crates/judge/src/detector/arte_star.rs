@@ -39,6 +39,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm from where the sum of c_t passes its cut value until a run backwards confirms a recovery (ARTE*)",
     example: "{ length = 5, beta = 0.2 }",
+    more: &["{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(ArteStar::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

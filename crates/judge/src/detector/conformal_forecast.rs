@@ -39,6 +39,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "forecasts the signal with an ARMA model; alarm when the error is large for this track, at a given rate",
     example: "{ rate = 0.05 }",
+    more: &["{ warm_up = 5, rate = 0.2, gamma = 0.3, window = 8, horizon = 2 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(ConformalForecast::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

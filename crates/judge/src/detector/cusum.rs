@@ -28,6 +28,10 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm when deviations from the mean of the track's start add up (Page's cumulative sum)",
     example: "{ below = 5.0 }",
+    more: &[
+        "{ above = 0.5, start = 4, k = 0.1, after = \"reset\" }",
+        "{ below = 0.5, start = 4, release = 0.3 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(ControlChart::new(read_params(raw)?, Normal::Start)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -41,6 +41,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 2,
     summary: "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
     example: "{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Fused::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -26,6 +26,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm from a level of the signal that loses the target to another one that finds it again",
     example: "{ below = 0.85, found = 0.998 }",
+    more: &["{ above = 0.5, found = 0.2 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(Hysteresis::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -29,6 +29,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm while any of several signals is below its share of its mean over the frames called good",
     example: "{ below = [0.45, 0.7] }",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(JointDrop::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

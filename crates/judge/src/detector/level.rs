@@ -22,6 +22,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm while the signal is below (or at and above) a fixed level",
     example: "{ below = 0.039 }",
+    more: &["{ above = 0.5 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(Level::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

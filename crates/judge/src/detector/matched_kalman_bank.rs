@@ -46,6 +46,10 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "Kalman filters matched to hypotheses of jumps; a change where the most probable one has a new jump",
     example: "{ jump_probability = 0.01, models = 5 }",
+    more: &[
+        "{ noise_variance = 0.01, life = 0, models = 2, start_level = 1.0 }",
+        "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(MatchedKalmanBank::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

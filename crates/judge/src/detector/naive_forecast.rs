@@ -25,6 +25,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "forecasts the last value; alarm when the signal leaves it by the threshold",
     example: "{ window = 20, horizon = 5, threshold = 0.004 }",
+    more: &["{ scheme = \"rolling\", window = 1, horizon = 1, threshold = 0.3 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(NaiveForecast::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

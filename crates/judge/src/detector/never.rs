@@ -16,6 +16,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "an anchor: no alarm in any frame",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Never(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

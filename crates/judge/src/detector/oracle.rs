@@ -23,6 +23,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "an anchor: alarm exactly while the ground truth says the target is lost",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Oracle(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -30,6 +30,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
     example: "{ below = 5.0 }",
+    more: &["{ above = 0.5, start = 4, after = \"reset\" }", "{ below = 0.5, start = 4, floor = 0.1 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(ControlChart::new(read_params(raw)?, Normal::Running)?)),
     schema: || schemars::schema_for!(Params),
 };

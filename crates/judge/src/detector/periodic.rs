@@ -18,6 +18,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "an anchor: a one-frame alarm in every period",
     example: "{ period = 11 }",
+    more: &["{ period = 2, phase = 1 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(Periodic::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

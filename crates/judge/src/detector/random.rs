@@ -24,6 +24,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "an anchor: isolated one-frame alarms at a given rate",
     example: "{ rate = 0.04 }",
+    more: &["{ rate = 0.5 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(Random::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

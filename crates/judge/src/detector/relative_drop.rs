@@ -34,6 +34,11 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm while the signal is off its mean over the frames called good by too large a factor",
     example: "{ below = 0.45 }",
+    more: &[
+        "{ above = 1.3, window = 3, least = 2 }",
+        "{ rule = \"excess\", above = 1.7, window = 100, least = 5 }",
+        "{ rule = \"excess\", below = -0.3 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(RelativeDrop::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

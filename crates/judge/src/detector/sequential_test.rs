@@ -38,6 +38,10 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm when a test by betting rejects that the signal's mean is good (bounded false alarms)",
     example: "{ below = 0.5 }",
+    more: &[
+        "{ above = 0.03, low = -0.5, alpha = 0.3, window = 4 }",
+        "{ below = 0.6, alpha = 0.3, largest_bet = 0.9, after = \"restart\" }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(SequentialTest::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -26,6 +26,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "alarm while the signal is a number of standard deviations from its mean, of the frames before or of the track",
     example: "{ above = 2.3, span = 25 }",
+    more: &["{ above = 1.0 }"],
     build: |raw: RawParams<'_>| Ok(Box::new(StandardScore::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -35,6 +35,10 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "chi-square test of the last frames against a longer window before them",
     example: "{ length = 5, alpha = 0.005 }",
+    more: &[
+        "{ test = \"energy\", length = 3, least_reference = 2, alpha = 0.05 }",
+        "{ length = 1, reference = 9, variance_floor = 0.01 }",
+    ],
     build: |raw: RawParams<'_>| Ok(Box::new(TwoModelChiSquare::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -34,6 +34,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "motion of the tracker's box, or its distance to the frame's border, relative to its size",
     example: "{ measure = \"displacement\" }",
+    more: &[],
     build: |raw| Ok(Box::new(BoxMotion(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

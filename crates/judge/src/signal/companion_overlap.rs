@@ -40,6 +40,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "overlap of the tracker's box with those of other trackers, or of a watchdog that it runs itself",
     example: "{ statistic = \"median\" }",
+    more: &[],
     build: |raw| Ok(Box::new(CompanionOverlap::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -34,6 +34,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 2,
     summary: "the tracker's own confidence, raw, relative to its early mean, or as a probability",
     example: "{ scale = \"raw\", early = 19 }",
+    more: &[],
     build: |raw| Ok(Box::new(Confidence::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

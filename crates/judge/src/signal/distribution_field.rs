@@ -53,6 +53,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 2,
     summary: "track quality y_t: L1 distance of distribution fields, target against surroundings",
     example: "{ layers = 32, history = 10 }",
+    more: &[],
     build: |raw| Ok(Box::new(DistributionField::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -26,6 +26,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "effective number of the tracker's particles as a share of all",
     example: "{ good = \"low\" }",
+    more: &[],
     build: |raw| Ok(Box::new(EffectiveParticles(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -42,6 +42,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "error of points of the target that are followed to this frame and back",
     example: "{ measure = \"error\" }",
+    more: &[],
     build: |raw| Ok(Box::new(ForwardBackward::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -38,6 +38,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "how much more the colors in the box look like the target than those around it",
     example: "{ object = \"first\" }",
+    more: &[],
     build: |raw| Ok(Box::new(ObjectColor::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

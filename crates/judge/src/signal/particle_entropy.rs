@@ -29,6 +29,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "entropy of the weights of the tracker's particles, relative to equal weights",
     example: "{ good = \"low\" }",
+    more: &[],
     build: |raw| Ok(Box::new(ParticleEntropy(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -33,6 +33,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "distance of the (x, y, R, G, B) covariances of consecutive frames",
     example: "{ ridge = 1e-6 }",
+    more: &[],
     build: |raw| Ok(Box::new(RegionCovariance::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -26,6 +26,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "average peak-to-correlation energy of the tracker's response map",
     example: "{}",
+    more: &[],
     build: |raw| Ok(Box::new(ResponseApce(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

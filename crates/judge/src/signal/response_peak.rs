@@ -35,6 +35,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "highest value of the tracker's response map, its second peak, or its quality relative to the first frame's",
     example: "{ measure = \"peak\" }",
+    more: &[],
     build: |raw| Ok(Box::new(ResponsePeak(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

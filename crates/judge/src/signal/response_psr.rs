@@ -32,6 +32,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "peak-to-sidelobe ratio of the tracker's response map",
     example: "{ sidelobe = \"window\" }",
+    more: &[],
     build: |raw| Ok(Box::new(ResponsePsr(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -28,6 +28,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "Bhattacharyya coefficient of RGB histograms, this frame against the one before",
     example: "{ bins = 8 }",
+    more: &[],
     build: |raw| Ok(Box::new(RgbHistogram::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -33,6 +33,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "Bhattacharyya coefficient of joint color and LBP histograms, this frame against the one before",
     example: "{ lbp_threshold = 8.0 }",
+    more: &[],
     build: |raw| Ok(Box::new(RgbLbpHistogram::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -35,6 +35,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "normalized cross-correlation of the box's gray values with a template",
     example: "{ reference = \"first\" }",
+    more: &[],
     build: |raw| Ok(Box::new(TemplateCorrelation::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

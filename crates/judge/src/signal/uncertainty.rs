@@ -32,6 +32,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "spread of the tracker's hypotheses: root of the determinant of their covariance",
     example: "{ normalise = \"first-size\" }",
+    more: &[],
     build: |raw| Ok(Box::new(Uncertainty::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

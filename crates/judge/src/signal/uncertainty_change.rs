@@ -37,6 +37,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "largest relative change of the uncertainty against the frames of a window before",
     example: "{ window = 25 }",
+    more: &[],
     build: |raw| Ok(Box::new(UncertaintyChange::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

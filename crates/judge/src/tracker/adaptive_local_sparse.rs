@@ -172,6 +172,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 2,
     summary: "sparse codes of local patches, pooled by their alignment (ASLA)",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(AdaptiveLocalSparse::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

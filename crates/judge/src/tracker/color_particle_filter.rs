@@ -213,6 +213,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "particles that are ellipses, weighed by color histograms",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(ColorParticleFilter::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -135,6 +135,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 4,
     summary: "correlation filters for the place and for the scale",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Dsst::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -153,6 +153,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "reconstruction of FT: particles weighed by the votes of fragments",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(FragmentsParticleFilter::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -87,6 +87,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "principal components of the target, learned as it goes",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Ivt::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -187,6 +187,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 4,
     summary: "kernelized correlation filter on oriented gradients or gray values",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -75,6 +75,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 3,
     summary: "normalized cross-correlation with a fixed gray template",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Ncc::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

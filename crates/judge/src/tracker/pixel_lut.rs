@@ -151,6 +151,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "reconstruction of PLT_14: windows scored by look-up tables of pixel codes, learned online",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(PixelLut::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -120,6 +120,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 3,
     summary: "kernelized correlation filter on gradients and colors, at seven scales",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Samf::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -107,6 +107,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "ground truth with losses at stated frames, for tests",
     example: "{ losses = [{ frame = 12, length = 6 }] }",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Scripted::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -208,6 +208,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 2,
     summary: "principal components of the target and an L1 term for occlusion (SP)",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(SparsePrototypes::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -20,6 +20,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "never moves: the first region in every frame",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Still(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -17,6 +17,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 1,
     summary: "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
     example: "{}",
+    more: &[],
     build: |raw| Ok(Box::new(AverageOverlap(read_params(raw)?))),
     schema: || schemars::schema_for!(Params),
 };

@@ -22,6 +22,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 1,
     summary: "frames in which the tracker's box has shrunk to a few pixels and the target has not",
     example: "{ side = 4.0 }",
+    more: &[],
     build: |raw| Ok(Box::new(CollapsedBoxes::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

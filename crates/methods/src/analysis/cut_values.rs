@@ -28,6 +28,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(CutValues::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

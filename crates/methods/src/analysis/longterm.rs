@@ -25,6 +25,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
     example: "{ rules = \"longterm/vot-toolkit/1\" }",
+    more: &[],
     build: |raw| Ok(Box::new(Longterm::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

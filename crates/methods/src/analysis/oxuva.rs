@@ -25,6 +25,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
     example: "{ rules = \"oxuva/1\", threshold = 0.1 }",
+    more: &[],
     build: |raw| Ok(Box::new(Oxuva::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

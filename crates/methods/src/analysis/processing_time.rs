@@ -29,6 +29,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 1,
     summary: "milliseconds a frame that methods cost, by stage",
     example: "{ methods = [\"ARTE\", \"ARTE*\"] }",
+    more: &[],
     build: |raw| Ok(Box::new(ProcessingTime::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

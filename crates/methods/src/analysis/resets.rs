@@ -25,6 +25,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
     example: "{}",
+    more: &[],
     build: |raw| Ok(Box::new(Resets::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -22,6 +22,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "success AUC and precision@20 of trackers, by the rules of an evaluation program",
     example: "{ rules = \"otb-matlab/1\" }",
+    more: &[],
     build: |raw| Ok(Box::new(Success::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

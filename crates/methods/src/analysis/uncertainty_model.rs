@@ -38,6 +38,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 2,
     summary: "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(UncertaintyModel::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

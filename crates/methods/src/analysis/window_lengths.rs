@@ -43,6 +43,7 @@ pub const ENTRY: Entry<dyn Analysis> = Entry {
     version: 1,
     summary: "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
     example: "{}",
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(WindowLengths::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

@@ -35,6 +35,7 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
     version: 1,
     summary: "a program that plugins.toml names, over lines of JSON",
     example: r#"{ program = "my-detector", signals = 1, params = {} }"#,
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Process::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };

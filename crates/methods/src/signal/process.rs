@@ -67,6 +67,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     version: 1,
     summary: "a program that plugins.toml names, over lines of JSON",
     example: r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#,
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Process { params: read_params(raw)?, program: None })),
     schema: || schemars::schema_for!(Params),
 };

@@ -108,6 +108,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "a program that plugins.toml names, over TraX or lines of text",
     example: r#"{ program = "my-tracker" }"#,
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Process { params: read_params(raw)?, program: None })),
     schema: || schemars::schema_for!(Params),
 };

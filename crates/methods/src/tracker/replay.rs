@@ -115,6 +115,7 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
     version: 1,
     summary: "regions and confidence from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking, OxUvA, MOT)",
     example: r#"{ results = "otb/OPE/STRUCK" }"#,
+    more: &[],
     build: |raw: RawParams<'_>| Ok(Box::new(Replay::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
 };
