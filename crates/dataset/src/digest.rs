@@ -17,11 +17,11 @@
 //! 2, polygon, number of corners, then `x y` of each. Coordinates are 0-based, as they are kept in memory.
 
 use super::{DatasetError, Frames, Sequence, text};
-use crate::region::Region;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use trackfail_core::region::Region;
 
 /// A sequence's files digest, computed when it is first asked for.
 #[derive(Debug, Clone, Default)]
@@ -221,6 +221,6 @@ impl Hash {
     }
 
     fn hexadecimal(self) -> String {
-        crate::num::hexadecimal(&self.0.finalize())
+        trackfail_core::num::hexadecimal(&self.0.finalize())
     }
 }

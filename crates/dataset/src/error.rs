@@ -1,7 +1,7 @@
 //! Errors of datasets and result files; each names the file and line, and what to do.
 
-use crate::image::ImageError;
 use std::path::{Path, PathBuf};
+use trackfail_core::image::ImageError;
 
 /// Why a dataset or result file was not read.
 #[derive(Debug, thiserror::Error)]

@@ -5,11 +5,11 @@
 
 use super::{DatasetError, Frames, Sequence, text};
 use crate::frame_order::numbered;
-use crate::image::{self, Frame};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use trackfail_core::image::{self, Frame};
 
 /// Image files in order, and the size of the first one once it is known.
 #[derive(Debug, Clone, Default)]
@@ -175,9 +175,9 @@ pub(crate) fn number(path: &Path) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
     use crate::{Numbering, Render, content_digest};
     use std::sync::Arc;
+    use trackfail_core::region::{Rect, Region};
 
     struct Ramp;
     impl Render for Ramp {

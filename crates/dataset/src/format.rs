@@ -30,7 +30,7 @@ impl<'de> Deserialize<'de> for &'static FormatEntry {
         let word = String::deserialize(deserializer)?;
         find(&word).ok_or_else(|| {
             let known = FORMATS.iter().map(|f| f.word);
-            serde::de::Error::custom(crate::plugin::unknown("format", &word, known))
+            serde::de::Error::custom(trackfail_core::plugin::unknown("format", &word, known))
         })
     }
 }

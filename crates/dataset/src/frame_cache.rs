@@ -3,9 +3,9 @@
 //! Frames of more than `MAX_FRAME_BYTES` are not kept: too few of them have room for one to be found again.
 
 use super::{DatasetError, Sequence};
-use crate::image::Frame;
 use lru::LruCache;
 use std::sync::{Arc, Mutex, PoisonError};
+use trackfail_core::image::Frame;
 
 /// Size of the largest frame that is kept, that of about 2.8 megapixels.
 const MAX_FRAME_BYTES: usize = 8 << 20;

@@ -27,13 +27,12 @@ pub use error::DatasetError;
 pub use files::ImageFiles;
 
 pub use trackfail_core::sequence::{Numbering, SequenceInfo};
-use trackfail_core::{image, num, plugin, region};
 
-use crate::image::Frame;
-use crate::region::Region;
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 
 /// Frames that are computed instead of read.
 pub trait Render: Send + Sync {

@@ -1,9 +1,9 @@
 //! Errors of the engine: why one cell has no result, and why a whole run did not finish.
 
-use crate::dataset::DatasetError;
 use crate::limits::Interrupted;
 use crate::store::StoreError;
-use crate::tracker::TrackerError;
+use trackfail_dataset::DatasetError;
+use trackfail_methods::tracker::TrackerError;
 
 /// Why a cell has no result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

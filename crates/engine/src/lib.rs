@@ -21,10 +21,6 @@ pub mod plan;
 pub mod spec;
 pub mod store;
 
-use trackfail_core::{direction, image, num, plugin, region};
-use trackfail_dataset as dataset;
-use trackfail_methods::{analysis, detector, score, signal, tracker};
-
 pub use error::{CellError, RunError};
 pub use execute::{Cell, CellName, Options, Outcome, ShardOutcome, run, run_shard};
 pub use limits::{Interrupted, RunLimits, Stop};

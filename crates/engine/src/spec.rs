@@ -40,17 +40,17 @@ pub use error::SpecError;
 pub use name::check_experiment_name;
 pub use read::{parse, parse_with, read_file};
 
-use crate::dataset::suite::Catalog;
-use crate::score::Protocol;
-use crate::score::chance::Chance;
-use crate::tracker::TrackerConfig;
-use crate::tracker::protocol::RunProtocol;
 use claim::Claim;
 use figure::Figure;
 use method::Method;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use table::{Published, Table};
+use trackfail_dataset::suite::Catalog;
+use trackfail_methods::score::Protocol;
+use trackfail_methods::score::chance::Chance;
+use trackfail_methods::tracker::TrackerConfig;
+use trackfail_methods::tracker::protocol::RunProtocol;
 
 /// Role of the suite that methods are evaluated on.
 pub const TEST: &str = "test";

@@ -25,5 +25,3 @@ pub mod tracker;
 pub use judge::{Track, judge};
 pub use method::Method;
 pub use trackfail_core::{direction, image, num, plugin, region, sequence};
-#[cfg(test)]
-use trackfail_dataset as dataset;

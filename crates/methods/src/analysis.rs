@@ -19,10 +19,10 @@ pub mod window_lengths;
 
 use crate::detector::Example;
 use crate::detector::consistency::ConsistencyError;
-use crate::num::accumulation::AccumulationError;
-use crate::plugin::Entry;
 use crate::score::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
+use trackfail_core::num::accumulation::AccumulationError;
+use trackfail_core::plugin::Entry;
 
 /// The tracks of one suite.
 pub struct Population<'a> {

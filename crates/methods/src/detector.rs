@@ -4,7 +4,7 @@ pub mod process;
 
 pub use trackfail_judge::detector::*;
 
-use crate::plugin::{Entry, joined};
+use trackfail_core::plugin::{Entry, joined};
 
 /// Every detector, by kind.
 pub static DETECTORS: &[Entry<dyn Detector>] = &joined::<_, { trackfail_judge::detector::DETECTORS.len() + 1 }>(

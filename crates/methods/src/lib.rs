@@ -16,6 +16,3 @@ pub mod signal;
 pub mod tracker;
 
 pub use trackfail_judge::score;
-
-use trackfail_core::{image, num, plugin, region, sequence};
-use trackfail_dataset as dataset;

@@ -1,7 +1,7 @@
 //! Laws of the lists with what comes from outside: programs and result files.
 
-use crate::plugin::Entry;
 use crate::{detector, signal, tracker};
+use trackfail_core::plugin::Entry;
 
 /// Checks a list of all kinds against that of the built-in ones; `params` shows the parameters of a plugin.
 fn check<T: ?Sized>(all: &[Entry<T>], built_in: &[Entry<T>], params: impl Fn(&T) -> serde_json::Value) {

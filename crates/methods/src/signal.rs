@@ -4,7 +4,7 @@ pub mod process;
 
 pub use trackfail_judge::signal::*;
 
-use crate::plugin::{Entry, joined};
+use trackfail_core::plugin::{Entry, joined};
 
 /// Every signal, by kind.
 pub static SIGNALS: &[Entry<dyn Signal>] = &joined::<_, { trackfail_judge::signal::SIGNALS.len() + 1 }>(

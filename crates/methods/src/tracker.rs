@@ -10,7 +10,7 @@ pub(crate) mod testing;
 
 pub use trackfail_judge::tracker::*;
 
-use crate::plugin::{Entry, joined};
+use trackfail_core::plugin::{Entry, joined};
 
 /// Every tracker, by kind.
 pub static TRACKERS: &[Entry<dyn TrackerConfig>] =

@@ -11,8 +11,3 @@ pub mod figure;
 pub mod report;
 pub mod results;
 pub mod table;
-
-use trackfail_core::{direction, image, num, plugin, region};
-use trackfail_dataset as dataset;
-use trackfail_engine::{self as engine, spec};
-use trackfail_methods::{analysis, detector, score, signal};

@@ -67,10 +67,10 @@ pub use scores::CellScore;
 pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
 pub use write::{remove_others, write};
 
-use crate::dataset::DatasetError;
-use crate::engine::store::StoreError;
-use crate::spec::SpecError;
 use std::path::PathBuf;
+use trackfail_dataset::DatasetError;
+use trackfail_engine::spec::SpecError;
+use trackfail_engine::store::StoreError;
 
 /// The experiment file as it was run, in a results folder.
 pub const SPEC: &str = "experiment.toml";

@@ -108,7 +108,7 @@ impl Part {
                 Err(e) => return Err(disk(e)),
             }
         }
-        Ok(crate::num::hexadecimal(&hash.finalize()))
+        Ok(trackfail_core::num::hexadecimal(&hash.finalize()))
     }
 }
 

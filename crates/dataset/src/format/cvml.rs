@@ -21,11 +21,11 @@ pub use parse::{Annotation, parse};
 
 use super::{FormatEntry, SequenceOptions};
 use crate::files::{folder_name, image_folder, is_image, numbered_images, take_range};
-use crate::region::Region;
 use crate::video::Video;
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trackfail_core::region::Region;
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {

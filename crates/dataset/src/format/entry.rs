@@ -1,8 +1,8 @@
 //! An entry of the list of formats.
 
-use crate::region::Region;
 use crate::{DatasetError, Sequence};
 use std::path::{Path, PathBuf};
+use trackfail_core::region::Region;
 
 /// How one sequence of a folder is read; the default takes the whole folder.
 #[derive(Debug, Clone, Default)]

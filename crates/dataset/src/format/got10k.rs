@@ -25,9 +25,9 @@
 
 use super::FormatEntry;
 use super::labels::{labels, one_based, sequence, truth};
-use crate::region::Region;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
+use trackfail_core::region::Region;
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {

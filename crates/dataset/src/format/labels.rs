@@ -4,9 +4,9 @@
 //! lacks that label.
 
 use crate::files::{folder_name, numbered_images, take_range};
-use crate::region::Region;
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
+use trackfail_core::region::Region;
 
 /// The entries of a label file, `0..=largest`, separated by commas, blanks or line ends; `None` without one.
 ///

@@ -21,9 +21,9 @@
 use super::FormatEntry;
 use super::labels::{labels, one_based, sequence, truth};
 use crate::files::image_folder;
-use crate::region::Region;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
+use trackfail_core::region::Region;
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
@@ -73,8 +73,8 @@ pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
 
     fn folder(frames: u32, files: &[(&str, &str)]) -> tempfile::TempDir {
         let dir = tempfile::tempdir().unwrap();

@@ -18,9 +18,9 @@
 
 use super::{FormatEntry, SequenceOptions};
 use crate::files::{folder_name, image_folder, numbered_images, take_range};
-use crate::region::Region;
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
 use std::path::{Path, PathBuf};
+use trackfail_core::region::Region;
 
 /// Files of several targets have a number before `.txt`.
 const TRUTH_PREFIX: &str = "groundtruth_rect";

@@ -50,7 +50,7 @@ pub fn load(file: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetE
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
+    use trackfail_core::region::{Rect, Region};
 
     #[test]
     fn boxes_are_read_without_frames() {

@@ -16,9 +16,9 @@
 
 use super::FormatEntry;
 use crate::files::{folder_name, numbered_images, take_range};
-use crate::region::Region;
 use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
+use trackfail_core::region::Region;
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
@@ -125,8 +125,8 @@ pub fn read_list(path: &Path) -> Result<Vec<String>, DatasetError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
 
     fn folder(frames: std::ops::RangeInclusive<u32>, truth: &[u8]) -> tempfile::TempDir {
         let dir = tempfile::tempdir().unwrap();

@@ -3,11 +3,11 @@
 use super::user::{self, USER_LOCK};
 use super::{Suite, SuiteContent};
 use crate::lock::{PinnedSuite, pinned_suite, pinned_suite_names};
-use crate::plugin::unknown;
 use crate::{DatasetError, synthetic, text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trackfail_core::plugin::unknown;
 
 /// The suites of the built-in `datasets.lock`, the rendered suites, and the user suites that were added.
 ///

@@ -9,12 +9,12 @@ use super::motion::{Curve, at};
 use super::noise::{hash, smoothstep, value};
 use super::sensor;
 use super::sprite::{Pose, Sprite};
-use crate::image::Frame;
-use crate::num::seed::seed;
-use crate::region::{Rect, Region};
 use crate::{Frames, Numbering, Render, Sequence};
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, OnceLock};
+use trackfail_core::image::Frame;
+use trackfail_core::num::seed::seed;
+use trackfail_core::region::{Rect, Region};
 
 /// One thing that is drawn, and its path.
 #[derive(Debug, Clone, Copy)]
@@ -392,7 +392,7 @@ pub fn sequence(suite: &str, version: u32, plan: &ScenePlan) -> Sequence {
         truth,
         attributes,
         frame_attributes,
-        digest: crate::num::hexadecimal(&hash.finalize()).into(),
+        digest: trackfail_core::num::hexadecimal(&hash.finalize()).into(),
         frames: Frames::Rendered(Arc::new(scene), plan.frames),
     }
 }

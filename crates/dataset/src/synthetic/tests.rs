@@ -1,10 +1,10 @@
 use super::scene::{Actor, ScenePlan};
 use super::*;
 use crate::Frames;
-use crate::image::Frame;
-use crate::region::Region;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 
 fn frame(sequence: &Sequence, t: usize) -> Frame {
     sequence.frame(t).unwrap()

@@ -3,16 +3,10 @@
 use super::context::Context;
 use super::supervise::run_single;
 use super::track::{self, Track, Tracks};
-use crate::analysis::{Findings, Population, Reads};
-use crate::dataset::{DatasetError, Sequence};
 use crate::error::{CellError, RunError, StepError};
-use crate::num::hexadecimal;
 use crate::observe::tally::Work;
 use crate::plan::recipes::Read;
 use crate::plan::{PlannedSuite, signal_index};
-use crate::score::overlap::OVERLAP;
-use crate::score::trajectory::Trajectory;
-use crate::signal::confidence;
 use crate::spec::analysis::Analysis;
 use crate::store::address::{Recipe, Stage};
 use crate::store::{self, Name};
@@ -21,6 +15,12 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use trackfail_core::num::hexadecimal;
+use trackfail_dataset::{DatasetError, Sequence};
+use trackfail_methods::analysis::{Findings, Population, Reads};
+use trackfail_methods::score::overlap::OVERLAP;
+use trackfail_methods::score::trajectory::Trajectory;
+use trackfail_methods::signal::confidence;
 
 /// One analysis on one tracker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

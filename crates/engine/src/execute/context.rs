@@ -4,8 +4,6 @@ use super::cores::Cores;
 use super::detector_outputs::DetectorOutputCache;
 use super::reverse::FRAMES_IN_MEMORY;
 use super::tracker_run::TrackerRun;
-use crate::dataset::Sequence;
-use crate::dataset::frame_cache::FrameCache;
 use crate::error::RunError;
 use crate::limits::RunLimits;
 use crate::observe::costs::CostTally;
@@ -18,6 +16,8 @@ use serde::de::DeserializeOwned;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use trackfail_dataset::Sequence;
+use trackfail_dataset::frame_cache::FrameCache;
 
 /// Options of a run.
 #[derive(Clone)]

@@ -1,10 +1,10 @@
 //! Outputs of detectors, in memory or in the store.
 
-use crate::detector::{DetectorOutput, Quality};
 use crate::store::address::{Address, Recipe};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trackfail_methods::detector::{DetectorOutput, Quality};
 
 /// Bytes of outputs that are kept in memory; further ones are read from the store when they are needed.
 const MAX_BYTES_IN_MEMORY: usize = 128 << 20;

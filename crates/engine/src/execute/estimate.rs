@@ -9,17 +9,17 @@ use super::lane::{Companions, Lane, LaneStep};
 use super::supervise::run_single;
 use super::tracker_run::{TrackerRun, TrackingError};
 use super::units::units;
-use crate::dataset::frame_cache::FrameCache;
 use crate::limits::{Interrupted, RunLimits, Stop};
 use crate::observe::costs::{Cost, Costs};
 use crate::plan::{CellState, ExperimentPlan, PlannedSequence, Shard, recipes, variants};
-use crate::signal::Reads;
 use crate::spec::method::{DetectorChoice, SignalChoice};
 use crate::store::Store;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_methods::signal::Reads;
 
 /// Work of a run, or of a share of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

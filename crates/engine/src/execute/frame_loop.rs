@@ -9,11 +9,11 @@ use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneStep};
 use super::schedule::Schedule;
 use super::tracker_run::TrackingError;
-use crate::dataset::Sequence;
-use crate::dataset::frame_cache::FrameCache;
 use crate::limits::Interrupted;
-use crate::tracker::TrackerState;
 use std::sync::{Arc, Mutex, PoisonError};
+use trackfail_dataset::Sequence;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_methods::tracker::TrackerState;
 
 /// Gives the frames of a sequence, in `order`, to all lanes. A lane that fails is replaced by its error; the others go
 /// on. Each frame is decoded once, and not at all when no lane reads pixels.

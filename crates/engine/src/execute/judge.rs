@@ -6,19 +6,19 @@ use super::reverse::{self, Reversal};
 use super::supervise::{JobError, Watchdog, supervised};
 use super::track::Track;
 use super::tracker_run::TrackingError;
-use crate::detector::track_quality::Effort;
-use crate::detector::{DetectorOutput, Input, Quality};
 use crate::error::{CellError, RunError};
 use crate::limits::Interrupted;
 use crate::observe::tally::Work;
 use crate::plan::SignalSet;
 use crate::plan::recipes::{self, DetectorKey, Read};
-use crate::score::{Protocol, TrackScore};
 use crate::spec::method::{FixedDetector, Method};
 use crate::store::address::{Address, Recipe};
 use crate::store::{self, Name, Record};
 use std::ops::Range;
 use std::sync::Arc;
+use trackfail_methods::detector::track_quality::Effort;
+use trackfail_methods::detector::{DetectorOutput, Input, Quality};
+use trackfail_methods::score::{Protocol, TrackScore};
 
 /// One method on one track, judged.
 #[derive(Debug, Clone)]

@@ -1,14 +1,14 @@
 //! Lanes: a tracker, or its stored states, with the signals read from it.
 
 use super::tracker_run::{TrackerRun, TrackingError};
-use crate::image::Frame;
-use crate::region::Region;
-use crate::score::Restarts;
-use crate::signal::Reads;
 use crate::spec::method::SignalChoice;
-use crate::tracker::{RunContext, StartedTracker, Status, Tracker, TrackerError, TrackerState};
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 use trackfail_judge::reader::{SignalFault, SignalReader};
+use trackfail_methods::score::Restarts;
+use trackfail_methods::signal::Reads;
+use trackfail_methods::tracker::{RunContext, StartedTracker, Status, Tracker, TrackerError, TrackerState};
 
 /// A tracker, or its stored states, with the signals read from it.
 pub struct Lane {

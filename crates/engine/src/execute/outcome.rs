@@ -5,15 +5,15 @@ use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
 use super::judge::Judged;
 use super::track::Tracks;
 use super::train::Model;
-use crate::dataset::Sequence;
-use crate::dataset::suite::Missing;
-use crate::detector::DetectorOutput;
 use crate::error::CellError;
 use crate::observe::tally::Tally;
 use crate::plan::{ExperimentPlan, Job, PlannedSequence};
 use crate::store::{Store, StoreError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use trackfail_dataset::Sequence;
+use trackfail_dataset::suite::Missing;
+use trackfail_methods::detector::DetectorOutput;
 
 /// One cell: a method's variant on a tracker's run over a sequence.
 pub struct Cell {

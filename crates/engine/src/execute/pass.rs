@@ -7,14 +7,14 @@ use super::frame_observer::FrameObserver;
 use super::lane::{Companions, Lane, LaneStep};
 use super::supervise::{JobError, Watchdog, supervised};
 use super::tracker_run::{TrackerRun, TrackingError};
-use crate::dataset::Sequence;
-use crate::dataset::frame_cache::FrameCache;
 use crate::error::CellError;
 use crate::limits::{Interrupted, RunLimits};
 use crate::spec::method::SignalChoice;
-use crate::tracker::TrackerState;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trackfail_dataset::Sequence;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_methods::tracker::TrackerState;
 
 /// One task of a pass: a track, signals on it, or both.
 #[derive(Clone)]

@@ -9,15 +9,15 @@ use super::frame_loop::run_lane;
 use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneStep};
 use super::tracker_run::{TrackerRun, TrackingError};
-use crate::detector::{Detector, DetectorOutput, Input, Reverse};
-use crate::num;
-use crate::region::Region;
-use crate::score::overlap;
-use crate::tracker::TrackerError;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use trackfail_core::num;
+use trackfail_core::region::Region;
+use trackfail_methods::detector::{Detector, DetectorOutput, Input, Reverse};
+use trackfail_methods::score::overlap;
+use trackfail_methods::tracker::TrackerError;
 
 /// Frames between the forks of the forward run.
 const STRIDE: usize = 32;

@@ -10,14 +10,14 @@ use super::track::Tracks;
 use super::tracking;
 use super::train::{self, ReadyDetectors};
 use super::units::{Unit, frames_to_do, units};
-use crate::dataset::DatasetError;
-use crate::dataset::suite::{Catalog, Loaded};
 use crate::error::{CellError, RunError};
 use crate::plan::{self, ExperimentPlan, Job, variants};
 use crate::spec::Experiment;
 use crate::store::Store;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_dataset::DatasetError;
+use trackfail_dataset::suite::{Catalog, Loaded};
 
 /// Loads the suites of an experiment, by role.
 ///

@@ -12,14 +12,14 @@ use super::cores::{Cores, Share};
 use super::frame_observer::FrameObserver;
 use super::lane::{Lane, LaneSignal, LaneStep, StateSource};
 use super::tracker_run::TrackingError;
-use crate::dataset::Sequence;
-use crate::dataset::frame_cache::FrameCache;
-use crate::image::Frame;
 use crate::limits::Interrupted;
-use crate::tracker::TrackerState;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::ScopedJoinHandle;
+use trackfail_core::image::Frame;
+use trackfail_dataset::Sequence;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_methods::tracker::TrackerState;
 
 /// Maximum number of decoded frames, the one that is furthest behind included.
 const MAX_FRAMES: usize = 16;

@@ -1,5 +1,5 @@
 //! Processing times of methods on the tracks of a suite, on one thread, one track after the other. For what is timed,
-//! see [`processing_time`](crate::analysis::processing_time).
+//! see [`processing_time`](trackfail_methods::analysis::processing_time).
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::context::Context;
@@ -12,19 +12,19 @@ use super::supervise::run_single;
 use super::track::{self, Tracks};
 use super::tracker_run::{TrackerRun, TrackingError};
 use super::train::ReadyDetectors;
-use crate::analysis::processing_time::{Spent, Timing};
-use crate::analysis::{Findings, Population, Reads};
-use crate::detector::{Input, Reverse};
 use crate::error::{CellError, RunError, StepError};
 use crate::plan::{SignalSet, variants};
-use crate::region::Region;
-use crate::score::overlap;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
-use crate::tracker::TrackerError;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
+use trackfail_core::region::Region;
+use trackfail_methods::analysis::processing_time::{Spent, Timing};
+use trackfail_methods::analysis::{Findings, Population, Reads};
+use trackfail_methods::detector::{Input, Reverse};
+use trackfail_methods::score::overlap;
+use trackfail_methods::tracker::TrackerError;
 
 /// Makes every analysis of the clock, on every tracker; `tracks` has the tracks of every suite. An analysis that fails
 /// is an error in its place.

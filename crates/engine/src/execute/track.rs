@@ -1,15 +1,15 @@
 //! Tracks with their signals.
 
 use super::reverse::Reversal;
-use crate::detector::{DetectorOutput, Example};
 use crate::error::CellError;
 use crate::plan::{ExperimentPlan, SignalSet};
-use crate::region::Region;
-use crate::score::{Protocol, TrackScore};
-use crate::tracker::Status;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
+use trackfail_core::region::Region;
+use trackfail_methods::detector::{DetectorOutput, Example};
+use trackfail_methods::score::{Protocol, TrackScore};
+use trackfail_methods::tracker::Status;
 
 /// A tracker's run over a sequence, with the signals computed from it.
 #[derive(Debug, Clone)]

@@ -1,14 +1,14 @@
 //! One run of a tracker on a sequence: everything needed to start it, and what can go wrong.
 
 use super::supervise::JobError;
-use crate::dataset::frame_cache::FrameCache;
-use crate::dataset::{DatasetError, Sequence};
 use crate::error::{CellError, StepError};
-use crate::image::Frame;
 use crate::limits::Interrupted;
-use crate::tracker::{RunContext, StartedTracker, TrackerConfig, TrackerError};
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_dataset::{DatasetError, Sequence};
+use trackfail_methods::tracker::{RunContext, StartedTracker, TrackerConfig, TrackerError};
 
 /// A run of a tracker on a sequence; it can be started any number of times, with the same result.
 #[derive(Clone)]

@@ -8,15 +8,15 @@ use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError};
 use crate::observe::tally::Work;
 use crate::plan::{PlannedSequence, recipes};
-use crate::region::Region;
-use crate::score::overlap;
-use crate::signal::Reads;
 use crate::store::address::Recipe;
 use crate::store::{self, Name};
-use crate::tracker::{Status, TrackerState};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
+use trackfail_core::region::Region;
+use trackfail_methods::score::overlap;
+use trackfail_methods::signal::Reads;
+use trackfail_methods::tracker::{Status, TrackerState};
 
 /// Largest number of tracks in one pass, to limit memory.
 const MAX_TASKS: usize = 64;

@@ -8,7 +8,6 @@ use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
 use crate::plan::{Place, SignalSet, folds, recipes, variants};
-use crate::score::Counts;
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
 use crate::store::address::{Address, Recipe};
@@ -18,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use trackfail_methods::score::Counts;
 
 /// A trained parameter or a learned model of one method on one tracker.
 #[derive(Debug, Clone, Serialize)]

@@ -1,7 +1,6 @@
 //! Costs: how long each tracker with its signals takes for a frame, as the runs of a store have found it. They are kept
 //! beside the records for estimates alone, and are no part of results or addresses.
 
-use crate::dataset::text;
 use crate::plan::ExperimentPlan;
 use crate::store::{Store, write_derived};
 use serde::{Deserialize, Serialize};
@@ -10,6 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use trackfail_dataset::text;
 
 /// Name of the file in the store's folder.
 const FILE: &str = "costs.json";

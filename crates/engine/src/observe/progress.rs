@@ -14,7 +14,6 @@
 //! A run that finishes removes its folder. One that was interrupted, killed or has failed leaves it, with a lock that
 //! no process holds: it has stopped. The next run of the same experiment, or of the same shard of it, removes it.
 
-use crate::dataset::text;
 use crate::plan::Shard;
 use crate::spec::Experiment;
 use crate::store::{FOLDER, temporary_in};
@@ -27,6 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use trackfail_dataset::text;
 
 /// Version of the file's format.
 /// - 1: first version.

@@ -1,11 +1,11 @@
 //! Demands of an experiment: its suites, its variants with their signals, and the tracks that it needs on each suite.
 
 use super::job::Job;
-use crate::plugin;
-use crate::signal::SIGNALS;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, OTHERS, TEST};
+use trackfail_core::plugin;
+use trackfail_methods::signal::SIGNALS;
 
 /// Tracks of a tracker that are needed on a suite, and the signal that is read from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,20 +5,20 @@ use super::demand::{Demand, SignalSet, demands, distinct_signals, signal_index, 
 use super::folds;
 use super::job::Job;
 use super::recipes::{self, Ingredient, Read};
-use crate::dataset::Sequence;
-use crate::dataset::suite::{Loaded, Missing};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
-use crate::num::seed;
-use crate::signal::Reads;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
 use crate::store::address::{Address, Recipe, Stage};
-use crate::tracker::RunContext;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_core::num::seed;
+use trackfail_dataset::Sequence;
+use trackfail_dataset::suite::{Loaded, Missing};
+use trackfail_methods::signal::Reads;
+use trackfail_methods::tracker::RunContext;
 
 /// The need of what looks at pixels.
 const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";

@@ -5,8 +5,8 @@
 //! experiment draws, are dealt out to at most [`FOLDS`] folds. What is made for a sequence and a tracker learns from the
 //! sequences of the other folds on the other trackers.
 
-use crate::num::seed;
 use std::collections::BTreeMap;
+use trackfail_core::num::seed;
 
 /// Largest number of folds; with fewer videos, each is a fold.
 pub const FOLDS: usize = 10;

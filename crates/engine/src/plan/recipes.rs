@@ -1,20 +1,20 @@
 //! Recipes of the results of each stage; see [`address`](crate::store::address) for the table.
 
 use super::job::Job;
-use crate::dataset::{DatasetError, Frames, Sequence, file_digest};
-use crate::detector::Learner;
 use crate::error::CellError;
-use crate::image::DECODER;
-use crate::num::seed;
-use crate::score::overlap::OVERLAP;
-use crate::score::{Protocol, Restarts};
 use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
 use crate::spec::{Absence, Experiment, OTHERS, Tracker};
 use crate::store::address::{Address, AddressDigest, Recipe, Stage};
-use crate::tracker::{RunContext, STATE_FORM};
 use std::path::{Path, PathBuf};
+use trackfail_core::image::DECODER;
+use trackfail_core::num::seed;
+use trackfail_dataset::{DatasetError, Frames, Sequence, file_digest};
+use trackfail_methods::detector::Learner;
+use trackfail_methods::score::overlap::OVERLAP;
+use trackfail_methods::score::{Protocol, Restarts};
+use trackfail_methods::tracker::{RunContext, STATE_FORM};
 
 /// Seed of a tracker's run on a sequence.
 pub fn track_seed(experiment: &Experiment, sequence: &Sequence, tracker: &Tracker, run: u32) -> u64 {
@@ -296,11 +296,11 @@ impl LabelsOn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DETECTORS;
     use std::sync::Arc;
+    use trackfail_methods::detector::DETECTORS;
 
     fn fixed(kind: &str) -> FixedDetector {
-        let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+        let entry = trackfail_core::plugin::find(DETECTORS, kind).unwrap();
         let detector = Arc::from(entry.build_from_text(entry.example).unwrap());
         FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
     }

@@ -5,14 +5,14 @@ use super::error::{Source, SpecError};
 use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
 use super::wire;
-use crate::analysis::{ANALYSES, Names};
-use crate::score::Restarts;
-use crate::signal::SIGNALS;
-use crate::tracker::process::Programs;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use trackfail_methods::analysis::{ANALYSES, Names};
+use trackfail_methods::score::Restarts;
+use trackfail_methods::signal::SIGNALS;
+use trackfail_methods::tracker::process::Programs;
 
 /// An analysis of an experiment.
 pub struct Analysis {
@@ -23,7 +23,7 @@ pub struct Analysis {
     /// Plugin version.
     pub version: u32,
     /// The checked analysis.
-    pub plugin: Arc<dyn crate::analysis::Analysis>,
+    pub plugin: Arc<dyn trackfail_methods::analysis::Analysis>,
     /// The signal; none for an analysis of regions.
     pub signal: Option<SignalChoice>,
     /// Roles of the suites, in order.
@@ -63,7 +63,7 @@ pub(super) fn read(
     };
     let plugin = RawPlugin::read(source, programs, part("compute")?, "analysis", ANALYSES)?;
     let (kind, version) = (plugin.entry.kind, plugin.entry.version);
-    let plugin: Arc<dyn crate::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
+    let plugin: Arc<dyn trackfail_methods::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
     let signal = match (plugin.reads().has_signal(), wire.signal.is_some()) {
         (false, true) => {
             return Err(source.error(wire.name.span(), format!("{kind} takes no `signal`")));

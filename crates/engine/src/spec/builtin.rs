@@ -4,11 +4,11 @@ use super::SpecError;
 use super::error::Source;
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
-use crate::score::PROTOCOLS;
 use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::DeTable;
 use trackfail_judge::method::METHODS;
+use trackfail_methods::score::PROTOCOLS;
 
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = &[
@@ -99,10 +99,10 @@ pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Metric;
     use crate::spec::table::{Side, Table};
     use std::collections::BTreeSet;
     use trackfail_judge::method::names;
+    use trackfail_methods::score::Metric;
 
     #[test]
     fn every_published_method_builds() {

@@ -22,10 +22,10 @@ mod parse;
 use super::error::{Errors, Source, SpecError};
 use super::table::{FindingName, Words};
 use super::wire;
-use crate::score::Metric;
 pub use judge::{Compared, Judgement, LEVEL, Measured, Spread};
 use parse::parse;
 use std::ops::Range;
+use trackfail_methods::score::Metric;
 
 /// A checked conclusion.
 #[derive(Debug, Clone, PartialEq)]
@@ -215,9 +215,9 @@ pub(super) fn read(source: Source<'_>, wire: &wire::Claim, words: &Words) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::Names;
     use crate::spec::table::GridAxis;
     use proptest::prelude::*;
+    use trackfail_methods::analysis::Names;
 
     fn words() -> Words {
         let own = |w: &[&str]| w.iter().map(|s| s.to_string()).collect();

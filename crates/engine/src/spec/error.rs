@@ -5,11 +5,11 @@ mod plain_words;
 
 pub(super) use plain_words::{FIRST_NUMBER, in_plain_words};
 
-use crate::dataset::text::shorten_to;
-use crate::plugin::{ParamError, nearest, unknown};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeTable;
+use trackfail_core::plugin::{ParamError, nearest, unknown};
+use trackfail_dataset::text::shorten_to;
 
 /// What is wrong with an experiment file: one thing, and what else was found behind it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

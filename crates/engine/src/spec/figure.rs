@@ -13,10 +13,10 @@ use super::name::check_file_name;
 use super::table::{FindingName, Words, all_known, grid_axis, metric, read_methods};
 use super::width::Width;
 use super::wire;
-use crate::score::Metric;
 use panel::read_panel;
 use std::ops::Range;
 use toml::Spanned;
+use trackfail_methods::score::Metric;
 
 /// A kind of figure: its word in experiment files and the keys it reads.
 #[derive(Debug, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 
 use super::error::{Source, SpecError};
 use super::wire;
-use crate::dataset::text;
 use std::ops::Range;
 use std::path::Path;
+use trackfail_dataset::text;
 
 /// Largest experiment file, in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
@@ -33,7 +33,7 @@ pub(super) const MAX_CELLS: usize = 1_000_000;
 pub fn read_text(path: &Path) -> Result<String, SpecError> {
     let whole = |message: String| SpecError::of_file(path.display().to_string(), message);
     let bytes = text::read_at_most(path, MAX_BYTES as u64).map_err(|e| match e {
-        crate::dataset::DatasetError::Io { source, .. } => whole(source.to_string()),
+        trackfail_dataset::DatasetError::Io { source, .. } => whole(source.to_string()),
         _ => whole(format!("an experiment file has at most {MAX_BYTES} bytes")),
     })?;
     String::from_utf8(bytes).map_err(|e| {

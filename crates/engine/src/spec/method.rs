@@ -9,17 +9,17 @@ pub(super) use training::can_be_maximised;
 use super::error::{Errors, Source, SpecError};
 use super::limits::MAX_DETECTORS;
 use super::raw_plugin::RawPlugin;
-use crate::detector::{DETECTORS, Detector};
-use crate::num::readable;
-use crate::plugin::ParamError;
-use crate::score::Metric;
-use crate::score::{Protocol, Restarts};
-use crate::signal::{Reads, SIGNALS, Signal};
-use crate::tracker::process::Programs;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
+use trackfail_core::num::readable;
+use trackfail_core::plugin::ParamError;
+use trackfail_methods::detector::{DETECTORS, Detector};
+use trackfail_methods::score::Metric;
+use trackfail_methods::score::{Protocol, Restarts};
+use trackfail_methods::signal::{Reads, SIGNALS, Signal};
+use trackfail_methods::tracker::process::Programs;
 
 /// A method of an experiment.
 pub struct Method {

@@ -1,8 +1,8 @@
 //! Names that an experiment gives: of itself, of tables and figures, of trackers and methods.
 
 use super::error::{Source, SpecError};
-use crate::dataset::text;
 use toml::Spanned;
+use trackfail_dataset::text;
 
 /// Most characters of a name of one word, and of a label.
 const MAX_WORD: usize = 64;

@@ -1,10 +1,8 @@
-//! `plugins.toml`: programs that may be run as [trackers](crate::tracker::process), [signals](crate::signal::process) and
-//! [detectors](crate::detector::process). It is as strict as experiment files: an unknown key is an error with its line and the nearest valid word.
+//! `plugins.toml`: programs that may be run as [trackers](trackfail_methods::tracker::process), [signals](trackfail_methods::signal::process) and
+//! [detectors](trackfail_methods::detector::process). It is as strict as experiment files: an unknown key is an error with its line and the nearest valid word.
 
 use super::error::{Source, SpecError};
 use super::name::is_word;
-use crate::dataset::{DatasetError, text};
-use crate::tracker::process::{Program, Programs, Protocol, Regions, Role};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,6 +10,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
+use trackfail_dataset::{DatasetError, text};
+use trackfail_methods::tracker::process::{Program, Programs, Protocol, Regions, Role};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 1 << 20;

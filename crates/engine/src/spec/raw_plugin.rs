@@ -1,11 +1,11 @@
 //! Plugins of an experiment file: the tables of their parameters, checked and bound to the programs that they name.
 
 use super::error::{Errors, Source, SpecError, in_plain_words};
-use crate::plugin::{self, Entry, ParamError, RawParams};
-use crate::tracker::process::{Bind, Programs};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
+use trackfail_core::plugin::{self, Entry, ParamError, RawParams};
+use trackfail_methods::tracker::process::{Bind, Programs};
 
 /// Most numbers that are tried to find the first that a plugin takes.
 const MAX_TRIED: u64 = 64;

@@ -16,14 +16,14 @@ use super::name::{self, check_file_name, check_label, check_method_name, check_u
 use super::recover::{self, Shape};
 use super::table::{self, Published, Table, Words, inherit_published};
 use super::{Experiment, OTHERS, TEST, claim, wire, written_out};
-use crate::dataset::suite::Catalog;
-use crate::score::{self, Protocol};
-use crate::tracker::process::Programs;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use trackfail_dataset::suite::Catalog;
+use trackfail_methods::score::{self, Protocol};
+use trackfail_methods::tracker::process::Programs;
 
 /// Version of the format.
 pub(super) const SCHEMA: u32 = 1;

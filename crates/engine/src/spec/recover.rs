@@ -6,13 +6,13 @@
 use super::error::{Errors, MAX_ERRORS, MAX_WORD, Source};
 use super::raw_plugin::as_value;
 use super::wire;
-use crate::dataset::text::shorten_to;
-use crate::plugin::nearest;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
+use trackfail_core::plugin::nearest;
+use trackfail_dataset::text::shorten_to;
 
 /// What stands for keys that every file must have and a wrong one has not.
 const IN_PLACE: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";

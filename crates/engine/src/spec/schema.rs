@@ -4,10 +4,10 @@ use super::figure::{FIGURE_KINDS, FigureKey};
 use super::method::can_be_maximised;
 use super::read::{MAX_RUNS, SCHEMA};
 use super::wire;
-use crate::plugin::Entry;
-use crate::score::{Metric, PROTOCOLS};
-use crate::tracker::protocol::RunProtocol;
 use serde_json::{Map, Value, json};
+use trackfail_core::plugin::Entry;
+use trackfail_methods::score::{Metric, PROTOCOLS};
+use trackfail_methods::tracker::protocol::RunProtocol;
 
 /// Named parts of the schema, which others refer to as `#/$defs/NAME`.
 type Definitions = Map<String, Value>;
@@ -21,10 +21,10 @@ pub fn schema() -> Value {
     definitions.append(&mut take_definitions(&mut train));
     remove(&mut train, &["$schema", "title"]);
     definitions.insert("Train".into(), train);
-    let signals = plugins(&mut definitions, "signal", crate::signal::SIGNALS);
-    let detectors = plugins(&mut definitions, "detector", crate::detector::DETECTORS);
-    let analyses = plugins(&mut definitions, "analysis", crate::analysis::ANALYSES);
-    let trackers = plugins(&mut definitions, "tracker", crate::tracker::TRACKERS);
+    let signals = plugins(&mut definitions, "signal", trackfail_methods::signal::SIGNALS);
+    let detectors = plugins(&mut definitions, "detector", trackfail_methods::detector::DETECTORS);
+    let analyses = plugins(&mut definitions, "analysis", trackfail_methods::analysis::ANALYSES);
+    let trackers = plugins(&mut definitions, "tracker", trackfail_methods::tracker::TRACKERS);
     definitions.insert("Signal".into(), signals);
     definitions.insert("Detector".into(), detectors);
     definitions.insert("Compute".into(), analyses);
@@ -95,7 +95,7 @@ fn describe_methods(definitions: &mut Definitions) {
 /// Trackers have their own keys and the parameters of their kind on one level.
 fn describe_trackers(definitions: &mut Definitions, kinds: Value) {
     let mut kinds = kinds["anyOf"].clone();
-    let names: Vec<&str> = crate::tracker::TRACKERS.iter().map(|entry| entry.kind).collect();
+    let names: Vec<&str> = trackfail_methods::tracker::TRACKERS.iter().map(|entry| entry.kind).collect();
     let tracker = &mut definitions["Tracker"];
     tracker["properties"]["name"]["enum"] = json!(names);
     let own = tracker["properties"].clone();

@@ -6,13 +6,13 @@ use super::error::{Errors, Source, SpecError};
 use super::name::check_file_name;
 use super::width::Width;
 use super::wire;
-use crate::analysis::Names;
-use crate::direction::Direction;
-use crate::score::Metric;
 pub use published::{inherit_published, read_published};
 use serde::Serialize;
 use std::ops::Range;
 use toml::Spanned;
+use trackfail_core::direction::Direction;
+use trackfail_methods::analysis::Names;
+use trackfail_methods::score::Metric;
 
 /// The quantity that varies along one side of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -141,7 +141,7 @@ impl Words {
         };
         if !known().any(|k| k == text) {
             let known: Vec<String> = known().collect();
-            let message = crate::plugin::unknown("finding", text, known.iter().map(String::as_str));
+            let message = trackfail_core::plugin::unknown("finding", text, known.iter().map(String::as_str));
             return Err(UnknownFinding(message));
         }
         let (analysis, part) = text.split_once('.').unwrap_or((text, ""));

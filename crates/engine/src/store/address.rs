@@ -12,12 +12,12 @@
 //! | labels | address of the signal (of the track, for methods without one); version of the form in which labels are stored; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the version of reverse runs, for detectors that use them; the seed, for detectors that draw random numbers |
 //!
 //! Clock, host, thread count, order and file times are in no recipe. Whatever changes a stage's output must change an
-//! ingredient: plugins have a version, and tests with golden digests of their outputs fail until it is raised; [`DECODER`](crate::image::DECODER) and [`OVERLAP`](crate::score::overlap::OVERLAP) are the versions of the shared parts.
+//! ingredient: plugins have a version, and tests with golden digests of their outputs fail until it is raised; [`DECODER`](trackfail_core::image::DECODER) and [`OVERLAP`](trackfail_methods::score::overlap::OVERLAP) are the versions of the shared parts.
 
-use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
+use trackfail_core::num::hexadecimal;
 
 /// SHA-256 of a recipe.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -146,8 +146,8 @@ pub fn canonical(value: &serde_json::Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plugin::Entry;
     use serde_json::json;
+    use trackfail_core::plugin::Entry;
 
     // python3: import hashlib,struct; h=hashlib.sha256()
     // for s in ['labels','detector','level','version','1']: b=s.encode(); h.update(struct.pack('<Q',len(b))+b)
@@ -197,10 +197,10 @@ mod tests {
     // A name, version, parameter or default that changes, changes every address.
     #[test]
     fn plugins_have_their_pinned_addresses() {
-        let mut all = keys("tracker", crate::tracker::TRACKERS, |t| t.params());
-        all.extend(keys("signal", crate::signal::SIGNALS, |s| s.params()));
-        all.extend(keys("detector", crate::detector::DETECTORS, |d| d.params()));
-        all.extend(keys("analysis", crate::analysis::ANALYSES, |a| a.params()));
+        let mut all = keys("tracker", trackfail_methods::tracker::TRACKERS, |t| t.params());
+        all.extend(keys("signal", trackfail_methods::signal::SIGNALS, |s| s.params()));
+        all.extend(keys("detector", trackfail_methods::detector::DETECTORS, |d| d.params()));
+        all.extend(keys("analysis", trackfail_methods::analysis::ANALYSES, |a| a.params()));
         trackfail_testing::check_pins("address", all);
     }
 }

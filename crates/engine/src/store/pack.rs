@@ -15,11 +15,11 @@
 use super::StoreError;
 use super::address::{Address, Recipe, Stage};
 use super::file;
-use crate::num::hexadecimal;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use trackfail_core::num::hexadecimal;
 
 const MAGIC: &[u8; 16] = b"trackfail-pack/1";
 const TAIL: u64 = 8 + 32 + 16;
@@ -95,7 +95,7 @@ pub struct Record {
 
 /// Key of a cell's name in the index, whichever experiment the cell was made for.
 pub fn name_key(stage: Stage, cell: &str) -> u64 {
-    crate::num::seed::seed(0, &[stage.word(), cell])
+    trackfail_core::num::seed::seed(0, &[stage.word(), cell])
 }
 
 /// Writes a pack into `folder`. Returns its path and index.

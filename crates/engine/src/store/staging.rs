@@ -6,10 +6,10 @@
 //! last: results whose run is killed in between lack the mark, and the next run makes them again from the store.
 
 use super::{StoreError, TEMPORARY, file};
-use crate::dataset::leftover::is_old;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use trackfail_dataset::leftover::is_old;
 
 /// A staging folder. It is removed when dropped; [`sweep`] removes those that a killed process left.
 pub struct Staging {

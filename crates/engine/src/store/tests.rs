@@ -1,8 +1,8 @@
 //! The store under truncation, changed bytes, twins, limits and kills.
 
 use super::*;
-use crate::region::{Rect, Region};
-use crate::tracker::{Moments, Status, TrackerState};
+use trackfail_core::region::{Rect, Region};
+use trackfail_methods::tracker::{Moments, Status, TrackerState};
 
 fn name(cell: &str) -> Name {
     Name { experiment: "e".into(), cell: cell.into() }

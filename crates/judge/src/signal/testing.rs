@@ -1,12 +1,12 @@
 //! Helpers of the signals' tests.
 
 use super::{Observation, Session, Signal};
-use crate::dataset::synthetic;
 use crate::image::Frame;
 use crate::num::particles::{effective_number, entropy};
 use crate::plugin::Entry;
 use crate::region::{Rect, Region};
 use crate::tracker::{Moments, TrackerState, testing};
+use trackfail_dataset::synthetic;
 
 /// A signal that has been started on a rendered sequence.
 pub fn start(signal: &dyn Signal) -> Box<dyn Session> {

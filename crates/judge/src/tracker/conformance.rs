@@ -2,9 +2,9 @@
 
 use super::testing::{context, track};
 use super::*;
-use crate::dataset::{Sequence, synthetic};
 use crate::region::Rect;
 use sha2::{Digest, Sha256};
+use trackfail_dataset::{Sequence, synthetic};
 
 /// The first `n` frames of a small sequence.
 fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {

@@ -196,9 +196,9 @@ fn longest_chord(corners: &[(f64, f64)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::synthetic;
     use crate::tracker::testing::track;
     use proptest::prelude::*;
+    use trackfail_dataset::synthetic;
 
     fn overlaps(params: &str, suite: &str, which: usize, seed: u64) -> Vec<f64> {
         let config = ENTRY.build_from_text(params).unwrap();

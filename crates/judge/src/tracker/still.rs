@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn stays_where_it_is_started() {
-        let sequence = crate::dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
+        let sequence = trackfail_dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
         let region = Region::Rect(Rect::new(3.0, 1.0, 2.0, 2.0));
         let frames = vec![Frame::new(2, 2, vec![0; 12]); 3];
         let states = track(&*ENTRY.build_from_text("{}").unwrap(), &sequence, 0, &region, &frames);

@@ -2,10 +2,10 @@
 
 use super::correlation::response::{MapOptions, ResponseMap};
 use super::{RunContext, TrackerConfig, TrackerState, correlation};
-use crate::dataset::{Sequence, synthetic};
 use crate::image::Frame;
 use crate::plugin::Entry;
 use crate::region::{Rect, Region};
+use trackfail_dataset::{Sequence, synthetic};
 
 /// A context of run 0 that starts in the first frame and has no data root.
 pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {

@@ -5,11 +5,11 @@
 //! Numbers: `ao`, `sr_50`, `sr_75`. Tables: `overall`, `sequences`.
 
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, read_params, show_params};
 use crate::score::TrackerMetric;
 use crate::score::average_overlap::{overlaps, rates};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::plugin::{Entry, read_params, show_params};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -81,9 +81,9 @@ impl Analysis for AverageOverlap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
     use crate::score::trajectory::Trajectory;
     use crate::tracker::Status;
+    use trackfail_core::region::{Rect, Region};
 
     // By hand: one frame with overlap 1 in the first sequence, six with 1/2 in the two runs of the second: (1 + 3) / 7.
     #[test]

@@ -10,11 +10,11 @@
 //! such a frame, all of its runs together. Choices: twice the side, so that small targets are not called collapsed.
 
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::region::Region;
 use crate::score::trajectory::Trajectory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::region::Region;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -134,8 +134,8 @@ impl Analysis for CollapsedBoxes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use crate::tracker::Status;
+    use trackfail_core::region::Rect;
 
     // By hand with sides below 4: a box of 3 x 9 on a target of 10 x 10 has collapsed, on one of 7 x 10 it has not, and a frame
     // without truth does not count.

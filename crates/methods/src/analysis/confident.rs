@@ -1,9 +1,9 @@
 //! Shared by the analyses that read a tracker's confidence beside its regions.
 
 use super::{AnalysisError, Population};
-use crate::region::Areas;
 use crate::score::trajectory::{Missing, Trajectory};
 use crate::tracker::Status;
+use trackfail_core::region::Areas;
 
 /// A frame of a track.
 #[derive(Debug, Clone, Copy, PartialEq)]

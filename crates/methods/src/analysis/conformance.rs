@@ -2,12 +2,12 @@
 
 use super::processing_time::{Spent, Timing};
 use super::*;
-use crate::num::hexadecimal;
-use crate::num::seed;
-use crate::region::{Rect, Region};
 use crate::tracker::Status;
 use rand::RngExt;
 use sha2::{Digest, Sha256};
+use trackfail_core::num::hexadecimal;
+use trackfail_core::num::seed;
+use trackfail_core::region::{Rect, Region};
 
 /// c_t and errors of a few tracks: mostly small values, larger ones where the track is lost.
 fn tracks(name: &str, scale: f64) -> Vec<(Vec<f64>, Vec<f64>)> {

@@ -15,12 +15,12 @@
 use super::uncertainty_model::is_ascending;
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_sums};
-use crate::num::accumulation::{self, Accumulated, AccumulationError};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::collections::BTreeSet;
+use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {

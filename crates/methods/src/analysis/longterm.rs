@@ -12,12 +12,12 @@
 
 use super::confident::{ConfidentFrame, sequences};
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, ParamError, read_params, show_params, unknown};
-use crate::region::Areas;
 use crate::score::TrackerMetric;
 use crate::score::longterm::{ConfidentTrack, Point, RULES, Rules, best};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params, unknown};
+use trackfail_core::region::Areas;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -146,10 +146,10 @@ impl Analysis for Longterm {
 mod tests {
     use super::*;
     use crate::detector::Example;
-    use crate::region::{Rect, Region};
     use crate::score::trajectory::Trajectory;
     use crate::tracker::Status;
     use proptest::prelude::*;
+    use trackfail_core::region::{Rect, Region};
 
     fn square(x: f64) -> Region {
         Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))

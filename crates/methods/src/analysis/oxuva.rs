@@ -11,13 +11,13 @@
 
 use super::confident::{ConfidentFrame, sequences};
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::region::Areas;
 use crate::score::TrackerMetric;
 use crate::score::oxuva::Presence;
 use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::region::Areas;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -58,7 +58,7 @@ struct Oxuva(Params);
 impl Oxuva {
     fn new(params: Params) -> Result<Self, ParamError> {
         if params.rules != RULES {
-            let message = crate::plugin::unknown("set of rules", &params.rules, [RULES]);
+            let message = trackfail_core::plugin::unknown("set of rules", &params.rules, [RULES]);
             return Err(ParamError { message, key: Some("rules"), span: None });
         }
         match params.threshold.filter(|t| !t.is_finite()) {

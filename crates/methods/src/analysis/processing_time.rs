@@ -18,10 +18,10 @@
 //! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
 
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
-use crate::num::summary;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::num::summary;
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {

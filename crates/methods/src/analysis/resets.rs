@@ -10,14 +10,14 @@
 //! `robustness = exp(-S failures / frames)`, the chance to get through S frames; `expected-overlap`, E(N).
 
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::region::Areas;
 use crate::score::TrackerMetric;
 use crate::score::resets::attributes::{Weights, by_attribute, overall as of_attributes};
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
 use crate::score::trajectory::{Trajectory, mean};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::region::Areas;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
@@ -197,8 +197,8 @@ impl Analysis for Resets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
     use crate::tracker::Status;
+    use trackfail_core::region::{Rect, Region};
 
     // Worked by hand: two runs of four frames, shift 5 of 10 in the second (overlap 1/3), lost in the third frame of
     // the second run; the attribute is on in frames 2 and 3 (from 0).

@@ -9,12 +9,12 @@
 //! hold the AUC and the precision at 20 pixels.
 
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
-use crate::plugin::{Entry, ParamError, read_params, show_params, unknown};
 use crate::score::TrackerMetric;
 use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use trackfail_core::plugin::{Entry, ParamError, read_params, show_params, unknown};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {

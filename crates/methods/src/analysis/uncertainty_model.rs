@@ -23,14 +23,14 @@
 
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitted, Fitting, consistent_changes};
-use crate::num::accumulation::{self, Accumulated, AccumulationError};
-use crate::num::distribution::{self, Family};
-use crate::num::gamma_mixture::select::{Terms, terms};
-use crate::num::gamma_mixture::{Component, Mixture};
-use crate::num::kolmogorov;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
+use trackfail_core::num::distribution::{self, Family};
+use trackfail_core::num::gamma_mixture::select::{Terms, terms};
+use trackfail_core::num::gamma_mixture::{Component, Mixture};
+use trackfail_core::num::kolmogorov;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {

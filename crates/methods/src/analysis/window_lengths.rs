@@ -30,12 +30,12 @@ use super::uncertainty_model::{is_ascending, two_sample_test};
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_changes, consistent_sums, undefined_frames};
 use crate::detector::{Example, changes};
-use crate::num::accumulation::{self, Accumulated, AccumulationError};
-use crate::num::gamma_mixture::Mixture;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::score::sanmiguel2015::{TOLERANCE, events};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
+use trackfail_core::num::gamma_mixture::Mixture;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {

@@ -19,8 +19,6 @@
 //! the last lines of its stderr.
 
 use super::{Detector, DetectorOutput, Input};
-use crate::dataset::file_digest;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
 use crate::tracker::process::{
     Bind, Handed, Indexed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound,
 };
@@ -28,6 +26,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_dataset::file_digest;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {

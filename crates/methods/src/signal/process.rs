@@ -47,9 +47,6 @@
 //!
 //! The address has all parameters, the version and the digests; command, environment and time limits are not part of it.
 
-use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::region::Region;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
     Bind, Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, not_bound,
@@ -60,6 +57,9 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::region::Region;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {

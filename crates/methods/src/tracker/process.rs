@@ -65,7 +65,7 @@
 //! another exit status than 0 after its last answer: its answers may be wrong, too. The first answer
 //! in the lines protocol, which has no greeting, may take both time limits together. At the end the
 //! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
-//! outlives this one, however it ends: on Linux whatever it does, since a [guard](crate::dataset::guarded) is the parent of all processes that it
+//! outlives this one, however it ends: on Linux whatever it does, since a [guard](trackfail_dataset::guarded) is the parent of all processes that it
 //! leaves behind, on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
 
 mod child;
@@ -84,15 +84,15 @@ pub(crate) use images::Images;
 pub(crate) use json_lines::{Handed, Indexed, JsonPeer, Track};
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::region::Region;
-use crate::sequence::SequenceInfo;
 use peer::Peer;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::region::Region;
+use trackfail_core::sequence::SequenceInfo;
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]

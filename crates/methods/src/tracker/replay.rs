@@ -51,13 +51,13 @@ use super::results::{
     oxuva, vot,
 };
 use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::dataset::{DatasetError, SequenceInfo, text};
-use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::region::Region;
 use files::{Kind, Source};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
+use trackfail_core::image::Frame;
+use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
 /// Treatment of a frame without a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]

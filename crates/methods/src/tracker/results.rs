@@ -18,8 +18,8 @@ pub mod write;
 
 pub use otb_text::{Base, parse_boxes, read_boxes};
 
-use crate::dataset::Numbering;
-use crate::region::{Region, RegionError};
+use trackfail_core::region::{Region, RegionError};
+use trackfail_dataset::Numbering;
 
 /// What is said of a trajectory that the VOT toolkit wrote as bytes.
 pub(super) const BINARY: &str = "a trajectory of the VOT toolkit in bytes, which are not read; write it as text in Python: `from \

@@ -2,10 +2,10 @@
 
 use super::RunContext;
 use super::process::{Program, Programs, Protocol, Regions, Role};
-use crate::sequence::SequenceInfo;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trackfail_core::sequence::SequenceInfo;
 
 /// A program of signals or detectors: a shell script in a folder.
 pub fn script(role: Role, folder: &Path, text: &str) -> Program {

@@ -27,12 +27,12 @@
 
 pub mod server;
 
-use crate::dataset::text::shorten_to;
-use crate::region::{Region, RegionError};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
+use trackfail_core::region::{Region, RegionError};
+use trackfail_dataset::text::shorten_to;
 
 /// Longest message, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 64 << 10;

@@ -4,8 +4,8 @@ use super::font;
 use super::raster;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
 use super::style::{CASING, Color, Dash};
-use crate::image::Frame;
-use crate::region::Region;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 
 /// A box on a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +66,7 @@ fn plate(scene: &mut Scene, text: &str, (x, y): Point, size: f64, color: Color) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
+    use trackfail_core::region::Rect;
 
     fn gray() -> Frame {
         Frame::from_fn(121, 81, |_, _| [128; 3])

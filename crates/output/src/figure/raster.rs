@@ -7,9 +7,9 @@ use super::error::FigureError;
 use super::font;
 use super::scene::{Anchor, Area, BAND, Item, Picture, Point, Scene, Stroke, dashes};
 use super::style::PER_INCH;
-use crate::image::Frame;
 use ::image::imageops::{FilterType, resize};
 use ::image::{ExtendedColorType, ImageEncoder, RgbImage, codecs::png};
+use trackfail_core::image::Frame;
 
 /// Pixels per unit.
 const SCALE: f64 = 2.0;

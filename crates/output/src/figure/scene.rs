@@ -2,7 +2,7 @@
 
 use super::font;
 use super::style::{Dash, Style};
-use crate::image::Frame;
+use trackfail_core::image::Frame;
 
 pub type Point = (f64, f64);
 

@@ -13,8 +13,8 @@ use super::legend::{Entry, Rows, Symbol};
 use super::panel::{LOSS, Panel, PanelLayout, RECOVERY, SHADE};
 use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
 use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL};
-use crate::image::Frame;
-use crate::region::Region;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 
 /// The kind of a box on a still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 mod marks;
 
 use super::*;
-use crate::image::Frame;
-use crate::num::seed;
-use crate::region::{Rect, Region};
 use rand::RngExt;
+use trackfail_core::image::Frame;
+use trackfail_core::num::seed;
+use trackfail_core::region::{Rect, Region};
 
 const HOSTILE: &str = "</svg><script>alert(\"x\")</script> & 'q' \u{202e}abc \u{0}\u{7}\n שלום עולם";
 

@@ -1,17 +1,17 @@
 //! Tests the claims of an experiment on our numbers.
 //!
 //! Each claim has two outcomes for each tracker: that of the numbers as they are, which decides whether a required one is
-//! met, and that with their uncertainty ([`crate::spec::claim::Claim::judge`]), which reports show.
+//! met, and that with their uncertainty ([`trackfail_engine::spec::claim::Claim::judge`]), which reports show.
 
 mod sampled;
 
 use crate::results::{CellScore, Results};
-use crate::spec::Tracker;
-use crate::spec::claim::{Claim, ClaimVerdict, Compared, LEVEL, Quantity, Reference};
 use crate::table::layout;
 use crate::table::number::{Style, four_digits};
 use sampled::Samples;
 use serde::{Deserialize, Serialize};
+use trackfail_engine::spec::Tracker;
+use trackfail_engine::spec::claim::{Claim, ClaimVerdict, Compared, LEVEL, Quantity, Reference};
 
 /// A claim, tested on our numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! The color of a method: the same in all figures of an experiment, and for the methods of the papers in most others too.
 
 use crate::figure::{Color, Style};
-use crate::spec::Experiment;
 use crate::table::layout::is_anchor;
+use trackfail_engine::spec::Experiment;
 use trackfail_judge::method::names;
 
 /// Number of colors, from which on [`Style::nth`] has dashes too.
@@ -35,7 +35,7 @@ pub fn color(experiment: &Experiment, method: &str) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spec::read::parse;
+    use trackfail_engine::spec::read::parse;
 
     fn places(methods: &[&str]) -> Vec<Option<usize>> {
         let mut text = "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n[suites]\n\

@@ -9,9 +9,9 @@ use crate::figure::{Dot, Dots};
 use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::frame_pairs::{Difference, Pair};
-use crate::score::{FrameMeasures, Metric};
 use crate::table::layout::{Cell, TableLayout, is_anchor};
 use crate::table::number::Style;
+use trackfail_methods::score::{FrameMeasures, Metric};
 
 /// The area under the ROC curve of a score that says nothing.
 pub const CHANCE: f64 = 0.5;

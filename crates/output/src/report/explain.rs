@@ -16,13 +16,13 @@ use super::trace::{self, Trace};
 use crate::results::frame_measures::reading;
 use crate::results::{CellScore, method_label};
 use crate::results::{Results, ResultsError};
-use crate::score::frames::{self, ScoredTrack};
-use crate::score::metric::Source;
-use crate::score::pooled::{median_delay, normalized_mean_std};
-use crate::score::restarts;
-use crate::score::{Counts, Metric, Pooled, Protocol, TrackScore};
 use crate::table::layout::CellRef;
 use std::collections::BTreeMap;
+use trackfail_methods::score::frames::{self, ScoredTrack};
+use trackfail_methods::score::metric::Source;
+use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
+use trackfail_methods::score::restarts;
+use trackfail_methods::score::{Counts, Metric, Pooled, Protocol, TrackScore};
 
 /// A number of a table and its parts.
 pub struct Explained {
@@ -188,7 +188,7 @@ fn tracks<'a>(shares: &[&'a SequenceShare]) -> Vec<ScoredTrack<'a>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direction::Direction;
+    use trackfail_core::direction::Direction;
 
     // By hand: F of (2, 1, 0) and (0, 1, 2) together is 4 / (4 + 2 + 2); F of the first alone 4 / 5.
     #[test]

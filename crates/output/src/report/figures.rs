@@ -1,7 +1,7 @@
 //! The figures an experiment asks for, drawn from its results.
 //!
 //! Every kind is a file below and a line in [`DRAWERS`]; what its word is and which keys it reads is a line in
-//! [`FIGURE_KINDS`](crate::spec::figure::FIGURE_KINDS), because experiment files are checked without results.
+//! [`FIGURE_KINDS`](trackfail_engine::spec::figure::FIGURE_KINDS), because experiment files are checked without results.
 
 mod bands;
 mod chart;
@@ -19,8 +19,8 @@ pub use drawer::{DrawError, Drawer, Drawing, Scope};
 
 use crate::figure::{Files, PER_INCH};
 use crate::results::{CellScore, Results, TrackSeries};
-use crate::spec::figure::Figure;
 use crate::table;
+use trackfail_engine::spec::figure::Figure;
 
 /// A drawer for every kind of figure.
 pub const DRAWERS: &[Drawer] =
@@ -80,7 +80,7 @@ pub fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spec::figure::FIGURE_KINDS;
+    use trackfail_engine::spec::figure::FIGURE_KINDS;
 
     #[test]
     fn every_kind_of_figure_has_a_drawer() {

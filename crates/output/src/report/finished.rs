@@ -1,10 +1,10 @@
 //! Experiments whose run is finished, as the results folder has them.
 
-use crate::plugin;
 use crate::results::manifest::FILE as MANIFEST;
 use crate::results::{Results, ResultsError};
-use crate::spec::check_experiment_name;
 use std::path::{Path, PathBuf};
+use trackfail_core::plugin;
+use trackfail_engine::spec::check_experiment_name;
 
 /// Results of an experiment that are not there or cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -3,11 +3,11 @@
 
 use super::explain::TableOrigins;
 use super::page::{FigureView, Page};
-use crate::score::Metric;
-use crate::spec::Experiment;
-use crate::spec::figure::Figure;
-use crate::spec::table::{Side, Table};
 use crate::table::layout::{self, Cell, Label, LabelKind, TableLayout};
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::figure::Figure;
+use trackfail_engine::spec::table::{Side, Table};
+use trackfail_methods::score::Metric;
 
 /// Name of the figure of all methods with their intervals.
 pub const HEADLINE: &str = "headline";

@@ -5,14 +5,14 @@
 //! it and run only its own script.
 
 use super::page::{Page, ReportError};
-use crate::dataset::text::visible;
-use crate::score::tracker_metric::TRACKER_METRICS;
 use base64::Engine;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use trackfail_dataset::text::visible;
+use trackfail_methods::score::tracker_metric::TRACKER_METRICS;
 
 /// Renders `index.html`.
 ///

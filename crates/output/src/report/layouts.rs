@@ -1,11 +1,11 @@
 //! Tables that a report makes by itself, beside those of its experiment.
 
-use crate::direction::Direction;
 use crate::results::Results;
-use crate::spec::TEST;
-use crate::spec::table::Latex;
 use crate::table::data_note;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
+use trackfail_core::direction::Direction;
+use trackfail_engine::spec::TEST;
+use trackfail_engine::spec::table::Latex;
 
 /// A number as it is shown; empty without one.
 pub fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {

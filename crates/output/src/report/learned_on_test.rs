@@ -1,9 +1,9 @@
 //! Methods whose model comes with the program and was learned from sequences that are tested.
 
-use crate::dataset::synthetic;
-use crate::detector::fused;
 use crate::results::Manifest;
 use std::collections::BTreeMap;
+use trackfail_dataset::synthetic;
+use trackfail_methods::detector::fused;
 
 /// A sentence for all methods that share the same sequences. Sequences are compared by their names, which is all that a model
 /// says of them; rendered ones, which share names with real ones, are no real video.

@@ -1,9 +1,9 @@
 //! The point of a method's grid at which its paper operates it: figures mark it, and the method is ranked with it.
 
-use crate::spec::Experiment;
-use crate::spec::builtin;
-use crate::spec::method::{Method, Variant};
 use serde_json::Value;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::builtin;
+use trackfail_engine::spec::method::{Method, Variant};
 
 /// The papers, by their names in experiments, with the methods that they propose.
 const OWN: [(&str, &[&str]); 2] = [("khalid2016", &["DTEF"]), ("sanmiguel2015", &["AVU", "ARTE*"])];
@@ -53,7 +53,7 @@ fn nearest(method: &Method) -> Option<&Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spec::read::parse;
+    use trackfail_engine::spec::read::parse;
 
     fn experiment(paper: &str, methods: &str) -> Experiment {
         let text = format!(

@@ -1,10 +1,10 @@
 //! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
 
-use crate::plugin::unknown;
 use crate::results::method_label;
 use crate::results::{Results, ResultsError};
-use crate::score::{Counts, Metric, Pooled, TrackerMetric};
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_core::plugin::unknown;
+use trackfail_methods::score::{Counts, Metric, Pooled, TrackerMetric};
 
 /// Measure -> sequence -> value; sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;

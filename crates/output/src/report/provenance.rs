@@ -1,8 +1,8 @@
 //! Where the numbers of a report come from: files, versions, parameters and digests.
 
-use crate::dataset::synthetic;
 use crate::results::Results;
 use crate::table::suites::targets_note;
+use trackfail_dataset::synthetic;
 
 /// The protocol of the experiment, and those of methods with another one.
 fn protocols(results: &Results) -> String {

@@ -6,11 +6,11 @@ use super::layouts::{self, cell, group, of_suite};
 use crate::figure::{Color, Dot, DotPanel, Dots};
 use crate::results::Results;
 use crate::results::readings::{DISCREPANCY, Row};
-use crate::score::Metric;
-use crate::spec::Experiment;
 use crate::table::layout::{Cell, TableLayout};
 use crate::table::number::Style;
 use std::collections::BTreeMap;
+use trackfail_engine::spec::Experiment;
+use trackfail_methods::score::Metric;
 
 /// The readings of one method on one tracker, those with the smallest discrepancy first.
 struct Group<'a> {

@@ -6,17 +6,17 @@
 
 pub mod json;
 
-use crate::region::{Rect, Region};
 use crate::results::manifest::MethodRecord;
 use crate::results::method_label;
 use crate::results::{MethodSeries, Results, ResultsError, TrackSeries};
-use crate::score::Counts;
-use crate::score::{Protocol, TrackScore};
-use crate::signal::distribution_field::{self, background_region};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use trackfail_core::region::{Rect, Region};
+use trackfail_methods::score::Counts;
+use trackfail_methods::score::{Protocol, TrackScore};
+use trackfail_methods::signal::distribution_field::{self, background_region};
 
 /// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
 const MAX_METHODS: usize = 24;

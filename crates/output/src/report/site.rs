@@ -22,11 +22,11 @@ pub use summary::{Best, FORMAT, Summary, summary, write_summary};
 pub use view::{render, render_live};
 
 use super::files::INDEX;
-use crate::dataset::text;
-use crate::engine::store::staging::Staging;
-use crate::engine::store::{self, StoreError};
 use std::fs::File;
 use std::path::Path;
+use trackfail_dataset::text;
+use trackfail_engine::store::staging::Staging;
+use trackfail_engine::store::{self, StoreError};
 
 /// A line in the head of our pages; a page without it is not replaced.
 const OURS: &str = "<meta name=\"generator\" content=\"trackfail\">";

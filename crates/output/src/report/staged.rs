@@ -4,9 +4,9 @@ use super::files::{INDEX, OWNED};
 use super::site;
 use super::write::{WriteError, write};
 use super::written::WrittenReport;
-use crate::engine::store::staging::{self, Staging};
 use crate::results::Results;
 use std::path::{Path, PathBuf};
+use trackfail_engine::store::staging::{self, Staging};
 
 /// A report in a temporary folder beside its place.
 pub struct StagedReport {

@@ -1,8 +1,8 @@
 //! Video frames of figures: which frames a figure shows. Their pictures are kept beside the results.
 
 use crate::results::{Results, ResultsError, TrackSeries};
-use crate::score::PROTOCOLS;
-use crate::spec::figure::Figure;
+use trackfail_engine::spec::figure::Figure;
+use trackfail_methods::score::PROTOCOLS;
 
 /// Frames of one sequence that a figure shows.
 #[derive(Debug, Clone, PartialEq, Eq)]

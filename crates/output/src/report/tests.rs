@@ -3,13 +3,13 @@ use super::explain::{CellOrigin, TableOrigins};
 use super::sequences::{JudgedSeries, Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
-use crate::direction::Direction;
 use crate::figure::{Curve, CurveAxis, Curves, Entry, Facet, Marker, Plot, Style, Symbol};
-use crate::spec::table::Latex;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use base64::Engine;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
+use trackfail_core::direction::Direction;
+use trackfail_engine::spec::table::Latex;
 
 const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror='alert(1)'> & {{ 7*7 }} | `a` *b* \u{202e}abc\u{0}";
 

@@ -1,11 +1,11 @@
 //! A method on a track, frame by frame, with its events and detections as the protocol matches them; from results alone.
 
-use crate::region::Rect;
 use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
-use crate::score::counts::Place;
-use crate::score::{Protocol, TrackScore};
 use std::ops::Range;
+use trackfail_core::region::Rect;
+use trackfail_methods::score::counts::Place;
+use trackfail_methods::score::{Protocol, TrackScore};
 
 /// The series of a method on one run of a tracker over one sequence.
 #[derive(Debug, Clone, Default)]
@@ -220,7 +220,7 @@ pub fn frame_range(text: &str) -> Result<(i64, i64), FrameRangeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::khalid2016;
+    use trackfail_methods::score::khalid2016;
 
     // By hand: failures at 20 and 45, alarms from 18, 30 and 52; 18 matches 20, 52 is 7 late.
     #[test]
@@ -244,7 +244,7 @@ mod tests {
                 (52, EventOutcome::FalseAlarm, Some(7), Some((45, None))),
             ]
         );
-        let frame = crate::score::segmentation::PROTOCOL.frame.unwrap();
+        let frame = trackfail_methods::score::segmentation::PROTOCOL.frame.unwrap();
         let stretches = trace.stretches(frame);
         assert_eq!(
             stretches[0],

@@ -4,7 +4,7 @@
 //! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
 //! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
 //! the same protocol. Anchors and most points of a grid have intervals, but no ranks and no tests: anchors are a
-//! reference, and a grid is a search for one method, which is ranked at its published parameters. See [`crate::num::pooled`] and [`crate::num::ranks`]
+//! reference, and a grid is a search for one method, which is ranked at its published parameters. See [`trackfail_core::num::pooled`] and [`trackfail_core::num::ranks`]
 //! for the statistics.
 
 mod diagram;
@@ -14,16 +14,8 @@ mod verdict;
 use super::layouts::{self, cell, group, of_suite, table};
 use super::pairs;
 use super::units::{mean_of_sum, metric_of_sum};
-use crate::direction::Direction;
 use crate::figure::{Dots, Ranks};
-use crate::num::pooled::{self, Drawn, Draws};
-use crate::num::{ranks, seed};
 use crate::results::{CellScore, Results};
-use crate::score::chance::Chance;
-use crate::score::metric::Source;
-use crate::score::{Metric, TrackerMetric};
-use crate::spec::Experiment;
-use crate::spec::table::Side;
 use crate::table::layout::{self, Cell, TableLayout};
 use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
@@ -31,6 +23,14 @@ use crate::table::suites::suites_note;
 use field::{Competitor, Field, fields, first_by_sequence, tracker_fields};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_core::direction::Direction;
+use trackfail_core::num::pooled::{self, Drawn, Draws};
+use trackfail_core::num::{ranks, seed};
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::table::Side;
+use trackfail_methods::score::chance::Chance;
+use trackfail_methods::score::metric::Source;
+use trackfail_methods::score::{Metric, TrackerMetric};
 
 /// Level of the intervals, and 1 minus the significance of the critical difference.
 const LEVEL: f64 = 0.95;

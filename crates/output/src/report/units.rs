@@ -1,10 +1,10 @@
 //! Counts of sequences, the units that intervals and tests draw, and metrics of their sums.
 
-use crate::analysis::Grid;
 use crate::results::{CellScore, method_label};
-use crate::score::chance::Chance;
-use crate::score::{Counts, Metric, Pooled};
 use std::collections::BTreeMap;
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::chance::Chance;
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 /// Tracker and method, with its grid point -> sequence -> TP, FP, FN and TN of all runs.
 pub type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;

@@ -12,9 +12,9 @@ pub mod page;
 pub mod plot;
 pub mod video;
 
-use crate::dataset::Sequence;
-use crate::region::Region;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
+use trackfail_core::region::Region;
+use trackfail_dataset::Sequence;
 
 /// A user's tracks on a video, with what the methods say of them.
 #[derive(Debug)]

@@ -1,10 +1,10 @@
 //! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches that it rests on.
 
-use crate::detector::RECOVERY_FRAMES;
-use crate::num::fixed;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 use crate::table::number::Style;
 use std::ops::Range;
+use trackfail_core::num::fixed;
+use trackfail_methods::detector::RECOVERY_FRAMES;
 
 /// Share of its threshold from which a probability without an alarm makes a loss possible.
 const NEAR: f64 = 0.75;
@@ -281,7 +281,7 @@ pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direction::Direction;
+    use trackfail_core::direction::Direction;
 
     /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
     fn judged(states: &str, score: &[f64], threshold: Option<f64>) -> JudgedTrack {

@@ -19,16 +19,16 @@ use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use super::written::WrittenReport;
-use crate::engine::store::{self, StoreError};
 use crate::figure::{Files, Plot, WIDTH};
-use crate::image;
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
-use crate::spec::figure::Figure;
 use crate::table;
 use crate::table::layout::TableLayout;
 use crate::table::suites::targets_note;
 use rayon::prelude::*;
 use std::path::Path;
+use trackfail_core::image;
+use trackfail_engine::spec::figure::Figure;
+use trackfail_engine::store::{self, StoreError};
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -2,8 +2,8 @@
 
 use super::ResultsError;
 use super::json::{from_json, to_json};
-use crate::engine::execute::analyse::Analysed;
 use std::path::Path;
+use trackfail_engine::execute::analyse::Analysed;
 
 /// The file; experiments without an analysis, and those where every analysis failed, have none.
 pub const FILE: &str = "analyses.json";

@@ -1,10 +1,10 @@
 //! Cells of a run as rows: their order, their names, and the columns that say which cell and frame a row is about.
 
 use super::column::{FRAME, RUN, SEQUENCE, SUITE, TRACKER};
-use crate::engine::{Cell, Outcome};
 use polars::prelude::Column as Series;
 use std::collections::HashMap;
 use std::hash::Hash;
+use trackfail_engine::{Cell, Outcome};
 
 /// A method's name in `frames.parquet`: with its grid point, where it has one.
 pub fn method_label(method: &str, params: &str) -> String {

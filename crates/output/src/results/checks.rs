@@ -3,8 +3,8 @@
 use super::cells::{method_label, some_text};
 use super::column::{Column, FRAME, METHOD, PARAMS, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
-use crate::detector::Quality;
-use crate::engine::{Cell, Outcome};
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::detector::Quality;
 
 const REFERENCE: Column =
     Column::integer("reference", "", "Number of the earlier frame that the tracker was run back to");

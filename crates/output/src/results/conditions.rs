@@ -4,9 +4,9 @@ use super::ResultsError;
 use super::cells::{FrameKeys, some_text, sorted_cells};
 use super::column::{Column, FRAME, METHOD, PARAMS, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::to_parquet;
-use crate::detector::Quality;
-use crate::engine::store::StoreError;
-use crate::engine::{Cell, Outcome};
+use trackfail_engine::store::StoreError;
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::detector::Quality;
 
 pub(super) const CONDITION: Column =
     Column::real("condition", "", "Condition of the tracker: 1 locked on, 0.5 locking in, 0 scanning");

@@ -1,7 +1,7 @@
 //! The output of `trackfail detect`: what every method says of every frame of a user's track.
 
-pub use crate::detector::labels::TargetState;
 pub use trackfail_judge::judged::{JudgedMethod, badness};
+pub use trackfail_methods::detector::labels::TargetState;
 
 use super::column::{Column, FRAME, METHOD, TableFile};
 use super::frame::{TableError, to_csv};
@@ -82,8 +82,8 @@ pub fn csv(tracks: &[&JudgedTrack]) -> Result<Vec<u8>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DetectorOutput;
-    use crate::detector::level::ENTRY;
+    use trackfail_methods::detector::DetectorOutput;
+    use trackfail_methods::detector::level::ENTRY;
 
     /// Frames 1 to 6 of a track that begins in the second, with alarms in the third and sixth.
     fn track(target: Option<i64>) -> JudgedTrack {

@@ -4,20 +4,20 @@ use super::cells::{grouped, some_text};
 use super::column::{Column, METHOD, PARAMS, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
 use super::measures::Measure;
-use crate::detector::DetectorOutput;
-use crate::direction::Direction;
-use crate::engine::execute::judge::Judged;
-use crate::engine::store::StoreError;
-use crate::engine::{Cell, Outcome};
-use crate::num::seed;
-use crate::score::FrameMeasures;
-use crate::score::frames::measures::{Sampled, of_scores, with_alarms};
-use crate::score::frames::{Method, ScoredTrack};
-use crate::score::restarts;
-use crate::spec::Experiment;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use trackfail_core::direction::Direction;
+use trackfail_core::num::seed;
+use trackfail_engine::execute::judge::Judged;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::store::StoreError;
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::detector::DetectorOutput;
+use trackfail_methods::score::FrameMeasures;
+use trackfail_methods::score::frames::measures::{Sampled, of_scores, with_alarms};
+use trackfail_methods::score::frames::{Method, ScoredTrack};
+use trackfail_methods::score::restarts;
 
 const NOT_KNOWN: &str = "it has no value, such as that of a suite without a loss";
 const NO_INTERVAL: &str = "there is no value, or there are fewer than three sequences";
@@ -148,8 +148,9 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     };
     let detector = &variant.detector.example().detector;
     let signal = variant.signal.as_ref().filter(|_| detector.scores_signal());
-    let agrees =
-        |s: &dyn crate::signal::Signal| s.is_probability() && s.direction() == detector.score_direction();
+    let agrees = |s: &dyn trackfail_methods::signal::Signal| {
+        s.is_probability() && s.direction() == detector.score_direction()
+    };
     Method {
         direction: detector.score_direction(),
         is_probability: detector.gives_probability() || signal.is_some_and(|s| agrees(&*s.signal)),
@@ -295,8 +296,8 @@ pub fn attach(by_method: &ByMethod, measures: &mut [Measure]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::metric::Source;
-    use crate::score::{METRICS, Metric};
+    use trackfail_methods::score::metric::Source;
+    use trackfail_methods::score::{METRICS, Metric};
 
     #[test]
     fn every_metric_of_frames_has_a_column_and_every_column_a_field() {
@@ -312,7 +313,7 @@ mod tests {
                 assert_eq!(value, (other == column).then_some(k as f64), "{}", column.name);
             }
             let metric = Metric::from_name(column.name);
-            let pooled = crate::score::Pooled { frames: Some(measures), ..Default::default() };
+            let pooled = trackfail_methods::score::Pooled { frames: Some(measures), ..Default::default() };
             assert!(metric.is_none_or(|m| m.value(&pooled) == Some(k as f64)), "{}", column.name);
         }
     }
@@ -327,7 +328,7 @@ mod tests {
             method: method.into(),
             params: params.into(),
             attribute: None,
-            pooled: crate::score::Pooled::default(),
+            pooled: trackfail_methods::score::Pooled::default(),
             done: 1,
             failed: 0,
             not_there: 0,

@@ -11,7 +11,7 @@
 use super::column::{Column, METHOD, SUITE, TableFile};
 use super::frame::{TableError, to_csv};
 use super::frame_measures::{EVERY_TRACKER, Row};
-use crate::score::frames::bootstrap::interval;
+use trackfail_methods::score::frames::bootstrap::interval;
 
 const OTHER: Column = Column::text("other", "Name of the method that it is compared with");
 const TRACKS: Column = Column::integer("tracks", "", "Number of the tracks that both were run on");
@@ -151,9 +151,9 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Pair>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{Cell, CellError};
-    use crate::score::FrameMeasures;
-    use crate::score::frames::measures::Sampled;
+    use trackfail_engine::{Cell, CellError};
+    use trackfail_methods::score::FrameMeasures;
+    use trackfail_methods::score::frames::measures::Sampled;
 
     fn row<'a>(cell: &'a Cell, auroc: [f64; 3], tracks: &[(usize, usize)]) -> Row<'a> {
         Row {

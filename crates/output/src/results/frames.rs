@@ -4,10 +4,10 @@ use super::ResultsError;
 use super::cells::{FrameKeys, in_parts, method_label, sorted_cells};
 use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::parts_to_parquet;
-use crate::engine::{Cell, Outcome};
-use crate::region::Region;
 use polars::prelude::DataFrame;
 use std::io::Write;
+use trackfail_core::region::Region;
+use trackfail_engine::{Cell, Outcome};
 
 pub(super) const X: Column = Column::real("x", "pixels", "Left edge of the tracker's box");
 pub(super) const Y: Column = Column::real("y", "pixels", "Upper edge of the tracker's box");

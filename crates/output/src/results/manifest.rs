@@ -4,21 +4,21 @@
 use super::ResultsError;
 use super::cells::method_label;
 use super::json::from_json;
-use crate::dataset::Frames;
-use crate::engine::CellError;
-use crate::engine::execute::analyse::NotAnalysed;
-use crate::engine::execute::train::{Content, Model};
-use crate::engine::store::StoreError;
-use crate::engine::{Cell, CellName, Outcome};
-use crate::num::hexadecimal;
-use crate::spec::Experiment;
-use crate::spec::method::DetectorChoice;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use trackfail_core::num::hexadecimal;
+use trackfail_dataset::Frames;
+use trackfail_engine::CellError;
+use trackfail_engine::execute::analyse::NotAnalysed;
+use trackfail_engine::execute::train::{Content, Model};
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::method::DetectorChoice;
+use trackfail_engine::store::StoreError;
+use trackfail_engine::{Cell, CellName, Outcome};
 
 /// The file; it is written last and says that the folder is whole.
 pub const FILE: &str = "manifest.json";

@@ -9,13 +9,13 @@ use super::column::{
 use super::frame::{TableError, to_csv};
 use super::manifest::FailedCell;
 use super::scores::{CellScore, sum_of_cells};
-use crate::detector::track_quality::Effort;
-use crate::engine::store::StoreError;
-use crate::engine::{Cell, Outcome};
-use crate::score::pooled::{median_delay, normalized_mean_std};
-use crate::score::restarts;
-use crate::score::{Counts, Metric, Pooled};
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_engine::store::StoreError;
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::detector::track_quality::Effort;
+use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
+use trackfail_methods::score::restarts;
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 const DONE: Column = Column::integer("done", "cells", "Cells that have a result");
 const FAILED: Column = Column::integer(
@@ -256,7 +256,7 @@ pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Metric;
+    use trackfail_methods::score::Metric;
 
     // By hand: two sequences are dark, one of them small too; F is that of the summed counts.
     #[test]

@@ -6,10 +6,10 @@ use super::ResultsError;
 use super::detail::Detail;
 use super::frame_measures::EVERY_TRACKER;
 use super::json::to_json;
-use crate::engine::Outcome;
-use crate::engine::execute::train::{Content, Model};
-use crate::engine::store;
 use std::path::Path;
+use trackfail_engine::Outcome;
+use trackfail_engine::execute::train::{Content, Model};
+use trackfail_engine::store;
 
 /// The folder of the models.
 pub const FOLDER: &str = "models";

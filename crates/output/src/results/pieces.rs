@@ -2,10 +2,10 @@
 
 use super::column::{Column, FRAME, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
-use crate::engine::Outcome;
-use crate::score::{Restarts, restarts};
-use crate::spec::Experiment;
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_engine::Outcome;
+use trackfail_engine::spec::Experiment;
+use trackfail_methods::score::{Restarts, restarts};
 
 const LAST: Column = Column::integer("last", "", "Number of the piece's last frame");
 

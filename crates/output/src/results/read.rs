@@ -10,15 +10,15 @@ use super::measures::{self, Measure};
 use super::scores::{self, CellScore};
 use super::truth::{self, Truth};
 use super::{ResultsError, SPEC, USER_SUITES, analyses, frame_measures, frame_pairs, readings};
-use crate::dataset::suite::Catalog;
-use crate::dataset::text;
-use crate::engine::execute::analyse::Analysed;
-use crate::engine::execute::supervise::catch;
-use crate::engine::store;
-use crate::image::{self, Frame};
-use crate::spec::limits::MAX_BYTES;
-use crate::spec::{self, Experiment};
 use std::path::{Path, PathBuf};
+use trackfail_core::image::{self, Frame};
+use trackfail_dataset::suite::Catalog;
+use trackfail_dataset::text;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_engine::execute::supervise::catch;
+use trackfail_engine::spec::limits::MAX_BYTES;
+use trackfail_engine::spec::{self, Experiment};
+use trackfail_engine::store;
 
 /// Size of the largest manifest that is read, in bytes.
 const MAX_MANIFEST: u64 = 64 << 20;

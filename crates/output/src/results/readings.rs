@@ -20,15 +20,15 @@
 use super::cells::grouped;
 use super::column::{Column, METHOD, SUITE, TRACKER, TableFile};
 use super::frame::{TableError, to_csv};
-use crate::engine::store::StoreError;
-use crate::engine::{Cell, Outcome};
-use crate::num::seed;
-use crate::score::frames::bootstrap::{Samples, interval};
-use crate::score::metric::Kind;
-use crate::score::restarts;
-use crate::score::{Counts, Metric, Pooled};
-use crate::spec::Experiment;
 use std::collections::BTreeMap;
+use trackfail_core::num::seed;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::store::StoreError;
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::score::frames::bootstrap::{Samples, interval};
+use trackfail_methods::score::metric::Kind;
+use trackfail_methods::score::restarts;
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 const NO_VALUE: &str = "there is none";
 const OF_TRACKER: Column = Column::text("of_tracker", "Tracker that this one is a reading of, or itself");
@@ -164,7 +164,7 @@ impl Part {
     }
 }
 
-/// Number, sum and sum of squares of scores that are min-max normalized, as in [`crate::score::pooled`].
+/// Number, sum and sum of squares of scores that are min-max normalized, as in [`trackfail_methods::score::pooled`].
 fn moments(scores: &[f64]) -> [f64; 3] {
     let low = scores.iter().copied().fold(f64::INFINITY, f64::min);
     let high = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -420,7 +420,7 @@ mod tests {
     fn moments_are_those_of_the_metric() {
         let scores = [2.0, 4.0, 6.0, 3.0];
         let part = Part { moments: moments(&scores), ..Part::default() };
-        let (mean, std) = crate::score::pooled::normalized_mean_std([&scores]).unwrap();
+        let (mean, std) = trackfail_methods::score::pooled::normalized_mean_std([&scores]).unwrap();
         assert!((part.value(Metric::SCORE_MEAN).unwrap() - mean).abs() < 1e-15);
         assert!((part.value(Metric::SCORE_STD).unwrap() - std).abs() < 1e-15);
         assert!((mean - 0.4375).abs() < 1e-15 && (std - 0.369_754_986_443_726).abs() < 1e-14);

@@ -7,10 +7,10 @@ use super::column::{
 };
 use super::detail::Detail;
 use super::frame::{TableError, to_csv};
-use crate::engine::CellError;
-use crate::engine::{Cell, Outcome};
-use crate::score::{Counts, Metric, Pooled};
-use crate::spec::Experiment;
+use trackfail_engine::CellError;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 const STATUS: Column = Column::text(
     "status",

@@ -4,9 +4,9 @@ use super::ResultsError;
 use super::cells::{FrameKeys, in_parts, some_text, sorted_cells};
 use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, SUITE, TRACKER, TableFile};
 use super::frame::parts_to_parquet;
-use crate::engine::{Cell, Outcome};
 use polars::prelude::DataFrame;
 use std::io::Write;
+use trackfail_engine::{Cell, Outcome};
 
 pub(super) const SIGNAL: Column = Column::real("signal", "", "Value of the method's signal");
 pub(super) const FORECAST: Column =

@@ -9,9 +9,9 @@ use super::frames::{self, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
 use super::pieces;
 use super::signals::{self, FORECAST, SIGNAL};
 use super::{Results, ResultsError};
-use crate::region::Rect;
-use crate::score::{Protocol, TrackScore};
 use std::ops::Range;
+use trackfail_core::region::Rect;
+use trackfail_methods::score::{Protocol, TrackScore};
 
 /// One run of a tracker over a sequence, with what methods made of it.
 #[derive(Debug, Clone, Default)]

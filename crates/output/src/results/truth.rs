@@ -2,9 +2,9 @@
 
 use super::column::{Column, FRAME, SEQUENCE, SUITE, TableFile};
 use super::frame::{TableError, to_parquet};
-use crate::engine::Outcome;
-use crate::region::Region;
 use std::collections::BTreeMap;
+use trackfail_core::region::Region;
+use trackfail_engine::Outcome;
 
 const NOT_ANNOTATED: &str = "the target is not annotated";
 

@@ -7,13 +7,13 @@ use super::{
     Results, ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frame_pairs,
     frames, json::to_json, measures, models, pieces, readings, run, scores, signals, truth,
 };
-use crate::engine::Outcome;
-use crate::engine::store::{self, StoreError};
-use crate::spec::Experiment;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use trackfail_engine::Outcome;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::store::{self, StoreError};
 
 /// A folder with the digests of what was written into it.
 struct Written<'f> {

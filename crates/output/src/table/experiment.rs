@@ -4,14 +4,14 @@ use super::layout::{self, TableLayout};
 use super::macros::Fact;
 use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
-use crate::engine::store;
 use crate::results::manifest::{self, Manifest, TrackerRecord};
 use crate::results::{CellScore, Results, ResultsError, measures, tables};
-use crate::spec::method::Method;
-use crate::spec::table::{Side, Table};
-use crate::spec::{Experiment, Tracker};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use trackfail_engine::spec::method::Method;
+use trackfail_engine::spec::table::{Side, Table};
+use trackfail_engine::spec::{Experiment, Tracker};
+use trackfail_engine::store;
 
 /// Most methods that a note names one by one.
 const MAX_NAMED: usize = 3;

@@ -9,14 +9,14 @@
 //! points by what they take on average, else as several tables below each other. One that is longer than a sheet is several floats. What is wider all the same is scaled
 //! down to its line when LaTeX has measured it.
 //!
-//! [`Latex`]: crate::spec::table::Latex
+//! [`Latex`]: trackfail_engine::spec::table::Latex
 
 mod shape;
 
 use super::layout::{Group, LabelKind, TableLayout};
 use super::render::{Mark, lines};
-use crate::dataset::text::visible;
-use crate::spec::width::Width;
+use trackfail_dataset::text::visible;
+use trackfail_engine::spec::width::Width;
 
 /// Comment that says what the preamble of a document with the table needs.
 const NEEDS: &str = "% needs \\usepackage{booktabs,graphicx,siunitx}\n";

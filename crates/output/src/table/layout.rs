@@ -12,15 +12,15 @@ pub use analysed::analysed;
 pub use place::{CellRef, cell_refs};
 
 use super::number::{Style, printed_value};
-use crate::direction::Direction;
-use crate::num::readable;
 use crate::results::Measure;
-use crate::score::Metric;
-use crate::score::metric::Kind;
-use crate::spec::Experiment;
-use crate::spec::table::{Latex, Published, Side, Table};
 use place::{Place, find, group_places, merge, steps};
 use serde::Serialize;
+use trackfail_core::direction::Direction;
+use trackfail_core::num::readable;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::table::{Latex, Published, Side, Table};
+use trackfail_methods::score::Metric;
+use trackfail_methods::score::metric::Kind;
 
 /// A table whose texts are ready for any format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -219,7 +219,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     if !caption.ends_with('.') {
         caption.push('.');
     }
-    caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[crate::spec::TEST]));
+    caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[trackfail_engine::spec::TEST]));
     caption.push('.');
     if let Some(left_out) = left_out(measures) {
         caption.push_str(&format!(" † {left_out}"));

@@ -12,22 +12,22 @@
 //!
 //! Seed: that of the experiment with the names of table and tracker.
 //!
-//! Metrics of frames ([`crate::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
+//! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
 use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
 use super::number::Style;
-use crate::direction::Direction;
-use crate::num::seed;
 use crate::results::Measure;
 use crate::results::{CellScore, method_label};
-use crate::score::chance::Chance;
-use crate::score::{Counts, Metric, Pooled};
-use crate::spec::table::Table;
-use crate::spec::{Experiment, TEST};
 use rand::RngExt;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use trackfail_core::direction::Direction;
+use trackfail_core::num::seed;
+use trackfail_engine::spec::table::Table;
+use trackfail_engine::spec::{Experiment, TEST};
+use trackfail_methods::score::chance::Chance;
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 /// Number of bootstrap samples, and of random patterns in tests too large to try all: shares have a standard error of
 /// at most 0.005.

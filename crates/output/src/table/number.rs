@@ -1,6 +1,6 @@
 //! Numbers as a paper prints them: the same decimals, with or without the leading zero.
 
-use crate::score::Metric;
+use trackfail_methods::score::Metric;
 
 /// How a number is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

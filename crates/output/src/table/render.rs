@@ -1,9 +1,9 @@
 //! Tables as CSV, Parquet, Markdown and plain text.
 
 use super::layout::{Cell, Group, Row, TableLayout};
-use crate::dataset::text::visible;
 use crate::results::TableError;
 use crate::results::tables::{self, TableRow};
+use trackfail_dataset::text::visible;
 
 /// The table as CSV, one row for each cell; see [`tables`].
 ///

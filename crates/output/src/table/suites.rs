@@ -1,6 +1,6 @@
 //! Suites in words: how many of their targets are there, and those of an analysis.
 
-use crate::engine::execute::analyse::Analysed;
+use trackfail_engine::execute::analyse::Analysed;
 
 /// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
 pub fn targets_note(present: usize, wanted: usize) -> String {
@@ -49,7 +49,7 @@ mod tests {
             runs: 1,
             suites: list.iter().map(|(name, n)| ((*name).to_string(), *n)).collect(),
             shares: Vec::new(),
-            findings: crate::analysis::Findings::default(),
+            findings: trackfail_methods::analysis::Findings::default(),
         };
         assert_eq!(suites_note(&suites(&[("d1", 18), ("d1", 18)])), "d1 (18 targets)");
         assert_eq!(suites_note(&suites(&[("d1", 18), ("car9", 1)])), "d1 (18 targets), car9 (1 target)");

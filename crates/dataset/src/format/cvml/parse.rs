@@ -16,12 +16,12 @@
 //! by tag; its size, depth and number of boxes are limited, and entities of its own are refused, so that no
 //! document takes more memory than its own size warrants.
 
-use crate::region::Rect;
 use crate::{DatasetError, text};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use trackfail_core::region::Rect;
 
 /// Deepest nesting of elements; CVML needs 8.
 const MAX_DEPTH: usize = 32;

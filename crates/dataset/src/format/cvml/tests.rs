@@ -1,5 +1,5 @@
 use super::*;
-use crate::region::Rect;
+use trackfail_core::region::Rect;
 use trackfail_testing::{needs, real_data};
 
 /// Objects 7 (frames 0, 1, 3) and 9 (frames 1, 2), with what CAVIAR writes beside the boxes.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::region::Rect;
 use proptest::prelude::*;
+use trackfail_core::region::Rect;
 
 const META: &str = "[METAINFO]\nurl: http://x/y\nanno_fps: 10Hz\nobject_class: Jet Ski\nmotion_class: sliding\n\
                     root_class: Artifact\nresolution: (64, 48)\n";

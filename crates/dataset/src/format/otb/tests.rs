@@ -1,6 +1,6 @@
 use super::*;
-use crate::region::Rect;
 use proptest::prelude::*;
+use trackfail_core::region::Rect;
 
 fn folder(first: u32, frames: u32, truth: &[u8]) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();

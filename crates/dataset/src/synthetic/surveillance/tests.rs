@@ -2,10 +2,10 @@ use super::super::scene;
 use super::super::{RenderedSuite, VERSION, suite as sequences};
 use super::*;
 use crate::Sequence;
-use crate::image::Frame;
 use crate::lock::TargetType;
-use crate::region::Region;
 use rayon::prelude::*;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
 
 const NAMES: [&str; 2] = ["synthetic-d1", "synthetic-d2"];
 

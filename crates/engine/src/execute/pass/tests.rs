@@ -1,13 +1,13 @@
 //! Passes with trackers that panic, hang or fail, on one core and on several.
 
 use super::*;
-use crate::dataset::{Frames, Numbering, Render};
-use crate::image::Frame;
-use crate::region::{Rect, Region};
-use crate::signal::SIGNALS;
-use crate::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
+use trackfail_core::image::Frame;
+use trackfail_core::region::{Rect, Region};
+use trackfail_dataset::{Frames, Numbering, Render};
+use trackfail_methods::signal::SIGNALS;
+use trackfail_methods::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
 /// Gray frames; decoding panics from the frame of its number on.
 struct Gray {

@@ -1,13 +1,13 @@
 //! Reverse runs of built-in trackers on a rendered square.
 
 use super::*;
-use crate::dataset::frame_cache::FrameCache;
-use crate::dataset::{Frames, Numbering, Render, Sequence};
-use crate::image::Frame;
-use crate::plugin;
-use crate::region::Rect;
-use crate::tracker::{TRACKERS, TrackerConfig};
 use std::sync::Arc;
+use trackfail_core::image::Frame;
+use trackfail_core::plugin;
+use trackfail_core::region::Rect;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_dataset::{Frames, Numbering, Render, Sequence};
+use trackfail_methods::tracker::{TRACKERS, TrackerConfig};
 
 const FRAMES: usize = 60;
 

@@ -1,7 +1,6 @@
 //! The choice of a parameter among candidates, and the learning of a model, from tracks.
 
 use super::Chosen;
-use crate::detector::Example;
 use crate::error::{RunError, StepError};
 use crate::execute::judge::detect;
 use crate::execute::reverse::Reversal;
@@ -10,12 +9,13 @@ use crate::execute::track::Track;
 use crate::execute::tracker_run::TrackingError;
 use crate::limits::RunLimits;
 use crate::plan::SignalSet;
-use crate::plugin::ParamError;
-use crate::score::{Counts, Pooled, Protocol};
 use crate::spec::method::{Candidates, FixedDetector, Training};
 use rayon::prelude::*;
 use serde_json::Value;
 use std::sync::Arc;
+use trackfail_core::plugin::ParamError;
+use trackfail_methods::detector::Example;
+use trackfail_methods::score::{Counts, Pooled, Protocol};
 
 /// The model that a learner makes from tracks, each with the name of its video, as JSON text.
 pub fn learn(
@@ -179,14 +179,14 @@ fn candidates(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DETECTORS;
     use crate::plan::recipes::TRAINING;
-    use crate::score::{Metric, Restarts};
+    use trackfail_methods::detector::DETECTORS;
+    use trackfail_methods::score::{Metric, Restarts};
 
     #[test]
     fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
         let candidate = |below: f64| {
-            let entry = crate::plugin::find(DETECTORS, "level").unwrap();
+            let entry = trackfail_core::plugin::find(DETECTORS, "level").unwrap();
             let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
             let (kind, version, restarts) = (entry.kind, entry.version, Restarts::default());
             (below, FixedDetector { kind, version, detector, restarts })
@@ -210,7 +210,7 @@ mod tests {
             repeated: 0,
             reversal: None,
         };
-        let protocol = crate::score::protocol("khalid2016/1").unwrap();
+        let protocol = trackfail_methods::score::protocol("khalid2016/1").unwrap();
         let signals = SignalSet { first: Some(0), more: Vec::new() };
         let train = |tracks| train(&training, tracks, &signals, protocol, &RunLimits::default()).unwrap();
         let chosen = train(vec![Arc::new(track)]);

@@ -16,7 +16,7 @@
 //! better one, `!` turns it. The level is that of each comparison by itself; nothing corrects for their number.
 
 use super::{Claim, ClaimVerdict, Expr, Op, Reference};
-use crate::num::pooled::percentiles;
+use trackfail_core::num::pooled::percentiles;
 
 /// Level of the intervals that reports show.
 pub const LEVEL: f64 = 0.95;

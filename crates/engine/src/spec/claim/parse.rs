@@ -2,9 +2,9 @@
 
 use super::super::table::{FindingName, Words};
 use super::{Expr, Op, Quantity, Reference};
-use crate::plugin::unknown;
-use crate::score::Metric;
 use std::ops::Range;
+use trackfail_core::plugin::unknown;
+use trackfail_methods::score::Metric;
 
 /// Most claims that one with `for all` stands for.
 const MAX_EXPANDED: usize = 256;

@@ -1,6 +1,6 @@
 //! What is wrong with a value, in words for people: serde speaks of types of Rust.
 
-use crate::dataset::text::shorten_to;
+use trackfail_dataset::text::shorten_to;
 
 /// Smallest value of the file's own numbers that do not begin with 0.
 pub(in crate::spec) const FIRST_NUMBER: [(&str, u64); 4] =

@@ -1,7 +1,6 @@
 //! The files of an experiment: its own, the one it extends, the one that extends, and so on.
 
 use super::EXTENDS;
-use crate::plugin::unknown;
 use crate::spec::builtin;
 use crate::spec::error::{Source, SourceFile, SpecError};
 use crate::spec::limits::read_text;
@@ -9,6 +8,7 @@ use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use trackfail_core::plugin::unknown;
 
 /// Most files, one extending the other.
 const MAX_FILES: usize = 8;
@@ -106,7 +106,7 @@ fn open(from: &Place, target: &str) -> Result<(String, String, Place), Refusal> 
     if !target.ends_with(".toml") {
         let Some((name, text)) = builtin::EXPERIMENTS.iter().find(|(name, _)| *name == target) else {
             let known = builtin::EXPERIMENTS.iter().map(|(name, _)| *name);
-            let short = crate::dataset::text::shorten_to(target, 64);
+            let short = trackfail_dataset::text::shorten_to(target, 64);
             return refuse(unknown("built-in experiment", &short, known) + " (files end in .toml)");
         };
         return Ok((name.to_string(), text.to_string(), Place::BuiltIn));

@@ -1,6 +1,5 @@
 //! Extending and grouping change nothing but how much there is to write.
 
-use crate::dataset::suite::Catalog;
 use crate::spec::error::SpecError;
 use crate::spec::limits::MAX_BYTES;
 use crate::spec::read::without_directive;
@@ -8,6 +7,7 @@ use crate::spec::{builtin, parse, read_file};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::Path;
+use trackfail_dataset::suite::Catalog;
 
 /// Digests, their first 16 digits, of the built-in experiments that extend others or have groups, as they were
 /// when each file said everything itself: plans, addresses and manifests come from the same text as then.

@@ -1,18 +1,18 @@
 //! Parameters that are trained instead of given: the candidates that an experiment file asks for.
 
 use super::{Candidates, DetectorChoice, FixedDetector, Training};
-use crate::detector::Detector;
-use crate::direction::Direction;
-use crate::score::{Metric, Restarts};
 use crate::spec::error::{Source, SpecError};
 use crate::spec::raw_plugin::{RawPlugin, as_value};
 use crate::spec::table::metric;
 use crate::spec::wire;
-use crate::tracker::process::Bind;
 use serde::Deserialize;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeValue, ValueDeserializer};
+use trackfail_core::direction::Direction;
+use trackfail_methods::detector::Detector;
+use trackfail_methods::score::{Metric, Restarts};
+use trackfail_methods::tracker::process::Bind;
 
 /// Largest number of candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;

@@ -1,18 +1,18 @@
 //! Trackers of an experiment file.
 
 use super::{Known, MAX_RUNS};
-use crate::dataset::suite::Catalog;
-use crate::plugin;
 use crate::spec::error::{Errors, Source, SpecError};
 use crate::spec::name::check_label;
 use crate::spec::{Absence, Tracker, raw_plugin, wire};
-use crate::tracker::TRACKERS;
-use crate::tracker::process::Programs;
-use crate::tracker::protocol::RunProtocol;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use trackfail_core::plugin;
+use trackfail_dataset::suite::Catalog;
+use trackfail_methods::tracker::TRACKERS;
+use trackfail_methods::tracker::process::Programs;
+use trackfail_methods::tracker::protocol::RunProtocol;
 
 /// Takes the parameters of the plugin out of every `[[tracker]]`.
 pub(super) fn split_params<'i>(

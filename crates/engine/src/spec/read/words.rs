@@ -1,11 +1,11 @@
 //! The names that parts of an experiment can refer to.
 
-use crate::dataset::suite::Catalog;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::Method;
 use crate::spec::table::{GridAxis, Words};
 use crate::spec::{TEST, wire};
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_dataset::suite::Catalog;
 
 /// The names that tables, figures and claims may refer to. A method that is wrong has its name and its axes.
 pub fn words(

@@ -1,10 +1,10 @@
 //! The course of a track against its description, and a target that moves.
 
 use super::*;
-use crate::dataset::synthetic;
 use crate::region::Rect;
 use crate::tracker::testing;
 use proptest::prelude::*;
+use trackfail_dataset::synthetic;
 
 /// A textured block of 40 x 40 at `(x, y)`, on a background of another texture.
 fn scene(x: i64, y: i64) -> Frame {

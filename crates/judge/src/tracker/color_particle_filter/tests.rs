@@ -1,12 +1,12 @@
 //! The filter against NumPy, against the defining properties of its parts, and at its limits.
 
 use super::*;
-use crate::dataset::{Sequence, synthetic};
 use crate::num::particles::{Posterior, systematic};
 use crate::tracker::testing;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::sync::LazyLock;
+use trackfail_dataset::{Sequence, synthetic};
 
 /// `tests/oracles/color_particle_filter.json`, written by `python3 tests/oracles/color_particle_filter.py`.
 static ORACLE: LazyLock<Value> = LazyLock::new(|| {

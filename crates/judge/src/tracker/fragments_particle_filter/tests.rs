@@ -2,10 +2,10 @@
 
 use super::layout::Fragment;
 use super::*;
-use crate::dataset::synthetic;
 use crate::image::luma;
 use crate::tracker::testing;
 use proptest::prelude::*;
+use trackfail_dataset::synthetic;
 
 fn close(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{a} is not {b}");

@@ -155,7 +155,7 @@ fn lengths_are_smooth() {
 #[test]
 fn a_plain_tracker_fails_now_and_then() {
     let config = ENTRY.build_from_text("{}").unwrap();
-    let counts: Vec<(usize, usize, f64)> = crate::dataset::synthetic::suite("synthetic-otb")
+    let counts: Vec<(usize, usize, f64)> = trackfail_dataset::synthetic::suite("synthetic-otb")
         .unwrap()
         .par_iter()
         .map(|q| {

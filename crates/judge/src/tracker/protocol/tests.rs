@@ -1,7 +1,7 @@
 use super::*;
-use crate::dataset::{Frames, Numbering, Render, Sequence};
 use crate::tracker::testing;
 use proptest::prelude::*;
+use trackfail_dataset::{Frames, Numbering, Render, Sequence};
 
 struct Blank;
 impl Render for Blank {

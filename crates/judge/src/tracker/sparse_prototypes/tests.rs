@@ -2,11 +2,11 @@
 
 use super::super::ivt;
 use super::*;
-use crate::dataset::format::otb;
-use crate::dataset::{Sequence, synthetic};
 use crate::region::Rect;
 use crate::tracker::testing;
 use proptest::prelude::*;
+use trackfail_dataset::format::otb;
+use trackfail_dataset::{Sequence, synthetic};
 
 const N: usize = 256;
 const ALTERNATION: Alternation = Alternation { lambda: 0.05, tolerance: 1e-3, iterations: 20 };

@@ -2,11 +2,11 @@
 #![cfg(unix)]
 
 use super::*;
-use crate::dataset::{Frames, Sequence, synthetic};
-use crate::image::decode;
-use crate::region::Rect;
 use crate::tracker::testing;
 use std::time::Duration;
+use trackfail_core::image::decode;
+use trackfail_core::region::Rect;
+use trackfail_dataset::{Frames, Sequence, synthetic};
 
 /// Four frames of 320 x 240 pixels, rendered.
 fn sequence() -> Sequence {

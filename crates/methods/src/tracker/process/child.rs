@@ -1,16 +1,16 @@
 //! A child process that gets lines and answers them, and that may misbehave in any way.
 //!
 //! Each of its three streams has a thread, so that no call here waits longer than its time limit; buffers are
-//! bounded. It is [guarded](crate::dataset::guarded), so that it ends with this program.
+//! bounded. It is [guarded](trackfail_dataset::guarded), so that it ends with this program.
 
 use super::fault::ProgramFault;
-use crate::dataset::guarded::{Guarded, STREAM_GRACE};
-use crate::dataset::text::{shorten_to, visible};
 use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
+use trackfail_dataset::guarded::{Guarded, STREAM_GRACE};
+use trackfail_dataset::text::{shorten_to, visible};
 
 /// Lines of stderr and characters per line that messages quote.
 const MAX_LINES: usize = 5;

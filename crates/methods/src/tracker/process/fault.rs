@@ -1,8 +1,8 @@
 //! Faults of programs.
 
-use crate::image::ImageError;
 use crate::tracker::trax::TraxError;
 use std::path::PathBuf;
+use trackfail_core::image::ImageError;
 
 /// Why a program gave no answer.
 #[derive(Debug, thiserror::Error)]

@@ -1,10 +1,10 @@
 //! Image files of frames, for programs that read images by path.
 
 use super::fault::ProgramFault;
-use crate::dataset::leftover::TemporaryFolder;
-use crate::image::{Frame, encode_png};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use trackfail_core::image::{Frame, encode_png};
+use trackfail_dataset::leftover::TemporaryFolder;
 
 /// Number of written frames that are kept, the newest included.
 const MAX_WRITTEN: usize = 2;

@@ -3,13 +3,13 @@
 use super::child::Child;
 use super::fault::ProgramFault;
 use super::programs::{Program, Protocol, Regions};
-use crate::dataset::text::{shorten_to, visible};
-use crate::region::Region;
 use crate::tracker::trax::{self, Answer, Hello, Message, Properties};
 use std::io::{BufRead, Read};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
+use trackfail_core::region::Region;
+use trackfail_dataset::text::{shorten_to, visible};
 
 /// Answer of a program to a frame.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,13 +1,13 @@
 //! Programs that may be run as trackers, signals and detectors; [`spec::programs`](crate::spec::programs) reads them.
 
 use crate::analysis::Analysis;
-use crate::dataset::text::shorten_to;
-use crate::plugin::{self, ParamError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use trackfail_core::plugin::{self, ParamError};
+use trackfail_dataset::text::shorten_to;
 
 /// Protocol between this program and another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

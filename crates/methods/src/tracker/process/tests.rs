@@ -2,12 +2,12 @@
 #![cfg(unix)]
 
 use super::*;
-use crate::dataset::{Frames, Numbering, Render, Sequence};
-use crate::image::{decode, encode_png};
-use crate::region::Rect;
 use crate::tracker::testing;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use trackfail_core::image::{decode, encode_png};
+use trackfail_core::region::Rect;
+use trackfail_dataset::{Frames, Numbering, Render, Sequence};
 
 mod ends;
 

@@ -1,11 +1,11 @@
 //! The files of a sequence and run: one with boxes, and one with a confidence beside it where there is one.
 
 use super::Params;
-use crate::dataset::SequenceInfo;
 use crate::tracker::TrackerError;
 use crate::tracker::results::{BINARY, confidence};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use trackfail_dataset::SequenceInfo;
 
 /// Format of a file of boxes, as far as its name tells.
 #[derive(Debug, Clone, Copy)]

@@ -1,8 +1,8 @@
 use super::*;
-use crate::dataset::suite::Catalog;
-use crate::dataset::{Frames, Numbering, Sequence};
-use crate::region::Rect;
 use crate::tracker::testing;
+use trackfail_core::region::Rect;
+use trackfail_dataset::suite::Catalog;
+use trackfail_dataset::{Frames, Numbering, Sequence};
 
 /// The data roots of a test, one.
 fn roots(root: &tempfile::TempDir) -> Vec<PathBuf> {
@@ -228,7 +228,7 @@ fn files_that_do_not_fit_are_errors() {
 
 /// Frames 1 to 3, of rendered frames of 320 x 240 pixels.
 fn three_frames(name: &str) -> Sequence {
-    let rendered = crate::dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
+    let rendered = trackfail_dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
     let Frames::Rendered(render, _) = rendered.frames else { panic!("rendered") };
     Sequence {
         name: name.into(),

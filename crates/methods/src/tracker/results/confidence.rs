@@ -13,8 +13,8 @@
 //! that was lost, nobody knows where. High values are sure; their scale is the tracker's.
 
 use super::drop_empty_end;
-use crate::dataset::{DatasetError, text};
 use std::path::{Path, PathBuf};
+use trackfail_dataset::{DatasetError, text};
 
 /// End of the names of files that may lack a line for the first frame.
 const WITHOUT_FIRST: &str = "_all_scores.txt";

@@ -12,8 +12,8 @@
 //! GOT-10k's is always a box, so the first line tells; a file that begins with anything else is refused. So
 //! is one that begins with a box and has a mark further down, by its number of columns.
 
-use crate::dataset::{DatasetError, text};
 use std::path::Path;
+use trackfail_dataset::{DatasetError, text};
 
 /// Kind of a file `<Seq>/<Seq>_001.txt`, by its first line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +78,7 @@ mod tests {
         fn no_file_is_both(text in "[0-3.,\t\r\n ]{0,40}") {
             let path = Path::new("S_001.txt");
             let frames = text.trim_end().lines().count();
-            let truth = crate::region::Region::from_numbers(&[1.0, 1.0, 1.0, 1.0]).unwrap();
+            let truth = trackfail_core::region::Region::from_numbers(&[1.0, 1.0, 1.0, 1.0]).unwrap();
             let vot = crate::tracker::results::vot::parse(path, text.as_bytes(), &vec![Some(truth); frames]);
             let boxes = crate::tracker::results::otb_text::parse_rows(path, text.as_bytes());
             prop_assert!(vot.is_err() || boxes.is_err());

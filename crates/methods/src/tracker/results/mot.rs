@@ -8,10 +8,10 @@
 //! A track is of one target. In a file of several, `id` has to name it.
 
 use super::{Base, BoxError, Boxes, NoBox};
-use crate::dataset::{DatasetError, SequenceInfo, text};
-use crate::region::Region;
 use std::collections::BTreeSet;
 use std::path::Path;
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
 /// Numbers of columns of a row.
 const COLUMNS: std::ops::RangeInclusive<usize> = 7..=10;
@@ -111,9 +111,9 @@ fn listed(ids: &BTreeSet<i64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Frames, Numbering, Sequence};
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
+    use trackfail_dataset::{Frames, Numbering, Sequence};
 
     /// Frames 11 to 13 of official 10 to 14.
     fn sequence() -> Sequence {

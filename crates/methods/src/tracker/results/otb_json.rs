@@ -16,10 +16,10 @@
 //! and are shifted by one like it. Other kinds of rows are refused.
 
 use super::{Base, BoxError, Boxes, align};
-use crate::dataset::{DatasetError, Numbering, text};
-use crate::region::Region;
 use serde::Deserialize;
 use std::path::Path;
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, Numbering, text};
 
 // The fields that are read; the files have more (tracker, seqName, fps ...).
 #[derive(Deserialize)]
@@ -127,8 +127,8 @@ fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
 
     const FIVE: Numbering = Numbering { first: 1, official: (1, 5) };
 

@@ -6,10 +6,10 @@
 //! line is half a pixel right of and below that annotation, its other lines are not.
 
 use super::{NoBox, drop_empty_end};
-use crate::dataset::{DatasetError, text};
-use crate::region::{Region, RegionError};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use trackfail_core::region::{Region, RegionError};
+use trackfail_dataset::{DatasetError, text};
 
 /// Index of the left top pixel; `0` or `1` in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
@@ -138,8 +138,8 @@ fn is_header(line: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
 
     fn read(bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
         let f = tempfile::NamedTempFile::new().unwrap();

@@ -17,9 +17,9 @@
 //! oxuva/long-term-tracking-benchmark, and pytracking, which writes the same.
 
 use super::{BoxError, Boxes, NoBox};
-use crate::dataset::{DatasetError, SequenceInfo, text};
-use crate::region::Region;
 use std::path::Path;
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
 const COLUMNS: [&str; 9] =
     ["video", "object", "frame_num", "present", "score", "xmin", "xmax", "ymin", "ymax"];
@@ -123,9 +123,9 @@ fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Frames, Numbering, Sequence, synthetic};
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
+    use trackfail_dataset::{Frames, Numbering, Sequence, synthetic};
 
     /// Six frames of 320 x 240 pixels, numbers 1 to 6, of which 2 to 5 are used.
     fn sequence() -> Sequence {

@@ -1,9 +1,9 @@
 //! Scores of real result files against those of the VOT toolkit.
 
 use super::vot;
-use crate::region::Areas;
-use crate::region::Region;
 use crate::tracker::Status;
+use trackfail_core::region::Areas;
+use trackfail_core::region::Region;
 use trackfail_judge::score::resets::{
     Measured, Rules, expected_average_overlap, expected_overlap, of_sequence,
 };

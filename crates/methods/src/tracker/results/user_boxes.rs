@@ -18,12 +18,12 @@ mod evidence;
 mod lines;
 
 use super::{Base, NoBox, drop_empty_end};
-use crate::dataset::{DatasetError, text};
-use crate::num::readable;
-use crate::region::{Rect, Region, RegionError};
 pub use columns::{Columns, ColumnsError, Role};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use trackfail_core::num::readable;
+use trackfail_core::region::{Rect, Region, RegionError};
+use trackfail_dataset::{DatasetError, text};
 
 /// What the lines of a file hold.
 #[derive(Debug, Clone, PartialEq, Eq)]

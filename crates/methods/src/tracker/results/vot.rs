@@ -7,10 +7,10 @@
 //! [`Status::Skipped`].
 
 use super::{Base, NoBox, drop_empty_end};
-use crate::dataset::{DatasetError, text};
-use crate::region::Region;
 use crate::tracker::{Status, TrackerState};
 use std::path::Path;
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, text};
 
 /// Reads one run; `truth` is the sequence's, one entry a frame.
 ///
@@ -96,8 +96,8 @@ pub fn parse_from(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
 
     fn rect(x: f64) -> Region {
         Region::Rect(Rect::new(x, 0.0, 1.0, 1.0))
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn real_results_have_the_failures_of_the_vot_toolkit() {
         let root = trackfail_testing::real_data();
-        let suite = crate::dataset::suite::Catalog::default().suite("vot2014").unwrap();
+        let suite = trackfail_dataset::suite::Catalog::default().suite("vot2014").unwrap();
         for (folder, runs, failures) in [
             ("GOTURN/baseline", 3, 36),
             ("PFTracker/baseline_lite", 1, 118),

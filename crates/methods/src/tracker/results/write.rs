@@ -2,10 +2,10 @@
 //! [`super::super::replay`]. A number that is written and read again has the same bits.
 
 use super::Base;
-use crate::region::Region;
 use crate::tracker::Status;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use trackfail_core::region::Region;
 
 /// `x,y,w,h` or the corners `x1,y1,...`, joined by commas.
 fn numbers(region: &Region) -> String {
@@ -64,10 +64,10 @@ pub fn confidence_path(boxes: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Frames, Numbering, Sequence};
-    use crate::region::Rect;
     use crate::tracker::{RunContext, TrackerState, replay, testing};
     use proptest::prelude::*;
+    use trackfail_core::region::Rect;
+    use trackfail_dataset::{Frames, Numbering, Sequence};
 
     #[test]
     fn marks_and_regions() {
@@ -145,7 +145,7 @@ mod tests {
             let roots = [root.path().to_path_buf()];
             let context = RunContext { data_roots: &roots, ..testing::context(&sequence, 0) };
             prop_assert_eq!(replay.gives_confidence(&context), confident);
-            let pixel = crate::image::Frame::new(1, 1, vec![0; 3]);
+            let pixel = trackfail_core::image::Frame::new(1, 1, vec![0; 3]);
             let (mut tracker, first) = replay.start(&context, &pixel, &regions[0]).unwrap();
             let mut back = vec![first];
             back.extend((1..states.len()).map(|_| tracker.update(&pixel).unwrap()));

@@ -5,12 +5,12 @@
 //! posterior has a likelihood. An error ends the session with `quit`, which has the error as `trax.reason`.
 
 use super::{Answer, Hello, Message, Properties, Reader, TraxError, numbers, write};
-use crate::dataset::text::{shorten_to, visible};
-use crate::dataset::{DatasetError, Frames, Numbering, Sequence};
-use crate::region::{Rect, Region};
 use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
 use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
+use trackfail_core::region::{Rect, Region};
+use trackfail_dataset::text::{shorten_to, visible};
+use trackfail_dataset::{DatasetError, Frames, Numbering, Sequence};
 
 /// The version that the server announces.
 const VERSION: u32 = 3;

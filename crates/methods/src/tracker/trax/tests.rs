@@ -1,7 +1,7 @@
 use super::*;
-use crate::region::Rect;
 use proptest::prelude::*;
 use std::io::Cursor;
+use trackfail_core::region::Rect;
 
 fn one(line: &str) -> Message {
     parse(line.as_bytes()).unwrap().unwrap()

@@ -1,20 +1,20 @@
 //! The numbers of claims, with how far other sequences might move them.
 
-use crate::engine::execute::analyse::Analysed;
-use crate::num::pooled::Draws;
-use crate::num::seed;
 use crate::report::units::{
     UnitCounts, counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum, sum_of, total_of_sum,
 };
 use crate::results::{CellScore, Measure, Results, method_label};
-use crate::score::metric::Source;
-use crate::score::{Metric, TrackerMetric};
-use crate::spec::claim::{Measured, Quantity, Reference, Spread};
-use crate::spec::table::FindingName;
 use crate::table::layout;
 use crate::table::leaderboard::MIN_SEQUENCES;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_core::num::pooled::Draws;
+use trackfail_core::num::seed;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_engine::spec::claim::{Measured, Quantity, Reference, Spread};
+use trackfail_engine::spec::table::FindingName;
+use trackfail_methods::score::metric::Source;
+use trackfail_methods::score::{Metric, TrackerMetric};
 
 /// Samples of the sequences for each interval.
 const DRAWS: usize = 2000;

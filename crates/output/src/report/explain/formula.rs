@@ -1,6 +1,6 @@
 //! How metrics come about from counts, in a line.
 
-use crate::score::{Counts, Metric, Pooled, Protocol};
+use trackfail_methods::score::{Counts, Metric, Pooled, Protocol};
 
 /// How a metric comes about, with the counts filled in.
 pub fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> String {

@@ -5,9 +5,9 @@ use crate::report::sequences::counted_by;
 use crate::report::trace::{self, EventOutcome, Moment, Trace};
 use crate::results::Results;
 use crate::results::method_label;
-use crate::score::counts::Place;
-use crate::spec::table::Table;
 use crate::table::layout::CellRef;
+use trackfail_engine::spec::table::Table;
+use trackfail_methods::score::counts::Place;
 
 /// How many digits numbers have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

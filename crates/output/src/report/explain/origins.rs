@@ -5,10 +5,10 @@ use crate::report::sequences::Tallies;
 use crate::results::Results;
 use crate::results::measures::{self, Measure};
 use crate::results::{CellScore, method_label, parse_point};
-use crate::spec::table::Table;
 use crate::table::layout::{self, CellRef, Group, TableLayout};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use trackfail_engine::spec::table::Table;
 
 /// The origin of a cell of a table, as the page shows it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -148,7 +148,7 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Metric;
+    use trackfail_methods::score::Metric;
 
     fn spot(tracker: &str, method: &str, params: &str) -> CellRef {
         let [row, column, tracker, method, params] =

@@ -1,17 +1,17 @@
 //! Finds the number of a table that is to be explained.
 
 use super::Explained;
-use crate::plugin;
 use crate::report::finished::{self, FinishedError};
 use crate::report::trace::Trace;
 use crate::results::Results;
 use crate::results::analyses::FILE as ANALYSES;
 use crate::results::measures;
 use crate::results::{CellScore, method_label};
-use crate::score::{Counts, Metric};
-use crate::spec::table::Table;
 use crate::table::layout::{self, CellRef};
 use std::path::{Path, PathBuf};
+use trackfail_core::plugin;
+use trackfail_engine::spec::table::Table;
+use trackfail_methods::score::{Counts, Metric};
 
 /// A number that cannot be explained.
 #[derive(Debug, thiserror::Error)]

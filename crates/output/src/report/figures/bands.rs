@@ -1,12 +1,12 @@
 //! Bootstrap bands: intervals over sequences of the values that a curve is made of.
 
-use crate::num::pooled::{Drawn, Draws};
-use crate::num::seed;
 use crate::report::units::{UnitCounts, counts_of_sequences, metric_of_sum};
 use crate::results::{CellScore, Measure, Results, method_label};
-use crate::score::Metric;
-use crate::score::metric::Source;
 use crate::table::leaderboard::MIN_SEQUENCES;
+use trackfail_core::num::pooled::{Drawn, Draws};
+use trackfail_core::num::seed;
+use trackfail_methods::score::Metric;
+use trackfail_methods::score::metric::Source;
 
 /// Level of the intervals.
 pub const LEVEL: f64 = 0.95;

@@ -7,15 +7,15 @@
 use super::curve::SHORT;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{capitalized, drawing, plain};
-use crate::analysis::Chart;
-use crate::engine::execute::analyse::Analysed;
 use crate::figure::{
     Color, Curve, CurveAxis, Curves, Dash, Entry, Facet, Marker, Range, Sign, Style, Symbol,
 };
 use crate::results::Results;
 use crate::results::manifest;
-use crate::spec::table::FindingName;
 use crate::table::suites::suites_note;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_engine::spec::table::FindingName;
+use trackfail_methods::analysis::Chart;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "chart", shows_tracks: false, draw };

@@ -7,9 +7,9 @@ use super::published;
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::report::operating;
 use crate::report::uncertainty::headline;
-use crate::score::Metric;
 use crate::table::layout::is_anchor;
 use crate::table::number::Style;
+use trackfail_methods::score::Metric;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "curve", shows_tracks: false, draw };

@@ -4,10 +4,10 @@ use super::bands;
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{Line, arrange, drawing};
 use crate::figure::{CurveAxis, Curves, Range};
-use crate::num::seed;
 use crate::results::TrackSeries;
-use crate::score::TrackScore;
-use crate::score::khalid2016::TOLERANCE;
+use trackfail_core::num::seed;
+use trackfail_methods::score::TrackScore;
+use trackfail_methods::score::khalid2016::TOLERANCE;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "delay", shows_tracks: true, draw };

@@ -2,7 +2,7 @@
 
 use crate::figure::{FigureError, Plot};
 use crate::results::{CellScore, Results, ResultsError, TrackSeries};
-use crate::spec::figure::{Figure, FigureParams};
+use trackfail_engine::spec::figure::{Figure, FigureParams};
 
 /// Draws the figures of one kind.
 pub struct Drawer {

@@ -6,8 +6,8 @@ use crate::figure::{
     Color, Curve, CurveAxis, Curves, Dash, Entry, Facet, Marker, Range, Sign, Style, Symbol,
 };
 use crate::report::colors;
-use crate::spec::Experiment;
 use crate::table::layout::is_anchor;
+use trackfail_engine::spec::Experiment;
 
 /// A curve of a method on a tracker.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,9 +1,9 @@
 //! `machine`: the conditions of a tracker that ARTE follows, drawn from its own table of transitions.
 
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use crate::detector::Condition;
-use crate::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 use crate::figure::{Arrow, States};
+use trackfail_methods::detector::Condition;
+use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "machine", shows_tracks: false, draw };

@@ -1,12 +1,12 @@
 //! The panels of a strip figure.
 
-use crate::detector::Condition;
 use crate::figure::{Color, Dash, Edge, FrameAxis, Panel, Range, Series, Style, Threshold, spans_where};
 use crate::report::colors;
 use crate::report::stills;
 use crate::results::{Results, TrackSeries};
-use crate::score::{TrackScore, sanmiguel2015};
-use crate::spec::figure;
+use trackfail_engine::spec::figure;
+use trackfail_methods::detector::Condition;
+use trackfail_methods::score::{TrackScore, sanmiguel2015};
 
 /// One panel over the frames of a track.
 pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &figure::Panel) -> Panel {

@@ -1,10 +1,10 @@
 //! What papers print of a figure's axes, from the `[[published]]` of its experiment.
 
 use crate::results::Measure;
-use crate::score::Metric;
-use crate::spec::Experiment;
-use crate::spec::table::{Published, Side};
 use crate::table::number::printed_value;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::table::{Published, Side};
+use trackfail_methods::score::Metric;
 
 /// The printed value of a method in a row.
 fn value(published: &Published, method: &str) -> Option<f64> {
@@ -39,8 +39,8 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Pooled;
-    use crate::spec::read::parse;
+    use trackfail_engine::spec::read::parse;
+    use trackfail_methods::score::Pooled;
 
     fn experiment() -> Experiment {
         let text = r#"

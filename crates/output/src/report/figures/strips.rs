@@ -3,11 +3,11 @@
 use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::panels::panel;
 use crate::figure::{BoxStyle, LOST, Panel, Still, Strip};
-use crate::region::Region;
 use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
-use crate::signal::distribution_field::{self, Displacement};
-use crate::spec::figure::{self, Figure};
+use trackfail_core::region::Region;
+use trackfail_engine::spec::figure::{self, Figure};
+use trackfail_methods::signal::distribution_field::{self, Displacement};
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "strips", shows_tracks: true, draw };

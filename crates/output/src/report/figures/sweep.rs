@@ -7,7 +7,7 @@ use super::published;
 use crate::figure::{Color, Curves, Dash, Entry, Sign, Style, Symbol};
 use crate::report::operating;
 use crate::results::Measure;
-use crate::score::Metric;
+use trackfail_methods::score::Metric;
 
 /// The entry of this kind.
 pub const DRAWER: Drawer = Drawer { word: "sweep", shows_tracks: false, draw };

@@ -1,6 +1,6 @@
 use super::*;
 use crate::report::layouts::{cell, group, table};
-use crate::spec::read::parse;
+use trackfail_engine::spec::read::parse;
 
 /// Precision and F over thresholds, in tables and figures; the table of F lacks the method CovF.
 fn experiment() -> Experiment {

@@ -21,15 +21,15 @@
 //! `trackfail({truth, data})`.
 
 use super::{JudgedSeries, Method, PackedTrack, Sequence, Sequences, Track};
-use crate::dataset::text::visible;
 use crate::figure::spans_where;
-use crate::region::{Rect, Region};
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
+use trackfail_core::region::{Rect, Region};
+use trackfail_dataset::text::visible;
 
 /// Words of the ends of a loss, where there is no ground truth.
 const STATE_WORDS: [&str; 2] = ["lost", "found again"];

@@ -1,9 +1,9 @@
 use super::json::{beside, embedded, in_a_page};
 use super::*;
-use crate::dataset::text::visible;
-use crate::score::khalid2016;
 use proptest::prelude::*;
 use serde_json::Value;
+use trackfail_dataset::text::visible;
+use trackfail_methods::score::khalid2016;
 
 /// Two trackers on two sequences of `frames` frames; the target is lost in frames 20 to 29, and the alarm of
 /// the first method starts 2 frames later, that of the second 12.

@@ -1,12 +1,12 @@
 //! Answers to a client.
 
 use super::request::{self, Refusal, Request, Target, find};
-use crate::engine::observe::progress;
 use crate::report::site;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use trackfail_engine::observe::progress;
 
 /// The folders that are shown.
 #[derive(Debug)]

@@ -2,8 +2,8 @@
 
 use super::summary::{Summary, read_summary};
 use crate::report::files::{INDEX, OWNED, SUMMARY};
-use crate::spec::check_experiment_name;
 use std::path::Path;
+use trackfail_engine::spec::check_experiment_name;
 
 /// All reports below a folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

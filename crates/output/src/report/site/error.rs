@@ -1,8 +1,8 @@
 //! Errors of the page over all reports.
 
-use crate::engine::store::StoreError;
 use crate::report::page::ReportError;
 use crate::results::ResultsError;
+use trackfail_engine::store::StoreError;
 
 /// A site that could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -11,10 +11,10 @@ use super::standing::Standing;
 use crate::report::differences::CHANCE;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
-use crate::score::frames::bootstrap::MIN_SEQUENCES;
 use serde::Serialize;
 use std::cmp::Ordering;
 use trackfail_judge::method::names;
+use trackfail_methods::score::frames::bootstrap::MIN_SEQUENCES;
 
 /// Name of the page.
 pub const LEADERBOARD: &str = "leaderboard.html";

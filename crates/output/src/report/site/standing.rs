@@ -1,16 +1,16 @@
 //! Standings: the methods of one experiment with all of its trackers pooled, as the leaderboard shows them.
 
-use crate::num::pooled::Drawn;
-use crate::num::seed;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{CellScore, Results};
-use crate::score::frames::bootstrap::{LEVEL, MIN_SEQUENCES};
-use crate::score::{Counts, Metric, Pooled};
-use crate::spec::method::Method;
 use crate::table::layout;
 use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use trackfail_core::num::pooled::Drawn;
+use trackfail_core::num::seed;
+use trackfail_engine::spec::method::Method;
+use trackfail_methods::score::frames::bootstrap::{LEVEL, MIN_SEQUENCES};
+use trackfail_methods::score::{Counts, Metric, Pooled};
 
 /// Bootstrap samples of sequences for the interval of F over chance.
 const DRAWS: usize = 2000;

@@ -2,9 +2,6 @@
 
 use super::error::SiteError;
 use super::standing::{Standing, standings};
-use crate::dataset::{DatasetError, synthetic, text};
-use crate::direction::Direction;
-use crate::engine::store;
 use crate::report::claims::{ClaimCounts, Finding};
 use crate::report::files::SUMMARY;
 use crate::report::uncertainty;
@@ -16,6 +13,9 @@ use crate::table::layout;
 use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use trackfail_core::direction::Direction;
+use trackfail_dataset::{DatasetError, synthetic, text};
+use trackfail_engine::store;
 
 /// Version of the summary's format.
 /// - 1: first version;

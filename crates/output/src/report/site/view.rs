@@ -3,12 +3,12 @@
 use super::LEADERBOARD;
 use super::collect::Site;
 use super::summary::{Best, Summary};
-use crate::engine::observe::progress::ObservedRun;
 use crate::report::claims::ClaimCounts;
 use crate::report::files::MARKDOWN;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
 use serde::Serialize;
+use trackfail_engine::observe::progress::ObservedRun;
 
 #[derive(Serialize)]
 struct View<'s> {

@@ -1,17 +1,17 @@
 //! Methods on one tracker, or trackers, that can be compared.
 
 use super::Measured;
-use crate::analysis::Grid;
-use crate::engine::execute::analyse::Analysed;
 use crate::report::headline::spoken;
 use crate::report::operating;
 use crate::report::units::{counts_of_column, counts_of_sequences, sum_of};
 use crate::results::{CellScore, Results, method_label};
-use crate::score::Protocol;
-use crate::score::chance::Chance;
-use crate::spec::method::Variant;
 use crate::table::layout;
 use std::collections::BTreeMap;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_engine::spec::method::Variant;
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::Protocol;
+use trackfail_methods::score::chance::Chance;
 
 /// A method on one tracker, or a tracker.
 pub(super) struct Competitor {

@@ -1,9 +1,9 @@
 use super::diagram::diagram;
 use super::*;
-use crate::analysis::Grid;
 use crate::figure::Plot;
 use crate::report::units::counts_of_column;
 use crate::table::layout::Row;
+use trackfail_methods::analysis::Grid;
 
 const CHANCE: Chance = Chance::within(5);
 
@@ -224,7 +224,7 @@ fn the_headline_orders_methods_by_itself_where_it_can() {
              [suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n[[method]]\nname = \"DTEF\"\n{table}"
         )
     };
-    let of = |table: &str| headline(&crate::spec::parse("try.toml", &text(table)).unwrap()).name();
+    let of = |table: &str| headline(&trackfail_engine::spec::parse("try.toml", &text(table)).unwrap()).name();
     let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
     assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
     assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");

@@ -6,9 +6,9 @@ use crate::figure::{Color, Dot, Dots};
 use crate::report::colors;
 use crate::report::figures::published;
 use crate::report::headline::{self, MAX_ROWS, by_chance, estimate, is_beyond_chance, signed_bounds};
-use crate::spec::Experiment;
 use crate::table::layout::{Group, TableLayout};
 use crate::table::number::Style;
+use trackfail_engine::spec::Experiment;
 
 /// Most trackers that are named one by one.
 const MAX_NAMED: usize = 4;

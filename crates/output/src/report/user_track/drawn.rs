@@ -2,9 +2,9 @@
 
 use super::{UserTrack, UserVideo};
 use crate::figure::{AnnotatedBox, Color, Dash, annotate};
-use crate::image::Frame;
 use crate::report::verdict::comparison;
 use crate::results::detections::TargetState;
+use trackfail_core::image::Frame;
 
 /// Color of a state: green, vermilion, gray.
 pub fn color(state: TargetState) -> Color {

@@ -1,22 +1,22 @@
 //! A user's tracks as one HTML file that needs nothing beside it.
 
 use super::{UserTrack, UserVideo, telling_frames};
-use crate::dataset::DatasetError;
-use crate::image::Frame;
-use crate::image::patch::halved;
-use crate::region::{Rect, Region};
 use crate::report::html;
 use crate::report::page::{Page, ReportError};
 use crate::report::sequences::json::embedded;
 use crate::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
 use crate::report::verdict::{is_found_again, of_target, table, verdict};
 use crate::results::detections::{JudgedMethod, TargetState};
-use crate::score::TrackScore;
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use trackfail_core::image::Frame;
+use trackfail_core::image::patch::halved;
+use trackfail_core::region::{Rect, Region};
+use trackfail_dataset::DatasetError;
+use trackfail_methods::score::TrackScore;
 
 /// Largest number of pictures in a page.
 const MAX_PICTURES: usize = 120;

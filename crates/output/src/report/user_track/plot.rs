@@ -1,12 +1,12 @@
 //! A user's track as a figure: stills over a panel for each method.
 
 use super::{UserTrack, UserVideo, telling_frames};
-use crate::dataset::DatasetError;
 use crate::figure::{
     Color, Dash, FrameAxis, Panel, Series, Still, Strip, Style, Threshold, annotate, spans_where,
 };
 use crate::report::verdict::verdict;
 use crate::results::detections::{JudgedMethod, TargetState};
+use trackfail_dataset::DatasetError;
 
 /// Stills of a figure.
 const STILLS: usize = 5;

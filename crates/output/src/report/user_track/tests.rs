@@ -1,15 +1,15 @@
 use super::*;
-use crate::dataset::{Digest, Frames, Numbering, Render, user_frames};
-use crate::detector::{DETECTORS, Input};
-use crate::direction::Direction;
 use crate::figure::Plot;
-use crate::image::Frame;
-use crate::plugin;
-use crate::region::Rect;
 use crate::report::verdict::{Stretch, stretches, verdict};
 use crate::results::detections;
 use proptest::prelude::*;
 use std::sync::Arc;
+use trackfail_core::direction::Direction;
+use trackfail_core::image::Frame;
+use trackfail_core::plugin;
+use trackfail_core::region::Rect;
+use trackfail_dataset::{Digest, Frames, Numbering, Render, user_frames};
+use trackfail_methods::detector::{DETECTORS, Input};
 
 /// Frames of 160 x 120 pixels with some texture.
 struct Texture;

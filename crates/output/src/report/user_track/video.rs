@@ -1,17 +1,17 @@
 //! Frames as a video file, which `ffmpeg` encodes.
 
-use crate::dataset::guarded::Guarded;
-use crate::dataset::leftover::TemporaryFolder;
-use crate::dataset::text::visible;
-use crate::engine::limits::Interrupted;
-use crate::engine::store::{self, StoreError};
-use crate::image::Frame;
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
 use std::path::Path;
 use std::process::{ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
+use trackfail_core::image::Frame;
+use trackfail_dataset::guarded::Guarded;
+use trackfail_dataset::leftover::TemporaryFolder;
+use trackfail_dataset::text::visible;
+use trackfail_engine::limits::Interrupted;
+use trackfail_engine::store::{self, StoreError};
 
 /// Ends of the names of video files, with ffmpeg's names of their formats.
 pub const CONTAINERS: [(&str, &str); 4] =
@@ -212,7 +212,7 @@ fn give<E: std::error::Error + 'static>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{DatasetError, user_frames};
+    use trackfail_dataset::{DatasetError, user_frames};
     use trackfail_testing::needs;
 
     fn frame(t: usize) -> Result<Frame, DatasetError> {

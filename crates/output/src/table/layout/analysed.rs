@@ -1,14 +1,14 @@
 //! Tables that show what an analysis found.
 
 use super::{Cell, Group, Label, Row, TableLayout, mark_best, printed_for, published_for};
-use crate::analysis::Grid;
-use crate::direction::Direction;
-use crate::engine::execute::analyse::Analysed;
-use crate::score::TrackerMetric;
-use crate::spec::Experiment;
-use crate::spec::table::{FindingName, Published, Table};
 use crate::table::number::{Style, four_digits, printed_value, style_of_column};
 use crate::table::suites::{suites_note, tracker_note};
+use trackfail_core::direction::Direction;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::table::{FindingName, Published, Table};
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::TrackerMetric;
 
 /// Makes a table of an analysis, with a group for each tracker.
 pub fn analysed(

@@ -1,11 +1,11 @@
 //! Where the numbers of a table come from: tracker, method, grid point and metric of every cell.
 
-use crate::num::readable;
 use crate::results::Measure;
 use crate::results::method_label;
-use crate::score::Metric;
-use crate::spec::Experiment;
-use crate::spec::table::{Side, Table};
+use trackfail_core::num::readable;
+use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::table::{Side, Table};
+use trackfail_methods::score::Metric;
 
 /// Names a cell of a table and the number that it shows.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 use super::*;
-use crate::direction::Direction;
-use crate::score::Metric;
-use crate::spec::table::Latex;
 use crate::table::layout::Label;
+use trackfail_core::direction::Direction;
+use trackfail_engine::spec::table::Latex;
+use trackfail_methods::score::Metric;
 
 pub fn sample() -> TableLayout {
     let cell = |ours: &str, published: &str, best| Cell {

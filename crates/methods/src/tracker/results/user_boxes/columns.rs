@@ -1,6 +1,6 @@
 //! What the columns of a file of boxes hold, in the words of its header or of the user.
 
-use crate::plugin;
+use trackfail_core::plugin;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl Columns {
         if is_polygon && words.iter().enumerate().all(|(k, word)| *word == corner(k)) {
             return Ok(None);
         }
-        let text = || crate::dataset::text::shorten(text);
+        let text = || trackfail_dataset::text::shorten(text);
         if words.iter().any(|word| word == "x3" || word == "y3") {
             return Err(ColumnsError::Corners(text()));
         }
@@ -230,7 +230,7 @@ pub(super) fn of_user(text: &str) -> Result<Option<Columns>, ColumnsError> {
         Some(word) => {
             let formats = super::NAMED.into_iter().filter(|_| words.len() == 1);
             let known = formats.chain(WORDS.iter().map(|(_, words)| words[0]));
-            let word = crate::dataset::text::shorten(word);
+            let word = trackfail_dataset::text::shorten(word);
             Err(ColumnsError::Unknown(plugin::unknown("format or column", &word, known)))
         }
         None => columns,

@@ -10,12 +10,12 @@
 use super::columns::{Columns, Role};
 use super::lines::Header;
 use super::{BoxFormat, Options, Row};
-use crate::num::summary;
-use crate::region::{Rect, Region, RegionError};
 use Role::{
     Bottom, CenterX, CenterY, Class, Confidence, Frame, Height, Left, Other, Right, Target, Top, Width,
 };
 use std::collections::{BTreeMap, BTreeSet};
+use trackfail_core::num::summary;
+use trackfail_core::region::{Rect, Region, RegionError};
 
 /// Where left, top, width and height are the custom, corners are doubted no more if their boxes change and differ in size by
 /// this share of what those of the custom do. Corners that are rounded, of a target that hardly moves, change by .9 and differ

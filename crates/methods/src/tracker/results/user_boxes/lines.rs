@@ -2,9 +2,9 @@
 
 use super::columns::{self, Columns};
 use super::{BoxFormat, Row};
-use crate::dataset::text::NumbersError;
-use crate::dataset::{DatasetError, text};
 use std::path::Path;
+use trackfail_dataset::text::NumbersError;
+use trackfail_dataset::{DatasetError, text};
 
 /// A header line.
 pub(super) struct Header {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::spec::read::parse;
+use trackfail_engine::spec::read::parse;
 
 /// An experiment with these methods, the last of them an anchor.
 fn experiment(methods: &[&str]) -> Experiment {
