@@ -5,13 +5,14 @@
 //! [`ranking`] (AUROC, average precision), [`coverage`] (risk-coverage curve) and [`alarms`] (false alarms and delay at
 //! the threshold that finds half of the losses); [`bootstrap`] says how far they depend on the sequences. [`calibration`]
 //! is for scores that are probabilities. [`range`] and [`nab`] judge the alarms of the detector's own threshold.
-//! [`measures`] computes all of them, [`protocols`] has the rules that count alarms. Nothing here takes an alarm in one
+//! [`list`] has all of them, [`measures`] computes them, [`protocols`] has the rules that count alarms. Nothing here takes an alarm in one
 //! frame of a loss for alarms in all of its frames ("point adjustment").
 
 pub mod alarms;
 pub mod bootstrap;
 pub mod calibration;
 pub mod coverage;
+pub mod list;
 pub mod measures;
 pub mod nab;
 pub mod protocols;

@@ -1,7 +1,7 @@
 //! The metrics of tables, one entry each: name, heading, direction, unit, formula and function.
 //!
 //! Experiment files, tables, `explain`, pages and the docs (`docs/metrics.md`, see [`super::metrics_page`]) are made
-//! from [`METRICS`]. A new metric is one entry there and nothing else. The associated constants are handles for code
+//! from [`METRICS`]. A new metric is one entry there, or in the list of [measures of frames](super::frames::list), and nothing else. The associated constants are handles for code
 //! that asks for a certain metric; a name that is not in the list does not compile.
 
 mod list;
@@ -23,7 +23,16 @@ pub struct Metric {
     source: Source,
     formula: &'static str,
     filled: fn(&Pooled) -> String,
-    value: fn(&Pooled) -> Option<f64>,
+    value: Value,
+}
+
+/// Where a metric's value comes from.
+#[derive(Clone, Copy)]
+enum Value {
+    /// A function of the pooled numbers.
+    Pooled(fn(&Pooled) -> Option<f64>),
+    /// The measure of frames of this index in their list.
+    Frames(usize),
 }
 
 /// How the values of a metric are shown.
@@ -174,7 +183,10 @@ impl Metric {
     /// Its value; `None` where a denominator is 0 or what it needs is unknown. [`Kind::MeanAndDeviation`] gives the
     /// mean.
     pub fn value(self, pooled: &Pooled) -> Option<f64> {
-        (self.value)(pooled)
+        match self.value {
+            Value::Pooled(value) => value(pooled),
+            Value::Frames(index) => pooled.frames?.value(index),
+        }
     }
 
     /// Whether the part of a suite with an attribute may have it.
@@ -189,7 +201,10 @@ impl Metric {
 
     /// Bounds of its interval over sequences, for those of [`Source::Frames`] that have one.
     pub fn interval(self, pooled: &Pooled) -> Option<(f64, f64)> {
-        pooled.frames.and_then(|frames| frames.interval(self.name))
+        match self.value {
+            Value::Pooled(_) => None,
+            Value::Frames(index) => pooled.frames?.bounds(index),
+        }
     }
 
     /// Whether it is a count, shown without decimals.

@@ -36,12 +36,13 @@ fn ranked(results: &Results) -> Vec<Ranked<'_>> {
         tracker == EVERY_TRACKER
             && single(name)
             && !is_anchor(&results.experiment, name)
-            && measures.auroc.is_some()
+            && measures.get("auroc").is_some()
     });
     let mut ranked: Vec<Ranked<'_>> =
         mine.map(|([_, name, _], measures)| Ranked { name, measures }).collect();
-    ranked
-        .sort_by(|a, b| b.measures.auroc.partial_cmp(&a.measures.auroc).unwrap_or(std::cmp::Ordering::Equal));
+    ranked.sort_by(|a, b| {
+        b.measures.get("auroc").partial_cmp(&a.measures.get("auroc")).unwrap_or(std::cmp::Ordering::Equal)
+    });
     ranked
 }
 
@@ -62,7 +63,7 @@ pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
     let ranked = ranked(results);
     let (first, second) = (ranked.first().filter(|_| !pairs.is_empty())?, ranked.get(1)?);
     let style = Style::DEFAULT;
-    let shown = estimate(style, first.measures.auroc?, bounds(first));
+    let shown = estimate(style, first.measures.get("auroc")?, bounds(first));
     let mut text = format!(
         "{} tells lost frames from good ones best: area under the ROC curve {shown} over all trackers together.",
         first.name
@@ -78,14 +79,14 @@ pub fn verdict(results: &Results, pairs: &[Pair]) -> Option<String> {
 
 /// Bounds of the area under the ROC curve.
 fn bounds(method: &Ranked<'_>) -> Option<(f64, f64)> {
-    method.measures.auroc_low.zip(method.measures.auroc_high)
+    method.measures.get("auroc_low").zip(method.measures.get("auroc_high"))
 }
 
 /// The best methods with their intervals, as a figure with its caption; `None` for results without pairs.
 pub fn dots(results: &Results, pairs: &[Pair]) -> Option<(Dots, String)> {
     let ranked = ranked(results);
     let shown = &ranked[..ranked.len().min(MAX_ROWS)];
-    let dot = |m: &Ranked<'_>| m.measures.auroc.map(|value| Dot { value, bounds: bounds(m) });
+    let dot = |m: &Ranked<'_>| m.measures.get("auroc").map(|value| Dot { value, bounds: bounds(m) });
     let values = shown.iter().map(|m| (dot(m), None)).collect();
     let panel = ("all trackers together".to_string(), values);
     let caption = format!(
@@ -117,7 +118,12 @@ pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
         let against = text(best.as_ref().map(|pair| pair.other.clone()));
         let (auroc, found) = best.map_or_else(Default::default, |pair| (pair.auroc, pair.found_at_5));
         let reads = text(Some(needs(results, method.name)));
-        let mut cells = vec![reads, plain(method.measures.auroc), plain(method.measures.found_at_5), against];
+        let mut cells = vec![
+            reads,
+            plain(method.measures.get("auroc")),
+            plain(method.measures.get("found_at_5")),
+            against,
+        ];
         cells.extend(signed(auroc).into_iter().chain(signed(found)));
         (method.name.to_string(), cells)
     };

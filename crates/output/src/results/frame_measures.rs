@@ -15,6 +15,7 @@ use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::detector::DetectorOutput;
 use trackfail_methods::score::FrameMeasures;
+use trackfail_methods::score::frames::list::{Bounds, FRAME_METRICS, FrameMetric};
 use trackfail_methods::score::frames::measures::{Sampled, of_scores, with_alarms};
 use trackfail_methods::score::frames::{Method, ScoredTrack};
 use trackfail_methods::score::restarts;
@@ -29,13 +30,54 @@ const LOST_FRAMES: Column =
 const LOSSES: Column =
     Column::integer("losses", "", "Ranges of lost frames after a frame that is not lost").empty(NOT_KNOWN);
 
-const fn value(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
-    Column::real(name, unit, meaning).empty(NOT_KNOWN)
-}
+/// Columns that say which row it is, and those of its counts.
+const HEAD: [Column; 7] = [
+    SUITE,
+    Column {
+        meaning: "Label of the tracker; `*` for all of them, in experiments of the leaderboard",
+        ..TRACKER
+    },
+    METHOD,
+    PARAMS,
+    GOOD_FRAMES,
+    LOST_FRAMES,
+    LOSSES,
+];
 
-const fn bound(name: &'static str, unit: &'static str, meaning: &'static str) -> Column {
-    Column::real(name, unit, meaning).empty(NO_INTERVAL)
-}
+/// Number of columns.
+const COLUMNS: usize = {
+    let (mut count, mut k) = (HEAD.len() + FRAME_METRICS.len(), 0);
+    while k < FRAME_METRICS.len() {
+        count += if FRAME_METRICS[k].bounds.is_some() { 2 } else { 0 };
+        k += 1;
+    }
+    count
+};
+
+/// All columns: those of the list of measures, each with its bounds behind it.
+const ALL: [Column; COLUMNS] = {
+    let mut all = [SUITE; COLUMNS];
+    let (mut n, mut k) = (0, 0);
+    while n < HEAD.len() {
+        all[n] = HEAD[n];
+        n += 1;
+    }
+    while k < FRAME_METRICS.len() {
+        let FrameMetric { name, unit, meaning, is_recent, bounds, .. } = FRAME_METRICS[k];
+        all[n] = Column::real(name, unit, meaning).empty(NOT_KNOWN);
+        all[n].recent = is_recent;
+        n += 1;
+        if let Some(Bounds { names: [low, high], .. }) = bounds {
+            all[n] = Column::real(low, unit, "Lower bound of the measure before it").empty(NO_INTERVAL);
+            all[n + 1] = Column::real(high, unit, "Upper bound of the same").empty(NO_INTERVAL);
+            all[n].recent = is_recent;
+            all[n + 1].recent = is_recent;
+            n += 2;
+        }
+        k += 1;
+    }
+    all
+};
 
 /// The file.
 pub const FILE: TableFile = TableFile {
@@ -43,99 +85,11 @@ pub const FILE: TableFile = TableFile {
     about: "One row for each tracker and method (with its grid point), as in measures.csv: how well the method's score and \
             its alarms tell lost frames from good ones, frame by frame, all frames together. Bounds are those of a 95 % \
             bootstrap interval over sequences. Runs of earlier versions have no such file.",
-    columns: &[
-        SUITE,
-        Column {
-            meaning: "Label of the tracker; `*` for all of them, in experiments of the leaderboard",
-            ..TRACKER
-        },
-        METHOD,
-        PARAMS,
-        GOOD_FRAMES,
-        LOST_FRAMES,
-        LOSSES,
-        value("auroc", "", "Area under the ROC curve; lost: overlap 0, good: all others"),
-        bound("auroc_low", "", "Lower bound of `auroc`"),
-        bound("auroc_high", "", "Upper bound of `auroc`"),
-        value("auprc", "", "Average precision; lost: overlap 0"),
-        bound("auprc_low", "", "Lower bound of `auprc`"),
-        bound("auprc_high", "", "Upper bound of `auprc`"),
-        value("auroc_clear", "", "As `auroc`; lost: overlap (IoU) below 0.1, good: from 0.5 on"),
-        bound("auroc_clear_low", "", "Lower bound of `auroc_clear`"),
-        bound("auroc_clear_high", "", "Upper bound of `auroc_clear`"),
-        value("auprc_clear", "", "As `auprc`; lost: overlap (IoU) below 0.1, good: from 0.5 on"),
-        value(
-            "false_alarms_at_half",
-            "per 1000 good frames",
-            "False alarms at the threshold that half of the losses reach within 15 frames",
-        ),
-        bound("false_alarms_at_half_low", "per 1000 good frames", "Lower bound of `false_alarms_at_half`"),
-        bound("false_alarms_at_half_high", "per 1000 good frames", "Upper bound of `false_alarms_at_half`"),
-        value("delay_at_half", "frames", "Mean delay of the losses found at that threshold"),
-        value("arl0_at_half", "frames", "Good frames for each run of false alarms at that threshold"),
-        value(
-            "found_at_2",
-            "",
-            "Share of the losses found within 15 frames, where at most 2 of 1000 good frames alarm",
-        )
-        .recent(),
-        value(
-            "found_at_5",
-            "",
-            "Share of the losses found within 15 frames, where at most 5 of 1000 good frames alarm",
-        )
-        .recent(),
-        bound("found_at_5_low", "", "Lower bound of `found_at_5`").recent(),
-        bound("found_at_5_high", "", "Upper bound of `found_at_5`").recent(),
-        value("aurc", "", "Area under the risk-coverage curve"),
-        value("augrc", "", "Area under the generalized risk-coverage curve"),
-        value("ece", "", "Expected calibration error, of scores that are probabilities"),
-        value("range_precision", "", "Range-based precision of the method's alarms"),
-        value("range_recall", "", "Range-based recall of the method's alarms"),
-        value("range_f", "", "F1 of `range_precision` and `range_recall`"),
-        value("nab", "", "NAB score of the method's alarms, standard profile"),
-    ],
+    columns: &ALL,
 };
 
 /// Columns that say which row it is.
 const KEYS: usize = 4;
-
-/// The field of a column.
-fn field<'m>(measures: &'m mut FrameMeasures, column: &str) -> Option<&'m mut Option<f64>> {
-    let m = measures;
-    Some(match column {
-        "good_frames" => &mut m.good_frames,
-        "lost_frames" => &mut m.lost_frames,
-        "losses" => &mut m.losses,
-        "auroc" => &mut m.auroc,
-        "auroc_low" => &mut m.auroc_low,
-        "auroc_high" => &mut m.auroc_high,
-        "auprc" => &mut m.auprc,
-        "auprc_low" => &mut m.auprc_low,
-        "auprc_high" => &mut m.auprc_high,
-        "auroc_clear" => &mut m.auroc_clear,
-        "auroc_clear_low" => &mut m.auroc_clear_low,
-        "auroc_clear_high" => &mut m.auroc_clear_high,
-        "auprc_clear" => &mut m.auprc_clear,
-        "false_alarms_at_half" => &mut m.false_alarms_at_half,
-        "false_alarms_at_half_low" => &mut m.false_alarms_at_half_low,
-        "false_alarms_at_half_high" => &mut m.false_alarms_at_half_high,
-        "delay_at_half" => &mut m.delay_at_half,
-        "arl0_at_half" => &mut m.arl0_at_half,
-        "found_at_2" => &mut m.found_at_2,
-        "found_at_5" => &mut m.found_at_5,
-        "found_at_5_low" => &mut m.found_at_5_low,
-        "found_at_5_high" => &mut m.found_at_5_high,
-        "aurc" => &mut m.aurc,
-        "augrc" => &mut m.augrc,
-        "ece" => &mut m.ece,
-        "range_precision" => &mut m.range_precision,
-        "range_recall" => &mut m.range_recall,
-        "range_f" => &mut m.range_f,
-        "nab" => &mut m.nab,
-        _ => return None,
-    })
-}
 
 /// The label that stands for all trackers together.
 pub const EVERY_TRACKER: &str = "*";
@@ -257,8 +211,7 @@ pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError
         PARAMS.of(rows.iter().map(|row| some_text(&row.first.params)).collect::<Vec<_>>()),
     ];
     for column in &FILE.columns[KEYS..] {
-        columns
-            .push(column.of_metric(rows.iter().map(|row| *field(&mut row.measures.clone(), column.name)?)));
+        columns.push(column.of_metric(rows.iter().map(|row| row.measures.get(column.name))));
     }
     to_csv(FILE.frame(columns)?)
 }
@@ -276,9 +229,7 @@ pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
     let mut read = vec![FrameMeasures::default(); rows.len()];
     for column in &FILE.columns[KEYS..] {
         for (row, number) in read.iter_mut().zip(rows.numbers(column)?) {
-            if let Some(field) = field(row, column.name) {
-                *field = number;
-            }
+            row.set(column.name, number);
         }
     }
     let key = |i: usize| [tracker[i], method[i], params[i]].map(str::to_string);
@@ -307,9 +258,9 @@ mod tests {
         }
         for (k, column) in FILE.columns[KEYS..].iter().enumerate() {
             let mut measures = FrameMeasures::default();
-            *field(&mut measures, column.name).unwrap() = Some(k as f64);
+            measures.set(column.name, Some(k as f64));
             for other in &FILE.columns[KEYS..] {
-                let value = *field(&mut measures, other.name).unwrap();
+                let value = measures.get(other.name);
                 assert_eq!(value, (other == column).then_some(k as f64), "{}", column.name);
             }
             let metric = Metric::from_name(column.name);
@@ -335,7 +286,7 @@ mod tests {
         };
         let mut measures = [measure("a", ""), measure("b", "x=1"), measure("b", "x=2")];
         attach(&read(text.clone().into_bytes()).unwrap(), &mut measures);
-        let frames = measures.map(|m| m.pooled.frames.map(|f| (f.losses, f.auroc)));
+        let frames = measures.map(|m| m.pooled.frames.map(|f| (f.losses, f.get("auroc"))));
         assert_eq!(frames, [Some((Some(1.0), None)), Some((Some(1.0), Some(0.25))), None]);
         assert!(read(text.replace("0.25", "x").into_bytes()).is_err());
     }

@@ -84,8 +84,8 @@ pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError
         };
         pairs.iter().map(difference).collect::<Vec<_>>()
     };
-    let auroc = of(|row| row.measures.auroc, |row| &row.sampled.auroc[..]);
-    let found = of(|row| row.measures.found_at_5, |row| &row.sampled.found_at_5[..]);
+    let auroc = of(|row| row.measures.get("auroc"), |row| &row.sampled.auroc[..]);
+    let found = of(|row| row.measures.get("found_at_5"), |row| &row.sampled.found_at_5[..]);
     let text = |f: fn(&(&Row<'_>, &Row<'_>)) -> String| pairs.iter().map(f).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![suite; pairs.len()]),
@@ -155,11 +155,17 @@ mod tests {
     use trackfail_methods::score::FrameMeasures;
     use trackfail_methods::score::frames::measures::Sampled;
 
+    fn measures_of(auroc: f64) -> FrameMeasures {
+        let mut measures = FrameMeasures::default();
+        measures.set("auroc", Some(auroc));
+        measures
+    }
+
     fn row<'a>(cell: &'a Cell, auroc: [f64; 3], tracks: &[(usize, usize)]) -> Row<'a> {
         Row {
             tracker: EVERY_TRACKER,
             first: cell,
-            measures: FrameMeasures { auroc: Some(auroc[0]), ..FrameMeasures::default() },
+            measures: measures_of(auroc[0]),
             sampled: Sampled { auroc: auroc[1..].to_vec(), found_at_5: vec![f64::NAN; 2] },
             tracks: tracks.to_vec(),
         }

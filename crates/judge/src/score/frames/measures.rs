@@ -1,18 +1,17 @@
 //! All measures of a detector frame by frame, pooled over the tracks of a suite.
 
 use super::alarms::Losses;
-use super::bootstrap::{Samples, interval};
+use super::bootstrap::Samples;
 use super::calibration::expected_calibration_error;
 use super::coverage::areas;
+use super::list::{Alarms, FRAME_METRICS, Of, Scores};
 use super::nab;
 use super::range::{self, RANGE_1};
-use super::ranking::{auroc, average_precision};
 use super::sweep::Sorted;
 use super::truth::{Rule, ScoredTrack};
 use crate::direction::Direction;
 
-/// Measures of one detector on the tracks of a suite. What has no value is `None`; `low` and `high` are the bounds of
-/// bootstrap intervals over sequences at 95 %.
+/// Measures of one detector on the tracks of a suite. What has no value is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrameMeasures {
     /// Annotated frames that are not lost by `frames/1`.
@@ -21,71 +20,58 @@ pub struct FrameMeasures {
     pub lost_frames: Option<f64>,
     /// Ranges of lost frames that follow a frame that was not lost.
     pub losses: Option<f64>,
-    /// Area under the ROC curve, `frames/1`.
-    pub auroc: Option<f64>,
-    /// Its lower bound.
-    pub auroc_low: Option<f64>,
-    /// Its upper bound.
-    pub auroc_high: Option<f64>,
-    /// Average precision, `frames/1`.
-    pub auprc: Option<f64>,
-    /// Its lower bound.
-    pub auprc_low: Option<f64>,
-    /// Its upper bound.
-    pub auprc_high: Option<f64>,
-    /// Area under the ROC curve, `frames-clear/1`.
-    pub auroc_clear: Option<f64>,
-    /// Its lower bound.
-    pub auroc_clear_low: Option<f64>,
-    /// Its upper bound.
-    pub auroc_clear_high: Option<f64>,
-    /// Average precision, `frames-clear/1`.
-    pub auprc_clear: Option<f64>,
-    /// False alarms per 1000 good frames at the threshold that finds half of the losses.
-    pub false_alarms_at_half: Option<f64>,
-    /// Its lower bound.
-    pub false_alarms_at_half_low: Option<f64>,
-    /// Its upper bound.
-    pub false_alarms_at_half_high: Option<f64>,
-    /// Mean delay there, in frames.
-    pub delay_at_half: Option<f64>,
-    /// Good frames for each false alarm there.
-    pub arl0_at_half: Option<f64>,
-    /// Share of the losses found at 2 false alarms per 1000 good frames.
-    pub found_at_2: Option<f64>,
-    /// Share of the losses found at 5 false alarms per 1000 good frames.
-    pub found_at_5: Option<f64>,
-    /// Its lower bound.
-    pub found_at_5_low: Option<f64>,
-    /// Its upper bound.
-    pub found_at_5_high: Option<f64>,
-    /// Area under the risk-coverage curve.
-    pub aurc: Option<f64>,
-    /// Area under the generalized risk-coverage curve.
-    pub augrc: Option<f64>,
-    /// Expected calibration error of a score that is a probability.
-    pub ece: Option<f64>,
-    /// Precision of alarm ranges, `range/1`.
-    pub range_precision: Option<f64>,
-    /// Recall of lost ranges, `range/1`.
-    pub range_recall: Option<f64>,
-    /// Harmonic mean of the two.
-    pub range_f: Option<f64>,
-    /// Score of the Numenta Anomaly Benchmark, `nab/1`.
-    pub nab: Option<f64>,
+    /// The value of each measure of the list, and the bounds of its interval.
+    measured: [Bounded; FRAME_METRICS.len()],
+}
+
+/// A value with the bounds of its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Bounded {
+    value: Option<f64>,
+    low: Option<f64>,
+    high: Option<f64>,
 }
 
 impl FrameMeasures {
-    /// The bounds of a measure that has an interval, by the measure's name.
-    pub fn interval(&self, name: &str) -> Option<(f64, f64)> {
-        match name {
-            "auroc" => self.auroc_low.zip(self.auroc_high),
-            "auprc" => self.auprc_low.zip(self.auprc_high),
-            "auroc_clear" => self.auroc_clear_low.zip(self.auroc_clear_high),
-            "false_alarms_at_half" => self.false_alarms_at_half_low.zip(self.false_alarms_at_half_high),
-            "found_at_5" => self.found_at_5_low.zip(self.found_at_5_high),
-            _ => None,
+    /// The value of the measure of this index in the list.
+    pub fn value(&self, index: usize) -> Option<f64> {
+        self.measured.get(index)?.value
+    }
+
+    /// The bounds of the measure of this index in the list.
+    pub fn bounds(&self, index: usize) -> Option<(f64, f64)> {
+        let Bounded { low, high, .. } = self.measured.get(index)?;
+        low.zip(*high)
+    }
+
+    /// A number by the name of its column: a measure, or a bound of one.
+    pub fn get(&self, column: &str) -> Option<f64> {
+        *self.clone().field(column)?
+    }
+
+    /// Sets a number by the name of its column; a name that is none changes nothing.
+    pub fn set(&mut self, column: &str, number: Option<f64>) {
+        if let Some(field) = self.field(column) {
+            *field = number;
         }
+    }
+
+    fn field(&mut self, column: &str) -> Option<&mut Option<f64>> {
+        match column {
+            "good_frames" => return Some(&mut self.good_frames),
+            "lost_frames" => return Some(&mut self.lost_frames),
+            "losses" => return Some(&mut self.losses),
+            _ => {}
+        }
+        FRAME_METRICS.iter().zip(&mut self.measured).find_map(|(metric, bounded)| {
+            let [low, high] = metric.bounds.map_or([""; 2], |bounds| bounds.names);
+            match column {
+                name if name == metric.name => Some(&mut bounded.value),
+                name if name == low => Some(&mut bounded.low),
+                name if name == high => Some(&mut bounded.high),
+                _ => None,
+            }
+        })
     }
 }
 
@@ -129,40 +115,29 @@ pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) 
     let reached = losses.reached(&all);
     let areas = areas(&all);
     let (lost, good) = all.totals();
+    let ece = if method.is_probability { ece(tracks, method.direction) } else { None };
+    let samples = seed.map(|seed| Samples::new(all.lost.len(), seed));
+    let in_samples = |samples: &Samples| Sampled {
+        auroc: samples.auroc(&all),
+        found_at_5: reached.found_in(5.0, samples),
+    };
+    let sampled = samples.as_ref().map(in_samples).unwrap_or_default();
+    let scores = Scores { all: &all, clear: &clear, half, reached: &reached, areas, ece, sampled };
     let mut measures = FrameMeasures {
         good_frames: Some(good as f64),
         lost_frames: Some(lost as f64),
         losses: Some(losses.count() as f64),
-        auroc: auroc(&all),
-        auprc: average_precision(&all),
-        auroc_clear: auroc(&clear),
-        auprc_clear: average_precision(&clear),
-        false_alarms_at_half: half.and_then(|h| h.false_alarms),
-        delay_at_half: half.map(|h| h.delay),
-        arl0_at_half: half.and_then(|h| h.arl0),
-        found_at_2: reached.found(2.0),
-        found_at_5: reached.found(5.0),
-        aurc: areas.map(|a| a.aurc),
-        augrc: areas.map(|a| a.augrc),
-        ece: if method.is_probability { ece(tracks, method.direction) } else { None },
         ..FrameMeasures::default()
     };
-    let mut sampled = Sampled::default();
-    if let Some(seed) = seed {
-        let samples = Samples::new(all.lost.len(), seed);
-        sampled = Sampled { auroc: samples.auroc(&all), found_at_5: reached.found_in(5.0, &samples) };
-        let put = |low: &mut Option<f64>, high: &mut Option<f64>, bounds: Option<(f64, f64)>| {
-            (*low, *high) = bounds.unzip();
-        };
-        let m = &mut measures;
-        put(&mut m.auroc_low, &mut m.auroc_high, interval(sampled.auroc.clone()));
-        put(&mut m.auprc_low, &mut m.auprc_high, samples.average_precision(&all));
-        put(&mut m.auroc_clear_low, &mut m.auroc_clear_high, interval(samples.auroc(&clear)));
-        let bounds = reached.interval(&samples);
-        put(&mut m.false_alarms_at_half_low, &mut m.false_alarms_at_half_high, bounds);
-        put(&mut m.found_at_5_low, &mut m.found_at_5_high, interval(sampled.found_at_5.clone()));
+    for (metric, bounded) in FRAME_METRICS.iter().zip(&mut measures.measured) {
+        if let Of::Scores(of) = metric.of {
+            bounded.value = of(&scores);
+        }
+        let bounds = metric.bounds.zip(samples.as_ref());
+        (bounded.low, bounded.high) =
+            bounds.and_then(|(bounds, samples)| (bounds.of)(&scores, samples)).unzip();
     }
-    (measures, sampled)
+    (measures, scores.sampled)
 }
 
 /// A track with other scores.
@@ -172,14 +147,14 @@ fn with_score<'a>(track: &ScoredTrack<'a>, score: &'a [f64]) -> ScoredTrack<'a> 
 
 /// Measures of scores with those of the alarms beside them.
 pub fn with_alarms(of_scores: FrameMeasures, tracks: &[ScoredTrack<'_>]) -> FrameMeasures {
-    let range = range::score(tracks, &RANGE_1);
-    FrameMeasures {
-        range_precision: range.precision,
-        range_recall: range.recall,
-        range_f: range.f_score(),
-        nab: nab::score(tracks),
-        ..of_scores
+    let alarms = Alarms { range: range::score(tracks, &RANGE_1), nab: nab::score(tracks) };
+    let mut measures = of_scores;
+    for (metric, bounded) in FRAME_METRICS.iter().zip(&mut measures.measured) {
+        if let Of::Alarms(of) = metric.of {
+            bounded.value = of(&alarms);
+        }
     }
+    measures
 }
 
 /// Calibration of scores that are probabilities.
@@ -263,18 +238,25 @@ pub(super) mod tests {
         let alarm = SIGNAL.map(|y| y < 0.5);
         let good = Method { direction: Direction::HigherIsBetter, is_probability: true };
         let found = measure(&tracks(&SIGNAL, &alarm), good, Some(1));
-        assert_eq!((found.auroc, found.auprc, found.auroc_clear), (Some(1.0), Some(1.0), Some(1.0)));
-        assert_eq!((found.false_alarms_at_half, found.delay_at_half), (Some(0.0), Some(2.0)));
+        assert_eq!(
+            (found.get("auroc"), found.get("auprc"), found.get("auroc_clear")),
+            (Some(1.0), Some(1.0), Some(1.0))
+        );
+        assert_eq!((found.get("false_alarms_at_half"), found.get("delay_at_half")), (Some(0.0), Some(2.0)));
         assert_eq!((found.good_frames, found.lost_frames, found.losses), (Some(20.0), Some(8.0), Some(4.0)));
-        assert_eq!(found.interval("auroc"), Some((1.0, 1.0)));
-        assert_eq!((found.range_precision, found.range_recall), (Some(1.0), Some(1.0)));
-        assert!(found.nab.is_some() && found.ece.is_some_and(|e| e > 0.0));
+        assert_eq!((found.get("auroc_low"), found.get("auroc_high")), (Some(1.0), Some(1.0)));
+        assert_eq!((found.get("range_precision"), found.get("range_recall")), (Some(1.0), Some(1.0)));
+        assert!(found.get("nab").is_some() && found.get("ece").is_some_and(|e| e > 0.0));
         // Suspicion in place of confidence is the same detector.
         let turned = SIGNAL.map(|y| 1.0 - y);
         let bad = Method { direction: Direction::LowerIsBetter, is_probability: true };
         let other = measure(&tracks(&turned, &alarm), bad, Some(1));
-        assert!((found.ece.unwrap() - other.ece.unwrap()).abs() < 1e-15);
-        assert_eq!(FrameMeasures { ece: None, ..found }, FrameMeasures { ece: None, ..other });
+        assert!((found.get("ece").unwrap() - other.get("ece").unwrap()).abs() < 1e-15);
+        let without_ece = |mut measures: FrameMeasures| {
+            measures.set("ece", None);
+            measures
+        };
+        assert_eq!(without_ece(found), without_ece(other));
     }
 
     #[test]
@@ -283,10 +265,10 @@ pub(super) mod tests {
         for says in [false, true] {
             let score = [f64::from(u8::from(says)); 8];
             let found = measure(&tracks(&score, &[says; 8]), method, Some(1));
-            assert_eq!((found.auroc, found.ece), (Some(0.5), None));
+            assert_eq!((found.get("auroc"), found.get("ece")), (Some(0.5), None));
         }
         let nothing = measure(&[], method, Some(1));
-        assert_eq!((nothing.auroc, nothing.nab, nothing.interval("auroc")), (None, None, None));
+        assert_eq!((nothing.get("auroc"), nothing.get("nab"), nothing.get("auroc_low")), (None, None, None));
     }
 
     #[test]
@@ -302,10 +284,14 @@ pub(super) mod tests {
         let of = |order: [usize; 5]| measure(&order.map(track), method, Some(3));
         let (one, other) = (of([0, 1, 2, 3, 4]), of([3, 1, 4, 0, 2]));
         assert_eq!(
-            (one.auroc, one.auroc_low, one.arl0_at_half),
-            (other.auroc, other.auroc_low, other.arl0_at_half)
+            (one.get("auroc"), one.get("auroc_low"), one.get("arl0_at_half")),
+            (other.get("auroc"), other.get("auroc_low"), other.get("arl0_at_half"))
         );
         let near = |a: Option<f64>, b: Option<f64>| (a.unwrap() - b.unwrap()).abs() < 1e-12;
-        assert!(near(one.auprc, other.auprc) && near(one.nab, other.nab) && near(one.range_f, other.range_f));
+        assert!(
+            near(one.get("auprc"), other.get("auprc"))
+                && near(one.get("nab"), other.get("nab"))
+                && near(one.get("range_f"), other.get("range_f"))
+        );
     }
 }

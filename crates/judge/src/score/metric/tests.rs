@@ -58,8 +58,10 @@ fn what_is_unknown_has_no_value() {
 
 #[test]
 fn metrics_of_frames_are_known_with_their_measures() {
-    let measures =
-        FrameMeasures { auroc: Some(0.7), auroc_low: Some(0.6), auroc_high: Some(0.8), ..Default::default() };
+    let mut measures = FrameMeasures::default();
+    for (column, number) in [("auroc", 0.7), ("auroc_low", 0.6), ("auroc_high", 0.8)] {
+        measures.set(column, Some(number));
+    }
     let pooled = Pooled { frames: Some(measures), ..Pooled::default() };
     for metric in METRICS.iter().filter(|m| m.source == Source::Frames) {
         assert_eq!(metric.value(&Pooled::default()), None, "{metric:?}");

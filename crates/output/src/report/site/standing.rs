@@ -74,15 +74,15 @@ pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
         let mine = || results.measures.iter().filter(|m| m.method == *name && m.done > 0);
         let needs = variant.needs().join(", ");
         let (real, rate) = (Style::DEFAULT, Style { decimals: 1, ..Style::DEFAULT });
-        let alarms =
-            [frames.false_alarms_at_half, frames.false_alarms_at_half_low, frames.false_alarms_at_half_high];
+        let of = |[value, low, high]: [&str; 3]| [value, low, high].map(|column| frames.get(column));
+        let alarms = of(["false_alarms_at_half", "false_alarms_at_half_low", "false_alarms_at_half_high"]);
         (mine().count() > 0).then(|| Standing {
             method: name.clone(),
             needs: if needs.is_empty() { "nothing".to_string() } else { needs },
             anchor: layout::is_anchor(experiment, name),
             trackers: mine().count() as u64,
-            auroc: Estimate::new(real, [frames.auroc, frames.auroc_low, frames.auroc_high]),
-            auprc: Estimate::new(real, [frames.auprc, frames.auprc_low, frames.auprc_high]),
+            auroc: Estimate::new(real, of(["auroc", "auroc_low", "auroc_high"])),
+            auprc: Estimate::new(real, of(["auprc", "auprc_low", "auprc_high"])),
             false_alarms: Estimate::new(rate, alarms),
             f_over_chance: Estimate::new(real, f_over_chance(results, scores, name, &mut drawn)),
             cost: costs.get(name).cloned().unwrap_or_default(),
