@@ -1,5 +1,6 @@
 use super::*;
-use crate::method;
+use crate::judge::{FrameOf, Track, judge};
+use crate::method::{self, Method};
 use crate::region::Rect;
 use proptest::prelude::*;
 
@@ -383,6 +384,60 @@ proptest! {
             }
             prop_assert_eq!(&got, &want, "{}", name);
             prop_assert_eq!(monitor.save().unwrap(), whole.save().unwrap(), "{}", name);
+        }
+    }
+
+    // The law: of whole tracks, judged side by side, and live, also from a restart on, a method says the same.
+    #[test]
+    fn live_and_of_the_whole_the_states_are_the_same(
+        frames in prop::collection::vec((any::<bool>(), prop::bool::weighted(0.8), prop::bool::weighted(0.7)), 8..24),
+        restart in 1_usize..8,
+    ) {
+        let of = |t: usize| scene(t % 20);
+        let pictures = |from: usize| move |t: usize| Ok(std::sync::Arc::new(of(from + t).0));
+        let region = |t: usize, stays: bool| Some(of(if stays { 3 } else { t }).1);
+        let boxes: Vec<Option<Region>> = frames
+            .iter()
+            .enumerate()
+            .map(|(t, (stays, has_box, _))| region(t, *stays).filter(|_| *has_box || t == 0 || t == restart))
+            .collect();
+        let other: Vec<Option<Region>> = (0..frames.len()).map(|t| region(t, false)).collect();
+        let confidence: Vec<Option<f64>> =
+            frames.iter().enumerate().map(|(t, frame)| frame.2.then_some(1.0 / (1.0 + t as f64))).collect();
+        for name in super::chosen::able() {
+            let methods = [Method::named(name, None).unwrap()];
+            let whole = |from: usize, with_other: bool| {
+                let companions = [&other[from..]];
+                let track = |regions| Track { regions, confidence: &confidence[from..], companions: &companions };
+                let tracks = [track(&boxes[from..]), track(&other[from..])];
+                let pictures = pictures(from);
+                let tracks = &tracks[..1 + usize::from(with_other)];
+                judge(&methods, tracks, Some(&pictures as FrameOf<'_>), &|| false).unwrap().remove(0).remove(0)
+            };
+            let first = whole(0, true);
+            // Other tracks beside it change nothing.
+            prop_assert_eq!(&first, &whole(0, false), "{}", name);
+            let second = whole(restart, true);
+            let mut monitor = Monitor::new(&method(name)).unwrap();
+            // A track ends with its last box for those who know the whole.
+            let end = boxes.iter().rposition(Option::is_some).unwrap();
+            for again in [false, true] {
+                for t in 0..=end {
+                    let update = Update {
+                        frame: Some(&of(t).0),
+                        region: boxes[t].as_ref(),
+                        confidence: confidence[t],
+                        companions: std::slice::from_ref(other[t].as_ref().unwrap()),
+                        restart: again && t == restart,
+                    };
+                    let answer = monitor.update(&update).unwrap();
+                    if !again {
+                        prop_assert_eq!(answer.state, first.states[t], "{} {}", name, t);
+                    } else if t >= restart {
+                        prop_assert_eq!(answer.state, second.states[t - restart], "{} {}", name, t);
+                    }
+                }
+            }
         }
     }
 

@@ -60,7 +60,7 @@ pub struct Scores<'a> {
     /// At the threshold that half of the losses reach.
     pub(super) half: Option<AtHalf>,
     /// At each number of false alarms.
-    pub(super) reached: &'a Reached<'a>,
+    pub(super) reached: &'a Reached<'a, 'a>,
     /// Below the risk-coverage curves.
     pub(super) areas: Option<Areas>,
     /// Calibration, of scores that are probabilities.
