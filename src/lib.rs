@@ -1,7 +1,7 @@
 //! trackfail: a benchmark of detectors that tell when a visual object tracker has lost its target.
 //!
 //! The modules in the order in which data flow through them. Each crate uses only those above it, each module only those
-//! above it in its crate; a plugin ([`tracker`], [`signal`], [`detector`], [`analysis`]) is one file and two lines in its
+//! above it in its crate; a plugin ([`tracker`], [`signal`], [`detector`], [`analysis`]) is two files: its own and its
 //! module's list. ARCHITECTURE.md follows one run step by step and says where each change goes.
 //!
 //! | crate | module | from | to |

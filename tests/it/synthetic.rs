@@ -120,17 +120,13 @@ fn lists_name_what_there_is() {
         "suites",
         &["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
     );
-    contains("trackers", &["replay", "ncc", "still", "scripted", "color-particle-filter"]);
-    contains(
-        "signals",
-        &["uncertainty", "uncertainty-change", "region-covariance", "box-motion", "template-correlation"],
-    );
-    contains("detectors", &["accumulated-validation", "two-model-chi-square", "matched-kalman-bank"]);
-    contains("analyses", &["uncertainty-model", "cut-values"]);
-    contains("signals", &["distribution-field", "region-covariance", "rgb-histogram", "rgb-lbp-histogram"]);
-    contains("detectors", &["arma-forecast", "naive-forecast", "level", "never", "oracle"]);
-    contains("detectors", &["hysteresis", "relative-drop", "cusum", "page-hinkley"]);
-    contains("detectors", &["sequential-test", "conformal-forecast"]);
+    fn kinds<T: ?Sized>(list: &[trackfail::plugin::Entry<T>]) -> Vec<&str> {
+        list.iter().map(|entry| entry.kind).collect()
+    }
+    contains("trackers", &kinds(trackfail::tracker::TRACKERS));
+    contains("signals", &kinds(trackfail::signal::SIGNALS));
+    contains("detectors", &kinds(trackfail::detector::DETECTORS));
+    contains("analyses", &kinds(trackfail::analysis::ANALYSES));
     contains("protocols", &["khalid2016/1", "sanmiguel2015/1"]);
     let (_, json, _) = output(&["list", "detectors", "--format", "json"]);
     assert!(serde_json::from_str::<serde_json::Value>(&json).unwrap().is_array());

@@ -8,7 +8,7 @@ const HEAD: &str = "\
 # Metrics
 
 Made from `crates/judge/src/score/metric/list.rs` and `tracker_metric.rs`; a test compares this page with them
-(`UPDATE=1 cargo test -p trackfail-methods metrics_page` writes it again).
+(`UPDATE=1 cargo test -p trackfail-judge metrics_page` writes it again).
 
 ## Detectors
 
