@@ -398,6 +398,50 @@ fn trackers_of_opencv_are_monitored_live() {
     }
 }
 
+/// Frames of a stand-in for a webcam: a speckled target on a plain wall, which is gone in frames 40 to 69 and comes back
+/// elsewhere. Returns where it is in each frame.
+fn goes_and_comes_back(folder: &Path) -> Vec<Option<(u32, u32)>> {
+    let speckle =
+        |x: u32, y: u32| [(x * 97 + y * 61) % 251, (x * 43 + y * 149) % 241, (x * 7 + y * 211) % 239];
+    let wall = |x: u32, y: u32| [90 + (x + y) % 5, 100 + x % 7, 110 + y % 3];
+    let place = |t: u32| match t {
+        0..40 => Some((40 + t / 2, 50)),
+        40..70 => None,
+        _ => Some((180 - (t - 70) / 2, 90)),
+    };
+    for t in 0..120 {
+        let picture = image::RgbImage::from_fn(260, 160, |x, y| {
+            let inside = place(t).filter(|(u, v)| (*u..u + 32).contains(&x) && (*v..v + 32).contains(&y));
+            // Grains of four pixels, so that correlation trackers have something to hold on to.
+            let color = inside.map_or_else(|| wall(x, y), |(u, v)| speckle((x - u) / 4, (y - v) / 4));
+            image::Rgb(color.map(|value| value as u8))
+        });
+        picture.save(folder.join(format!("{:04}.png", t + 1))).unwrap();
+    }
+    (0..120).map(place).collect()
+}
+
+#[needs(opencv)]
+#[test]
+fn a_target_that_comes_back_is_found_and_judged_anew() {
+    let root = tempfile::tempdir().unwrap();
+    let places = goes_and_comes_back(root.path());
+    let pattern = root.path().join("%04d.png");
+    let arguments = ["--program", env!("CARGO_BIN_EXE_trackfail"), "--redetect", "--box", "40,50,32,32"];
+    let told =
+        python(root.path(), "monitor_opencv.py", &[&arguments[..], &[pattern.to_str().unwrap()]].concat());
+    let lines: Vec<Vec<&str>> = told.lines().map(|line| line.split_whitespace().collect()).collect();
+    let at = |words: &[&str]| lines.iter().position(|line| words.iter().all(|word| line.contains(word)));
+    let gone = lines.iter().position(|line| ["lost", "absent"].contains(&line[1])).unwrap();
+    let frame: usize = lines[gone][0].parse().unwrap();
+    assert!((40..70).contains(&frame), "{told}");
+    let found = at(&["found", "again"]).unwrap_or_else(|| panic!("{told}"));
+    let number: Vec<u32> = lines[found][3..5].iter().map(|word| word.parse().unwrap()).collect();
+    assert!(places[70..75].contains(&Some((number[0], number[1]))), "{told}");
+    assert_eq!(lines[found + 1][1], "tracking", "{told}");
+    assert!(lines[found + 2][1] == "frames,", "no loss after that: {told}");
+}
+
 // Before: where the tracker gave no confidence, methods had other states live than of the whole track.
 #[test]
 fn what_it_says_live_is_what_detect_says_of_the_whole() {

@@ -17,7 +17,10 @@ fn the_schema_is_the_one_in_the_repository() {
     if std::env::var_os("UPDATE").is_some() {
         std::fs::write(kept, &schema).unwrap();
     }
-    assert!(schema == std::fs::read_to_string(kept).unwrap(), "experiments/schema.json is stale: UPDATE=1 cargo test");
+    assert!(
+        schema == std::fs::read_to_string(kept).unwrap(),
+        "experiments/schema.json is stale: UPDATE=1 cargo test"
+    );
 }
 
 #[test]
