@@ -51,11 +51,14 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         1 => String::new(),
         n => format!(", {n} times in all"),
     };
-    let again = match end {
-        End::None if times.is_empty() => "",
-        End::None => "; lost at the end",
-        End::Found => "; found again",
-        End::Unsure => "; not surely found again",
+    let after = losses.last().map_or(0, |loss| loss.frames.end);
+    let possible = possibly_lost(method).into_iter().find(|run| run.start >= after);
+    let again = match (end, possible) {
+        (End::None, _) if times.is_empty() => String::new(),
+        (End::None, _) => "; lost at the end".to_string(),
+        (End::Found, Some(run)) => format!("; found again, but possibly lost from {} on", number(run.start)),
+        (End::Found, None) => "; found again".to_string(),
+        (End::Unsure, _) => "; not surely found again".to_string(),
     };
     let answer = match (losses.as_slice(), end) {
         ([one], End::Found) if one.frames.len() > 1 => {
@@ -330,6 +333,12 @@ mod tests {
         assert_eq!(
             of(".L.L.L."),
             "Lost since frame 2, 3 times in all; found again. Do not use its boxes in the frames below."
+        );
+        // A later stretch near an alarm is no loss, but a reason for doubt.
+        let doubt = said(".LLL....", &[0.1, 0.9, 0.9, 0.9, 0.1, 0.1, 0.7, 0.7], Some(0.8));
+        assert!(
+            doubt.starts_with("Lost from frame 2 to 4; found again, but possibly lost from 7 on. "),
+            "{doubt}"
         );
         // An absence is part of the loss that it interrupts.
         assert_eq!(of(".LAAL."), "Lost from frame 2 to 5; found again. Do not use its boxes there.");
