@@ -8,7 +8,7 @@ use std::io::Cursor;
 use std::path::Path;
 use trackfail::engine::execute::detector_outputs::StoredDetectorOutput;
 use trackfail::engine::store::pack::{index_of, record_of};
-use trackfail::tracker::State;
+use trackfail::tracker::TrackerState;
 
 fn read(bytes: &[u8]) {
     let path = Path::new("fuzz.pack");
@@ -23,7 +23,7 @@ fn read(bytes: &[u8]) {
 }
 
 fn content(payload: &[u8]) {
-    let _ = postcard::from_bytes::<Vec<State>>(payload);
+    let _ = postcard::from_bytes::<Vec<TrackerState>>(payload);
     let _ = postcard::from_bytes::<Vec<f64>>(payload);
     if let Ok(verdict) = postcard::from_bytes::<StoredDetectorOutput>(payload) {
         let _ = verdict.on(&[0.5; 8]);

@@ -60,7 +60,7 @@ fn a_verdict_a_table_and_json() {
     assert_eq!(sentences, VERDICT);
     let table: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(table[0], ["from", "to", "state", "probability", "why"]);
-    assert_eq!(table[1].join(" "), "41 50 lost alarm: 9.50 > 1.00; then no alarm any more");
+    assert_eq!(table[1].join(" "), "41 50 lost alarm: 9.50 > 1.00; then not surely found again");
     assert_eq!(table.len(), 2);
     let two = text(detect(&boxes, &["--method", "Scale", "--format", "table"]).stdout);
     let lines: Vec<&str> = two.lines().collect();

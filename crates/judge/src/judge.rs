@@ -8,7 +8,8 @@ use crate::num::seed;
 use crate::reader::{Reader, Seen, SignalFault};
 use crate::region::Region;
 use crate::sequence::{Numbering, SequenceInfo};
-use crate::tracker::{RunContext, TrackerError};
+use crate::signal::Reads;
+use crate::tracker::RunContext;
 use rayon::prelude::*;
 use std::error::Error;
 use std::ops::Range;
@@ -43,9 +44,6 @@ pub enum JudgeError {
         /// The reason.
         source: FrameError,
     },
-    /// A signal cannot start.
-    #[error(transparent)]
-    Start(#[from] TrackerError),
     /// A signal has no value.
     #[error("{source} in frame {t} (from 0)")]
     Signal {
@@ -97,11 +95,8 @@ pub fn judge(
         return Err(JudgeError::Frames { track, expected: count, got: other.regions.len() });
     }
     let (signals, of_method) = distinct(methods);
-    let mut lanes = Vec::with_capacity(tracks.len());
-    for track in tracks {
-        lanes.push(Lane::new(*track, &signals)?);
-    }
-    read(&mut lanes, count, frames, stop)?;
+    let mut lanes: Vec<Lane<'_>> = tracks.iter().map(|track| Lane::new(*track, signals.len())).collect();
+    read(&mut lanes, &signals, frames, stop)?;
     let one = |(k, lane): (usize, Lane<'_>)| {
         methods.iter().zip(&of_method).map(|(method, mine)| lane.judged(k, method, mine)).collect()
     };
@@ -132,24 +127,33 @@ struct Lane<'a> {
     track: Track<'a>,
     /// From the first region to the last one.
     range: Range<usize>,
-    reader: Reader,
+    /// While the track lasts: a file may have thousands of tracks, few of them at once.
+    reader: Option<Reader>,
     /// A series for each signal.
     series: Vec<Vec<f64>>,
 }
 
 impl<'a> Lane<'a> {
-    fn new(track: Track<'a>, signals: &[&SignalChoice]) -> Result<Self, TrackerError> {
+    fn new(track: Track<'a>, signals: usize) -> Self {
         let is_there = |region: &Option<Region>| region.is_some();
         let start = track.regions.iter().position(is_there).unwrap_or(0);
         let end = track.regions.iter().rposition(is_there).map_or(0, |last| last + 1);
-        let about = Unannotated(track.regions.len());
-        let context = RunContext { sequence: &about, start_frame: start, run: 0, seed: 0, data_roots: &[] };
-        let reader = Reader::start(signals.iter().copied(), &context)?;
-        Ok(Self { track, range: start..end, reader, series: vec![Vec::new(); signals.len()] })
+        Self { track, range: start..end, reader: None, series: vec![Vec::new(); signals] }
     }
 
     /// Reads frame `t`.
-    fn read(&mut self, t: usize, frame: Option<&Frame>) -> Result<(), SignalFault> {
+    fn read(
+        &mut self,
+        t: usize,
+        frame: Option<&Frame>,
+        signals: &[&SignalChoice],
+    ) -> Result<(), SignalFault> {
+        if t == self.range.start {
+            let sequence = Unannotated(self.range.len());
+            let context =
+                RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 0, data_roots: &[] };
+            self.reader = Some(Reader::start(signals.iter().copied(), &context).map_err(SignalFault::Broke)?);
+        }
         let nowhere = Region::nowhere();
         let of = |companion: &&'a [Option<Region>]| companion.get(t).and_then(Option::as_ref);
         let companions: Vec<&Region> =
@@ -157,8 +161,12 @@ impl<'a> Lane<'a> {
         let region = self.track.regions[t].as_ref();
         let confidence = self.track.confidence.get(t).copied().flatten();
         let seen = Seen { frame, region, confidence, companions: &companions };
-        for (series, value) in self.series.iter_mut().zip(self.reader.push(&seen).into_iter().flatten()) {
+        let values = self.reader.as_mut().and_then(|reader| reader.push(&seen));
+        for (series, value) in self.series.iter_mut().zip(values.into_iter().flatten()) {
             series.push(value?);
+        }
+        if t + 1 == self.range.end {
+            self.reader = None;
         }
         Ok(())
     }
@@ -186,11 +194,12 @@ impl<'a> Lane<'a> {
 /// Gives all frames to the tracks; the next frame is decoded meanwhile.
 fn read(
     lanes: &mut [Lane<'_>],
-    count: usize,
+    signals: &[&SignalChoice],
     frames: Option<FrameOf<'_>>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<(), JudgeError> {
-    let reads = lanes.first().is_some_and(|lane| lane.reader.reads_frames());
+    let count = lanes.iter().map(|lane| lane.range.end).max().unwrap_or(0);
+    let reads = signals.iter().any(|choice| choice.signal.reads() == Reads::Pixels);
     let frame_of = frames.filter(|_| reads);
     let decode = |t: usize, lanes: &[Range<usize>]| {
         let frame_of = frame_of.filter(|_| t < count && lanes.iter().any(|range| range.contains(&t)))?;
@@ -205,7 +214,7 @@ fn read(
         let frame = next.take().transpose().map_err(|source| JudgeError::Frame { t, source })?;
         let work = || {
             let read = |(k, lane): (usize, &mut Lane<'_>)| match lane.range.contains(&t) {
-                true => lane.read(t, frame.as_deref()).err().map(|source| (k, source)),
+                true => lane.read(t, frame.as_deref(), signals).err().map(|source| (k, source)),
                 false => None,
             };
             lanes.par_iter_mut().enumerate().filter_map(read).min_by_key(|(k, _)| *k)

@@ -9,6 +9,9 @@ use trackfail_methods::detector::RECOVERY_FRAMES;
 /// Share of its threshold from which a probability without an alarm makes a loss possible.
 const NEAR: f64 = 0.75;
 
+/// Below this probability a frame is as on a track that was never lost.
+const SURE: f64 = 0.1;
+
 /// Frames in a row that are in one state, or in which a loss is possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
@@ -121,13 +124,23 @@ pub fn is_found_again(method: &JudgedMethod, t: usize) -> bool {
 
 /// How a loss ends whose last frame is before `t`.
 ///
-/// The target is found again where the probability of a loss has been below one half for some frames, or where a method without
-/// a probability has alarmed up to the frame before. Otherwise no alarm has come for some frames, which need not mean that the
-/// tracker is on its target.
+/// The target is found again where ten frames in a row have a probability below a tenth before anything else happens, or where
+/// a method without a probability has alarmed up to the frame before. Otherwise no alarm has come for some frames, which need not
+/// mean that the tracker is on its target.
 fn ending(method: &JudgedMethod, t: usize) -> End {
+    if method.is_probability {
+        let after = method.states.iter().skip(t).take_while(|state| **state == TargetState::Tracking).count();
+        let is_sure = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p < SURE);
+        let mut sure = 0;
+        let is_found = (t..t + after).any(|t| {
+            sure = if is_sure(t) { sure + 1 } else { 0 };
+            sure >= RECOVERY_FRAMES
+        });
+        return if is_found { End::Found } else { End::Unsure };
+    }
     let alarms_as_long =
         t.checked_sub(1).and_then(|last| method.label.get(last)).copied().unwrap_or_default();
-    if method.is_probability || alarms_as_long { End::Found } else { End::Unsure }
+    if alarms_as_long { End::Found } else { End::Unsure }
 }
 
 /// The stretches that are not plainly on the target: lost, absent, or tracking with a loss that is possible, in order.
@@ -214,7 +227,7 @@ fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
     };
     let ends = match method.states.get(frames.end) {
         Some(TargetState::Tracking) if ending(method, frames.end) == End::Found => "; then found again",
-        Some(TargetState::Tracking) => "; then no alarm any more",
+        Some(TargetState::Tracking) => "; then not surely found again",
         _ => "",
     };
     format!("{begins}{ends}")
@@ -320,28 +333,38 @@ mod tests {
     #[test]
     fn sentences_by_hand() {
         let score = |states: &str| -> Vec<f64> {
-            states.chars().map(|c| if c == 'L' { 0.97 } else { 0.1 }).collect()
+            states.chars().map(|c| if c == 'L' { 0.97 } else { 0.05 }).collect()
         };
         let of = |states: &str| said(states, &score(states), Some(0.8));
         let again = |frame| {
             format!("Start the tracker again at frame {frame}, or do not use its boxes from there on.")
         };
         assert_eq!(of("..LLL"), format!("Lost since frame 3. {}", again(3)));
-        assert_eq!(of("..LLL."), "Lost from frame 3 to 5; found again. Do not use its boxes there.");
-        assert_eq!(of("..L..."), "Lost in frame 3; found again. Do not use its boxes there.");
+        let good = ".".repeat(10);
+        let of_found = |states: &str| of(&format!("{states}{good}"));
+        assert_eq!(of_found("..LLL"), "Lost from frame 3 to 5; found again. Do not use its boxes there.");
+        assert_eq!(of_found("..L"), "Lost in frame 3; found again. Do not use its boxes there.");
         assert_eq!(of(".LL.L"), format!("Lost since frame 2, 2 times in all; lost at the end. {}", again(5)));
         assert_eq!(
-            of(".L.L.L."),
+            of_found(".L.L.L"),
             "Lost since frame 2, 3 times in all; found again. Do not use its boxes in the frames below."
         );
+        // Fewer than ten frames as good as before are no reason, nor are ten that are not.
+        assert_eq!(of("..LLL........."), format!("Lost since frame 3; not surely found again. {}", again(3)));
+        let mut doubtful = score(&format!("..LLL{good}"));
+        doubtful[9] = 0.2;
+        let said_of = |score: &[f64]| said(&format!("..LLL{good}"), score, Some(0.8));
+        assert_eq!(said_of(&doubtful), format!("Lost since frame 3; not surely found again. {}", again(3)));
         // A later stretch near an alarm is no loss, but a reason for doubt.
-        let doubt = said(".LLL....", &[0.1, 0.9, 0.9, 0.9, 0.1, 0.1, 0.7, 0.7], Some(0.8));
+        let mut doubt = score(&format!(".LLL{good}.."));
+        doubt[14..].fill(0.7);
+        let doubt = said(&format!(".LLL{good}.."), &doubt, Some(0.8));
         assert!(
-            doubt.starts_with("Lost from frame 2 to 4; found again, but possibly lost from 7 on. "),
+            doubt.starts_with("Lost from frame 2 to 4; found again, but possibly lost from 15 on. "),
             "{doubt}"
         );
         // An absence is part of the loss that it interrupts.
-        assert_eq!(of(".LAAL."), "Lost from frame 2 to 5; found again. Do not use its boxes there.");
+        assert_eq!(of_found(".LAAL"), "Lost from frame 2 to 5; found again. Do not use its boxes there.");
         assert_eq!(of(".LAA"), format!("Lost since frame 2. {}", again(2)));
         assert_eq!(of("..."), "No loss found in 3 frames.");
         assert_eq!(of("A.A"), "No loss found in 1 frame; 2 frames have no box.");
@@ -385,7 +408,7 @@ mod tests {
         assert_eq!(
             rows(&judged(".LLL..AL", &score, Some(0.8))),
             [
-                "2|4|lost|.97|alarm: .97 > .80; then found again",
+                "2|4|lost|.97|alarm: .97 > .80; then not surely found again",
                 "7|7|absent||no box",
                 "8|8|lost|.98|alarm: .98 > .80"
             ]

@@ -49,7 +49,7 @@ fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
             .map(|t| match states[t] {
                 TargetState::Lost => Some(0.9),
                 TargetState::Absent => None,
-                TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 2000.0),
+                TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 20_000.0),
             })
             .collect(),
         label: states.iter().map(|state| *state == TargetState::Lost).collect(),
