@@ -151,7 +151,8 @@ impl Lines {
     }
 
     fn of(targets: Targets) -> Self {
-        Self { targets, method: None }
+        let method = targets.method().map(str::to_string);
+        Self { targets, method }
     }
 
     /// The answer to the next line, with the end of a line.

@@ -106,6 +106,11 @@ impl Targets {
         Ok([HEAD, Sha256::digest(&memory).as_slice(), &memory].concat())
     }
 
+    /// Name of the method of lines without an id, once it is chosen.
+    pub fn method(&self) -> Option<&str> {
+        self.monitors.get(&None).and_then(Monitor::method)
+    }
+
     /// The number of the next line, which counts from then on.
     pub fn count(&mut self) -> u64 {
         let index = self.index;
