@@ -304,7 +304,7 @@ mod tests {
                 Err(e) => assert_eq!((name, e), ("EmpTh", MethodError::Trained("EmpTh".into()))),
             }
         }
-        assert_eq!(message("Fusd", None), "unknown method `Fusd`; did you mean `Fused boxes`?");
+        assert_eq!(message("Watchdgo", None), "unknown method `Watchdgo`; did you mean `Watchdog`?");
     }
 
     #[test]

@@ -46,11 +46,11 @@ impl Chosen {
 
     /// The method before its first frame, or why it cannot monitor.
     fn of_method(method: Method) -> Result<Self, Refusal> {
-        if method.reads().any(|reads| matches!(reads, Reads::Posterior | Reads::Response)) {
-            return Err(Refusal::Unfit("needs more of a tracker than boxes and a confidence"));
-        }
         if method.detector.detector.learner().is_some() {
             return Err(Refusal::Unfit("is trained for each experiment"));
+        }
+        if method.reads().any(|reads| matches!(reads, Reads::Posterior | Reads::Response)) {
+            return Err(Refusal::Unfit("needs more of a tracker than boxes and a confidence"));
         }
         let stream = method.detector.detector.stream().ok_or(Refusal::Unfit("judges whole tracks"))?;
         let context =
