@@ -57,7 +57,8 @@ fn the_page_of_a_users_track_works_from_disk() {
     browser.open(&page);
     let text = browser.text("document.body.innerText");
     assert!(
-        text.contains("Lost since frame 41; not surely found again.") && text.contains("Displacement"),
+        text.contains("Lost since frame 41, 2 times in all; not surely found again.")
+            && text.contains("Displacement"),
         "{text}"
     );
     assert!(!text.contains("one frame, with") && !text.contains("Show only"), "{text}");
@@ -68,7 +69,8 @@ fn works(browser: &mut Browser) {
     assert_eq!(frame(browser), 41);
     assert!(browser.text(READOUT).contains(" · lost · score "));
     let text = browser.text("document.body.innerText");
-    for words in ["Lost since frame 41; not surely found again.", "Losses", "Frame by frame"] {
+    for words in ["Lost since frame 41, 2 times in all; not surely found again.", "Losses", "Frame by frame"]
+    {
         assert!(text.contains(words), "{words}: {text}");
     }
     for words in ["tracking error", "false alarm", "ground truth", "hit", "Show only", "sum of rows"] {

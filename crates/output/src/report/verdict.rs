@@ -117,11 +117,6 @@ fn losses(method: &JudgedMethod) -> Vec<Loss> {
     found
 }
 
-/// Whether the method has a reason to say in frame `t`, the first one behind a loss, that the target is found again.
-pub fn is_found_again(method: &JudgedMethod, t: usize) -> bool {
-    method.states.get(t) == Some(&TargetState::Tracking) && ending(method, t) == End::Found
-}
-
 /// How a loss ends whose last frame is before `t`.
 ///
 /// The target is found again where ten frames in a row have a probability below a tenth before anything else happens, or where

@@ -32,7 +32,7 @@ use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::visible;
 
 /// Words of the ends of a loss, where there is no ground truth.
-const STATE_WORDS: [&str; 2] = ["lost", "found again"];
+const STATE_WORDS: [&str; 2] = ["lost", "loss over"];
 
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;

@@ -5,7 +5,7 @@ use crate::report::html;
 use crate::report::page::{Page, ReportError};
 use crate::report::sequences::json::embedded;
 use crate::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
-use crate::report::verdict::{is_found_again, of_target, table, verdict};
+use crate::report::verdict::{of_target, table, verdict};
 use crate::results::detections::{JudgedMethod, TargetState};
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
@@ -158,7 +158,7 @@ pub(super) fn series(method: &JudgedMethod) -> JudgedSeries {
     let mut changes = vec![0; method.states.len()];
     for run in &lost {
         changes[run.start] = 1;
-        if is_found_again(method, run.end) {
+        if method.states.get(run.end) == Some(&TargetState::Tracking) {
             changes[run.end] = -1;
         }
     }
