@@ -18,7 +18,7 @@
 //!
 //! Choices: `early` 19, frames 2 to 20 as people count them; ratios are cut at 1000 and -1000. A ratio needs a tracker
 //! whose early confidence is positive on average; where it is not, and where a probability is outside [0, 1], the
-//! signal fails and says so. Sources: the files of [`confidence`](crate::tracker::results::confidence).
+//! signal fails and says so. Sources: the files that `replay` reads, or what a tracker gives live.
 
 use crate::num::readable;
 use crate::plugin::{Entry, ParamError, read_params, show_params};

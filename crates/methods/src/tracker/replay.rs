@@ -147,7 +147,7 @@ impl Replay {
     ///
     /// # Errors
     /// [`TrackerError::Missing`] without a file or a data root, [`TrackerError::Broken`] if there are two files,
-    /// [`TrackerError::Results`] for a file with faults.
+    /// [`TrackerError::File`] for a file with faults.
     pub fn read(
         &self,
         sequence: &dyn SequenceInfo,
