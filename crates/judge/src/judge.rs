@@ -77,7 +77,7 @@ pub enum JudgeError {
     Interrupted,
 }
 
-/// What every method says of every track: a list for each track, in the order of the methods.
+/// Judges every track by every method: a list for each track, in the order of the methods.
 ///
 /// `frames` gives the frames of the video, each once and in order, where there are any; methods that look at pixels need them.
 /// `stop` is asked before each frame.

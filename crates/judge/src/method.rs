@@ -292,7 +292,47 @@ mod tests {
 
     #[test]
     fn named_methods_build_unless_they_are_trained() {
-        assert_eq!(names().len(), 36);
+        assert_eq!(
+            names(),
+            [
+                "DTEF",
+                "NAIVE",
+                "RAW",
+                "CovF",
+                "RgbHist",
+                "RLHist",
+                "AVU",
+                "Two-MChi",
+                "M-model",
+                "EmpTh",
+                "ARTE",
+                "ARTE*",
+                "Companions",
+                "Watchdog",
+                "Displacement",
+                "Scale",
+                "Forward-backward",
+                "First colors",
+                "Object colors",
+                "Template",
+                "CUSUM",
+                "Page-Hinkley",
+                "Sequential test",
+                "Conformal DTEF",
+                "PSR",
+                "APCE",
+                "LMCF",
+                "FuCoLoT",
+                "Confidence",
+                "Fused boxes",
+                "Fused frames",
+                "Fused watchdog",
+                "Fused confidence",
+                "Fused frames and confidence",
+                "Fused companions",
+                "Fused frames and companions",
+            ]
+        );
         for name in names() {
             match Method::named(name, None) {
                 Ok(method) => {

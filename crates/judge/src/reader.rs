@@ -7,6 +7,10 @@ use crate::region::Region;
 use crate::signal::{Observation, Reads, Session};
 use crate::tracker::{RunContext, Status, TrackerError, TrackerState};
 use rayon::prelude::*;
+use std::sync::LazyLock;
+
+/// A frame for signals that do not look at it.
+static BLANK: LazyLock<Frame> = LazyLock::new(|| Frame::new(1, 1, vec![0; 3]));
 
 /// A signal of a track, with its memory.
 pub struct SignalReader {
@@ -77,13 +81,11 @@ impl SignalReader {
         if let Some(need) = self.reads.need_of_tracker().filter(|_| lacks) {
             return Err(SignalFault::Lacks { kind, need });
         }
-        let value = match frame {
-            Some(frame) => self.session.push(&Observation { frame, state, companions }),
+        let frame = match frame {
             None if self.reads == Reads::Pixels => return Err(SignalFault::NoFrame(kind)),
-            None => {
-                self.session.push(&Observation { frame: &Frame::new(1, 1, vec![0; 3]), state, companions })
-            }
+            frame => frame.unwrap_or(&BLANK),
         };
+        let value = self.session.push(&Observation { frame, state, companions });
         match self.session.fault() {
             _ if value.is_finite() => Ok(value),
             Some(fault) => Err(SignalFault::Broke(fault)),

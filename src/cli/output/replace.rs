@@ -1,4 +1,4 @@
-//! What an output may replace: what the user names, but no file that the same command reads, or writes under another option,
+//! Outputs replace files that the user names, but no file that the same command reads, or writes under another option,
 //! whatever it is called there.
 
 use crate::cli::Failure;

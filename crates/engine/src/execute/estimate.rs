@@ -60,7 +60,7 @@ pub struct Standing<'p> {
 }
 
 impl<'p> Standing<'p> {
-    /// What a store has of a plan; `costs` are for the estimates.
+    /// Counts the parts of a plan that a store has; `costs` are for the estimates.
     pub fn new(plan: &'p ExperimentPlan<'p>, store: &Store, costs: Costs) -> Self {
         let of_sequence = |suite: usize, planned: &PlannedSequence| -> Vec<bool> {
             (0..plan.jobs.len()).map(|job| plan.is_cached(store, suite, planned, job)).collect()

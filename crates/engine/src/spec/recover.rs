@@ -14,7 +14,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::nearest;
 use trackfail_dataset::text::shorten_to;
 
-/// What stands for keys that every file must have and a wrong one has not.
+/// Stand-ins for keys that every file must have and a wrong one lacks.
 const IN_PLACE: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";
 
 /// Keys and items of a file, as far as they have the right shape.

@@ -11,6 +11,7 @@ use super::{Monitor, MonitorError, Options};
 use crate::detector::StateOfTarget;
 use crate::method::Inputs;
 use crate::region::Region;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -40,6 +41,21 @@ struct MethodMemory {
     stream: Vec<u8>,
 }
 
+/// A memory behind a head and its own digest.
+pub(super) fn sealed(head: &[u8], memory: &impl Serialize) -> Result<Vec<u8>, MonitorError> {
+    let memory = postcard::to_stdvec(memory).map_err(|_| MonitorError::Damaged)?;
+    Ok([head, Sha256::digest(&memory).as_slice(), &memory].concat())
+}
+
+/// The memory that stands behind a head.
+pub(super) fn unsealed<M: DeserializeOwned>(rest: &[u8]) -> Result<M, MonitorError> {
+    let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
+    if Sha256::digest(memory).as_slice() != digest {
+        return Err(MonitorError::Damaged);
+    }
+    postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)
+}
+
 impl Monitor {
     /// Everything that it remembers, for [`Monitor::resume`].
     ///
@@ -58,9 +74,7 @@ impl Monitor {
         let Self { index, size, target, base, budget, inputs, is_free, .. } = *self;
         let last = self.chosen.as_ref().and_then(|chosen| chosen.reader.last().cloned());
         let memory = Memory { index, size, last, target, base, budget, inputs, is_free, method };
-        let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
-        let digest = Sha256::digest(&memory);
-        Ok([NAME, FORMAT, b"\n", digest.as_slice(), &memory].concat())
+        sealed(&[NAME, FORMAT, b"\n"].concat(), &memory)
     }
 
     /// A monitor as it was when it was [saved](Monitor::save): it goes on with the same answers.
@@ -75,11 +89,7 @@ impl Monitor {
         if format != FORMAT {
             return Err(MonitorError::OtherFormat(String::from_utf8_lossy(format).into_owned()));
         }
-        let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
-        if Sha256::digest(memory).as_slice() != digest {
-            return Err(MonitorError::Damaged);
-        }
-        let memory: Memory = postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)?;
+        let memory: Memory = unsealed(rest)?;
         if let (Some(given), Some(saved)) = (&options.method, &memory.method)
             && *given != saved.name
         {

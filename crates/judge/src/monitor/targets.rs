@@ -3,17 +3,15 @@
 //! The state of a stream without ids is that of its [`Monitor`]. With ids it is a line with the format's number, the SHA-256
 //! digest of what follows, the number of the next line, and the id and the state of each target.
 
+use super::saved::{sealed, unsealed};
 use super::{Monitor, MonitorError, Options};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
 /// Targets at once, at most.
 pub const MAX_TARGETS: usize = 256;
 
 const HEAD: &[u8] = b"trackfail-monitors 1\n";
-/// Bytes of a digest.
-const DIGEST: usize = 32;
 
 /// The id of a target, as the lines have it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -67,11 +65,7 @@ impl Targets {
             let index = monitor.index();
             return Ok(Self { options, monitors: [(None, monitor)].into(), index });
         };
-        let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
-        if Sha256::digest(memory).as_slice() != digest {
-            return Err(MonitorError::Damaged);
-        }
-        let memory: Memory = postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)?;
+        let memory: Memory = unsealed(rest)?;
         let of = |(id, saved): (Option<Saved>, Vec<u8>)| {
             let id = id.map(|id| match id {
                 Saved::Number(number) => Id::Number(number),
@@ -101,9 +95,7 @@ impl Targets {
             Ok((id, monitor.save()?))
         };
         let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
-        let memory = Memory { index: self.index, targets };
-        let memory = postcard::to_stdvec(&memory).map_err(|_| MonitorError::Damaged)?;
-        Ok([HEAD, Sha256::digest(&memory).as_slice(), &memory].concat())
+        sealed(HEAD, &Memory { index: self.index, targets })
     }
 
     /// Name of the method of lines without an id, once it is chosen.

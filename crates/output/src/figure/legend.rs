@@ -79,7 +79,7 @@ pub enum Symbol {
 pub struct Entry {
     /// The symbol.
     pub symbol: Symbol,
-    /// What it stands for.
+    /// Meaning of its mark.
     pub name: String,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a value, in words for people: serde speaks of types of Rust.
+//! Faults of values in words for people: serde speaks of types of Rust.
 
 use trackfail_dataset::text::shorten_to;
 

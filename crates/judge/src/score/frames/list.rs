@@ -69,7 +69,7 @@ pub struct Scores<'a> {
     pub(super) sampled: Sampled,
 }
 
-/// What the alarms are worth.
+/// Measures of the alarms of the detector's own threshold.
 pub struct Alarms {
     /// As ranges.
     pub(super) range: RangeScore,

@@ -1,4 +1,4 @@
-//! What the columns of a file of boxes hold, in the words of its header or of the user.
+//! Columns of a file of boxes: their content, in the words of its header or of the user.
 
 use trackfail_core::plugin;
 
