@@ -95,7 +95,8 @@ fn a_loss_may_be_an_exit_code() {
     let boxes = boxes(root.path());
     let lost = detect(&boxes, &["--fail-on-loss", "--format", "table"]);
     assert_eq!(lost.status.code(), Some(6));
-    assert!(text(lost.stdout).starts_with(VERDICT));
+    let table = " from  to  state  probability  why\n 41    50  lost                alarm: 9.50 > 1.00; then not surely found again\n";
+    assert_eq!(text(lost.stdout), format!("{VERDICT}\n\n{table}"));
     let told = text(lost.stderr);
     assert!(told.ends_with(&format!("\nerror: {VERDICT}\n")), "{told}");
     let still = root.path().join("still.txt");
