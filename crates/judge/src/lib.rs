@@ -20,6 +20,7 @@ pub mod judge;
 pub mod judged;
 pub mod method;
 pub mod monitor;
+mod network;
 pub mod reader;
 mod saved;
 pub mod score;

@@ -12,6 +12,7 @@ pub mod dsst;
 pub mod fragments_particle_filter;
 pub mod ivt;
 pub mod kcf;
+pub mod nanotrack;
 pub mod ncc;
 pub mod pixel_lut;
 pub mod protocol;
@@ -303,6 +304,7 @@ pub static TRACKERS: &[Entry<dyn TrackerConfig>] = &[
     kcf::ENTRY,
     dsst::ENTRY,
     samf::ENTRY,
+    nanotrack::ENTRY,
     sparse_prototypes::ENTRY,
     ivt::ENTRY,
     adaptive_local_sparse::ENTRY,

@@ -101,17 +101,43 @@ impl Patch {
     /// The pixels of a window as [`Self::cut`] gives them, resized to `width` columns and `height` rows.
     pub fn resized(frame: &Frame, window: &Window, width: usize, height: usize, colors: Colors) -> Self {
         let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
-            let ratio = from as f64 / to as f64;
-            (0..to)
-                .map(|i| {
-                    let place = ((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from as f64 - 1.0);
-                    tap(place).on(|j| (start + j).clamp(0, room as i64 - 1))
-                })
-                .collect()
+            resizing(from, to).map(|tap| tap.on(|j| (start + j).clamp(0, room as i64 - 1))).collect()
         };
-        let across = taps(window.x, window.w.max(1), width, frame.width());
-        let down = taps(window.y, window.h.max(1), height, frame.height());
+        let across = taps(window.x, window.w, width, frame.width());
+        let down = taps(window.y, window.h, height, frame.height());
         Self::from_taps(frame, &across, &down, colors)
+    }
+
+    /// Red, green and blue of a window, resized to `width` columns and `height` rows; beyond the frame every pixel is `fill`.
+    pub fn resized_over(frame: &Frame, window: &Window, width: usize, height: usize, fill: [f32; 3]) -> Self {
+        let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
+            let inside = 0..room as i64;
+            let within = |mut tap: Tap| {
+                for (share, j) in tap.shares.iter_mut().zip(tap.pixels) {
+                    if !inside.contains(&(start + j as i64)) {
+                        *share = 0.0;
+                    }
+                }
+                tap.on(|j| (start + j).clamp(0, room as i64 - 1))
+            };
+            resizing(from, to).map(within).collect()
+        };
+        let across = taps(window.x, window.w, width, frame.width());
+        let down = taps(window.y, window.h, height, frame.height());
+        let mut patch = Self::from_taps(frame, &across, &down, Colors::Rgb);
+        let kept =
+            |taps: &[Tap]| -> Vec<f32> { taps.iter().map(|tap| tap.shares[0] + tap.shares[1]).collect() };
+        let (across, down) = (kept(&across), kept(&down));
+        if across.iter().chain(&down).any(|kept| *kept < 1.0) {
+            for (plane, color) in patch.values.chunks_exact_mut(width * height).zip(fill) {
+                for (row, kept_down) in plane.chunks_exact_mut(width).zip(&down) {
+                    for (v, kept) in row.iter_mut().zip(&across) {
+                        *v += color * (1.0 - kept * kept_down);
+                    }
+                }
+            }
+        }
+        patch
     }
 
     /// The values of the frame at the positions of two axes.
@@ -183,6 +209,13 @@ impl Patch {
     pub fn scale(&mut self, factor: f32) {
         self.values.iter_mut().for_each(|v| *v *= factor);
     }
+}
+
+/// The samples that make `to` pixels of `from` neighboring ones, which count from 0.
+fn resizing(from: usize, to: usize) -> impl Iterator<Item = Tap> {
+    let from = from.max(1) as f64;
+    let ratio = from / to as f64;
+    (0..to).map(move |i| tap(((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from - 1.0)))
 }
 
 /// The sample at `place`, which is counted from the center of the first pixel and at least 0.
@@ -271,6 +304,25 @@ mod tests {
     /// A ramp in each color: `x + 2 y`, `3 x`, `200 - 2 y`.
     fn ramp() -> Frame {
         Frame::from_fn(40, 30, |x, y| [(x + 2 * y) as u8, (3 * x) as u8, (200 - 2 * y) as u8])
+    }
+
+    /// As the same window of a larger frame whose border has the color.
+    #[test]
+    fn a_color_fills_what_is_beyond_the_frame() {
+        let (frame, fill) = (ramp(), [9, 200, 31]);
+        let wide = Frame::from_fn(140, 130, |x, y| {
+            let inside = (50..90).contains(&x) && (50..80).contains(&y);
+            if inside { frame.pixel(x - 50, y - 50) } else { fill }
+        });
+        for (x, y, w, h) in
+            [(-20, -10, 30, 25), (30, 20, 31, 33), (5, 5, 20, 20), (-40, 3, 100, 11), (45, 5, 20, 9)]
+        {
+            let got = Patch::resized_over(&frame, &Window { x, y, w, h }, 23, 17, fill.map(f32::from));
+            let window = Window { x: x + 50, y: y + 50, w, h };
+            let want = Patch::resized(&wide, &window, 23, 17, Colors::Rgb);
+            let differences = got.values.iter().zip(&want.values).map(|(a, b)| (a - b).abs());
+            assert!(differences.fold(0.0, f32::max) < 1e-3, "{x} {y} {w} {h}");
+        }
     }
 
     #[test]

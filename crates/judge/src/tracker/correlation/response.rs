@@ -2,7 +2,8 @@
 //!
 //! A map `F` has `n = w h` cells and wraps around at its borders, as the filter's shifts do; so do all windows around
 //! its peak, the highest value, in cell `p`. `d = c - p` is the place of cell `c` relative to the peak, wrapped to
-//! `-w/2 ... w/2` by `-h/2 ... h/2`; a cell exactly opposite counts half on either side.
+//! `-w/2 ... w/2` by `-h/2 ... h/2`; a cell exactly opposite counts half on either side. A map of places in a search
+//! region ends at its borders instead, and windows are cut off there.
 //!
 //! ```text
 //! sidelobe          cells with |dx| > 5 or |dy| > 5
@@ -62,21 +63,36 @@ impl MapOptions {
     }
 }
 
-/// A response map that wraps around.
+/// A response map.
 #[derive(Debug, Clone)]
 pub struct ResponseMap {
     values: Vec<f32>,
     width: usize,
+    /// Whether the last column and row are neighbors of the first.
+    wraps: bool,
     peak: Peak,
     /// Side of a cell in pixels of the frame.
     cell: f64,
 }
 
 impl ResponseMap {
-    /// A map of zeros.
+    /// A map of zeros that wraps around.
     pub fn new(width: usize, height: usize) -> Self {
         let peak = Peak { value: 0.0, x: 0, y: 0 };
-        Self { values: vec![0.0; width * height], width, peak, cell: 0.0 }
+        Self { values: vec![0.0; width * height], width, wraps: true, peak, cell: 0.0 }
+    }
+
+    /// A map with borders; the first of its largest values is the peak.
+    pub fn with_borders(values: Vec<f32>, width: usize, cell: f64) -> Self {
+        let value = extreme(&values, f32::NEG_INFINITY, |a, b| b > a);
+        let at = values.iter().position(|v| *v == value).unwrap_or(0);
+        let peak = Peak { value, x: (at % width) as i64, y: (at / width) as i64 };
+        Self { values, width, wraps: false, peak, cell }
+    }
+
+    /// Column and row of the peak.
+    pub fn place(&self) -> [i64; 2] {
+        [self.peak.x, self.peak.y]
     }
 
     /// Takes over the values of a plane of the same size, which gets the old ones.
@@ -91,16 +107,28 @@ impl ResponseMap {
         (self.peak, self.cell) = (Peak { value: 0.0, x: 0, y: 0 }, cell);
     }
 
-    /// A tracker's answer with this map in numbers and as a density.
+    /// A tracker's answer, whose center is the place of the peak, with this map in numbers and as a density.
     pub fn describe(&self, options: &MapOptions, state: TrackerState) -> TrackerState {
+        let center = state.region.bounds().center();
+        self.describe_around(center, options, state)
+    }
+
+    /// A tracker's answer with this map, whose peak is at `center` in the frame, in numbers and as a density.
+    pub fn describe_around(
+        &self,
+        center: (f64, f64),
+        options: &MapOptions,
+        state: TrackerState,
+    ) -> TrackerState {
         let response = self.numbers(options);
-        let moments = self.moments(options, &response, state.region.bounds().center());
+        let moments = self.moments(options, &response, center);
         TrackerState { response: Some(response), posterior: Some(moments), ..state }
     }
 
-    /// Column and row of the peak.
-    fn place(&self) -> [i64; 2] {
-        [self.peak.x, self.peak.y]
+    /// The cells within a reach of columns and rows from the peak.
+    fn around_peak(&self, reach: [usize; 2]) -> [Arc; 2] {
+        let around = if self.wraps { Arc::around } else { Arc::within };
+        std::array::from_fn(|k| around(self.place()[k], reach[k], self.sides()[k]))
     }
 
     /// Columns and rows.
@@ -133,8 +161,7 @@ impl ResponseMap {
 
     /// Sums over the cells within a reach of columns and rows from the peak.
     fn sums_around_peak(&self, reach: [usize; 2], mean: f64) -> Sums {
-        let [columns, rows] =
-            std::array::from_fn(|k| Arc::around(self.place()[k], reach[k], self.sides()[k]));
+        let [columns, rows] = self.around_peak(reach);
         let mut sums = Sums::default();
         for y in rows.inside().into_iter().flatten() {
             let row = &self.values[y * self.width..][..self.width];
@@ -146,8 +173,7 @@ impl ResponseMap {
     /// The largest value outside the box around the peak; `None` if the box is the whole map.
     fn second_peak(&self, neighborhood: f64) -> Option<f32> {
         let reach = self.sides().map(|n| (0.5 * neighborhood * n as f64).round() as usize);
-        let [columns, rows] =
-            std::array::from_fn(|k| Arc::around(self.place()[k], reach[k], self.sides()[k]));
+        let [columns, rows] = self.around_peak(reach);
         let beside = rows.inside().into_iter().flatten().flat_map(|y| {
             columns.outside().map(|part| y * self.width + part.start..y * self.width + part.end)
         });
@@ -162,8 +188,8 @@ impl ResponseMap {
         let n = self.values.len() as f64;
         let threshold = response.mean + options.threshold * response.deviation;
         let uniform = response.deviation <= 0.0 || response.peak <= threshold;
-        let [across, down] =
-            [0, 1].map(|k| offsets(self.place()[k], self.sides()[k]).collect::<Vec<(f64, f64)>>());
+        let [across, down] = [0, 1]
+            .map(|k| offsets(self.place()[k], self.sides()[k], self.wraps).collect::<Vec<(f64, f64)>>());
         let (mut total, mut squares, mut logarithms) = (0.0, 0.0, 0.0);
         let (mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (row, (dy, dy2)) in self.values.chunks_exact(self.width).zip(&down) {
@@ -199,15 +225,19 @@ impl ResponseMap {
     }
 }
 
-/// Places of cells `0..n` relative to cell `at` of a side that wraps, and their squares.
-fn offsets(at: i64, n: usize) -> impl Iterator<Item = (f64, f64)> {
+/// Places of cells `0..n` of a side relative to cell `at`, and their squares.
+fn offsets(at: i64, n: usize, wraps: bool) -> impl Iterator<Item = (f64, f64)> {
     (0..n as i64).map(move |i| {
+        if !wraps {
+            let d = (i - at) as f64;
+            return (d, d * d);
+        }
         let d = signed((i - at).rem_euclid(n as i64) as usize, n) as f64;
         (if 2.0 * d.abs() == n as f64 { 0.0 } else { d }, d * d)
     })
 }
 
-/// Neighboring cells of a side that wraps.
+/// Neighboring cells of a side, around its end if it wraps.
 #[derive(Clone, Copy)]
 struct Arc {
     start: usize,
@@ -220,6 +250,12 @@ impl Arc {
     fn around(at: i64, reach: usize, side: usize) -> Self {
         let start = (at - reach as i64).rem_euclid(side as i64) as usize;
         Self { start, len: (2 * reach + 1).min(side), side }
+    }
+
+    /// The cells within `reach` of cell `at` of a side that ends.
+    fn within(at: i64, reach: usize, side: usize) -> Self {
+        let start = (at - reach as i64).max(0) as usize;
+        Self { start, len: (at as usize + reach + 1).min(side) - start, side }
     }
 
     /// Its cells; the second part begins at 0.

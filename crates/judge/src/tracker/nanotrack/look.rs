@@ -1,0 +1,224 @@
+//! Looks of NanoTrack: what its network sees around a place of a frame.
+
+use crate::image::patch::Patch;
+use crate::image::{Frame, Window};
+use crate::network::nanotrack::{Features, Network, Template, Version, sigmoid};
+use crate::region::Rect;
+
+/// Pixels of the search region between neighboring cells of the maps.
+const STRIDE: f64 = 16.0;
+
+/// Sides of the crops in pixels.
+const TEMPLATE_SIDE: usize = 127;
+const SEARCH_SIDE: usize = 255;
+
+/// Center of a box as the network counts, the center of the first pixel at 0, and its sides, in pixels of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Place {
+    /// Center.
+    pub center: [f64; 2],
+    /// Width and height.
+    pub sides: [f64; 2],
+}
+
+impl Place {
+    /// The place of a box whose sides are at least a pixel.
+    pub fn of(rect: &Rect) -> Self {
+        let sides = [rect.w.max(1.0), rect.h.max(1.0)];
+        Self { center: [rect.x + (sides[0] - 1.0) / 2.0, rect.y + (sides[1] - 1.0) / 2.0], sides }
+    }
+
+    /// Side of the template around it, in pixels of the frame.
+    fn context(&self) -> f64 {
+        side_with_margin(self.sides)
+    }
+
+    /// A square of the frame around it, resized to `to` x `to` pixels with the values of bytes.
+    fn crop(&self, frame: &Frame, side: f64, to: usize, color: [f32; 3]) -> Vec<f32> {
+        let side = side.round_ties_even().max(1.0);
+        let [x, y] = self.center.map(|c| (c - (side + 1.0) / 2.0 + 0.5).floor() as i64);
+        let window = Window { x, y, w: side as usize, h: side as usize };
+        let mut patch = Patch::resized_over(frame, &window, to, to, color);
+        patch.round();
+        patch.values
+    }
+}
+
+/// `sqrt((w + p) (h + p))` with `p = (w + h) / 2`.
+fn side_with_margin([w, h]: [f64; 2]) -> f64 {
+    let margin = (w + h) / 2.0;
+    ((w + margin) * (h + margin)).sqrt()
+}
+
+/// A target as the network remembers it.
+pub struct Target {
+    network: &'static Network,
+    version: Version,
+    features: Features,
+    template: Template,
+    /// Mean color of the first frame, in which the world beyond the frames is painted.
+    color: [f32; 3],
+}
+
+impl Target {
+    /// The target at a place of the first frame.
+    pub fn new(version: Version, frame: &Frame, place: &Place) -> Self {
+        let color = mean_color(frame);
+        let crop = place.crop(frame, place.context(), TEMPLATE_SIDE, color);
+        let network = Network::of(version);
+        let features = network.features(&crop, TEMPLATE_SIDE);
+        Self { network, version, template: network.template(&features), features, color }
+    }
+
+    /// Color and features, for [`Self::remembered`].
+    pub fn memory(&self) -> ([f32; 3], Vec<f32>) {
+        (self.color, self.features.values())
+    }
+
+    /// The target of a [`Self::memory`]; `None` if that has not as many values as the network has.
+    pub fn remembered(version: Version, (color, values): ([f32; 3], Vec<f32>)) -> Option<Self> {
+        let network = Network::of(version);
+        let features = network.features_of_template(&values)?;
+        Some(Self { network, version, template: network.template(&features), features, color })
+    }
+
+    /// What the network sees around a place.
+    pub fn look(&self, frame: &Frame, place: &Place) -> Look {
+        let context = place.context();
+        let crop =
+            place.crop(frame, context * SEARCH_SIDE as f64 / TEMPLATE_SIDE as f64, SEARCH_SIDE, self.color);
+        let maps = self.network.compare(&self.template, &self.network.features(&crop, SEARCH_SIDE));
+        let (side, scale) = (maps.side(), TEMPLATE_SIDE as f64 / context);
+        let weights = Weights::of(self.version);
+        let size = place.sides.map(|side| side * scale);
+        let cells = (0..side * side).map(|cell| {
+            let (row, column) = (cell / side, cell % side);
+            let [background, target] = maps.classes(row, column).map(f64::from);
+            let [left, top, right, bottom] = maps.distances(row, column).map(|d| libm::exp(f64::from(d)));
+            let shift = [(right - left) / 2.0, (bottom - top) / 2.0];
+            let [x, y] = [column, row].map(|i| offset(i, side));
+            let sides = [left + right, top + bottom];
+            let penalty = weights.penalty(sides, size);
+            let score = sigmoid(target - background);
+            let window = hann(row, side) * hann(column, side);
+            Cell {
+                score,
+                shift: [x + shift[0], y + shift[1]].map(|d| d / scale),
+                sides: sides.map(|s| s / scale),
+                penalty,
+                rank: penalty * score * (1.0 - weights.window) + window * weights.window,
+            }
+        });
+        let cells: Vec<Cell> = cells.collect();
+        let mut best = 0;
+        for (i, cell) in cells.iter().enumerate() {
+            if cell.rank > cells[best].rank {
+                best = i;
+            }
+        }
+        Look { place: *place, cells, side, best, cell: STRIDE / scale }
+    }
+}
+
+/// Weights of penalty and window.
+struct Weights {
+    window: f64,
+    penalty: f64,
+    rate: f64,
+}
+
+impl Weights {
+    fn of(version: Version) -> Self {
+        match version {
+            Version::V2 => Self { window: 0.490, penalty: 0.150, rate: 0.385 },
+            Version::V3 => Self { window: 0.455, penalty: 0.138, rate: 0.348 },
+        }
+    }
+
+    /// `exp(-k (s r - 1))` of the changes of size and shape from `size` to `sides`.
+    fn penalty(&self, sides: [f64; 2], size: [f64; 2]) -> f64 {
+        let change = |ratio: f64| ratio.max(1.0 / ratio);
+        let scale = change(side_with_margin(sides) / side_with_margin(size));
+        let shape = change((size[0] / size[1]) / (sides[0] / sides[1]));
+        libm::exp(-self.penalty * (scale * shape - 1.0))
+    }
+}
+
+/// Place of a row or column relative to the middle of the search region, in its pixels.
+fn offset(i: usize, side: usize) -> f64 {
+    STRIDE * (i as f64 - (side / 2) as f64)
+}
+
+/// Symmetric Hann window of `side` values, zero at both ends.
+fn hann(i: usize, side: usize) -> f64 {
+    0.5 - 0.5 * libm::cos(std::f64::consts::TAU * i as f64 / (side - 1) as f64)
+}
+
+fn mean_color(frame: &Frame) -> [f32; 3] {
+    let mut sums = [0_u64; 3];
+    for pixel in frame.bytes().as_chunks::<3>().0 {
+        for (sum, v) in sums.iter_mut().zip(pixel) {
+            *sum += u64::from(*v);
+        }
+    }
+    let pixels = frame.bytes().len() as u64 / 3;
+    // Whole, as in the source, where it is written into bytes.
+    sums.map(|sum| (sum / pixels.max(1)) as f32)
+}
+
+/// A place that the network sees.
+#[derive(Debug, Clone, Copy)]
+pub struct Cell {
+    /// Probability of the target.
+    pub score: f64,
+    /// Center of its box relative to that of the look, in pixels of the frame.
+    pub shift: [f64; 2],
+    /// Sides of its box in pixels of the frame.
+    pub sides: [f64; 2],
+    /// `exp(-k (s r - 1))` of its changes of size and shape.
+    penalty: f64,
+    /// Score with penalty and window.
+    rank: f64,
+}
+
+/// What the network sees around a place: `side` x `side` cells, row after row.
+pub struct Look {
+    /// The place that it looked around.
+    pub place: Place,
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// Rows and columns.
+    pub side: usize,
+    /// The cell that the tracker chooses, by score, penalty and window.
+    pub best: usize,
+    /// Distance of neighboring cells in pixels of the frame.
+    pub cell: f64,
+}
+
+impl Look {
+    /// The cell that the tracker chooses.
+    pub fn chosen(&self) -> &Cell {
+        &self.cells[self.best]
+    }
+
+    /// Where the tracker goes: to the chosen cell, and to its size by penalty times score times learning rate; the center
+    /// stays in the frame, sides are from 10 pixels to those of the frame.
+    pub fn next(&self, version: Version, frame: &Frame) -> Place {
+        let chosen = self.chosen();
+        let rate = chosen.penalty * chosen.score * Weights::of(version).rate;
+        let room = [frame.width() as f64, frame.height() as f64];
+        Place {
+            center: std::array::from_fn(|k| (self.place.center[k] + chosen.shift[k]).max(0.0).min(room[k])),
+            sides: std::array::from_fn(|k| {
+                (self.place.sides[k] * (1.0 - rate) + chosen.sides[k] * rate).max(10.0).min(room[k])
+            }),
+        }
+    }
+
+    /// Center of a cell's point in the frame, the center of the first pixel at 0.
+    pub fn point(&self, [column, row]: [i64; 2]) -> (f64, f64) {
+        let place =
+            |k: usize, i: i64| self.place.center[k] + offset(i as usize, self.side) * self.cell / STRIDE;
+        (place(0, column), place(1, row))
+    }
+}

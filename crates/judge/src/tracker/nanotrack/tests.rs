@@ -1,0 +1,94 @@
+use super::*;
+use crate::region::Areas;
+use crate::tracker::testing;
+use trackfail_dataset::format::otb;
+use trackfail_dataset::synthetic;
+
+fn overlap(state: &TrackerState, region: &Region) -> f64 {
+    Areas::Exact.overlap(&state.region, region, None)
+}
+
+/// Written by benches/peers/nanotrack.py on the frames of `trackfail render synthetic-otb` (60 of Girl): x, y, width, height
+/// and score of every frame from the second on. Its crops are resized in steps of 1/2048, which moves boxes by hundredths of
+/// a pixel at first; later a crop now and then begins at the next pixel.
+#[test]
+fn tracks_are_those_of_onnxruntime() {
+    let girl = synthetic::suite("synthetic-otb")
+        .unwrap()
+        .into_iter()
+        .find(|sequence| sequence.name == "Girl")
+        .unwrap();
+    let frames: Vec<Frame> = (0..60).map(|t| girl.frame(t).unwrap()).collect();
+    let start = girl.truth[0].as_ref().unwrap();
+    for (version, oracle) in
+        [("v2", include_str!("onnxruntime_v2.txt")), ("v3", include_str!("onnxruntime_v3.txt"))]
+    {
+        let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
+        let states = testing::track(&*config, &girl, 1, start, &frames);
+        let lines: Vec<&str> = oracle.lines().collect();
+        assert_eq!(lines.len(), states.len() - 1);
+        let mut overlaps = Vec::new();
+        for (state, line) in states[1..].iter().zip(&lines) {
+            let want: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
+            let region = Region::Rect(Rect::new(want[0], want[1], want[2], want[3]));
+            overlaps.push(overlap(state, &region));
+            assert!((state.confidence.unwrap() - want[4]).abs() < 0.01, "{version}: {line}");
+        }
+        let least = |overlaps: &[f64]| overlaps.iter().copied().fold(1.0, f64::min);
+        assert!(least(&overlaps[..3]) > 0.99, "{version}: {overlaps:?}");
+        assert!(least(&overlaps) > 0.85, "{version}: {overlaps:?}");
+        assert!(overlaps.iter().sum::<f64>() / overlaps.len() as f64 > 0.95, "{version}: {overlaps:?}");
+    }
+}
+
+#[trackfail_testing::needs(real_data)]
+#[test]
+fn a_couple_is_followed() {
+    let root = trackfail_testing::real_data();
+    let sequence = otb::load(&root.join("otb/Couple"), &otb::Options::default()).unwrap();
+    let frames: Vec<Frame> = (0..sequence.truth.len()).map(|t| sequence.frame(t).unwrap()).collect();
+    for (version, want) in [("v2", 0.68), ("v3", 0.63)] {
+        let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
+        let states = testing::track(&*config, &sequence, 1, sequence.truth[0].as_ref().unwrap(), &frames);
+        let overlaps = states.iter().zip(sequence.truth.iter().flatten()).map(|(s, truth)| overlap(s, truth));
+        let mean = overlaps.sum::<f64>() / states.len() as f64;
+        assert!(mean > want, "{version}: {mean}");
+    }
+}
+
+#[test]
+fn a_saved_tracker_goes_on() {
+    let girl = synthetic::suite("synthetic-otb")
+        .unwrap()
+        .into_iter()
+        .find(|sequence| sequence.name == "Girl")
+        .unwrap();
+    let frames: Vec<Frame> = (0..6).map(|t| girl.frame(t).unwrap()).collect();
+    for version in ["v2", "v3"] {
+        let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
+        let (mut tracker, _) =
+            config.start(&testing::context(&girl, 1), &frames[0], girl.truth[0].as_ref().unwrap()).unwrap();
+        tracker.update(&frames[1]).unwrap();
+        let saved = tracker.save().unwrap();
+        let mut resumed = config.resume(&saved).unwrap();
+        for frame in &frames[2..] {
+            assert_eq!(resumed.update(frame).unwrap(), tracker.update(frame).unwrap());
+        }
+        let other = ENTRY.build_from_text("{ version = \"v3\" }").unwrap();
+        assert_eq!(other.resume(&saved).is_some(), version == "v3");
+        assert!(config.resume(&saved[..saved.len() - 1]).is_none());
+        assert!(config.resume(&[]).is_none());
+    }
+}
+
+#[test]
+fn parameters_are_checked() {
+    for (text, key) in [
+        ("{ version = \"v4\" }", "v4"),
+        ("{ response = { threshold = -1 } }", "response.threshold"),
+        ("{ response = { neighborhood = 2 } }", "response.neighborhood"),
+    ] {
+        let error = ENTRY.build_from_text(text).err().unwrap();
+        assert!(error.message.contains(key) || error.key == Some(key), "{text}: {}", error.message);
+    }
+}
