@@ -1,4 +1,4 @@
-//! Time per frame of the trackers with correlation filters, one thread: a target of 64 x 64 pixels that moves back and
+//! Time per frame of the trackers with correlation filters and of NanoTrack, one thread: a target of 64 x 64 pixels that moves back and
 //! forth by three pixels per frame, in frames of 640 x 480 pixels.
 //!
 //! `dsst` takes 3.9 ms (5.0 before spectra stayed four columns side by side), `samf` 4.0 (6.0 before pixels were
@@ -9,14 +9,15 @@
 //! goes to what is around them, values that come and go and products of spectra, 16 % to gradients, 6 % to resampling.
 //! `samf`: transforms 15 %, what is around them and cells 32 %, gradients 28 %, resampling 14 %.
 //!
-//! `benches/peers/opencv_trackers.py` times OpenCV's trackers on the same frames.
+//! `benches/peers/opencv_trackers.py` times OpenCV's trackers on the same frames, `benches/peers/nanotrack.py` the networks
+//! of NanoTrack by onnxruntime.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::region::{Rect, Region};
-use trackfail::tracker::{RunContext, dsst, kcf, samf};
+use trackfail::tracker::{RunContext, dsst, kcf, nanotrack, samf};
 
 /// Gradients with texture of +-12 values, as photographs have, moved to the right by `shift`.
 fn frame(shift: usize) -> Frame {
@@ -41,6 +42,8 @@ fn filters(criterion: &mut Criterion) {
         ("kcf-vot", &kcf::ENTRY, "{ preset = \"vot\" }"),
         ("dsst", &dsst::ENTRY, "{}"),
         ("samf", &samf::ENTRY, "{}"),
+        ("nanotrack", &nanotrack::ENTRY, "{}"),
+        ("nanotrack-v3", &nanotrack::ENTRY, "{ version = \"v3\" }"),
     ];
     for (name, entry, params) in cases {
         let setup = entry.build_from_text(params).expect("the parameters are valid");

@@ -1,22 +1,23 @@
 """NanoTrack by NumPy, OpenCV and onnxruntime: an oracle of the tracker `nanotrack`, and the time of its networks.
 
-    nanotrack.py MODELS maps v2                        logits and distances of the pattern of network/nanotrack.rs
-    nanotrack.py MODELS track v2 IMAGES X,Y,W,H [N]    x, y, width, height, score of every frame from the second on
-    nanotrack.py MODELS time                           JSON lines for compare.py, one thread
+    nanotrack.py maps v2                        logits and distances of the pattern of network/nanotrack.rs
+    nanotrack.py track v2 IMAGES X,Y,W,H [N]    x, y, width, height, score of every frame from the second on
+    nanotrack.py                                JSON lines for compare.py: a frame of benches/correlation_filters.rs
 
-MODELS holds `v2` and `v3` with the ONNX files of models/nanotrack/weights.py. Needs numpy, onnx, onnxruntime and
-opencv-contrib-python-headless.
+NANOTRACK_MODELS is a folder with `v2` and `v3`, which hold the ONNX files of models/nanotrack/weights.py. Needs numpy,
+onnx, onnxruntime and opencv-contrib-python-headless. One thread.
 """
 
 import json
+import os
 import sys
-import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 import onnx
 import onnxruntime
+from opencv_trackers import SIDE, frame, measure
 
 # Files; window influence, penalty, learning rate; side of the maps.
 VERSIONS = {
@@ -110,16 +111,8 @@ def pattern(side):
     return red_first[::-1][None].astype(np.float32)
 
 
-def milliseconds(work, runs=200):
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times))
-
-
-def main(models, command, *rest):
+def main(command="time", *rest):
+    models = Path(os.environ["NANOTRACK_MODELS"])
     if command == "maps":
         network = Network(models, rest[0])
         maps = network.maps(network.features(pattern(127)), network.features(pattern(255)))
@@ -132,16 +125,11 @@ def main(models, command, *rest):
             print(" ".join(f"{v:.4f}" for v in tracker.update(cv2.imread(image))))
     else:
         cv2.setNumThreads(1)
-        image = np.random.default_rng(1).integers(0, 256, (480, 640, 3), np.uint8)
-        for version in VERSIONS:
-            tracker = Tracker(models, version, image, [200, 180, 60, 80])
-            start = tracker.center, tracker.size
-
-            def again():
-                tracker.center, tracker.size = start
-                tracker.update(image)
-
-            print(json.dumps({"name": f"nanotrack/{version}", "ms": milliseconds(again)}))
+        frames = [frame(shift) for shift in (3, 6, 9, 12, 9, 6, 3, 0)]
+        for version, bench in (("v2", "nanotrack"), ("v3", "nanotrack-v3")):
+            tracker = Tracker(models, version, frames[7], [288, 208, SIDE, SIDE])
+            seconds = measure(tracker, frames)
+            print(json.dumps({"bench": bench, "size": SIDE, "peer": "onnxruntime", "seconds": seconds}), flush=True)
 
 
-main(Path(sys.argv[1]), *sys.argv[2:])
+main(*sys.argv[1:])

@@ -3,6 +3,7 @@
 //! A plugin is one file with parameters, a [`Detector`] and an `ENTRY` in [`DETECTORS`].
 
 pub mod accumulated_validation;
+pub mod agreement;
 pub mod always;
 pub mod arma_forecast;
 pub mod arte;
@@ -82,6 +83,9 @@ pub struct Input<'a> {
 pub struct DetectorOutput {
     /// The number that is compared with the threshold, for example the signal itself or |z_t| of a forecast.
     pub score: Vec<f64>,
+    /// The number that is compared with the threshold where it is not the score: where the score is how likely the target is
+    /// lost, and an alarm asks for more, for example that the loss is fresh.
+    pub alarm_score: Option<Vec<f64>>,
     /// `true` where the detector calls the track inconsistent (the tracker has failed).
     pub alarm: Vec<bool>,
     /// The forecast of the signal, from detectors that make one; NaN in frames without a forecast.
@@ -97,6 +101,11 @@ pub struct DetectorOutput {
 }
 
 impl DetectorOutput {
+    /// The number that is compared with the threshold.
+    pub fn compared(&self) -> &[f64] {
+        self.alarm_score.as_deref().unwrap_or(&self.score)
+    }
+
     /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where there is none.
     pub fn changes(&self) -> std::borrow::Cow<'_, [i32]> {
         self.changes.as_deref().map_or_else(|| changes(&self.alarm).into(), Into::into)
@@ -197,4 +206,5 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     periodic::ENTRY,
     random::ENTRY,
     oracle::ENTRY,
+    agreement::ENTRY,
 ];

@@ -5,7 +5,7 @@ use crate::image::Frame;
 use crate::judged::JudgedMethod;
 use crate::method::{Method, SignalChoice};
 use crate::num::seed;
-use crate::reader::{Reader, Seen, SignalFault};
+use crate::reader::{Reader, Seen, SignalFault, columns};
 use crate::region::Region;
 use crate::sequence::{Numbering, SequenceInfo};
 use crate::signal::Reads;
@@ -129,7 +129,7 @@ struct Lane<'a> {
     range: Range<usize>,
     /// While the track lasts: a file may have thousands of tracks, few of them at once.
     reader: Option<Reader>,
-    /// A series for each signal.
+    /// The values of each signal, one frame after the other.
     series: Vec<Vec<f64>>,
 }
 
@@ -163,7 +163,7 @@ impl<'a> Lane<'a> {
         let seen = Seen { frame, region, confidence, companions: &companions };
         let values = self.reader.as_mut().and_then(|reader| reader.push(&seen));
         for (series, value) in self.series.iter_mut().zip(values.into_iter().flatten()) {
-            series.push(value?);
+            series.extend(value?);
         }
         if t + 1 == self.range.end {
             self.reader = None;
@@ -173,7 +173,10 @@ impl<'a> Lane<'a> {
 
     /// Judges the track by a method with these signals; `track` is its index.
     fn judged(&self, track: usize, method: &Method, signals: &[usize]) -> Result<JudgedMethod, JudgeError> {
-        let mine: Vec<&[f64]> = signals.iter().map(|k| self.series[*k].as_slice()).collect();
+        let widths = method.signals.iter().map(|choice| choice.signal.width());
+        let columns: Vec<Vec<f64>> =
+            signals.iter().zip(widths).flat_map(|(k, width)| columns(&self.series[*k], width)).collect();
+        let mine: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         // Detectors need no ground truth; only the oracle reads it, and it has no signal.
         let unknown = vec![f64::NAN; self.range.len()];
         let (signal, more) =

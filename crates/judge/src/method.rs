@@ -161,8 +161,9 @@ impl Method {
         let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
         let (entry, detector) = build(DETECTORS, "detector", detector)?;
         let reads = if detector.needs_signal() { detector.signals() } else { 0 };
-        if signals.len() != reads {
-            return Err(MethodError::Signals { kind: entry.kind, reads, given: signals.len() });
+        let given = signals.iter().map(|choice| choice.signal.width()).sum();
+        if given != reads {
+            return Err(MethodError::Signals { kind: entry.kind, reads, given });
         }
         let (kind, version) = (entry.kind, entry.version);
         let detector =
@@ -256,7 +257,7 @@ pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
         Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
         Inputs { companions: true, .. } => "Fused companions",
-        Inputs { frames: true, .. } => "Fused frames",
+        Inputs { frames: true, .. } => "Agreement",
         Inputs { confidence: true, .. } => "Confidence",
         Inputs { .. } => "Fused boxes",
     }
@@ -309,6 +310,7 @@ mod tests {
                 "ARTE*",
                 "Companions",
                 "Watchdog",
+                "Agreement",
                 "Displacement",
                 "Scale",
                 "Forward-backward",

@@ -16,6 +16,7 @@ static BLANK: LazyLock<Frame> = LazyLock::new(|| Frame::new(1, 1, vec![0; 3]));
 pub struct SignalReader {
     kind: &'static str,
     reads: Reads,
+    width: usize,
     session: Box<dyn Session>,
 }
 
@@ -52,7 +53,9 @@ impl SignalReader {
     /// # Errors
     /// When it cannot start, e.g. a file that it reads is absent.
     pub fn start(choice: &SignalChoice, context: &RunContext<'_>) -> Result<Self, TrackerError> {
-        Ok(Self { kind: choice.kind, reads: choice.signal.reads(), session: choice.signal.start(context)? })
+        let signal = &choice.signal;
+        let (reads, width, session) = (signal.reads(), signal.width(), signal.start(context)?);
+        Ok(Self { kind: choice.kind, reads, width, session })
     }
 
     /// Its kind.
@@ -65,7 +68,12 @@ impl SignalReader {
         self.reads
     }
 
-    /// Its value in the next frame.
+    /// Number of its values in a frame.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Its values in the next frame.
     ///
     /// # Errors
     /// When it has none; the frame counts all the same, unless there is none to look at.
@@ -74,7 +82,7 @@ impl SignalReader {
         frame: Option<&Frame>,
         state: &TrackerState,
         companions: &[&Region],
-    ) -> Result<f64, SignalFault> {
+    ) -> Result<Vec<f64>, SignalFault> {
         let kind = self.kind;
         // A confidence may be absent in single frames, for which the signal has a rule.
         let lacks = self.reads != Reads::Confidence && !self.reads.is_in(state);
@@ -85,11 +93,12 @@ impl SignalReader {
             None if self.reads == Reads::Pixels => return Err(SignalFault::NoFrame(kind)),
             frame => frame.unwrap_or(&BLANK),
         };
-        let value = self.session.push(&Observation { frame, state, companions });
-        match self.session.fault() {
-            _ if value.is_finite() => Ok(value),
-            Some(fault) => Err(SignalFault::Broke(fault)),
-            None => Err(SignalFault::NotFinite { kind, value }),
+        let first = self.session.push(&Observation { frame, state, companions });
+        let values: Vec<f64> = std::iter::once(first).chain(self.session.more().iter().copied()).collect();
+        match (values.iter().find(|value| !value.is_finite()), self.session.fault()) {
+            (None, _) => Ok(values),
+            (_, Some(fault)) => Err(SignalFault::Broke(fault)),
+            (Some(value), None) => Err(SignalFault::NotFinite { kind, value: *value }),
         }
     }
 
@@ -102,6 +111,11 @@ impl SignalReader {
     pub fn restore(&mut self, saved: &[u8]) -> bool {
         self.session.restore(saved)
     }
+}
+
+/// The series of each of a signal's values, from all of them frame by frame.
+pub fn columns(values: &[f64], width: usize) -> Vec<Vec<f64>> {
+    (0..width).map(|k| values.iter().skip(k).step_by(width.max(1)).copied().collect()).collect()
 }
 
 /// Everything that is known of a track in a frame.
@@ -155,7 +169,7 @@ impl Reader {
     }
 
     /// The values of the signals in the next frame, in their order; `None` before the first region.
-    pub fn push(&mut self, seen: &Seen<'_>) -> Option<Vec<Result<f64, SignalFault>>> {
+    pub fn push(&mut self, seen: &Seen<'_>) -> Option<Vec<Result<Vec<f64>, SignalFault>>> {
         let region = seen.region.or(self.last.as_ref())?.clone();
         let status = if seen.region.is_some() { Status::Tracked } else { Status::Absent };
         let confidence = seen.confidence.filter(|c| c.is_finite());

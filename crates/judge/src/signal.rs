@@ -1,4 +1,4 @@
-//! Signals: one real number for each frame, computed from the frame and the tracker's state.
+//! Signals: one real number for each frame, or a few of one kind, computed from the frame and the tracker's state.
 //!
 //! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
 //! online: the value of frame `t` uses frames up to `t` only.
@@ -28,6 +28,7 @@ pub mod template_correlation;
 mod testing;
 pub mod uncertainty;
 pub mod uncertainty_change;
+pub mod watchdog_agreement;
 
 pub use crate::direction::Direction;
 use crate::image::Frame;
@@ -131,8 +132,13 @@ pub trait Signal: Any + Send + Sync {
         false
     }
 
-    /// Smallest and largest value it can take.
+    /// Smallest and largest value it can take; of several the first.
     fn bounds(&self) -> (f64, f64);
+
+    /// Number of its values in a frame, at least 1. Those after the first are for detectors that read several.
+    fn width(&self) -> usize {
+        1
+    }
 
     /// The files that it reads besides the frames; their digests are part of a signal's address.
     ///
@@ -153,6 +159,11 @@ pub trait Signal: Any + Send + Sync {
 pub trait Session: Send {
     /// The signal's value at this frame; not finite where the state lacks what the signal reads.
     fn push(&mut self, observation: &Observation<'_>) -> f64;
+
+    /// The further values of the last frame, as many as [`Signal::width`] has beyond the first.
+    fn more(&self) -> &[f64] {
+        &[]
+    }
 
     /// The reason why the last value is not finite, from signals that run trackers or programs of their own.
     fn fault(&mut self) -> Option<TrackerError> {
@@ -190,4 +201,5 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     template_correlation::ENTRY,
     uncertainty::ENTRY,
     uncertainty_change::ENTRY,
+    watchdog_agreement::ENTRY,
 ];

@@ -27,6 +27,7 @@ use std::path::Path;
 use std::sync::Arc;
 use trackfail_judge::judged::JudgedMethod;
 use trackfail_judge::method::{Inputs, Method};
+use trackfail_judge::reader::columns;
 
 /// The tracker that the built-in model is about.
 pub const DEFAULT_TRACKER: &str = "color-particle-filter";
@@ -109,9 +110,12 @@ fn judge(
     let mut judged = Vec::new();
     // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
     let unknown = vec![f64::NAN; present.len()];
-    let mut signals = signals.iter().map(Vec::as_slice);
+    let mut signals = signals.iter();
     for method in methods {
-        let mine: Vec<&[f64]> = signals.by_ref().take(method.signals.len()).collect();
+        let mine = method.signals.iter().zip(signals.by_ref());
+        let mine: Vec<Vec<f64>> =
+            mine.flat_map(|(choice, series)| columns(series, choice.signal.width())).collect();
+        let mine: Vec<&[f64]> = mine.iter().map(Vec::as_slice).collect();
         let Some((signal, more)) = mine.split_first() else { continue };
         let detector = &*method.detector.detector;
         let seed = seed::seed(0, &[&method.name]);
@@ -137,8 +141,8 @@ impl FrameObserver for Interruptible<'_> {
         self.collector.tracked(lane, step)
     }
 
-    fn measured(&self, lane: usize, signal: usize, value: f64) {
-        self.collector.measured(lane, signal, value);
+    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
+        self.collector.measured(lane, signal, values);
     }
 }
 

@@ -80,13 +80,13 @@ struct CollectedLane {
 pub struct Collected {
     /// One state a frame.
     pub states: Vec<TrackerState>,
-    /// One series for each signal, with one value a frame.
+    /// One series for each signal, with its values of one frame after the other.
     pub signals: Vec<Vec<f64>>,
 }
 
-fn push<T>(series: Option<&Mutex<Vec<T>>>, value: T) {
+fn extend<T>(series: Option<&Mutex<Vec<T>>>, values: impl IntoIterator<Item = T>) {
     if let Some(series) = series {
-        series.lock().unwrap_or_else(PoisonError::into_inner).push(value);
+        series.lock().unwrap_or_else(PoisonError::into_inner).extend(values);
     }
 }
 
@@ -116,11 +116,11 @@ impl Collector {
 
 impl FrameObserver for Collector {
     fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        push(self.0.get(lane).map(|lane| &lane.states), step.state);
+        extend(self.0.get(lane).map(|lane| &lane.states), [step.state]);
         Ok(())
     }
 
-    fn measured(&self, lane: usize, signal: usize, value: f64) {
-        push(self.0.get(lane).and_then(|lane| lane.signals.get(signal)), value);
+    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
+        extend(self.0.get(lane).and_then(|lane| lane.signals.get(signal)), values.iter().copied());
     }
 }

@@ -43,8 +43,8 @@ pub trait FrameObserver {
     /// An error ends the lane.
     fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError>;
 
-    /// Receives the value of a lane's signal in a frame, 0 in place of an absent signal; frames come in order.
-    fn measured(&self, _lane: usize, _signal: usize, _value: f64) {}
+    /// Receives the values of a lane's signal in a frame, a 0 in place of an absent signal; frames come in order.
+    fn measured(&self, _lane: usize, _signal: usize, _values: &[f64]) {}
 
     /// Called after each frame.
     fn frame_done(&self) {}

@@ -101,6 +101,7 @@ fn fill(whole: &mut DetectorOutput, frames: usize) {
     let last = whole.score.last().copied().unwrap_or_default();
     whole.score.resize(frames, last);
     whole.alarm.resize(frames, false);
+    whole.alarm_score.iter_mut().for_each(|scores| scores.resize(frames, last));
     whole.forecast.iter_mut().for_each(|forecast| forecast.resize(frames, f64::NAN));
     whole.changes.iter_mut().for_each(|changes| changes.resize(frames, 0));
 }
@@ -108,6 +109,9 @@ fn fill(whole: &mut DetectorOutput, frames: usize) {
 /// Puts the output on a piece behind those before it.
 fn append(whole: &mut DetectorOutput, piece: DetectorOutput) {
     let before = whole.score.len();
+    if let Some(scores) = piece.alarm_score {
+        whole.alarm_score.get_or_insert_with(|| whole.score.clone()).extend(scores);
+    }
     whole.score.extend(piece.score);
     whole.alarm.extend(piece.alarm);
     if let Some(forecast) = piece.forecast {

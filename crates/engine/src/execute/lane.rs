@@ -41,8 +41,8 @@ struct RestartedSignal {
     run: TrackerRun,
     /// Whether the tracker was started.
     started: bool,
-    /// The last value, which skipped frames repeat.
-    last: f64,
+    /// The last values, which skipped frames repeat.
+    last: Vec<f64>,
 }
 
 /// States of other trackers on the same sequence, one for each of its frames.
@@ -115,7 +115,8 @@ impl Lane {
         for (signal, choice) in self.signals.iter_mut().flatten().zip(choices) {
             if choice.restarts == Restarts::NewTrack {
                 let (choice, run) = (choice.clone(), run.clone());
-                signal.restarts = Some(Box::new(RestartedSignal { choice, run, started: false, last: 0.0 }));
+                signal.restarts =
+                    Some(Box::new(RestartedSignal { choice, run, started: false, last: Vec::new() }));
             }
         }
         self
@@ -179,17 +180,17 @@ impl StateSource {
 }
 
 impl LaneSignal {
-    /// The signal's value in frame `t`, which comes next and has this number in its file name.
-    pub(super) fn value(
+    /// The signal's values in frame `t`, which comes next and has this number in its file name.
+    pub(super) fn values(
         &mut self,
         frame: &Frame,
         state: &TrackerState,
         t: usize,
         number: u32,
-    ) -> Result<f64, TrackingError> {
+    ) -> Result<Vec<f64>, TrackingError> {
         if let Some(restarts) = &mut self.restarts {
             match state.status {
-                Status::Skipped if restarts.started => return Ok(restarts.last),
+                Status::Skipped if restarts.started => return Ok(restarts.last.clone()),
                 Status::Initialized if restarts.started => {
                     self.reader = SignalReader::start(&restarts.choice, &restarts.run.context())?;
                 }
@@ -199,15 +200,15 @@ impl LaneSignal {
         }
         let states = self.companions.iter().filter_map(|states| states.get(t));
         let companions: Vec<&Region> = states.map(|state| &state.region).collect();
-        let value = self.reader.push(Some(frame), state, &companions).map_err(|fault| match fault {
+        let values = self.reader.push(Some(frame), state, &companions).map_err(|fault| match fault {
             SignalFault::Broke(fault) => fault.into(),
             SignalFault::NotFinite { kind, value } => TrackingError::NotFinite { kind, value, number },
             SignalFault::Lacks { kind, need } => TrackingError::Lacks { kind, need },
             SignalFault::NoFrame(kind) => TrackingError::Lacks { kind, need: "needs frames" },
         })?;
         if let Some(restarts) = &mut self.restarts {
-            restarts.last = value;
+            restarts.last.clone_from(&values);
         }
-        Ok(value)
+        Ok(values)
     }
 }

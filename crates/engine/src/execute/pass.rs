@@ -95,8 +95,8 @@ impl FrameObserver for PassObserver<'_> {
         self.collector.tracked(lane, step)
     }
 
-    fn measured(&self, lane: usize, signal: usize, value: f64) {
-        self.collector.measured(lane, signal, value);
+    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
+        self.collector.measured(lane, signal, values);
     }
 
     fn frame_done(&self) {

@@ -339,13 +339,13 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
                 Ok(Some(state))
             }
             (Work::Signal(Some(signal)), Some(state)) => {
-                let value = || signal.value(&frame, state, t, self.sequence.number(t));
-                let value = self.observer.time_signal(rank - 1, value)?;
-                self.observer.measured(lane, rank - 1, value);
+                let values = || signal.values(&frame, state, t, self.sequence.number(t));
+                let values = self.observer.time_signal(rank - 1, values)?;
+                self.observer.measured(lane, rank - 1, &values);
                 Ok(None)
             }
             (Work::Signal(_), _) => {
-                self.observer.measured(lane, rank - 1, 0.0);
+                self.observer.measured(lane, rank - 1, &[0.0]);
                 Ok(None)
             }
         });

@@ -20,6 +20,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 use trackfail_core::region::Region;
+use trackfail_judge::reader::columns;
 use trackfail_methods::analysis::processing_time::{Spent, Timing};
 use trackfail_methods::analysis::{Findings, Population, Reads};
 use trackfail_methods::detector::{Input, Reverse};
@@ -160,8 +161,8 @@ impl FrameObserver for ForwardClock {
         self.collector.tracked(lane, step)
     }
 
-    fn measured(&self, lane: usize, signal: usize, value: f64) {
-        self.collector.measured(lane, signal, value);
+    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
+        self.collector.measured(lane, signal, values);
     }
 }
 
@@ -186,10 +187,14 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingErr
     let forks = forks.map(RefCell::into_inner).unwrap_or_default();
     let error = vec![f64::NAN; sequence.len()];
     let mut spent = Vec::new();
-    let mut series = signals.iter().map(Vec::as_slice).zip(reading);
+    let mut series = signals.into_iter().zip(reading);
     for method in methods {
-        let (mine, reading): (Vec<&[f64]>, Vec<Cell<Duration>>) =
+        let (mine, reading): (Vec<Vec<f64>>, Vec<Cell<Duration>>) =
             series.by_ref().take(method.signals.len()).unzip();
+        let widths = method.signals.iter().map(|choice| choice.as_ref().map_or(1, |c| c.signal.width()));
+        let mine: Vec<Vec<f64>> =
+            mine.iter().zip(widths).flat_map(|(series, width)| columns(series, width)).collect();
+        let mine: Vec<&[f64]> = mine.iter().map(Vec::as_slice).collect();
         let Some((signal, more)) = mine.split_first() else { continue };
         let timed = TimedReversal::new(run, &regions, &forks);
         let detector = &method.ready_detector.fixed.detector;

@@ -22,7 +22,8 @@ pub struct Track {
     pub confidence: Vec<Option<f64>>,
     /// Overlap error O_t of each frame, 0 to 1; NaN where the target is not annotated.
     pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals; empty for those not needed on this track.
+    /// One series for each of the experiment's distinct signals, of several values a frame one series after the other;
+    /// empty for those not needed on this track.
     pub signals: Vec<Vec<f64>>,
     /// Frames whose region repeats the last one: those marked failed or skipped, and those of a result file without a box
     /// that were passed over.
@@ -35,14 +36,21 @@ impl Track {
     /// The signal that a method reads; zeros for methods without one.
     pub fn signal(&self, signal: Option<usize>) -> Cow<'_, [f64]> {
         match signal.and_then(|k| self.signals.get(k)) {
-            Some(series) => series.into(),
+            Some(series) => self.values(series).next().unwrap_or_default().into(),
             None => vec![0.0; self.error.len()].into(),
         }
     }
 
     /// The further signals that a method reads.
     pub fn more(&self, signals: &SignalSet) -> Vec<&[f64]> {
-        signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect()
+        let of = |k: &usize| self.signals.get(*k).into_iter().flat_map(|series| self.values(series));
+        let first = signals.first.iter().flat_map(of).skip(1);
+        first.chain(signals.more.iter().flat_map(of)).collect()
+    }
+
+    /// The series of each value of a signal.
+    fn values<'a>(&self, series: &'a [f64]) -> std::slice::Chunks<'a, f64> {
+        series.chunks(self.error.len().max(1))
     }
 
     /// The score of a detector's output by a protocol, with the pieces that were scored by themselves, where a restart
@@ -55,14 +63,13 @@ impl Track {
 
     /// The track with one of its signals, as training data.
     pub fn example(&self, signal: Option<usize>) -> Example<'_> {
-        let signal = signal.and_then(|k| self.signals.get(k));
-        Example::new(signal.map_or(&[], Vec::as_slice), &self.error)
+        let signal = signal.and_then(|k| self.values(self.signals.get(k)?).next());
+        Example::new(signal.unwrap_or_default(), &self.error)
     }
 
     /// The track with the signals of a method, as training data.
     pub fn example_of(&self, signals: &SignalSet, video: &str) -> Example<'_> {
-        let more = signals.more.iter().filter_map(|k| self.signals.get(*k)).map(Vec::as_slice).collect();
-        Example { more, video: video.to_string(), ..self.example(signals.first) }
+        Example { more: self.more(signals), video: video.to_string(), ..self.example(signals.first) }
     }
 }
 

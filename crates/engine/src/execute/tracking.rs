@@ -8,12 +8,14 @@ use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError};
 use crate::observe::tally::Work;
 use crate::plan::{PlannedSequence, recipes};
+use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
 use crate::store::{self, Name};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trackfail_core::region::Region;
+use trackfail_judge::reader::columns;
 use trackfail_methods::score::overlap;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
@@ -271,12 +273,17 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
     let repeats = |status| matches!(status, Status::Failed | Status::Skipped | Status::Repeated);
     let repeated = states.iter().filter(|s| repeats(s.status)).count();
     let confident = states.iter().any(|s| s.confidence.is_some());
+    let by_value = |(series, choice): (Option<Vec<f64>>, &SignalChoice)| match choice.signal.width() {
+        1 => series,
+        width => series.map(|series| columns(&series, width).concat()),
+    };
+    let signals = found.signals.into_iter().zip(plan.signals.iter()).filter_map(by_value);
     Track {
         regions,
         status: states.iter().map(|s| s.status).collect(),
         confidence: states.iter().filter(|_| confident).map(|s| s.confidence).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),
-        signals: found.signals.into_iter().flatten().collect(),
+        signals: signals.collect(),
         repeated,
         reversal,
     }

@@ -405,12 +405,13 @@ fn build_variant<'i>(
     let detector = errors.keep(choose());
     errors.check()?;
     let Some(detector) = detector else { return Err(source.error(span, "the method has no detector")) };
+    let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
     let mut signals = signals.into_iter();
     let (signal, more_signals) = (signals.next(), signals.collect::<Vec<_>>());
     if detector.example().detector.needs_signal() && signal.is_none() {
         return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
     }
-    let (reads, given) = (detector.example().detector.signals(), 1 + more_signals.len());
+    let reads = detector.example().detector.signals();
     if signal.is_some() && given != reads.max(1) {
         let message = format!("the detector of method `{name}` reads {reads} signals, and {given} are given");
         return Err(source.error(span, message));

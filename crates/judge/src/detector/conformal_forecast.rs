@@ -143,7 +143,7 @@ impl Causal for ConformalForecast {
         let forecast = self.forecast().push(forecaster, values[0]);
         let score = forecasting::error(values[0], forecast);
         let alarm = !forecast.is_nan() && threshold.is_alarm(score);
-        Step { score, alarm, forecast: Some(forecast) }
+        Step { forecast: Some(forecast), ..Step::new(score, alarm) }
     }
 }
 

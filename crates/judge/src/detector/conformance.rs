@@ -45,7 +45,8 @@ fn series() -> (Vec<f64>, Vec<f64>) {
 fn digest(output: &DetectorOutput) -> String {
     let mut hash = Sha256::new();
     let forecast = output.forecast.as_deref().unwrap_or_default();
-    for value in output.score.iter().chain(forecast) {
+    let alarm_score = output.alarm_score.as_deref().unwrap_or_default();
+    for value in output.score.iter().chain(forecast).chain(alarm_score) {
         // NaN has many bit patterns, all of them the same answer.
         hash.update(if value.is_nan() { u64::MAX } else { value.to_bits() }.to_le_bytes());
     }
@@ -65,6 +66,7 @@ fn digest(output: &DetectorOutput) -> String {
 fn cut(output: &DetectorOutput, frames: usize) -> DetectorOutput {
     DetectorOutput {
         score: output.score[..frames].to_vec(),
+        alarm_score: output.alarm_score.as_ref().map(|a| a[..frames].to_vec()),
         alarm: output.alarm[..frames].to_vec(),
         forecast: output.forecast.as_ref().map(|f| f[..frames].to_vec()),
         changes: output.changes.as_ref().map(|c| c[..frames].to_vec()),

@@ -95,7 +95,7 @@ pub(super) fn error(y: f64, forecast: f64) -> f64 {
 /// A forecast's error as score, and an alarm where it reaches the threshold.
 pub(super) fn judge(y: f64, forecast: f64, threshold: f64) -> Step {
     let score = error(y, forecast);
-    Step { score, alarm: score >= threshold, forecast: Some(forecast) }
+    Step { forecast: Some(forecast), ..Step::new(score, score >= threshold) }
 }
 
 #[cfg(test)]

@@ -53,6 +53,11 @@ pub(super) trait Causal: Detector + Clone + 'static {
 
     /// Judges the next frame by the values of its signals, which are finite.
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
+
+    /// What speaks for a loss in a frame with an alarm, in words; `None` for what its score says.
+    fn reason(&self, _values: &[f64]) -> Option<String> {
+        None
+    }
 }
 
 /// A detector's score, alarm and forecast of one frame.
@@ -64,12 +69,14 @@ pub(super) struct Step {
     pub alarm: bool,
     /// The forecast of the signal, from detectors that make one; NaN in a frame without.
     pub forecast: Option<f64>,
+    /// The number that is compared with the threshold, where it is not the score.
+    pub alarm_score: Option<f64>,
 }
 
 impl Step {
     /// A score and an alarm alone.
     pub fn new(score: f64, alarm: bool) -> Self {
-        Self { score, alarm, forecast: None }
+        Self { score, alarm, forecast: None, alarm_score: None }
     }
 }
 
@@ -82,11 +89,14 @@ pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutpu
         values.clear();
         values.push(*y);
         values.extend(input.more.iter().map(|signal| signal[t]));
-        let Step { score, alarm, forecast } = detector.step(&mut memory, &values);
+        let Step { score, alarm, forecast, alarm_score } = detector.step(&mut memory, &values);
         output.score.push(score);
         output.alarm.push(alarm);
         if let Some(forecast) = forecast {
             output.forecast.get_or_insert_default().push(forecast);
+        }
+        if let Some(score) = alarm_score {
+            output.alarm_score.get_or_insert_default().push(score);
         }
     }
     output
@@ -103,7 +113,7 @@ pub(super) fn go_on<D: Causal>(detector: &D, saved: &[u8]) -> Option<Box<dyn Str
     Some(Box::new(Following { detector: detector.clone(), memory: saved::from_bytes(saved)? }))
 }
 
-/// A detector on a track that goes on. It knows no probability; a frame without a value changes nothing.
+/// A detector on a track that goes on. A frame without a value changes nothing.
 struct Following<D: Causal> {
     detector: D,
     memory: (D::Memory, LossState),
@@ -111,7 +121,10 @@ struct Following<D: Causal> {
 
 impl<D: Causal> Following<D> {
     /// Why a score is an alarm; nothing where the alarm is only held.
-    fn reason(&self, score: f64) -> Option<Reason> {
+    fn reason(&self, values: &[f64], score: f64) -> Option<Reason> {
+        if let Some(text) = self.detector.reason(values) {
+            return Some(Reason { text, weight: 1.0 });
+        }
         let what = if self.detector.scores_signal() { "value" } else { "score" };
         let shown = fixed(score, 3);
         let text = match (self.detector.threshold(), self.detector.score_direction()) {
@@ -141,10 +154,12 @@ impl<D: Causal> Stream for Following<D> {
         let lost = state.is_lost(recovery);
         let alarm = step.filter(|step| step.alarm);
         Judgement {
-            probability: f64::NAN,
+            probability: step
+                .filter(|_| self.detector.gives_probability())
+                .map_or(f64::NAN, |step| step.score),
             lost,
             raised: alarm.is_some(),
-            reasons: alarm.and_then(|step| self.reason(step.score)).into_iter().collect(),
+            reasons: alarm.and_then(|step| self.reason(values, step.score)).into_iter().collect(),
         }
     }
 

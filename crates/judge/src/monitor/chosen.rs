@@ -5,7 +5,7 @@ use crate::detector::{Judgement, Stream};
 use crate::judge::Unannotated;
 use crate::method::{self, FixedDetector, Inputs, Method, MethodError, SignalChoice};
 use crate::num::hexadecimal;
-use crate::reader::{Reader, Seen, SignalFault};
+use crate::reader::{Reader, Seen, SignalFault, SignalReader};
 use crate::region::Region;
 use crate::signal::Reads;
 use crate::tracker::RunContext;
@@ -64,7 +64,7 @@ impl Chosen {
     pub fn push(&mut self, seen: &Seen<'_>) -> Option<(Judgement, Option<String>)> {
         let values = self.reader.push(seen)?;
         let has_confidence = seen.confidence.is_some_and(f64::is_finite);
-        let is_told = |(reads, value): (Reads, &Result<f64, SignalFault>)| {
+        let is_told = |(reads, value): (Reads, &Result<Vec<f64>, SignalFault>)| {
             // Where the tracker gives no confidence, the signal has the last one again.
             value.is_ok() && (reads != Reads::Confidence || has_confidence)
         };
@@ -74,7 +74,10 @@ impl Chosen {
             Err(SignalFault::Broke(fault)) => Some(fault.to_string()),
             _ => None,
         });
-        let values: Vec<f64> = values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+        let known = |(signal, values): (&SignalReader, Result<Vec<f64>, SignalFault>)| {
+            values.unwrap_or_else(|_| vec![f64::NAN; signal.width()])
+        };
+        let values: Vec<f64> = self.reader.signals().iter().zip(values).flat_map(known).collect();
         Some((self.stream.push(&values), fault.or(needs)))
     }
 

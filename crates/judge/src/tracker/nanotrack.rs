@@ -23,6 +23,7 @@
 //! Source: the code of HonglinChu/SiamTrackers @ 248663f, NanoTrack, whose network and constants these are; weights in
 //! models/nanotrack. Deviations: sums in another order (network.rs), and resizing rounds once, not in steps of 1/2048.
 
+pub(crate) mod follower;
 pub(crate) mod look;
 
 use super::correlation::response::{MapOptions, ResponseMap};
@@ -30,11 +31,11 @@ use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, Track
 use crate::image::Frame;
 pub use crate::network::nanotrack::Version;
 use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
-use crate::region::{Rect, Region};
+use crate::region::Region;
 use crate::saved;
-use look::{Look, Place, Target};
+use follower::Follower;
+use look::Look;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Parameters.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
@@ -90,51 +91,24 @@ impl TrackerConfig for NanoTrack {
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-            return Err(TrackerError::no_region("nanotrack"));
-        }
-        let room = [frame.width() as f64, frame.height() as f64];
-        let place = inside(Place::of(&region.bounds()), room);
-        let target = Arc::new(Target::new(self.0.version, frame, &place));
-        let tracking = Tracking { params: self.0.clone(), target, place };
-        let look = tracking.target.look(frame, &place);
+        let follower = Follower::start(self.0.version, frame, region)
+            .ok_or_else(|| TrackerError::no_region("nanotrack"))?;
+        let tracking = Tracking { params: self.0.clone(), follower };
+        let look = tracking.follower.look(frame);
         let state = tracking.state(&look, TrackerState::initialized(region.clone()));
         Ok((Box::new(tracking), state))
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Tracker>> {
-        let memory: Memory = saved::from_bytes(saved)?;
-        let Place { center, sides } = memory.place;
-        let is_place = center.iter().chain(&sides).all(|v| v.abs() <= 1e9) && sides.iter().all(|s| *s >= 1.0);
-        if !is_place || !memory.color.iter().all(|c| (0.0..=255.0).contains(c)) {
-            return None;
-        }
-        let target = Target::remembered(self.0.version, (memory.color, memory.features))?;
-        Some(Box::new(Tracking { params: self.0.clone(), target: Arc::new(target), place: memory.place }))
-    }
-}
-
-/// A place whose center is at most three of a frame's sides beyond it and whose sides are at most three of them.
-fn inside(place: Place, room: [f64; 2]) -> Place {
-    Place {
-        center: std::array::from_fn(|k| place.center[k].clamp(-3.0 * room[k], 4.0 * room[k])),
-        sides: std::array::from_fn(|k| place.sides[k].min(3.0 * room[k])),
+        let follower = Follower::remembered(self.0.version, saved::from_bytes(saved)?)?;
+        Some(Box::new(Tracking { params: self.0.clone(), follower }))
     }
 }
 
 #[derive(Clone)]
 struct Tracking {
     params: Params,
-    target: Arc<Target>,
-    place: Place,
-}
-
-/// Memory of a tracker at work.
-#[derive(Serialize, Deserialize)]
-struct Memory {
-    place: Place,
-    color: [f32; 3],
-    features: Vec<f32>,
+    follower: Follower,
 }
 
 impl Tracking {
@@ -150,11 +124,8 @@ impl Tracking {
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let look = self.target.look(frame, &self.place);
-        self.place = look.next(self.params.version, frame);
-        let Place { center: [x, y], sides: [w, h] } = self.place;
-        let region = Region::Rect(Rect::new(x - w / 2.0, y - h / 2.0, w, h));
-        Ok(self.state(&look, TrackerState::tracked(region)))
+        let look = self.follower.step(frame);
+        Ok(self.state(&look, TrackerState::tracked(Region::Rect(self.follower.rect()))))
     }
 
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
@@ -162,8 +133,7 @@ impl Tracker for Tracking {
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        let (color, features) = self.target.memory();
-        saved::to_bytes(&Memory { place: self.place, color, features })
+        saved::to_bytes(&self.follower.memory())
     }
 }
 

@@ -170,7 +170,11 @@ fn pooled(
     let counts = shares.iter().map(|g| g.counts).sum();
     let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
-    let frames = metric.is_of_frames().then(|| frames::measure(&tracks(shares), method, None));
+    let frames = metric.is_of_frames().then(|| {
+        let compared: Vec<&[f64]> = shares.iter().flat_map(|s| &s.tracks).map(Trace::compared).collect();
+        let differs = shares.iter().flat_map(|s| &s.tracks).any(|trace| !trace.alarm_score.is_empty());
+        frames::measure(&tracks(shares), differs.then_some(&compared[..]), method, None)
+    });
     let chance = protocol.map(|p| p.chance);
     metric.value(&Pooled { counts, score, delay, chance, frames, ..Pooled::default() })
 }

@@ -22,8 +22,10 @@ pub struct Trace {
     pub pieces: Vec<Range<usize>>,
     /// O_t, NaN where unknown.
     pub error: Vec<f64>,
-    /// Score compared with the threshold.
+    /// Score.
     pub score: Vec<f64>,
+    /// The number compared with the threshold; empty where it is the score.
+    pub alarm_score: Vec<f64>,
     /// Whether there is an alarm.
     pub alarm: Vec<bool>,
     /// Changes of the label: +1, -1, 0.
@@ -124,8 +126,27 @@ pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
 impl Trace {
     fn of_first_method(track: TrackSeries) -> Option<Self> {
         let TrackSeries { sequence, run, numbers, rects, pieces, error, methods, .. } = track;
-        let MethodSeries { score, alarm, changes, condition, checks, .. } = methods.into_iter().next()?;
-        Some(Self { sequence, run, numbers, rects, pieces, error, score, alarm, changes, condition, checks })
+        let method = methods.into_iter().next()?;
+        let MethodSeries { score, alarm_score, alarm, changes, condition, checks, .. } = method;
+        Some(Self {
+            sequence,
+            run,
+            numbers,
+            rects,
+            pieces,
+            error,
+            score,
+            alarm_score,
+            alarm,
+            changes,
+            condition,
+            checks,
+        })
+    }
+
+    /// The number that is compared with the threshold.
+    pub fn compared(&self) -> &[f64] {
+        if self.alarm_score.is_empty() { &self.score } else { &self.alarm_score }
     }
 
     /// Events, detections and matches, computed again by the protocol.

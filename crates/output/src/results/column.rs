@@ -168,12 +168,14 @@ pub struct TableFile {
 }
 
 impl TableFile {
-    /// The frame that is written, from the columns of the declaration in their order, all of one length.
+    /// The frame that is written, from the columns of the declaration in their order, all of one length; recent ones may be
+    /// left out.
     ///
     /// # Errors
     /// When names, types or lengths are not those of the declaration.
     pub(super) fn frame(&self, columns: Vec<Series>) -> Result<DataFrame, TableError> {
-        let declared = self.columns.iter().map(|c| (c.name, c.kind.data_type()));
+        let is_there = |c: &&Column| !c.recent || columns.iter().any(|series| series.name() == c.name);
+        let declared = self.columns.iter().filter(is_there).map(|c| (c.name, c.kind.data_type()));
         if !declared.eq(columns.iter().map(|c| (c.name().as_str(), c.dtype().clone()))) {
             return Err(TableError::Undeclared(self.name));
         }

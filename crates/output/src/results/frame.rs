@@ -113,9 +113,11 @@ impl Rows {
         mut take: impl FnMut(Self) -> Result<(), TableError>,
     ) -> Result<(), TableError> {
         let mut reader = ParquetReader::new(Cursor::new(&bytes));
-        check(reader.schema()?.iter_names().map(PlSmallStr::as_str).collect())?;
+        let header = reader.schema()?;
+        check(header.iter_names().map(PlSmallStr::as_str).collect())?;
         let about = reader.get_metadata()?.clone();
-        let names: Vec<String> = columns.iter().map(|c| c.name.to_string()).collect();
+        let is_there = |column: &&Column| !column.recent || header.contains(column.name);
+        let names: Vec<String> = columns.iter().filter(is_there).map(|c| c.name.to_string()).collect();
         let mut from = 0;
         for rows in about.row_groups.iter().map(|group| group.num_rows()) {
             let mut reader = ParquetReader::new(Cursor::new(&bytes));

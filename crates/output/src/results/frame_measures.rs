@@ -144,12 +144,12 @@ fn of_method<'a>(
             let error = restarts::counted_errors(&judged.pieces, &track.error);
             Some(((cell.sequence, cell.job), error, output.clone()))
         };
-        let tracks: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
-        let names: Vec<(usize, usize)> = tracks.iter().map(|(name, ..)| *name).collect();
+        let tracks_of: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
+        let names: Vec<(usize, usize)> = tracks_of.iter().map(|(name, ..)| *name).collect();
         // Sequences without a result are not drawn in bootstrap samples.
         let sequences: BTreeSet<usize> = names.iter().map(|(sequence, _)| *sequence).collect();
         let sequences: Vec<usize> = sequences.into_iter().collect();
-        let tracks: Vec<ScoredTrack<'_>> = tracks
+        let tracks: Vec<ScoredTrack<'_>> = tracks_of
             .iter()
             .map(|((sequence, _), error, output)| ScoredTrack {
                 sequence: sequences.partition_point(|s| s < sequence),
@@ -159,13 +159,19 @@ fn of_method<'a>(
             })
             .collect();
         let same = |(before, ..): &&(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)| {
-            before.len() == outputs.len() && before.iter().zip(&outputs).all(|(a, b)| a.score == b.score)
+            let equal = |(a, b): (&Arc<DetectorOutput>, &Arc<DetectorOutput>)| {
+                a.score == b.score && a.alarm_score == b.alarm_score
+            };
+            before.len() == outputs.len() && before.iter().zip(&outputs).all(equal)
         };
         let (scores, sampled) = match last.take().as_ref().filter(same) {
             Some((_, measures, sampled)) => (*measures, sampled.clone()),
             None => {
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
-                of_scores(&tracks, reading(experiment, &first.method, &first.params), Some(seed))
+                let compared: Vec<&[f64]> = tracks_of.iter().map(|(.., output)| output.compared()).collect();
+                let differs = tracks_of.iter().any(|(.., output)| output.alarm_score.is_some());
+                let reading = reading(experiment, &first.method, &first.params);
+                of_scores(&tracks, differs.then_some(&compared[..]), reading, Some(seed))
             }
         };
         let measures = with_alarms(scores, &tracks);

@@ -67,7 +67,7 @@ fn frames_of(outcome: &Outcome<'_>, shown: &[Shown<'_>]) -> Result<DataFrame, Re
         let Some(Ok(track)) = outcome.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)) else {
             continue;
         };
-        let values = &track.signals[index];
+        let values = &*track.signal(Some(index));
         keys.push(outcome, cell, values.len());
         method.extend(std::iter::repeat_n(cell.method.as_str(), values.len()));
         params.extend(std::iter::repeat_n(some_text(point), values.len()));

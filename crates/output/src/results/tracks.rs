@@ -5,7 +5,7 @@ use super::checks::{self, ReverseCheck};
 use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, TRACKER};
 use super::conditions::{self, CONDITION};
 use super::frame::{Rows, TableError};
-use super::frames::{self, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
+use super::frames::{self, ALARM_SCORE, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
 use super::pieces;
 use super::signals::{self, FORECAST, SIGNAL};
 use super::{Results, ResultsError};
@@ -52,8 +52,10 @@ impl TrackSeries {
 pub struct MethodSeries {
     /// Name with its grid point.
     pub name: String,
-    /// Score compared with the threshold.
+    /// Score.
     pub score: Vec<f64>,
+    /// The number compared with the threshold; empty where it is the score.
+    pub alarm_score: Vec<f64>,
     /// Whether the method says that the track has failed.
     pub alarm: Vec<bool>,
     /// Changes of the label: +1, -1, 0.
@@ -276,6 +278,8 @@ fn add_frames(
     let (keys, number) = (Keys::of(rows)?, rows.integers(&FRAME)?);
     let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
     let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
+    // Files of earlier versions have none.
+    let alarm_score = rows.reals(&ALARM_SCORE).unwrap_or_default();
     let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
     for rows in keys.stretches().into_iter().filter(|rows| filter.passes(&keys, rows.start)) {
         let (track, series) = place_of(tracks, &keys, rows.start);
@@ -287,6 +291,11 @@ fn add_frames(
         }
         let series = &mut track.methods[series];
         series.score.extend_from_slice(&score[rows.clone()]);
+        if let Some(scores) =
+            alarm_score.get(rows.clone()).filter(|scores| scores.iter().all(|s| s.is_finite()))
+        {
+            series.alarm_score.extend_from_slice(scores);
+        }
         series.alarm.extend(label[rows.clone()].iter().map(|label| *label != 0));
         series.changes.extend_from_slice(&change[rows]);
     }

@@ -94,25 +94,41 @@ pub struct Sampled {
 }
 
 /// Computes the measures. The scores of the tracks are as the detector gives them; with a seed there are intervals.
-pub fn measure(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> FrameMeasures {
-    with_alarms(of_scores(tracks, method, seed).0, tracks)
+/// `compared` are the numbers of each track that are compared with the threshold, where these are not the scores: the
+/// measures of alarms at any threshold are theirs.
+pub fn measure(
+    tracks: &[ScoredTrack<'_>],
+    compared: Option<&[&[f64]]>,
+    method: Method,
+    seed: Option<u64>,
+) -> FrameMeasures {
+    with_alarms(of_scores(tracks, compared, method, seed).0, tracks)
 }
 
 /// The measures of scores, all but those of [`with_alarms`], and those in bootstrap samples.
-pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) -> (FrameMeasures, Sampled) {
-    let turned: Vec<Vec<f64>> = match method.direction {
-        Direction::HigherIsBetter => tracks.iter().map(|t| t.score.iter().map(|s| -s).collect()).collect(),
-        Direction::LowerIsBetter | Direction::Neither => Vec::new(),
+pub fn of_scores(
+    tracks: &[ScoredTrack<'_>],
+    compared: Option<&[&[f64]]>,
+    method: Method,
+    seed: Option<u64>,
+) -> (FrameMeasures, Sampled) {
+    let turn = |scores: &[f64]| -> Vec<f64> {
+        match method.direction {
+            Direction::HigherIsBetter => scores.iter().map(|s| -s).collect(),
+            Direction::LowerIsBetter | Direction::Neither => scores.to_vec(),
+        }
     };
-    let turned: Vec<ScoredTrack<'_>> = match turned.is_empty() {
-        true => tracks.to_vec(),
-        false => tracks.iter().zip(&turned).map(|(track, score)| with_score(track, score)).collect(),
-    };
+    let turned: Vec<Vec<f64>> = tracks.iter().map(|track| turn(track.score)).collect();
+    let turned: Vec<ScoredTrack<'_>> = with_scores(tracks, &turned);
     let sorted = Sorted::new(&turned);
     let (all, clear) = (sorted.sweep(Rule::NoOverlap), sorted.sweep(Rule::Clear));
-    let losses = Losses::new(&turned);
-    let half = losses.at_half(&all);
-    let reached = losses.reached(&all);
+    let compared = compared.map(|of| of.iter().map(|scores| turn(scores)).collect::<Vec<_>>());
+    let raising = compared.as_ref().map(|compared| with_scores(tracks, compared));
+    let of_alarms = raising.as_ref().map(|raising| Sorted::new(raising).sweep(Rule::NoOverlap));
+    let of_alarms = of_alarms.as_ref().unwrap_or(&all);
+    let losses = Losses::new(raising.as_ref().unwrap_or(&turned));
+    let half = losses.at_half(of_alarms);
+    let reached = losses.reached(of_alarms);
     let areas = areas(&all);
     let (lost, good) = all.totals();
     let ece = if method.is_probability { ece(tracks, method.direction) } else { None };
@@ -140,9 +156,9 @@ pub fn of_scores(tracks: &[ScoredTrack<'_>], method: Method, seed: Option<u64>) 
     (measures, scores.sampled)
 }
 
-/// A track with other scores.
-fn with_score<'a>(track: &ScoredTrack<'a>, score: &'a [f64]) -> ScoredTrack<'a> {
-    ScoredTrack { score, ..*track }
+/// Tracks with other scores.
+fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Vec<f64>]) -> Vec<ScoredTrack<'a>> {
+    tracks.iter().zip(scores).map(|(track, score)| ScoredTrack { score, ..*track }).collect()
 }
 
 /// Measures of scores with those of the alarms beside them.
@@ -237,7 +253,7 @@ pub(super) mod tests {
     fn signals_of_which_low_values_are_bad_are_turned() {
         let alarm = SIGNAL.map(|y| y < 0.5);
         let good = Method { direction: Direction::HigherIsBetter, is_probability: true };
-        let found = measure(&tracks(&SIGNAL, &alarm), good, Some(1));
+        let found = measure(&tracks(&SIGNAL, &alarm), None, good, Some(1));
         assert_eq!(
             (found.get("auroc"), found.get("auprc"), found.get("auroc_clear")),
             (Some(1.0), Some(1.0), Some(1.0))
@@ -250,7 +266,7 @@ pub(super) mod tests {
         // Suspicion in place of confidence is the same detector.
         let turned = SIGNAL.map(|y| 1.0 - y);
         let bad = Method { direction: Direction::LowerIsBetter, is_probability: true };
-        let other = measure(&tracks(&turned, &alarm), bad, Some(1));
+        let other = measure(&tracks(&turned, &alarm), None, bad, Some(1));
         assert!((found.get("ece").unwrap() - other.get("ece").unwrap()).abs() < 1e-15);
         let without_ece = |mut measures: FrameMeasures| {
             measures.set("ece", None);
@@ -264,10 +280,10 @@ pub(super) mod tests {
         let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
         for says in [false, true] {
             let score = [f64::from(u8::from(says)); 8];
-            let found = measure(&tracks(&score, &[says; 8]), method, Some(1));
+            let found = measure(&tracks(&score, &[says; 8]), None, method, Some(1));
             assert_eq!((found.get("auroc"), found.get("ece")), (Some(0.5), None));
         }
-        let nothing = measure(&[], method, Some(1));
+        let nothing = measure(&[], None, method, Some(1));
         assert_eq!((nothing.get("auroc"), nothing.get("nab"), nothing.get("auroc_low")), (None, None, None));
     }
 
@@ -281,7 +297,7 @@ pub(super) mod tests {
         let track =
             |k: usize| ScoredTrack { sequence: k, error: &errors[k], score: &scores[k], alarm: &alarms[k] };
         let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
-        let of = |order: [usize; 5]| measure(&order.map(track), method, Some(3));
+        let of = |order: [usize; 5]| measure(&order.map(track), None, method, Some(3));
         let (one, other) = (of([0, 1, 2, 3, 4]), of([3, 1, 4, 0, 2]));
         assert_eq!(
             (one.get("auroc"), one.get("auroc_low"), one.get("arl0_at_half")),

@@ -28,6 +28,14 @@ impl Place {
         Self { center: [rect.x + (sides[0] - 1.0) / 2.0, rect.y + (sides[1] - 1.0) / 2.0], sides }
     }
 
+    /// The place, with its center at most three of a frame's sides beyond it, and sides of at most three of them.
+    pub fn near(&self, room: [f64; 2]) -> Self {
+        Self {
+            center: std::array::from_fn(|k| self.center[k].clamp(-3.0 * room[k], 4.0 * room[k])),
+            sides: std::array::from_fn(|k| self.sides[k].min(3.0 * room[k])),
+        }
+    }
+
     /// Side of the template around it, in pixels of the frame.
     fn context(&self) -> f64 {
         side_with_margin(self.sides)
@@ -76,9 +84,9 @@ impl Target {
     }
 
     /// The target of a [`Self::memory`]; `None` if that has not as many values as the network has.
-    pub fn remembered(version: Version, (color, values): ([f32; 3], Vec<f32>)) -> Option<Self> {
+    pub fn remembered(version: Version, color: [f32; 3], values: &[f32]) -> Option<Self> {
         let network = Network::of(version);
-        let features = network.features_of_template(&values)?;
+        let features = network.features_of_template(values)?;
         Some(Self { network, version, template: network.template(&features), features, color })
     }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::region::Areas;
+use crate::region::{Areas, Rect};
 use crate::tracker::testing;
 use trackfail_dataset::format::otb;
 use trackfail_dataset::synthetic;

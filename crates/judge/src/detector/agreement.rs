@@ -1,0 +1,211 @@
+//! `agreement`: lost where a watchdog is sure of another place; an alarm while that is news. Without learning.
+//!
+//! ```text
+//! r[t]      (1 - I[t]) s[t]                        I: overlap of watchdog and tracker, s: the watchdog's score
+//! p[t]      r / (r + 20 (1 - r))                   the score: the odds of r over 20
+//! fresh     I > 0 in one of the last `window` frames before t, or in t
+//! a[t]      p[t] if fresh, else p[t] / 1000        compared with the threshold
+//! alarm     from a[t] >= threshold on, while p[t] >= threshold
+//! ```
+//!
+//! The signals are the values `overlap` and `score` of `watchdog-agreement`, both in `[0, 1]`; `t` is a 0-based frame, and
+//! the boxes are one before frame 0. `p` is the probability of a loss: high values stay while it lasts. An alarm
+//! is an event: a watchdog that has been away from the tracker for longer than the window has itself lost the target or has
+//! been heard, so that it raises no more. A tracker that touches the watchdog again may be lost again.
+//!
+//! `budget` is the largest number of good frames among 1000 at or above the threshold that the user accepts;
+//! the threshold for it is that of the worst of three sources of videos (docs/fused.md). `threshold` sets it outright.
+//!
+//! Source: none. Choices: the product, whose factors say where and how sure; the factor 20 of the odds, which logistic
+//! regression on the sources together gives (slope .96, offset -3.02); a window of 20 frames, against 40 and 80 on inner
+//! folds of videos.
+
+use super::stream::{self, Causal, Step};
+use super::{Detector, DetectorOutput, Input, Stream};
+use crate::num::fixed;
+use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Detector> = Entry {
+    kind: "agreement",
+    version: 1,
+    summary: "lost where a watchdog is sure of another place, with an alarm while that is news",
+    example: "{}",
+    more: &["{ budget = 2.0, window = 10 }", "{ threshold = 0.5 }"],
+    build: |raw: RawParams<'_>| Ok(Box::new(Agreement::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Factor of an old disagreement.
+const OLD: f64 = 0.001;
+
+/// Odds of a loss that is as likely as not.
+const EVEN: f64 = 20.0;
+
+/// Budgets of false alarms per 1000 good frames, with the thresholds that keep them on each of the sources OTB, VOT2014 and
+/// UAV123 (10 frames a second).
+const THRESHOLDS: [(f64, f64); 6] =
+    [(1.0, 0.997), (2.0, 0.9894), (5.0, 0.9486), (10.0, 0.8823), (20.0, 0.7271), (50.0, 0.3986)];
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Most false alarms per 1000 good frames, 0.000001 to 1000.
+    pub budget: f64,
+    /// The threshold, above 0 and at most 1, in place of that for the budget.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<f64>,
+    /// Frames for which a disagreement is news, 0 to 10000.
+    pub window: u32,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { budget: 5.0, threshold: None, window: 20 }
+    }
+}
+
+/// The detector.
+#[derive(Debug, Clone)]
+pub struct Agreement {
+    params: Params,
+    threshold: f64,
+}
+
+impl Agreement {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For parameters outside their range.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        check_ranges(&[("budget", params.budget, 1e-6, 1000.0)])?;
+        check_ranges(&[("window", params.window, 0, 10_000)])?;
+        let threshold = params.threshold.unwrap_or_else(|| threshold(params.budget));
+        if !(threshold > 0.0 && threshold <= 1.0) {
+            return Err(ParamError::out_of_range("threshold", "above 0 and at most 1", threshold));
+        }
+        Ok(Self { params, threshold })
+    }
+}
+
+/// The threshold for a budget: that of the largest one of the list that is not above it, for smaller ones the highest.
+fn threshold(budget: f64) -> f64 {
+    let below = THRESHOLDS.iter().rev().find(|(known, _)| *known <= budget);
+    below.unwrap_or(&THRESHOLDS[0]).1
+}
+
+impl Detector for Agreement {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.params)
+    }
+
+    fn signals(&self) -> usize {
+        2
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        Some(self.threshold)
+    }
+
+    fn gives_probability(&self) -> bool {
+        true
+    }
+
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        stream::follow(self)
+    }
+
+    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
+        stream::go_on(self, saved)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        stream::whole(self, input)
+    }
+}
+
+/// Memory of a track.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// Frames since the two touched.
+    apart: u32,
+    /// Whether an alarm is on.
+    alarm: bool,
+}
+
+impl Causal for Agreement {
+    type Memory = Memory;
+
+    fn begin(&self) -> Memory {
+        Memory::default()
+    }
+
+    fn step(&self, memory: &mut Memory, values: &[f64]) -> Step {
+        let (overlap, score) = inputs(values);
+        let apart = (1.0 - overlap) * score;
+        let lost = apart / (apart + EVEN * (1.0 - apart));
+        memory.apart = if overlap > 0.0 { 0 } else { memory.apart.saturating_add(1) };
+        let raising = if memory.apart <= self.params.window { lost } else { OLD * lost };
+        memory.alarm = raising >= self.threshold || (memory.alarm && lost >= self.threshold);
+        Step { alarm_score: Some(raising), ..Step::new(lost, memory.alarm) }
+    }
+
+    fn reason(&self, values: &[f64]) -> Option<String> {
+        let (overlap, score) = inputs(values);
+        let (overlap, score) = (fixed(overlap, 2), fixed(score, 2));
+        Some(format!("overlap with the watchdog {overlap}, which is sure of its place by {score}"))
+    }
+}
+
+/// Overlap and score, both in `[0, 1]`; a watchdog without a score is sure.
+fn inputs(values: &[f64]) -> (f64, f64) {
+    let unit = |k: usize| values.get(k).copied().unwrap_or(1.0).clamp(0.0, 1.0);
+    (unit(0), unit(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn output(text: &str, overlap: &[f64], score: &[f64]) -> DetectorOutput {
+        let detector = ENTRY.build_from_text(text).unwrap();
+        detector.detect(&Input { signal: overlap, more: &[score], error: &[], seed: 0, reverse: None })
+    }
+
+    // By hand, with a window of two frames: apart from frame 2 on, news in 2 and 3; the alarm lasts while p does.
+    #[test]
+    fn an_alarm_is_raised_by_news_and_held_by_the_state() {
+        let overlap = [0.9, 0.5, 0.0, 0.0, 0.0, 0.0, 0.25, 0.0];
+        let score = [1.0, 0.5, 0.25, 0.5, 0.9, 0.5, 1.0, 1.0];
+        let found = output("{ threshold = 0.0476, window = 2 }", &overlap, &score);
+        let apart: Vec<String> = found.score.iter().map(|p| fixed(20.0 * p / (1.0 + 19.0 * p), 3)).collect();
+        assert_eq!(apart.join(" "), "0.100 0.250 0.250 0.500 0.900 0.500 0.750 1.000");
+        let old: Vec<bool> = found.compared().iter().zip(&found.score).map(|(a, p)| a < p).collect();
+        assert_eq!(old, [false, false, false, false, true, true, false, false]);
+        assert_eq!(found.compared()[4], OLD * found.score[4]);
+        assert_eq!(found.alarm, [false, false, false, true, true, true, true, true]);
+        // A disagreement that begins unsure and is old when it becomes sure raises nothing.
+        let late = output("{ threshold = 0.05, window = 2 }", &[0.0; 5], &[0.1, 0.1, 0.1, 0.9, 0.9]);
+        assert_eq!(late.alarm, [false; 5]);
+    }
+
+    #[test]
+    fn a_larger_budget_has_no_higher_threshold() {
+        let of = |budget: f64| Agreement::new(Params { budget, ..Params::default() }).unwrap().threshold;
+        assert!(THRESHOLDS.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 >= pair[1].1));
+        assert_eq!([of(0.5), of(3.0), of(1000.0)], [THRESHOLDS[0].1, THRESHOLDS[1].1, THRESHOLDS[5].1]);
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        for (text, key) in [
+            ("{ budget = 0.0 }", "budget"),
+            ("{ window = 10001 }", "window"),
+            ("{ threshold = 1.5 }", "threshold"),
+        ] {
+            assert_eq!(ENTRY.build_from_text(text).err().and_then(|e| e.key), Some(key), "{text}");
+        }
+    }
+}
