@@ -310,7 +310,6 @@ mod tests {
                 "ARTE*",
                 "Companions",
                 "Watchdog",
-                "Agreement",
                 "Displacement",
                 "Scale",
                 "Forward-backward",
@@ -333,6 +332,7 @@ mod tests {
                 "Fused frames and confidence",
                 "Fused companions",
                 "Fused frames and companions",
+                "Agreement",
             ]
         );
         for name in names() {
