@@ -275,6 +275,26 @@ pub(super) mod tests {
         assert_eq!(without_ece(found), without_ece(other));
     }
 
+    // A state that is right everywhere, and alarms that are raised in good frames alone, or in the first of each loss.
+    #[test]
+    fn the_state_has_its_measures_and_alarms_have_theirs() {
+        let method = Method { direction: Direction::LowerIsBetter, is_probability: true };
+        let score = SIGNAL.map(|y| 1.0 - y);
+        let of = |compared: [f64; 8]| {
+            measure(&tracks(&score, &[false; 8]), Some(&[&compared[..]; 4]), method, Some(1))
+        };
+        let (wrong, right) = (of(ERROR.map(|e| f64::from(e < 1.0))), of([0., 0., 0., 1., 0., 0., 0., 0.]));
+        for found in [&wrong, &right] {
+            assert_eq!(found.get("auroc"), Some(1.0));
+            assert_eq!(found.get("ece"), measure(&tracks(&score, &[]), None, method, None).get("ece"));
+        }
+        let found = |measures: &FrameMeasures| {
+            ["found_at_5", "false_alarms_at_half", "delay_at_half"].map(|name| measures.get(name))
+        };
+        assert_eq!(found(&wrong), [Some(0.0), Some(1000.0), Some(0.0)]);
+        assert_eq!(found(&right), [Some(1.0), Some(0.0), Some(0.0)]);
+    }
+
     #[test]
     fn what_says_nothing_has_half_the_area_and_no_track_has_no_measure() {
         let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
