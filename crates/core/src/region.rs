@@ -120,6 +120,11 @@ impl Region {
         Self::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN))
     }
 
+    /// Whether all coordinates are finite.
+    pub fn is_finite(&self) -> bool {
+        self.corners().iter().all(|corner| corner.0.is_finite() && corner.1.is_finite())
+    }
+
     /// The corners in order.
     pub fn corners(&self) -> Vec<(f64, f64)> {
         match self {

@@ -182,6 +182,13 @@ pub trait Detector: Any + Send + Sync {
     fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }
 
+/// The threshold of the largest budget that is within `budget`, of budgets in rising order with their thresholds; of those
+/// that are all larger, the smallest.
+fn threshold_within(thresholds: &[(f64, f64)], budget: f64) -> Option<f64> {
+    let within = thresholds.iter().rev().find(|(most, _)| *most <= budget);
+    within.or(thresholds.first()).map(|(_, threshold)| *threshold)
+}
+
 /// Every detector, by kind.
 pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,

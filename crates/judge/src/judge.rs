@@ -174,8 +174,7 @@ impl<'a> Lane<'a> {
     /// Judges the track by a method with these signals; `track` is its index.
     fn judged(&self, track: usize, method: &Method, signals: &[usize]) -> Result<JudgedMethod, JudgeError> {
         let widths = method.signals.iter().map(|choice| choice.signal.width());
-        let columns: Vec<Vec<f64>> =
-            signals.iter().zip(widths).flat_map(|(k, width)| columns(&self.series[*k], width)).collect();
+        let columns = columns(signals.iter().map(|k| self.series[*k].as_slice()).zip(widths));
         let mine: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         // Detectors need no ground truth; only the oracle reads it, and it has no signal.
         let unknown = vec![f64::NAN; self.range.len()];

@@ -192,25 +192,17 @@ fn pointwise(
     let inputs = x.groups * LANES;
     for row in 0..x.height {
         let source = &x.values[row * x.groups * x.width..][..x.groups * x.width];
-        let mut group = 0;
-        while group < bias.len() {
-            // Three groups fill the registers; two and two are better than three and one.
-            let together = match bias.len() - group {
-                300 => 3,
-                1 => 1,
-                _ => 2,
-            };
-            let bias = &bias[group..][..together];
+        // Two groups at a time: the sums of three and what they are made of do not fit into the registers.
+        for (pair, bias) in bias.chunks(2).enumerate() {
+            let (group, together) = (2 * pair, bias.len());
             let weight = &weight[group * inputs..][..together * inputs];
             let at = (row * y.groups + group) * y.width;
             let target = &mut y.values[at..][..together * x.width];
             let rest = rest.map(|rest| &rest.values[at..][..together * x.width]);
             match together {
-                3 => across::<3>(source, x.width, bias, weight, rest, activation, target),
                 2 => across::<2>(source, x.width, bias, weight, rest, activation, target),
                 _ => across::<1>(source, x.width, bias, weight, rest, activation, target),
             }
-            group += together;
         }
     }
     y

@@ -113,9 +113,12 @@ impl SignalReader {
     }
 }
 
-/// The series of each of a signal's values, from all of them frame by frame.
-pub fn columns(values: &[f64], width: usize) -> Vec<Vec<f64>> {
-    (0..width).map(|k| values.iter().skip(k).step_by(width.max(1)).copied().collect()).collect()
+/// The series of each value of signals, from their values frame by frame and the numbers of them in a frame.
+pub fn columns<'a>(signals: impl IntoIterator<Item = (&'a [f64], usize)>) -> Vec<Vec<f64>> {
+    let of = |(values, width): (&'a [f64], usize)| {
+        (0..width).map(move |k| values.iter().skip(k).step_by(width.max(1)).copied().collect())
+    };
+    signals.into_iter().flat_map(of).collect()
 }
 
 /// Everything that is known of a track in a frame.

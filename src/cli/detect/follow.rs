@@ -110,12 +110,11 @@ fn judge(
     let mut judged = Vec::new();
     // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
     let unknown = vec![f64::NAN; present.len()];
-    let mut signals = signals.iter();
+    let mut signals = signals.iter().map(Vec::as_slice);
     for method in methods {
-        let mine = method.signals.iter().zip(signals.by_ref());
-        let mine: Vec<Vec<f64>> =
-            mine.flat_map(|(choice, series)| columns(series, choice.signal.width())).collect();
-        let mine: Vec<&[f64]> = mine.iter().map(Vec::as_slice).collect();
+        let widths = method.signals.iter().map(|choice| choice.signal.width());
+        let columns = columns(signals.by_ref().take(method.signals.len()).zip(widths));
+        let mine: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let Some((signal, more)) = mine.split_first() else { continue };
         let detector = &*method.detector.detector;
         let seed = seed::seed(0, &[&method.name]);

@@ -53,7 +53,7 @@ pub struct StoredDetectorOutput {
 
 /// A last field that may be missing.
 fn if_there<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<f64>>, D::Error> {
-    Ok(Some(deserializer).and_then(|deserializer| Vec::deserialize(deserializer).ok()))
+    Ok(Option::deserialize(deserializer).unwrap_or_default())
 }
 
 impl StoredDetectorOutput {
@@ -84,5 +84,40 @@ impl StoredDetectorOutput {
             quality,
             failure: None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIGNAL: [f64; 3] = [0.5, 0.25, 1.0];
+
+    fn output(alarm_score: Option<Vec<f64>>) -> DetectorOutput {
+        let alarm = vec![false, true, true];
+        DetectorOutput { score: vec![0.1, 0.9, 0.8], alarm_score, alarm, ..DetectorOutput::default() }
+    }
+
+    fn stored(output: &DetectorOutput) -> Vec<u8> {
+        postcard::to_stdvec(&StoredDetectorOutput::new(output, &SIGNAL)).unwrap()
+    }
+
+    fn read(bytes: &[u8]) -> Option<DetectorOutput> {
+        postcard::from_bytes::<StoredDetectorOutput>(bytes).unwrap().on(&SIGNAL)
+    }
+
+    #[test]
+    fn outputs_are_read_as_they_were_stored() {
+        for alarm_score in [None, Some(vec![0.1, 0.9, 0.0008])] {
+            let output = output(alarm_score);
+            assert_eq!(read(&stored(&output)), Some(output));
+        }
+    }
+
+    // The form of outputs of detectors without an alarm score is that of earlier versions.
+    #[test]
+    fn an_output_without_an_alarm_score_has_nothing_in_its_place() {
+        let (without, with) = (stored(&output(None)), stored(&output(Some(vec![]))));
+        assert!(with.starts_with(&without) && with.len() > without.len());
     }
 }

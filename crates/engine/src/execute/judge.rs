@@ -101,7 +101,10 @@ fn fill(whole: &mut DetectorOutput, frames: usize) {
     let last = whole.score.last().copied().unwrap_or_default();
     whole.score.resize(frames, last);
     whole.alarm.resize(frames, false);
-    whole.alarm_score.iter_mut().for_each(|scores| scores.resize(frames, last));
+    whole.alarm_score.iter_mut().for_each(|scores| {
+        let last = scores.last().copied().unwrap_or_default();
+        scores.resize(frames, last);
+    });
     whole.forecast.iter_mut().for_each(|forecast| forecast.resize(frames, f64::NAN));
     whole.changes.iter_mut().for_each(|changes| changes.resize(frames, 0));
 }

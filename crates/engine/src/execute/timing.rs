@@ -187,14 +187,13 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, TrackingErr
     let forks = forks.map(RefCell::into_inner).unwrap_or_default();
     let error = vec![f64::NAN; sequence.len()];
     let mut spent = Vec::new();
-    let mut series = signals.into_iter().zip(reading);
+    let mut series = signals.iter().map(Vec::as_slice).zip(reading);
     for method in methods {
-        let (mine, reading): (Vec<Vec<f64>>, Vec<Cell<Duration>>) =
+        let (mine, reading): (Vec<&[f64]>, Vec<Cell<Duration>>) =
             series.by_ref().take(method.signals.len()).unzip();
         let widths = method.signals.iter().map(|choice| choice.as_ref().map_or(1, |c| c.signal.width()));
-        let mine: Vec<Vec<f64>> =
-            mine.iter().zip(widths).flat_map(|(series, width)| columns(series, width)).collect();
-        let mine: Vec<&[f64]> = mine.iter().map(Vec::as_slice).collect();
+        let columns = columns(mine.into_iter().zip(widths));
+        let mine: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let Some((signal, more)) = mine.split_first() else { continue };
         let timed = TimedReversal::new(run, &regions, &forks);
         let detector = &method.ready_detector.fixed.detector;

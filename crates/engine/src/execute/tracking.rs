@@ -275,7 +275,7 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
     let confident = states.iter().any(|s| s.confidence.is_some());
     let by_value = |(series, choice): (Option<Vec<f64>>, &SignalChoice)| match choice.signal.width() {
         1 => series,
-        width => series.map(|series| columns(&series, width).concat()),
+        width => series.map(|series| columns([(&series[..], width)]).concat()),
     };
     let signals = found.signals.into_iter().zip(plan.signals.iter()).filter_map(by_value);
     Track {

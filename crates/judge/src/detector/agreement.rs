@@ -21,7 +21,7 @@
 //! folds of videos.
 
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
+use super::{Detector, DetectorOutput, Input, Stream, threshold_within};
 use crate::num::fixed;
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
 use serde::{Deserialize, Serialize};
@@ -82,18 +82,13 @@ impl Agreement {
     pub fn new(params: Params) -> Result<Self, ParamError> {
         check_ranges(&[("budget", params.budget, 1e-6, 1000.0)])?;
         check_ranges(&[("window", params.window, 0, 10_000)])?;
-        let threshold = params.threshold.unwrap_or_else(|| threshold(params.budget));
+        let threshold =
+            params.threshold.or_else(|| threshold_within(&THRESHOLDS, params.budget)).unwrap_or(1.0);
         if !(threshold > 0.0 && threshold <= 1.0) {
             return Err(ParamError::out_of_range("threshold", "above 0 and at most 1", threshold));
         }
         Ok(Self { params, threshold })
     }
-}
-
-/// The threshold for a budget: that of the largest one of the list that is not above it, for smaller ones the highest.
-fn threshold(budget: f64) -> f64 {
-    let below = THRESHOLDS.iter().rev().find(|(known, _)| *known <= budget);
-    below.unwrap_or(&THRESHOLDS[0]).1
 }
 
 impl Detector for Agreement {

@@ -38,8 +38,7 @@ pub struct Network {
     head: Vec<Lanes>,
 }
 
-/// What a block does beside its expansion: side of the depthwise kernel, stride, groups inside and after it, and groups
-/// of the squeeze, 0 without one.
+/// A block: side and stride of its depthwise kernel, groups of channels inside it, of its squeeze (0 without one) and after it.
 struct Block {
     side: usize,
     stride: usize,
@@ -122,6 +121,11 @@ impl Network {
             Version::V2 => &V2,
             Version::V3 => &V3,
         }
+    }
+
+    /// Its version.
+    pub fn version(&self) -> Version {
+        self.version
     }
 
     fn read(version: Version, file: &[u8]) -> Self {

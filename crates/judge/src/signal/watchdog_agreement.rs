@@ -22,8 +22,9 @@
 
 use crate::num::readable;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
-use crate::region::{Areas, Rect, Region};
+use crate::region::{Rect, Region};
 use crate::saved;
+use crate::signal::companion_overlap::overlap;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::follower::{Follower, Memory};
@@ -135,30 +136,22 @@ struct Watching {
 }
 
 impl Watching {
-    /// Score and box of the watchdog in the next frame; `None` where it cannot start.
-    fn step(&mut self, observation: &Observation<'_>) -> Option<(f64, Rect)> {
+    /// Score of the watchdog in the next frame, its overlap with the region and its distance; `None` where it cannot start.
+    fn step(&mut self, observation: &Observation<'_>) -> Option<[f64; 3]> {
         let (frame, region) = (observation.frame, &observation.state.region);
-        match &mut self.watchdog {
-            Some(watchdog) => {
-                let score = watchdog.step(frame).chosen().score;
-                Some((score, watchdog.rect()))
-            }
-            None => {
-                self.watchdog = Some(Follower::start(self.params.version, frame, region)?);
-                Some((1.0, region.bounds()))
-            }
-        }
+        let Some(watchdog) = &mut self.watchdog else {
+            self.watchdog = Some(Follower::start(self.params.version, frame, region)?);
+            return Some([1.0, 1.0, 0.0]);
+        };
+        let score = watchdog.step(frame).chosen().score;
+        let rect = watchdog.rect();
+        Some([score, overlap(&Region::Rect(rect), region), distance(&rect, region)])
     }
 }
 
 impl Session for Watching {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let is_first = self.watchdog.is_none();
-        let Some((score, rect)) = self.step(observation) else { return f64::NAN };
-        let (overlap, distance) = match is_first {
-            true => (1.0, 0.0),
-            false => compared(&rect, &observation.state.region),
-        };
+        let Some([score, overlap, distance]) = self.step(observation) else { return f64::NAN };
         let of = |value: &Value| match value {
             Value::Overlap => overlap,
             Value::Score => score,
@@ -194,16 +187,15 @@ impl Session for Watching {
     }
 }
 
-/// Overlap of the watchdog's box and the tracker's region, and the distance of their centers in sides of the latter.
-fn compared(watchdog: &Rect, region: &Region) -> (f64, f64) {
-    if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
-        return (0.0, FAR);
+/// Distance of the centers of the watchdog's box and the tracker's region, in sides of the latter.
+fn distance(watchdog: &Rect, region: &Region) -> f64 {
+    if !region.is_finite() {
+        return FAR;
     }
-    let overlap = Areas::Exact.overlap(&Region::Rect(*watchdog), region, None);
     let (bounds, (x, y)) = (region.bounds(), watchdog.center());
     let (u, v) = bounds.center();
     let side = (bounds.w * bounds.h).sqrt().max(1.0);
-    (overlap, (((x - u) * (x - u) + (y - v) * (y - v)).sqrt() / side).min(FAR))
+    (((x - u) * (x - u) + (y - v) * (y - v)).sqrt() / side).min(FAR)
 }
 
 #[cfg(test)]

@@ -1,18 +1,9 @@
 //! Properties of every tracker in the list, checked on short synthetic sequences.
 
-use super::testing::{context, track};
+use super::testing::{context, excerpt, track};
 use super::*;
 use crate::region::Rect;
 use sha2::{Digest, Sha256};
-use trackfail_dataset::{Sequence, synthetic};
-
-/// The first `n` frames of a small sequence.
-fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
-    let mut q = synthetic::suite("synthetic-otb").unwrap().into_iter().find(|q| q.name == "Girl").unwrap();
-    q.truth.truncate(n);
-    let frames = (0..n).map(|t| q.frame(t).unwrap()).collect();
-    (q, frames)
-}
 
 fn finite(state: &TrackerState) -> bool {
     let corners = state.region.corners();

@@ -210,7 +210,7 @@ impl TrackerConfig for Kcf {
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
+        if !region.is_finite() {
             return Err(TrackerError::no_region("kcf"));
         }
         let p = &self.0;

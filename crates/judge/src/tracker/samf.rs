@@ -143,7 +143,7 @@ impl TrackerConfig for Samf {
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
+        if !region.is_finite() {
             return Err(TrackerError::no_region("samf"));
         }
         let p = &self.0;

@@ -12,6 +12,14 @@ pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {
     RunContext { sequence, start_frame: 0, run: 0, seed, data_roots: &[] }
 }
 
+/// The first `n` frames of a small sequence.
+pub fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
+    let mut q = synthetic::suite("synthetic-otb").unwrap().into_iter().find(|q| q.name == "Girl").unwrap();
+    q.truth.truncate(n);
+    let frames = (0..n).map(|t| q.frame(t).unwrap()).collect();
+    (q, frames)
+}
+
 /// The states of a tracker that starts with `region` in the first of these frames.
 pub fn track(
     config: &dyn TrackerConfig,

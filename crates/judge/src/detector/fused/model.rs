@@ -10,7 +10,7 @@ use super::features::{FEATURES, InputHistory};
 use super::inputs::FusedInput;
 use super::logistic::sigmoid;
 use crate::detector::labels::LossState;
-use crate::detector::{Judgement, Reason, Stream};
+use crate::detector::{Judgement, Reason, Stream, threshold_within};
 use crate::num::fixed;
 use crate::saved;
 use serde::{Deserialize, Serialize};
@@ -85,8 +85,7 @@ impl FusedModel {
     /// The largest budget of the model that is within `budget`, with its probability; of those that are all larger, the
     /// smallest.
     pub fn threshold(&self, budget: f64) -> f64 {
-        let within = self.thresholds.iter().rev().find(|(most, _)| *most <= budget);
-        within.or(self.thresholds.first()).map_or(1.0, |(_, probability)| *probability)
+        threshold_within(&self.thresholds, budget).unwrap_or(1.0)
     }
 }
 

@@ -10,6 +10,7 @@ use super::range::{self, RANGE_1};
 use super::sweep::Sorted;
 use super::truth::{Rule, ScoredTrack};
 use crate::direction::Direction;
+use std::borrow::Cow;
 
 /// Measures of one detector on the tracks of a suite. What has no value is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -112,17 +113,11 @@ pub fn of_scores(
     method: Method,
     seed: Option<u64>,
 ) -> (FrameMeasures, Sampled) {
-    let turn = |scores: &[f64]| -> Vec<f64> {
-        match method.direction {
-            Direction::HigherIsBetter => scores.iter().map(|s| -s).collect(),
-            Direction::LowerIsBetter | Direction::Neither => scores.to_vec(),
-        }
-    };
-    let turned: Vec<Vec<f64>> = tracks.iter().map(|track| turn(track.score)).collect();
+    let turned: Vec<Cow<'_, [f64]>> = tracks.iter().map(|track| turn(track.score, method)).collect();
     let turned: Vec<ScoredTrack<'_>> = with_scores(tracks, &turned);
     let sorted = Sorted::new(&turned);
     let (all, clear) = (sorted.sweep(Rule::NoOverlap), sorted.sweep(Rule::Clear));
-    let compared = compared.map(|of| of.iter().map(|scores| turn(scores)).collect::<Vec<_>>());
+    let compared = compared.map(|of| of.iter().map(|scores| turn(scores, method)).collect::<Vec<_>>());
     let raising = compared.as_ref().map(|compared| with_scores(tracks, compared));
     let of_alarms = raising.as_ref().map(|raising| Sorted::new(raising).sweep(Rule::NoOverlap));
     let of_alarms = of_alarms.as_ref().unwrap_or(&all);
@@ -156,8 +151,16 @@ pub fn of_scores(
     (measures, scores.sampled)
 }
 
+/// Scores turned so that high ones speak for a failure.
+fn turn(scores: &[f64], method: Method) -> Cow<'_, [f64]> {
+    match method.direction {
+        Direction::HigherIsBetter => scores.iter().map(|s| -s).collect(),
+        Direction::LowerIsBetter | Direction::Neither => scores.into(),
+    }
+}
+
 /// Tracks with other scores.
-fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Vec<f64>]) -> Vec<ScoredTrack<'a>> {
+fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Cow<'a, [f64]>]) -> Vec<ScoredTrack<'a>> {
     tracks.iter().zip(scores).map(|(track, score)| ScoredTrack { score, ..*track }).collect()
 }
 

@@ -1,21 +1,16 @@
 use super::*;
 use crate::image::Frame;
+use crate::region::Areas;
 use crate::signal::testing;
-use crate::tracker::TrackerState;
-use trackfail_dataset::synthetic;
+use crate::tracker::{self, TrackerState};
 
 const ALL: &str = "{ values = [\"overlap\", \"score\", \"disagreement\", \"apart\", \"distance\"] }";
 
 /// 30 frames of a face, and the boxes and scores of a tracker that starts on it.
 fn face() -> (Vec<Frame>, Vec<TrackerState>) {
-    let girl = synthetic::suite("synthetic-otb")
-        .unwrap()
-        .into_iter()
-        .find(|sequence| sequence.name == "Girl")
-        .unwrap();
-    let frames: Vec<Frame> = (0..30).map(|t| girl.frame(t).unwrap()).collect();
-    let config = crate::tracker::nanotrack::ENTRY.build_from_text("{}").unwrap();
-    let states = crate::tracker::testing::track(&*config, &girl, 1, girl.truth[0].as_ref().unwrap(), &frames);
+    let (girl, frames) = tracker::testing::excerpt(30);
+    let config = tracker::nanotrack::ENTRY.build_from_text("{}").unwrap();
+    let states = tracker::testing::track(&*config, &girl, 1, girl.truth[0].as_ref().unwrap(), &frames);
     (frames, states)
 }
 

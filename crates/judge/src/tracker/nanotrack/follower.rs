@@ -10,7 +10,6 @@ use std::sync::Arc;
 /// A target that is followed from frame to frame.
 #[derive(Clone)]
 pub struct Follower {
-    version: Version,
     target: Arc<Target>,
     place: Place,
 }
@@ -26,11 +25,11 @@ pub struct Memory {
 impl Follower {
     /// One with the target at a region of the first frame; `None` if a coordinate is no number.
     pub fn start(version: Version, frame: &Frame, region: &Region) -> Option<Self> {
-        if region.corners().iter().any(|c| !(c.0.is_finite() && c.1.is_finite())) {
+        if !region.is_finite() {
             return None;
         }
         let place = Place::of(&region.bounds()).near([frame.width() as f64, frame.height() as f64]);
-        Some(Self { version, target: Arc::new(Target::new(version, frame, &place)), place })
+        Some(Self { target: Arc::new(Target::new(version, frame, &place)), place })
     }
 
     /// What it sees around its place.
@@ -41,7 +40,7 @@ impl Follower {
     /// Looks at the next frame and goes where the target is.
     pub fn step(&mut self, frame: &Frame) -> Look {
         let look = self.look(frame);
-        self.place = look.next(self.version, frame);
+        self.place = look.next(frame);
         look
     }
 
@@ -66,7 +65,7 @@ impl Follower {
         {
             return None;
         }
-        let target = Arc::new(Target::remembered(version, color, &features)?);
-        Some(Self { version, target, place })
+        let target = Arc::new(Target::remembered(version, color, features)?);
+        Some(Self { target, place })
     }
 }

@@ -1,8 +1,8 @@
-//! Looks of NanoTrack: what its network sees around a place of a frame.
+//! Looks of NanoTrack: scores and boxes that its network gives to the cells around a place of a frame.
 
 use crate::image::patch::Patch;
 use crate::image::{Frame, Window};
-use crate::network::nanotrack::{Features, Network, Template, Version, sigmoid};
+use crate::network::nanotrack::{Network, Template, Version, sigmoid};
 use crate::region::Rect;
 
 /// Pixels of the search region between neighboring cells of the maps.
@@ -61,9 +61,9 @@ fn side_with_margin([w, h]: [f64; 2]) -> f64 {
 /// A target as the network remembers it.
 pub struct Target {
     network: &'static Network,
-    version: Version,
-    features: Features,
     template: Template,
+    /// Values of the template's features, from which it is made again.
+    features: Vec<f32>,
     /// Mean color of the first frame, in which the world beyond the frames is painted.
     color: [f32; 3],
 }
@@ -75,29 +75,30 @@ impl Target {
         let crop = place.crop(frame, place.context(), TEMPLATE_SIDE, color);
         let network = Network::of(version);
         let features = network.features(&crop, TEMPLATE_SIDE);
-        Self { network, version, template: network.template(&features), features, color }
+        Self { network, template: network.template(&features), features: features.values(), color }
     }
 
     /// Color and features, for [`Self::remembered`].
     pub fn memory(&self) -> ([f32; 3], Vec<f32>) {
-        (self.color, self.features.values())
+        (self.color, self.features.clone())
     }
 
     /// The target of a [`Self::memory`]; `None` if that has not as many values as the network has.
-    pub fn remembered(version: Version, color: [f32; 3], values: &[f32]) -> Option<Self> {
+    pub fn remembered(version: Version, color: [f32; 3], features: Vec<f32>) -> Option<Self> {
         let network = Network::of(version);
-        let features = network.features_of_template(values)?;
-        Some(Self { network, version, template: network.template(&features), features, color })
+        let template = network.template(&network.features_of_template(&features)?);
+        Some(Self { network, template, features, color })
     }
 
-    /// What the network sees around a place.
+    /// Scores and boxes of the cells around a place.
     pub fn look(&self, frame: &Frame, place: &Place) -> Look {
         let context = place.context();
         let crop =
             place.crop(frame, context * SEARCH_SIDE as f64 / TEMPLATE_SIDE as f64, SEARCH_SIDE, self.color);
         let maps = self.network.compare(&self.template, &self.network.features(&crop, SEARCH_SIDE));
         let (side, scale) = (maps.side(), TEMPLATE_SIDE as f64 / context);
-        let weights = Weights::of(self.version);
+        let constants = Constants::of(self.network.version());
+        let window: Vec<f64> = (0..side).map(|i| hann(i, side)).collect();
         let size = place.sides.map(|side| side * scale);
         let cells = (0..side * side).map(|cell| {
             let (row, column) = (cell / side, cell % side);
@@ -106,15 +107,15 @@ impl Target {
             let shift = [(right - left) / 2.0, (bottom - top) / 2.0];
             let [x, y] = [column, row].map(|i| offset(i, side));
             let sides = [left + right, top + bottom];
-            let penalty = weights.penalty(sides, size);
+            let penalty = constants.penalty(sides, size);
             let score = sigmoid(target - background);
-            let window = hann(row, side) * hann(column, side);
+            let window = window[row] * window[column];
             Cell {
                 score,
                 shift: [x + shift[0], y + shift[1]].map(|d| d / scale),
                 sides: sides.map(|s| s / scale),
                 penalty,
-                rank: penalty * score * (1.0 - weights.window) + window * weights.window,
+                rank: penalty * score * (1.0 - constants.window) + window * constants.window,
             }
         });
         let cells: Vec<Cell> = cells.collect();
@@ -124,18 +125,18 @@ impl Target {
                 best = i;
             }
         }
-        Look { place: *place, cells, side, best, cell: STRIDE / scale }
+        Look { place: *place, cells, side, best, cell: STRIDE / scale, rate: constants.rate }
     }
 }
 
-/// Weights of penalty and window.
-struct Weights {
+/// Constants of a version: window influence, penalty and learning rate.
+struct Constants {
     window: f64,
     penalty: f64,
     rate: f64,
 }
 
-impl Weights {
+impl Constants {
     fn of(version: Version) -> Self {
         match version {
             Version::V2 => Self { window: 0.490, penalty: 0.150, rate: 0.385 },
@@ -174,7 +175,7 @@ fn mean_color(frame: &Frame) -> [f32; 3] {
     sums.map(|sum| (sum / pixels.max(1)) as f32)
 }
 
-/// A place that the network sees.
+/// A cell of the maps.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
     /// Probability of the target.
@@ -189,7 +190,7 @@ pub struct Cell {
     rank: f64,
 }
 
-/// What the network sees around a place: `side` x `side` cells, row after row.
+/// The cells around a place: `side` x `side` of them, row after row.
 pub struct Look {
     /// The place that it looked around.
     pub place: Place,
@@ -201,6 +202,8 @@ pub struct Look {
     pub best: usize,
     /// Distance of neighboring cells in pixels of the frame.
     pub cell: f64,
+    /// Learning rate of the sides.
+    rate: f64,
 }
 
 impl Look {
@@ -211,9 +214,9 @@ impl Look {
 
     /// Where the tracker goes: to the chosen cell, and to its size by penalty times score times learning rate; the center
     /// stays in the frame, sides are from 10 pixels to those of the frame.
-    pub fn next(&self, version: Version, frame: &Frame) -> Place {
+    pub fn next(&self, frame: &Frame) -> Place {
         let chosen = self.chosen();
-        let rate = chosen.penalty * chosen.score * Weights::of(version).rate;
+        let rate = chosen.penalty * chosen.score * self.rate;
         let room = [frame.width() as f64, frame.height() as f64];
         Place {
             center: std::array::from_fn(|k| (self.place.center[k] + chosen.shift[k]).max(0.0).min(room[k])),

@@ -2,7 +2,6 @@ use super::*;
 use crate::region::{Areas, Rect};
 use crate::tracker::testing;
 use trackfail_dataset::format::otb;
-use trackfail_dataset::synthetic;
 
 fn overlap(state: &TrackerState, region: &Region) -> f64 {
     Areas::Exact.overlap(&state.region, region, None)
@@ -13,12 +12,7 @@ fn overlap(state: &TrackerState, region: &Region) -> f64 {
 /// a pixel at first; later a crop now and then begins at the next pixel.
 #[test]
 fn tracks_are_those_of_onnxruntime() {
-    let girl = synthetic::suite("synthetic-otb")
-        .unwrap()
-        .into_iter()
-        .find(|sequence| sequence.name == "Girl")
-        .unwrap();
-    let frames: Vec<Frame> = (0..60).map(|t| girl.frame(t).unwrap()).collect();
+    let (girl, frames) = testing::excerpt(60);
     let start = girl.truth[0].as_ref().unwrap();
     for (version, oracle) in
         [("v2", include_str!("onnxruntime_v2.txt")), ("v3", include_str!("onnxruntime_v3.txt"))]
@@ -58,12 +52,7 @@ fn a_couple_is_followed() {
 
 #[test]
 fn a_saved_tracker_goes_on() {
-    let girl = synthetic::suite("synthetic-otb")
-        .unwrap()
-        .into_iter()
-        .find(|sequence| sequence.name == "Girl")
-        .unwrap();
-    let frames: Vec<Frame> = (0..6).map(|t| girl.frame(t).unwrap()).collect();
+    let (girl, frames) = testing::excerpt(6);
     for version in ["v2", "v3"] {
         let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
         let (mut tracker, _) =
