@@ -8,6 +8,7 @@ pub mod companion_overlap;
 pub mod confidence;
 #[cfg(test)]
 mod conformance;
+pub mod deep_verification;
 pub mod distribution_field;
 pub mod effective_particles;
 pub mod forward_backward;
@@ -187,6 +188,7 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     box_motion::ENTRY,
     companion_overlap::ENTRY,
     confidence::ENTRY,
+    deep_verification::ENTRY,
     distribution_field::ENTRY,
     effective_particles::ENTRY,
     forward_backward::ENTRY,

@@ -119,7 +119,7 @@ impl Fused {
         check_ranges(&[
             ("confirm", confirm, 1, 1000),
             ("stride", stride, 1, 100),
-            ("inputs", params.inputs.len(), 1, 32),
+            ("inputs", params.inputs.len(), 1, 64),
         ])?;
         let find = |name: &String| {
             let known = || INPUTS.iter().map(|input| input.name);

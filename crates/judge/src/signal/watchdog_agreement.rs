@@ -20,6 +20,7 @@
 //! Source: none; that trackers which disagree cannot all be right is commonly used. Choices: the watchdog's own score as
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
 
+use crate::image::Frame;
 use crate::num::readable;
 use crate::plugin::{Entry, ParamError, read_params, show_params};
 use crate::region::{Rect, Region};
@@ -28,6 +29,7 @@ use crate::signal::companion_overlap::overlap;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::follower::{Follower, Memory};
+use crate::tracker::nanotrack::look::Look;
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -44,7 +46,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
 };
 
 /// Largest distance, in sides of the tracker's box.
-const FAR: f64 = 3.0;
+pub(super) const FAR: f64 = 3.0;
 
 /// A number of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -60,6 +62,21 @@ pub enum Value {
     Apart,
     /// Distance of their centers in sides of the tracker's box, at most 3.
     Distance,
+}
+
+impl Value {
+    /// Which of its numbers are good.
+    pub(super) fn direction(self) -> Direction {
+        match self {
+            Self::Overlap | Self::Score => Direction::HigherIsBetter,
+            Self::Disagreement | Self::Apart | Self::Distance => Direction::LowerIsBetter,
+        }
+    }
+
+    /// Its least and largest number.
+    pub(super) fn bounds(self) -> (f64, f64) {
+        (0.0, if self == Self::Distance { FAR } else { 1.0 })
+    }
 }
 
 /// Parameters.
@@ -87,14 +104,27 @@ impl WatchdogAgreement {
     /// # Errors
     /// Without any value, and for one that is named twice.
     pub fn new(params: Params) -> Result<Self, ParamError> {
-        let values = &params.values;
-        let twice = values.iter().enumerate().any(|(i, value)| values[..i].contains(value));
-        if values.is_empty() || twice {
-            let rule = "a list of different values, at least one";
-            return Err(ParamError::out_of_range("values", rule, readable(format!("{values:?}"))));
+        once("values", &params.values)?;
+        if params.values.is_empty() {
+            return Err(ParamError::out_of_range("values", "at least one", "[]"));
         }
         Ok(Self(params))
     }
+}
+
+/// Checks that a list has no value twice.
+pub(super) fn once<T: PartialEq + std::fmt::Debug>(
+    key: &'static str,
+    values: &[T],
+) -> Result<(), ParamError> {
+    if values.iter().enumerate().any(|(i, value)| values[..i].contains(value)) {
+        return Err(ParamError::out_of_range(
+            key,
+            "a list of different values",
+            readable(format!("{values:?}")),
+        ));
+    }
+    Ok(())
 }
 
 impl Signal for WatchdogAgreement {
@@ -103,10 +133,7 @@ impl Signal for WatchdogAgreement {
     }
 
     fn direction(&self) -> Direction {
-        match self.0.values[0] {
-            Value::Overlap | Value::Score => Direction::HigherIsBetter,
-            Value::Disagreement | Value::Apart | Value::Distance => Direction::LowerIsBetter,
-        }
+        self.0.values[0].direction()
     }
 
     fn symbol(&self) -> &'static str {
@@ -114,7 +141,7 @@ impl Signal for WatchdogAgreement {
     }
 
     fn bounds(&self) -> (f64, f64) {
-        (0.0, if self.0.values[0] == Value::Distance { FAR } else { 1.0 })
+        self.0.values[0].bounds()
     }
 
     fn width(&self) -> usize {
@@ -122,50 +149,23 @@ impl Signal for WatchdogAgreement {
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Watching { params: self.0.clone(), watchdog: None, more: Vec::new() }))
+        let Params { version, values } = self.0.clone();
+        Ok(Box::new(Watching { values, watchdog: Watchdog::new(version), more: Vec::new() }))
     }
 }
 
-/// A watchdog beside a track.
+/// A watchdog beside a track, whose values are asked for.
 struct Watching {
-    params: Params,
-    /// Before the first frame there is none.
-    watchdog: Option<Follower>,
+    values: Vec<Value>,
+    watchdog: Watchdog,
     /// The values of the last frame after the first one.
     more: Vec<f64>,
 }
 
-impl Watching {
-    /// Score of the watchdog in the next frame, its overlap with the region and its distance; `None` where it cannot start.
-    fn step(&mut self, observation: &Observation<'_>) -> Option<[f64; 3]> {
-        let (frame, region) = (observation.frame, &observation.state.region);
-        let Some(watchdog) = &mut self.watchdog else {
-            self.watchdog = Some(Follower::start(self.params.version, frame, region)?);
-            return Some([1.0, 1.0, 0.0]);
-        };
-        let score = watchdog.step(frame).chosen().score;
-        let rect = watchdog.rect();
-        Some([score, overlap(&Region::Rect(rect), region), distance(&rect, region)])
-    }
-}
-
 impl Session for Watching {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let Some([score, overlap, distance]) = self.step(observation) else { return f64::NAN };
-        let of = |value: &Value| match value {
-            Value::Overlap => overlap,
-            Value::Score => score,
-            Value::Disagreement => (1.0 - overlap) * score,
-            Value::Apart => {
-                if overlap > 0.0 {
-                    0.0
-                } else {
-                    score
-                }
-            }
-            Value::Distance => distance,
-        };
-        let mut values = self.params.values.iter().map(of);
+        let Some(seen) = self.watchdog.step(observation) else { return f64::NAN };
+        let mut values = self.values.iter().map(|value| seen.value(*value));
         let first = values.next().unwrap_or(f64::NAN);
         self.more = values.collect();
         first
@@ -176,18 +176,93 @@ impl Session for Watching {
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.watchdog.as_ref().map(Follower::memory))
+        saved::to_bytes(&self.watchdog.memory())
     }
 
     fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some(memory) = saved::from_bytes::<Option<Memory>>(saved) else { return false };
-        let is_none = memory.is_none();
-        self.watchdog = memory.and_then(|memory| Follower::remembered(self.params.version, memory));
-        is_none || self.watchdog.is_some()
+        saved::from_bytes(saved).is_some_and(|memory| self.watchdog.restore(memory))
     }
 }
 
-/// Distance of the centers of the watchdog's box and the tracker's region, in sides of the latter.
+/// A NanoTrack beside a track.
+pub(super) struct Watchdog {
+    version: Version,
+    /// Before the first frame there is none.
+    follower: Option<Follower>,
+}
+
+/// What a watchdog sees of the tracker in a frame.
+pub(super) struct Seen {
+    /// Score of its place.
+    pub score: f64,
+    /// Overlap of its box with the tracker's region.
+    pub overlap: f64,
+    /// Distance of their centers in sides of the tracker's box, at most [`FAR`].
+    pub distance: f64,
+    /// Its box.
+    pub rect: Rect,
+}
+
+impl Seen {
+    /// What a look with this score, at this box, sees of a region.
+    pub fn of(score: f64, rect: Rect, region: &Region) -> Self {
+        Self { score, overlap: overlap(&Region::Rect(rect), region), distance: distance(&rect, region), rect }
+    }
+
+    /// A number of the frame.
+    pub fn value(&self, value: Value) -> f64 {
+        match value {
+            Value::Overlap => self.overlap,
+            Value::Score => self.score,
+            Value::Disagreement => (1.0 - self.overlap) * self.score,
+            Value::Apart if self.overlap > 0.0 => 0.0,
+            Value::Apart => self.score,
+            Value::Distance => self.distance,
+        }
+    }
+}
+
+impl Watchdog {
+    /// One before the first frame.
+    pub fn new(version: Version) -> Self {
+        Self { version, follower: None }
+    }
+
+    /// What it sees in the next frame; `None` where it cannot start.
+    pub fn step(&mut self, observation: &Observation<'_>) -> Option<Seen> {
+        self.look(observation).map(|(seen, _)| seen)
+    }
+
+    /// The same with its look, which there is none of in the first frame.
+    pub fn look(&mut self, observation: &Observation<'_>) -> Option<(Seen, Option<Look>)> {
+        let (frame, region) = (observation.frame, &observation.state.region);
+        let Some(follower) = &mut self.follower else {
+            self.follower = Some(Follower::start(self.version, frame, region)?);
+            return Some((Seen { score: 1.0, overlap: 1.0, distance: 0.0, rect: region.bounds() }, None));
+        };
+        let look = follower.step(frame);
+        Some((Seen::of(look.chosen().score, follower.rect(), region), Some(look)))
+    }
+
+    /// What its network sees around a box; `None` before it has started.
+    pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Option<Look> {
+        self.follower.as_ref().map(|follower| follower.look_at(frame, rect))
+    }
+
+    /// Everything that it remembers.
+    pub fn memory(&self) -> Option<Memory> {
+        self.follower.as_ref().map(Follower::memory)
+    }
+
+    /// Goes on from a memory; whether it is one of this version.
+    pub fn restore(&mut self, memory: Option<Memory>) -> bool {
+        let is_none = memory.is_none();
+        self.follower = memory.and_then(|memory| Follower::remembered(self.version, memory));
+        is_none || self.follower.is_some()
+    }
+}
+
+/// Distance of the centers of a watchdog's box and the tracker's region, in sides of the latter.
 fn distance(watchdog: &Rect, region: &Region) -> f64 {
     if !region.is_finite() {
         return FAR;

@@ -30,6 +30,10 @@ const fn motion(name: &'static str, words: &'static str) -> FusedInput {
     FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: true }
 }
 
+const fn low(name: &'static str, words: &'static str) -> FusedInput {
+    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: false }
+}
+
 /// Every input.
 pub static INPUTS: &[FusedInput] = &[
     motion("displacement", "displacement of the box"),
@@ -53,6 +57,31 @@ pub static INPUTS: &[FusedInput] = &[
     high("companions", "overlap with the other trackers"),
     high("share", "share of other trackers that overlap"),
     high("confidence", "the tracker's confidence"),
+    high("v2-overlap", "overlap with watchdog v2"),
+    high("v2-score", "score of watchdog v2"),
+    low("v2-disagreement", "a sure other place of watchdog v2"),
+    low("v2-apart", "a sure place, off the box, of watchdog v2"),
+    low("v2-distance", "distance of watchdog v2"),
+    high("v3-overlap", "overlap with watchdog v3"),
+    high("v3-score", "score of watchdog v3"),
+    low("v3-disagreement", "a sure other place of watchdog v3"),
+    low("v3-apart", "a sure place, off the box, of watchdog v3"),
+    low("v3-distance", "distance of watchdog v3"),
+    low("both-product", "a sure other place of both watchdogs (product)"),
+    low("both-least", "a sure other place of both watchdogs"),
+    low("both-most", "a sure other place of one watchdog"),
+    high("both-overlap", "overlap of the watchdogs"),
+    low("both-against", "watchdogs that agree against the box"),
+    low("both-apart", "watchdogs that disagree"),
+    high("here-score", "score of a second look"),
+    high("here-overlap", "overlap with a second look"),
+    low("here-disagreement", "a sure other place in a second look"),
+    low("here-apart", "a sure place off the box in a second look"),
+    low("here-distance", "distance of a second look's place"),
+    high("here-middle", "score at the box's middle"),
+    high("here-inside", "best score at the box"),
+    low("here-outside", "best score off the box"),
+    low("here-elsewhere", "best score off the box against that at it"),
 ];
 
 /// The input of a name.

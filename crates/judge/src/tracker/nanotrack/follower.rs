@@ -37,6 +37,11 @@ impl Follower {
         self.target.look(frame, &self.place)
     }
 
+    /// What it sees around a box.
+    pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Look {
+        self.target.look(frame, &Place::of(rect).near([frame.width() as f64, frame.height() as f64]))
+    }
+
     /// Looks at the next frame and goes where the target is.
     pub fn step(&mut self, frame: &Frame) -> Look {
         let look = self.look(frame);

@@ -212,6 +212,13 @@ impl Look {
         &self.cells[self.best]
     }
 
+    /// The box of a cell.
+    pub fn rect(&self, cell: &Cell) -> Rect {
+        let [w, h] = cell.sides;
+        let [x, y] = std::array::from_fn(|k| self.place.center[k] + cell.shift[k]);
+        Rect::new(x - (w - 1.0) / 2.0, y - (h - 1.0) / 2.0, w, h)
+    }
+
     /// Where the tracker goes: to the chosen cell, and to its size by penalty times score times learning rate; the center
     /// stays in the frame, sides are from 10 pixels to those of the frame.
     pub fn next(&self, frame: &Frame) -> Place {

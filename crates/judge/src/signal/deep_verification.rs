@@ -1,0 +1,367 @@
+//! `deep-verification`: what a small deep network says of the tracker's box, from three sides. One or two watchdogs
+//! (`watchdog-agreement`) follow the target from the first frame on; and the network of the first one looks a second time,
+//! at the tracker's own box.
+//!
+//! ```text
+//! v2, v3   values of a watchdog of this version, as in `watchdog-agreement`: I overlap, s score, r = (1 - I) s
+//! both     of both watchdogs, with J = IoU(v2, v3) and m = min(s2, s3)
+//!   product   r2 r3           least   min(r2, r3)        most   max(r2, r3)             bad
+//!   overlap   J                                                                         good
+//!   against   J m (1 - max(I2, I3))    the watchdogs agree, and not with the tracker    bad
+//!   apart     (1 - J) m                the watchdogs do not agree                       bad
+//! here     of the second look: cell j has score S[j] and box R[j], o[j] = IoU(R[j], tracker), j* is the chosen cell
+//!   score     S[j*]           overlap  o[j*]                                            good
+//!   disagreement   (1 - o[j*]) S[j*]   apart   S[j*] if o[j*] = 0, else 0               bad
+//!   distance  of the centers of R[j*] and the tracker's box, as in `watchdog-agreement` bad
+//!   middle    largest S of the 3 x 3 cells about the middle of the tracker's box        good
+//!   inside    max(-6, lg max S[j] over o[j] > .1)                                       good
+//!   outside   max(-6, lg max S[j] over the others)                                      bad
+//!   elsewhere lg max S[j] over the others - lg max S[j] over o[j] > .1, within -8 and 8 bad
+//! lg S     log(S / (1 - S)) of S within 1e-6 and 1 - 1e-6; no cell at all counts as S = 0
+//! ```
+//!
+//! A frame's values are those of the four lists, in this order and in theirs; the signal's direction is that of the first.
+//! `here` is `["elsewhere"]` where it is not given.
+//! `t` is a 0-based frame. Scores, overlaps and products are in `[0, 1]`, logarithms are natural.
+//!
+//! The second look is that of the v2 network with the template of the first frame around the tracker's box, whose sides are at least
+//! 4 pixels. It is taken only where the watchdog v2 and the tracker overlap by less than .6 (and in the first frame): elsewhere
+//! the watchdog's own look has seen the box, and its cells are read about the tracker's place. A box whose coordinates are no
+//! numbers cannot be looked at, and has no cells: scores and overlap are 0 then, and the distance is 3.
+//!
+//! Source: none; a tracker that verifies another at intervals is Parallel Tracking and Verifying (Fan and Ling, ICCV
+//! 2017). Choices: the values, by folds of sources (docs/fused.md).
+
+use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
+use crate::image::Frame;
+use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::region::{Areas, Rect, Region};
+use crate::saved;
+use crate::signal::{Direction, Observation, Session, Signal};
+use crate::tracker::nanotrack::Version;
+use crate::tracker::nanotrack::follower::Memory;
+use crate::tracker::nanotrack::look::{Look, Place};
+use crate::tracker::{RunContext, TrackerError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The list's entry.
+pub const ENTRY: Entry<dyn Signal> = Entry {
+    kind: "deep-verification",
+    version: 1,
+    summary: "what a deep network says of the tracker's box: its watchdogs, and a second look at the box itself",
+    example: "{}",
+    more: &[
+        "{ v2 = [\"overlap\", \"score\"], here = [\"apart\", \"inside\", \"middle\"] }",
+        "{ v2 = [\"disagreement\"], v3 = [\"disagreement\"], both = [\"product\", \"against\"], here = [] }",
+    ],
+    build: |raw| Ok(Box::new(DeepVerification::new(read_params(raw)?)?)),
+    schema: || schemars::schema_for!(Params),
+};
+
+/// Overlap with the watchdog from which on its look is the second one, too.
+const SEEN: f64 = 0.6;
+/// Overlap above which a cell's box is the tracker's.
+const INSIDE: f64 = 0.1;
+/// Least side of a box that is looked at, in pixels.
+const LEAST_SIDE: f64 = 4.0;
+/// Bounds of scores before their logarithm.
+const LEAST_SCORE: f64 = 1e-6;
+/// Least logarithm, and largest difference of two.
+const LEAST_LOG: f64 = -6.0;
+const LARGEST_RATIO: f64 = 8.0;
+
+/// A number of both watchdogs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Both {
+    /// Product of their disagreements.
+    Product,
+    /// The smaller disagreement.
+    Least,
+    /// The larger one.
+    Most,
+    /// Overlap of the two.
+    Overlap,
+    /// How sure they are of one place where the tracker is not.
+    Against,
+    /// How sure they are of different places.
+    Apart,
+}
+
+/// A number of the second look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Here {
+    /// Score of the chosen cell.
+    Score,
+    /// Overlap of its box with the tracker's.
+    Overlap,
+    /// `(1 - overlap) score`.
+    Disagreement,
+    /// The score where the two do not overlap, else 0.
+    Apart,
+    /// Distance of their centers in sides of the tracker's box, at most 3.
+    Distance,
+    /// Best score about the middle of the tracker's box.
+    Middle,
+    /// Logarithm of the best odds among boxes on the tracker's.
+    Inside,
+    /// Logarithm of the best odds among all others.
+    Outside,
+    /// `outside - inside`, without their lower bounds.
+    Elsewhere,
+}
+
+/// Parameters.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Values of the watchdog v2, each at most once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub v2: Vec<WatchdogValue>,
+    /// Values of a watchdog v3 beside it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub v3: Vec<WatchdogValue>,
+    /// Values of both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub both: Vec<Both>,
+    /// Values of the second look.
+    #[serde(default = "elsewhere")]
+    pub here: Vec<Here>,
+}
+
+fn elsewhere() -> Vec<Here> {
+    vec![Here::Elsewhere]
+}
+
+impl Params {
+    fn uses_v3(&self) -> bool {
+        !self.v3.is_empty() || !self.both.is_empty()
+    }
+
+    /// Direction and bounds of each value.
+    fn kinds(&self) -> Vec<(Direction, (f64, f64))> {
+        use Direction::{HigherIsBetter, LowerIsBetter};
+        let log = log_odds(1.0);
+        let of_both = |value: &Both| match value {
+            Both::Overlap => (HigherIsBetter, (0.0, 1.0)),
+            Both::Product | Both::Least | Both::Most | Both::Against | Both::Apart => {
+                (LowerIsBetter, (0.0, 1.0))
+            }
+        };
+        let of_here = |value: &Here| match value {
+            Here::Score | Here::Overlap | Here::Middle => (HigherIsBetter, (0.0, 1.0)),
+            Here::Disagreement | Here::Apart => (LowerIsBetter, (0.0, 1.0)),
+            Here::Distance => (LowerIsBetter, (0.0, FAR)),
+            Here::Inside => (HigherIsBetter, (LEAST_LOG, log)),
+            Here::Outside => (LowerIsBetter, (LEAST_LOG, log)),
+            Here::Elsewhere => (LowerIsBetter, (-LARGEST_RATIO, LARGEST_RATIO)),
+        };
+        let watchdogs = self.v2.iter().chain(&self.v3).map(|value| (value.direction(), value.bounds()));
+        watchdogs.chain(self.both.iter().map(of_both)).chain(self.here.iter().map(of_here)).collect()
+    }
+}
+
+/// The verification, with checked parameters.
+pub struct DeepVerification(Params);
+
+impl DeepVerification {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// For a value that is named twice in a list, and without any.
+    pub fn new(params: Params) -> Result<Self, ParamError> {
+        let Params { v2, v3, both, here } = &params;
+        once("v2", v2)?;
+        once("v3", v3)?;
+        once("both", both)?;
+        once("here", here)?;
+        if params.kinds().is_empty() {
+            return Err(ParamError::out_of_range("here", "not empty without `v2`, `v3` and `both`", "[]"));
+        }
+        Ok(Self(params))
+    }
+}
+
+impl Signal for DeepVerification {
+    fn params(&self) -> serde_json::Value {
+        show_params(&self.0)
+    }
+
+    fn direction(&self) -> Direction {
+        self.0.kinds()[0].0
+    }
+
+    fn symbol(&self) -> &'static str {
+        "vₜ"
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        self.0.kinds()[0].1
+    }
+
+    fn width(&self) -> usize {
+        self.0.kinds().len()
+    }
+
+    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
+        let v3 = self.0.uses_v3().then(|| Watchdog::new(Version::V3));
+        Ok(Box::new(Verifying {
+            params: self.0.clone(),
+            v2: Watchdog::new(Version::V2),
+            v3,
+            more: Vec::new(),
+        }))
+    }
+}
+
+/// The watchdogs beside a track.
+struct Verifying {
+    params: Params,
+    v2: Watchdog,
+    v3: Option<Watchdog>,
+    /// The values of the last frame after the first one.
+    more: Vec<f64>,
+}
+
+impl Verifying {
+    /// All values of the next frame; `None` where no watchdog can start.
+    fn values(&mut self, observation: &Observation<'_>) -> Option<Vec<f64>> {
+        let (v2, look) = self.v2.look(observation)?;
+        let mut values: Vec<f64> = self.params.v2.iter().map(|value| v2.value(*value)).collect();
+        if let Some(watchdog) = &mut self.v3 {
+            let v3 = watchdog.step(observation)?;
+            values.extend(self.params.v3.iter().map(|value| v3.value(*value)));
+            values.extend(self.params.both.iter().map(|value| both(&v2, &v3, *value)));
+        }
+        if !self.params.here.is_empty() {
+            let look = look.filter(|_| v2.overlap >= SEEN);
+            let second = self.second(look, observation.frame, &observation.state.region);
+            values.extend(self.params.here.iter().map(|value| second.value(*value)));
+        }
+        Some(values)
+    }
+
+    /// What the network sees at the tracker's box, in this look or in another one.
+    fn second(&self, look: Option<Look>, frame: &Frame, region: &Region) -> Second {
+        if !region.is_finite() {
+            return Second::NOTHING;
+        }
+        let bounds = region.bounds();
+        let (w, h) = (bounds.w.max(LEAST_SIDE), bounds.h.max(LEAST_SIDE));
+        let (x, y) = bounds.center();
+        let rect = Rect::new(x - w / 2.0, y - h / 2.0, w, h);
+        let look = look.or_else(|| self.v2.look_at(frame, &rect));
+        look.map_or(Second::NOTHING, |look| Second::of(&look, &rect))
+    }
+}
+
+impl Session for Verifying {
+    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+        let values = self.values(observation).unwrap_or_default();
+        let (first, more) = values.split_first().unwrap_or((&f64::NAN, &[]));
+        self.more = more.to_vec();
+        *first
+    }
+
+    fn more(&self) -> &[f64] {
+        &self.more
+    }
+
+    fn save(&self) -> Option<Vec<u8>> {
+        saved::to_bytes(&(self.v2.memory(), self.v3.as_ref().and_then(Watchdog::memory)))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let Some((v2, v3)) = saved::from_bytes::<(Option<Memory>, Option<Memory>)>(saved) else {
+            return false;
+        };
+        self.v2.restore(v2) && self.v3.as_mut().is_none_or(|watchdog| watchdog.restore(v3))
+    }
+}
+
+/// A value of both watchdogs.
+fn both(v2: &Seen, v3: &Seen, value: Both) -> f64 {
+    let [a, b] = [v2, v3].map(|seen| seen.value(WatchdogValue::Disagreement));
+    let together = Areas::Exact.overlap(&Region::Rect(v2.rect), &Region::Rect(v3.rect), None);
+    let sure = v2.score.min(v3.score);
+    match value {
+        Both::Product => a * b,
+        Both::Least => a.min(b),
+        Both::Most => a.max(b),
+        Both::Overlap => together,
+        Both::Against => together * sure * (1.0 - v2.overlap.max(v3.overlap)),
+        Both::Apart => (1.0 - together) * sure,
+    }
+}
+
+/// What the second look says.
+struct Second {
+    /// The chosen cell, compared with the tracker.
+    chosen: Seen,
+    middle: f64,
+    /// Best scores of cells with boxes on the tracker's, and of the others.
+    inside: f64,
+    outside: f64,
+}
+
+impl Second {
+    /// A look without cells.
+    const NOTHING: Self = Self {
+        chosen: Seen {
+            score: 0.0,
+            overlap: 0.0,
+            distance: FAR,
+            rect: Rect { x: 0.0, y: 0.0, w: 0.0, h: 0.0 },
+        },
+        middle: 0.0,
+        inside: 0.0,
+        outside: 0.0,
+    };
+
+    fn of(look: &Look, tracker: &Rect) -> Self {
+        let region = Region::Rect(*tracker);
+        let at = Place::of(tracker).center;
+        let near = |i: usize, k: usize| {
+            (i as f64 - (look.side / 2) as f64 - ((at[k] - look.place.center[k]) / look.cell).round()).abs()
+                <= 1.0
+        };
+        let (mut middle, mut inside, mut outside) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (i, cell) in look.cells.iter().enumerate() {
+            if near(i % look.side, 0) && near(i / look.side, 1) {
+                middle = middle.max(cell.score);
+            }
+            let overlap = Areas::Exact.overlap(&Region::Rect(look.rect(cell)), &region, None);
+            let best = if overlap > INSIDE { &mut inside } else { &mut outside };
+            *best = best.max(cell.score);
+        }
+        let chosen = look.chosen();
+        let chosen = Seen::of(chosen.score, look.rect(chosen), &region);
+        Self { chosen, middle, inside, outside }
+    }
+
+    fn value(&self, value: Here) -> f64 {
+        let (inside, outside) = (log_odds(self.inside), log_odds(self.outside));
+        match value {
+            Here::Score => self.chosen.score,
+            Here::Overlap => self.chosen.overlap,
+            Here::Disagreement => self.chosen.value(WatchdogValue::Disagreement),
+            Here::Apart => self.chosen.value(WatchdogValue::Apart),
+            Here::Distance => self.chosen.distance,
+            Here::Middle => self.middle,
+            Here::Inside => inside.max(LEAST_LOG),
+            Here::Outside => outside.max(LEAST_LOG),
+            Here::Elsewhere => (outside - inside).clamp(-LARGEST_RATIO, LARGEST_RATIO),
+        }
+    }
+}
+
+/// Logarithm of the odds of a score.
+fn log_odds(score: f64) -> f64 {
+    let score = score.clamp(LEAST_SCORE, 1.0 - LEAST_SCORE);
+    libm::log(score / (1.0 - score))
+}
+
+#[cfg(test)]
+mod tests;
