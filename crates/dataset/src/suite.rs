@@ -19,7 +19,7 @@ mod verify;
 
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
-pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT};
+pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
 pub use user::{USER_LOCK, UserSuiteNameError, check_name, with_sections};
 pub use verify::{Checked, Finding};
 
@@ -106,6 +106,8 @@ impl Suite {
                 Ok((root, sequence)) => {
                     loaded.sequences.push(sequence);
                     loaded.roots.push(root.to_path_buf());
+                    let (video, source) = (entry.video().to_string(), entry.source().to_string());
+                    loaded.origins.push(Origin { video, source });
                 }
                 Err(LoadError::Missing(missing)) => loaded.missing.push(missing),
                 Err(LoadError::Broken(error)) => {

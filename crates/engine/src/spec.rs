@@ -43,6 +43,8 @@ pub use read::{parse, parse_with, read_file};
 use claim::Claim;
 use figure::Figure;
 use method::Method;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use table::{Published, Table};
@@ -75,6 +77,8 @@ pub struct Experiment {
     pub protocol: Option<&'static Protocol>,
     /// Base of all seeds.
     pub seed: u64,
+    /// What is left out together where a parameter or model is made on others.
+    pub folds: FoldsBy,
     /// Role -> suite name; [`TEST`] is always there.
     pub suites: BTreeMap<String, String>,
     /// The catalog that the suites are looked up in.
@@ -95,6 +99,17 @@ pub struct Experiment {
     pub claims: Vec<Claim>,
     /// The whole text, with what it extends and its groups written out; kept beside the results.
     pub source: String,
+}
+
+/// What is left out together, where a parameter or model is made on others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FoldsBy {
+    /// A tenth of the videos, and the tracker.
+    #[default]
+    Video,
+    /// A source of videos, on all trackers.
+    Source,
 }
 
 impl Experiment {

@@ -46,11 +46,30 @@ pub(crate) struct PinnedSuite {
     pub licence: String,
     /// How to get a missing sequence.
     pub how_to_get: String,
+    /// Built-in suites whose sequences it has, before its own.
+    #[serde(default)]
+    pub includes: Vec<String>,
     /// Its sequences in order.
+    #[serde(default)]
     pub sequence: Vec<Entry>,
 }
 
 impl PinnedSuite {
+    /// The suite with the sequences of those that it includes; the name of one that is not known.
+    pub fn complete(mut self) -> Result<Self, String> {
+        let mut all = Vec::new();
+        for name in &self.includes {
+            let other =
+                pinned_suite(name).filter(|other| other.name != self.name).ok_or_else(|| name.clone())?;
+            let format = |entry: &Entry| Some(other.format(entry)).filter(|format| *format != self.format);
+            let of = |entry: &Entry| Entry { format: format(entry), ..entry.clone() };
+            all.extend(other.sequence.iter().map(of));
+        }
+        all.append(&mut self.sequence);
+        self.sequence = all;
+        Ok(self)
+    }
+
     /// Format of the entry's folder.
     pub fn format(&self, entry: &Entry) -> &'static FormatEntry {
         entry.format.unwrap_or(self.format)
@@ -95,12 +114,24 @@ impl<T: DeserializeOwned> Section<T> {
         Self { name, text, parsed: OnceLock::new() }
     }
 
-    fn parsed(&self) -> &T {
+    fn parsed(&self, complete: impl Fn(T) -> T) -> &T {
         self.parsed.get_or_init(|| {
             let OneSuite { suite: [suite] } =
                 toml::from_str(self.text).expect("datasets.lock is part of the program");
-            suite
+            complete(suite)
         })
+    }
+}
+
+impl Section<PinnedSuite> {
+    fn suite(&self) -> &PinnedSuite {
+        self.parsed(|suite| suite.complete().expect("datasets.lock is part of the program"))
+    }
+}
+
+impl Section<RenderedSuite> {
+    fn suite(&self) -> &RenderedSuite {
+        self.parsed(|suite| suite)
     }
 }
 
@@ -138,13 +169,13 @@ pub(crate) fn pinned_suite_names() -> impl Iterator<Item = &'static str> {
 
 /// The suite on disk of a name.
 pub(crate) fn pinned_suite(name: &str) -> Option<&'static PinnedSuite> {
-    sections().pinned.iter().find(|s| s.name == name).map(Section::parsed)
+    sections().pinned.iter().find(|s| s.name == name).map(|section| section.suite())
 }
 
 /// The sequences of the rendered suite of a name; none if there is no such suite.
 pub(crate) fn rendered_entries(name: &str) -> &'static [RenderedEntry] {
     let section = sections().rendered.iter().find(|s| s.name == name);
-    section.map_or(&[], |s| &s.parsed().sequence)
+    section.map_or(&[], |s| &s.suite().sequence)
 }
 
 /// The archives in order.
@@ -170,13 +201,16 @@ mod tests {
             all.iter().partition(|s| s["format"].as_str() == Some("synthetic"));
         assert!(!drawn.is_empty() && !kept.is_empty());
         let parts = sections();
-        let pinned = parts.pinned.iter().map(|s| (s.name, s.text, s.parsed().sequence.len()));
-        let rendered = parts.rendered.iter().map(|s| (s.name, s.text, s.parsed().sequence.len()));
+        let pinned = parts.pinned.iter().map(|s| (s.name, s.text, s.suite().sequence.len()));
+        let rendered = parts.rendered.iter().map(|s| (s.name, s.text, s.suite().sequence.len()));
         for ((name, text, count), whole) in pinned.chain(rendered).zip(kept.into_iter().chain(drawn)) {
             let part: toml::Table = toml::from_str(text).unwrap();
             assert_eq!(&part["suite"][0], whole, "{name}");
             assert_eq!(name, whole["name"].as_str().unwrap());
-            assert_eq!(count, whole["sequence"].as_array().unwrap().len());
+            let own = whole.get("sequence").map_or(0, |own| own.as_array().unwrap().len());
+            let includes = whole.get("includes").and_then(|names| names.as_array()).into_iter().flatten();
+            let included = includes.map(|name| pinned_suite(name.as_str().unwrap()).unwrap().sequence.len());
+            assert_eq!(count, own + included.sum::<usize>(), "{name}");
         }
         assert_eq!(parts.pinned.len() + parts.rendered.len(), all.len());
         assert_eq!(archives().len(), whole["archive"].as_array().unwrap().len());

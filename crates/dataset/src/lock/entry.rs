@@ -52,6 +52,8 @@ pub struct Entry {
     pub frames: Option<usize>,
     /// Width and height in pixels, if a copy has been read.
     pub size: Option<(usize, usize)>,
+    /// The video that it is of, where another source has it under another name; see [`Entry::video`].
+    pub video: Option<String>,
     /// Type of the target, if known.
     pub target_type: Option<TargetType>,
     /// Codes of OTB attributes.
@@ -66,6 +68,16 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// The video that it is of: its name, unless another one is given.
+    pub fn video(&self) -> &str {
+        self.video.as_deref().unwrap_or(&self.name)
+    }
+
+    /// The source of videos that it comes from: the first folder below the data root.
+    pub fn source(&self) -> &str {
+        self.folder.split('/').next().unwrap_or_default()
+    }
+
     /// The archives it comes in; none if no address is known.
     pub fn archives(&self) -> impl Iterator<Item = &'static Archive> {
         [&self.archive, &self.truth_archive].into_iter().flatten().filter_map(|name| super::archive(name))
@@ -110,6 +122,9 @@ impl Entry {
         }
         if let Some((width, height)) = self.size {
             let _ = write!(line, ", size = [{width}, {height}]");
+        }
+        if let Some(video) = &self.video {
+            let _ = write!(line, ", video = \"{video}\"");
         }
         if let Some(target_type) = self.target_type {
             let _ = write!(line, ", target_type = \"{}\"", target_type.word());

@@ -77,6 +77,7 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         how_to_get: format!(
             "this suite is one of your own, in {USER_LOCK} of the data root; restore its folder"
         ),
+        includes: Vec::new(),
         sequence: found,
     };
     user::check(&suite).map_err(|e| fault(e.to_string()))?;
@@ -180,6 +181,7 @@ fn entry(path: &Path, target: Option<u32>, data_root: &Path) -> Result<Entry, Da
         official: None,
         frames: None,
         size: None,
+        video: None,
         target_type: None,
         attributes: Vec::new(),
         digest: None,

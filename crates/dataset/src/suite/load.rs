@@ -28,6 +28,15 @@ pub struct Broken {
     pub error: DatasetError,
 }
 
+/// The video of a sequence, and the source of videos that it comes from.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Origin {
+    /// Name of the video, that of the sequence unless another source has it under another name.
+    pub video: String,
+    /// The source: `otb`, `vot2014`.
+    pub source: String,
+}
+
 /// The sequences of a suite, by whether they could be loaded.
 #[derive(Debug, Default)]
 pub struct Loaded {
@@ -35,6 +44,8 @@ pub struct Loaded {
     pub sequences: Vec<Sequence>,
     /// The data root of each of them; empty for rendered suites.
     pub roots: Vec<PathBuf>,
+    /// The origin of each of them; empty for rendered suites.
+    pub origins: Vec<Origin>,
     /// The ones that are missing.
     pub missing: Vec<Missing>,
     /// The ones that cannot be read.

@@ -43,18 +43,21 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
     if wire.schema != 2 {
         return Err(DatasetError::content(path, format!("schema = {}; 2 is read", wire.schema)));
     }
-    let mut seen = BTreeSet::new();
-    for suite in &wire.suite {
-        let fault = |message: String| {
-            let name = text::shorten(&text::visible(&suite.name));
-            DatasetError::content(path, format!("suite `{name}`: {message}"))
+    let mut suites: Vec<PinnedSuite> = Vec::new();
+    for suite in wire.suite {
+        let name = text::shorten(&text::visible(&suite.name));
+        let fault = |message: String| DatasetError::content(path, format!("suite `{name}`: {message}"));
+        let unknown = |other: String| {
+            fault(trackfail_core::plugin::unknown("suite in `includes`", &other, pinned_suite_names()))
         };
-        check(suite).map_err(|e| fault(e.to_string()))?;
-        if !seen.insert(&suite.name) {
+        let suite = suite.complete().map_err(unknown)?;
+        check(&suite).map_err(|e| fault(e.to_string()))?;
+        if suites.iter().any(|known| known.name == suite.name) {
             return Err(fault("it is listed twice; names are unique".into()));
         }
+        suites.push(suite);
     }
-    Ok(wire.suite)
+    Ok(suites)
 }
 
 /// Checks whether a suite can be a user suite.

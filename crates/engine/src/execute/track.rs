@@ -7,6 +7,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 use trackfail_core::region::Region;
+use trackfail_dataset::suite::Origin;
 use trackfail_methods::detector::{DetectorOutput, Example};
 use trackfail_methods::score::{Protocol, TrackScore};
 use trackfail_methods::tracker::Status;
@@ -68,8 +69,9 @@ impl Track {
     }
 
     /// The track with the signals of a method, as training data.
-    pub fn example_of(&self, signals: &SignalSet, video: &str) -> Example<'_> {
-        Example { more: self.more(signals), video: video.to_string(), ..self.example(signals.first) }
+    pub fn example_of(&self, signals: &SignalSet, origin: &Origin) -> Example<'_> {
+        let Origin { video, source } = origin.clone();
+        Example { more: self.more(signals), video, source, ..self.example(signals.first) }
     }
 }
 

@@ -7,7 +7,7 @@ use super::judge::{ParameterSource, ReadyDetector};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::{Place, SignalSet, folds, recipes, variants};
+use crate::plan::{Place, SignalSet, recipes, variants};
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
 use crate::store::address::{Address, Recipe};
@@ -323,10 +323,8 @@ fn make(
             })
         }
         DetectorChoice::Learned(fixed) => {
-            let video = |(suite, s, _): &Place| {
-                folds::video(&context.plan.suites[*suite].sequences[*s].sequence.name)
-            };
-            let tracks = need.tracks.iter().map(video).zip(mine()?).collect();
+            let origin = |(suite, s, _): &Place| context.plan.suites[*suite].sequences[*s].origin.clone();
+            let tracks = need.tracks.iter().map(origin).zip(mine()?).collect();
             StoredModel::Learned(choose::learn(fixed, tracks, need.signals, limits)?)
         }
     })

@@ -8,7 +8,7 @@ use super::recipes::{self, Ingredient, Read};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
 use crate::spec::method::{Method, SignalChoice, Variant};
-use crate::spec::{Experiment, TEST};
+use crate::spec::{Experiment, FoldsBy, TEST};
 use crate::store::address::{Address, Recipe, Stage};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trackfail_core::num::seed;
 use trackfail_dataset::Sequence;
-use trackfail_dataset::suite::{Loaded, Missing};
+use trackfail_dataset::suite::{Loaded, Missing, Origin};
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::RunContext;
 
@@ -27,6 +27,8 @@ const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";
 pub struct PlannedSequence {
     /// The sequence.
     pub sequence: Arc<Sequence>,
+    /// The video that it is of, see [`folds::video`], and the source that it comes from.
+    pub origin: Origin,
     /// Its digest; empty if it cannot be read.
     pub digest: String,
     /// Recipe of each job's track; an error for tracks that are not needed or cannot be made.
@@ -118,7 +120,7 @@ impl<'a> ExperimentPlan<'a> {
             if suites.iter().any(|known| known.name == *name) {
                 continue;
             }
-            let plan = |sequence: Sequence| {
+            let plan = |(sequence, origin): (Sequence, Origin)| {
                 if stop.is_set() {
                     return Err(RunError::Interrupted);
                 }
@@ -154,10 +156,18 @@ impl<'a> ExperimentPlan<'a> {
                     gives_confidence: confident.map(gives_confidence).collect(),
                     addresses: tracks.iter().map(address).collect(),
                     tracks,
+                    origin: Origin { video: folds::video(&origin.video), ..origin },
                     sequence: Arc::new(sequence),
                 })
             };
-            let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
+            let rendered =
+                |sequence: &Sequence| Origin { video: sequence.name.clone(), source: name.clone() };
+            let origins = match suite.origins.is_empty() {
+                true => suite.sequences.iter().map(rendered).collect(),
+                false => suite.origins,
+            };
+            let sequences = suite.sequences.into_par_iter().zip(origins);
+            let sequences = sequences.map(plan).collect::<Result<_, RunError>>()?;
             suites.push(PlannedSuite {
                 name: name.clone(),
                 sequences,
@@ -165,8 +175,8 @@ impl<'a> ExperimentPlan<'a> {
                 wanted: suite.wanted,
             });
         }
-        let names: Vec<&str> = suites[0].sequences.iter().map(|s| s.sequence.name.as_str()).collect();
-        let folds = folds::folds(&names, experiment.seed);
+        let origins: Vec<&Origin> = suites[0].sequences.iter().map(|s| &s.origin).collect();
+        let folds = folds::folds(experiment.folds, &origins, experiment.seed);
         let (signals, without_confidence) = (Arc::new(signals), confidence::trackers_without(&suites, &jobs));
         Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals, without_confidence })
     }
@@ -427,7 +437,7 @@ impl<'a> ExperimentPlan<'a> {
             let mine = trackers.filter(|(t, _)| *t == tracker || variant.detector.pools_trackers());
             return mine.flat_map(|(t, _)| of(t)).map(|(s, j)| (suite, s, j)).collect();
         }
-        let others = trackers.filter(|(t, _)| *t != tracker);
+        let others = trackers.filter(|(t, _)| *t != tracker || self.experiment.folds == FoldsBy::Source);
         let pairs = others.flat_map(|(t, _)| of(t)).filter(|(s, _)| self.folds[*s] != part);
         pairs.map(|(s, j)| (suite, s, j)).collect()
     }

@@ -4,9 +4,14 @@
 //! number of the target alone (`Jogging-1`, `jogging.2`) are one video. The videos, in an order that the seed of the
 //! experiment draws, are dealt out to at most [`FOLDS`] folds. What is made for a sequence and a tracker learns from the
 //! sequences of the other folds on the other trackers.
+//!
+//! With `folds = "source"` each source of videos is a fold, and what is made for it learns from the other sources, on all
+//! trackers.
 
+use crate::spec::FoldsBy;
 use std::collections::BTreeMap;
 use trackfail_core::num::seed;
+use trackfail_dataset::suite::Origin;
 
 /// Largest number of folds; with fewer videos, each is a fold.
 pub const FOLDS: usize = 10;
@@ -21,14 +26,37 @@ pub fn video(sequence: &str) -> String {
     head.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
-/// The fold of each sequence, from 0.
-pub fn folds(sequences: &[&str], experiment_seed: u64) -> Vec<usize> {
-    let videos: Vec<String> = sequences.iter().map(|name| video(name)).collect();
+/// The fold of each sequence of these origins, from 0.
+pub fn folds(by: FoldsBy, origins: &[&Origin], experiment_seed: u64) -> Vec<usize> {
+    match by {
+        FoldsBy::Video => of_videos(
+            &origins.iter().map(|origin| origin.video.as_str()).collect::<Vec<_>>(),
+            experiment_seed,
+        ),
+        FoldsBy::Source => of_sources(origins),
+    }
+}
+
+/// A video that is in several sources is in the fold of the first one. Sources count in the order of the sequences.
+fn of_sources(origins: &[&Origin]) -> Vec<usize> {
+    let mut source_of: BTreeMap<&str, &str> = BTreeMap::new();
+    let mut sources: Vec<&str> = Vec::new();
+    for origin in origins {
+        let source = *source_of.entry(&origin.video).or_insert(&origin.source);
+        if !sources.contains(&source) {
+            sources.push(source);
+        }
+    }
+    let fold = |origin: &&Origin| sources.iter().position(|s| *s == source_of[origin.video.as_str()]);
+    origins.iter().filter_map(fold).collect()
+}
+
+fn of_videos(videos: &[&str], experiment_seed: u64) -> Vec<usize> {
     let drawn = |video: &str| (seed::seed(experiment_seed, &["fold", video]), video.to_string());
     let order: BTreeMap<(u64, String), ()> = videos.iter().map(|video| (drawn(video), ())).collect();
     let places: BTreeMap<&str, usize> =
         order.keys().enumerate().map(|(place, (_, video))| (video.as_str(), place % FOLDS)).collect();
-    videos.iter().filter_map(|video| places.get(video.as_str()).copied()).collect()
+    videos.iter().filter_map(|video| places.get(video).copied()).collect()
 }
 
 #[cfg(test)]
@@ -45,9 +73,19 @@ mod tests {
             videos,
             ["jogging", "jogging", "jogging", "skating2", "skating2", "skating1", "car9", "car9x"]
         );
-        let folds = folds(&names, 1);
+        let folds = of_videos(&videos.iter().map(String::as_str).collect::<Vec<_>>(), 1);
         assert_eq!((folds[0], folds[3]), (folds[1], folds[4]));
         assert_eq!(folds[0], folds[2]);
+    }
+
+    #[test]
+    fn a_source_is_a_fold_and_a_video_of_two_belongs_to_the_first() {
+        let origin =
+            |(source, video): &(&str, &str)| Origin { video: video.to_string(), source: source.to_string() };
+        let all = [("otb", "bolt"), ("vot", "ball"), ("otb", "girl"), ("vot", "bolt"), ("tlp", "bike")];
+        let origins: Vec<Origin> = all.iter().map(origin).collect();
+        let folds = folds(FoldsBy::Source, &origins.iter().collect::<Vec<_>>(), 1);
+        assert_eq!(folds, [0, 1, 0, 0, 2]);
     }
 
     proptest! {
@@ -55,14 +93,14 @@ mod tests {
         fn folds_are_of_equal_size_and_do_not_depend_on_the_order(count in 1..40_usize, turn in 0..40_usize, seed in any::<u64>()) {
             let names: Vec<String> = (0..count).map(|k| format!("video{}", 1000 + k)).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let all = folds(&names, seed);
+            let all = of_videos(&names, seed);
             let size = |fold: usize| all.iter().filter(|f| **f == fold).count();
             let sizes: Vec<usize> = (0..FOLDS.min(count)).map(size).collect();
             prop_assert_eq!(sizes.iter().sum::<usize>(), count);
             prop_assert!(sizes.iter().max().unwrap() - sizes.iter().min().unwrap() <= 1);
             let mut turned = names.clone();
             turned.rotate_left(turn % count);
-            let mut back = folds(&turned, seed);
+            let mut back = of_videos(&turned, seed);
             back.rotate_right(turn % count);
             prop_assert_eq!(back, all);
         }

@@ -19,6 +19,8 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("benchmark/fused", include_str!("../../../../experiments/benchmark/fused.toml")),
     ("benchmark/fused-models", include_str!("../../../../experiments/benchmark/fused-models.toml")),
     ("benchmark/fused-ablation", include_str!("../../../../experiments/benchmark/fused-ablation.toml")),
+    ("benchmark/deep", include_str!("../../../../experiments/benchmark/deep.toml")),
+    ("benchmark/deep-models", include_str!("../../../../experiments/benchmark/deep-models.toml")),
     ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),
     ("benchmark/cost", include_str!("../../../../experiments/benchmark/cost.toml")),
     ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),

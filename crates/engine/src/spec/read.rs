@@ -167,6 +167,7 @@ impl Reader<'_> {
             leaderboard: wire.leaderboard,
             protocol,
             seed: wire.seed,
+            folds: wire.folds,
             suites,
             catalog: self.catalog.clone(),
             trackers,

@@ -1,5 +1,6 @@
 //! The keys of an experiment file, as serde reads them and as the JSON Schema describes them.
 
+use super::FoldsBy;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -32,6 +33,9 @@ pub struct Experiment {
     /// Base of all seeds.
     #[serde(default)]
     pub seed: u64,
+    /// What is left out together where a parameter or model is made on `others`.
+    #[serde(default)]
+    pub folds: FoldsBy,
     /// Role -> suite; `test` is required.
     #[schemars(with = "BTreeMap<String, String>")]
     pub suites: Spanned<BTreeMap<String, Spanned<String>>>,

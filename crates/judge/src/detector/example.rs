@@ -11,6 +11,8 @@ pub struct Example<'a> {
     pub error: &'a [f64],
     /// The video that the sequence is of; examples of one video say the same of what was not learned from.
     pub video: String,
+    /// The source of videos that it comes from: what holds on one need not hold on another.
+    pub source: String,
 }
 
 impl<'a> Example<'a> {

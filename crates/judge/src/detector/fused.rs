@@ -4,7 +4,8 @@
 //! f[j,t]   features of the inputs, see fused/features.rs
 //! s[t]     b + sum_j w[j] d[j,t],  d the standardized features                  see fused/model.rs
 //! p[t]     1 / (1 + exp(-(a s[t] + c)))                                         the score
-//! alarm    from the frame with p[t] >= threshold(budget) until `confirm` frames in a row are below it
+//! n[t]     1 while each deep watchdog among the inputs has touched the box within the last `window` frames, else .001
+//! alarm    from the frame with n[t] p[t] >= threshold(budget) until `confirm` frames in a row have p[t] below it
 //! ```
 //!
 //! `p` is the probability that the box does not overlap the target in the 0-based frame `t`; high values speak for a
@@ -26,7 +27,7 @@ mod logistic;
 mod model;
 
 pub use inputs::{FusedInput, INPUTS};
-pub use model::{FusedModel, FusedStream};
+pub use model::{FusedModel, FusedStream, Use};
 
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner, Stream};
 use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
@@ -38,7 +39,7 @@ use std::sync::Arc;
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
     kind: "fused",
-    version: 2,
+    version: 3,
     summary: "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
     example: "{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }",
     more: &[],
@@ -79,9 +80,12 @@ pub struct Params {
     /// Weight of the squared weights in learning, relative to that of the examples, 0.000001 to 100.
     #[serde(default = "lambda")]
     pub lambda: f64,
-    /// Frames from one training example to the next, 1 to 100.
+    /// Frames from one training example to the next, but in the first frames of a loss, 1 to 100.
     #[serde(default = "stride")]
     pub stride: usize,
+    /// Frames for which a disagreement with a watchdog is news, 0 to 10000.
+    #[serde(default = "window")]
+    pub window: u32,
 }
 
 fn budget() -> f64 {
@@ -100,6 +104,10 @@ fn stride() -> usize {
     20
 }
 
+fn window() -> u32 {
+    20
+}
+
 /// The detector; without alarms until it has a model.
 #[derive(Debug, Clone)]
 pub struct Fused {
@@ -114,13 +122,14 @@ impl Fused {
     /// # Errors
     /// For inputs or a model that are not known, parameters outside their range, and without either `model` or `train`.
     pub fn new(params: Params) -> Result<Self, ParamError> {
-        let Params { budget, confirm, lambda, stride, .. } = params;
+        let Params { budget, confirm, lambda, stride, window, .. } = params;
         check_ranges(&[("budget", budget, 1e-6, 1000.0), ("lambda", lambda, 1e-6, 100.0)])?;
         check_ranges(&[
             ("confirm", confirm, 1, 1000),
             ("stride", stride, 1, 100),
             ("inputs", params.inputs.len(), 1, 64),
         ])?;
+        check_ranges(&[("window", window, 0, 10_000)])?;
         let find = |name: &String| {
             let known = || INPUTS.iter().map(|input| input.name);
             let message = || crate::plugin::unknown("input", name, known());
@@ -165,7 +174,8 @@ impl Fused {
     /// A track before its first frame; `None` without a model.
     fn start(&self) -> Option<FusedStream> {
         let model = self.model.clone()?;
-        Some(FusedStream::new(model, self.inputs.clone(), self.params.budget, self.params.confirm))
+        let Params { budget, confirm, window, .. } = self.params;
+        Some(FusedStream::new(model, self.inputs.clone(), Use { budget, confirm, window }))
     }
 }
 
@@ -192,13 +202,13 @@ impl Learner for Fused {
     }
 
     fn params(&self) -> Value {
-        let Params { inputs, lambda, stride, .. } = &self.params;
-        serde_json::json!({ "inputs": inputs, "lambda": lambda, "stride": stride })
+        let Params { inputs, lambda, stride, window, .. } = &self.params;
+        serde_json::json!({ "inputs": inputs, "lambda": lambda, "stride": stride, "window": window })
     }
 
     fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
-        let Params { lambda, stride, .. } = self.params;
-        let model = learn::learn(examples, &self.inputs, &Learning { lambda, stride })?;
+        let Params { lambda, stride, window, .. } = self.params;
+        let model = learn::learn(examples, &self.inputs, &Learning { lambda, stride, window })?;
         serde_json::to_value(model).map_err(LearnError::Write)
     }
 
@@ -247,12 +257,16 @@ impl Detector for Fused {
             return DetectorOutput { score: vec![0.0; quiet.len()], alarm: quiet, ..output };
         };
         let signals: Vec<&[f64]> = std::iter::once(input.signal).chain(input.more.iter().copied()).collect();
+        let mut compared = Vec::with_capacity(input.signal.len());
         for t in 0..input.signal.len() {
             let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
-            let (probability, lost) = stream.step(&values);
-            output.score.push(probability);
-            output.alarm.push(lost);
+            let step = stream.step(&values);
+            output.score.push(step.probability);
+            compared.push(step.compared);
+            output.alarm.push(step.alarm);
         }
+        let tells_news = self.inputs.iter().any(|input| input.is_watchdog_overlap);
+        output.alarm_score = tells_news.then_some(compared);
         output
     }
 }

@@ -14,19 +14,20 @@ use rayon::prelude::*;
 use serde_json::Value;
 use std::sync::Arc;
 use trackfail_core::plugin::ParamError;
+use trackfail_dataset::suite::Origin;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::{Counts, Pooled, Protocol};
 
-/// The model that a learner makes from tracks, each with the name of its video, as JSON text.
+/// The model that a learner makes from tracks, each with its origin, as JSON text.
 pub fn learn(
     fixed: &FixedDetector,
-    tracks: Vec<(String, Arc<Track>)>,
+    tracks: Vec<(Origin, Arc<Track>)>,
     signals: &SignalSet,
     limits: &RunLimits,
 ) -> Result<String, StepError> {
     let (kind, detector, signals) = (fixed.kind, fixed.detector.clone(), signals.clone());
     let learn = move || -> Result<Value, StepError> {
-        let examples = tracks.iter().map(|(video, track)| track.example_of(&signals, video));
+        let examples = tracks.iter().map(|(origin, track)| track.example_of(&signals, origin));
         let examples: Vec<Example<'_>> = examples.collect();
         let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
         learner.learn(&examples).map_err(StepError::failed)

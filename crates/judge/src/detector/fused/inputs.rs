@@ -13,6 +13,9 @@ pub struct FusedInput {
     pub good: Direction,
     /// Whether its values are small positive numbers with large exceptions, which are compared by their logarithms.
     pub is_motion: bool,
+    /// Whether it is the overlap with a watchdog that follows the target from the first frame on: as long as the two touch,
+    /// a disagreement is news.
+    pub is_watchdog_overlap: bool,
 }
 
 impl FusedInput {
@@ -23,15 +26,19 @@ impl FusedInput {
 }
 
 const fn high(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::HigherIsBetter, is_motion: false }
+    FusedInput { name, words, good: Direction::HigherIsBetter, is_motion: false, is_watchdog_overlap: false }
 }
 
 const fn motion(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: true }
+    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: true, is_watchdog_overlap: false }
 }
 
 const fn low(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: false }
+    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: false, is_watchdog_overlap: false }
+}
+
+const fn deep_overlap(name: &'static str, words: &'static str) -> FusedInput {
+    FusedInput { is_watchdog_overlap: true, ..high(name, words) }
 }
 
 /// Every input.
@@ -57,12 +64,12 @@ pub static INPUTS: &[FusedInput] = &[
     high("companions", "overlap with the other trackers"),
     high("share", "share of other trackers that overlap"),
     high("confidence", "the tracker's confidence"),
-    high("v2-overlap", "overlap with watchdog v2"),
+    deep_overlap("v2-overlap", "overlap with watchdog v2"),
     high("v2-score", "score of watchdog v2"),
     low("v2-disagreement", "a sure other place of watchdog v2"),
     low("v2-apart", "a sure place, off the box, of watchdog v2"),
     low("v2-distance", "distance of watchdog v2"),
-    high("v3-overlap", "overlap with watchdog v3"),
+    deep_overlap("v3-overlap", "overlap with watchdog v3"),
     high("v3-score", "score of watchdog v3"),
     low("v3-disagreement", "a sure other place of watchdog v3"),
     low("v3-apart", "a sure place, off the box, of watchdog v3"),

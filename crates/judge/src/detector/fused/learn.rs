@@ -1,18 +1,27 @@
 //! Learning of the fused detector: the logistic model, its probability, and the threshold for each budget of false alarms.
 //!
-//! Every `stride`-th frame of the tracks with ground truth is a row, lost where the box does not overlap the target
-//! (error 1). Rows of one video together have the weight of one video, so that long ones and those with many trackers
-//! do not outvote the others. Features are standardized, and cut as the model cuts them.
+//! ```text
+//! examples   the first 16 frames of each loss, and of the other frames with ground truth each `stride`-th, which counts as
+//!            `stride` frames
+//! weight     frames that it counts as, x 3 in the first 16 of a loss, x .1 later in a loss, x .3 on good frames that overlap
+//!            the target by less than .1, x 1 on all others;  x sqrt(m / n), n: frames of the video in all of its tracks, m:
+//!            their mean over the videos
+//! ```
+//!
+//! A frame is lost where the box does not overlap the target (error 1). The weights put the beginning of a loss before what
+//! comes later in it, since an alarm is of use there, and soften the vote of videos that many trackers ran on. Features are
+//! standardized, and cut as the model cuts them.
 //!
 //! The worth of a model's scores on videos that it has not seen is learned from such videos: the videos are dealt
 //! out to [`INNER_FOLDS`] folds in the order of their names, each is scored by a model of the others, and these scores
-//! give the calibration (Platt: a logistic model of the score alone) and the thresholds. False alarms are counted by frames, as
-//! they have to be looked at: a budget of `n` allows the threshold that `n` of 1000 good frames reach.
+//! give the calibration (Platt: a logistic model of the score alone, by frames) and the thresholds. False alarms are counted by
+//! frames, as they have to be looked at: a budget of `n` allows the threshold that `n` of 1000 good frames reach on the worst
+//! source of videos. Sources of fewer than [`GOOD_FRAMES`] good frames have no say, unless all are such.
 
 use super::features::{FEATURES, InputHistory};
 use super::inputs::FusedInput;
 use super::logistic::{self, Fit, Rows};
-use super::model::{FusedModel, Weight, probability, score};
+use super::model::{FusedModel, News, Weight, probability, score};
 use crate::detector::{Example, LearnError};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,40 +29,77 @@ use std::collections::{BTreeMap, BTreeSet};
 const INNER_FOLDS: usize = 4;
 /// Budgets of false alarms per 1000 good frames that a threshold is learned for.
 pub const BUDGETS: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0];
+/// Frames in which a loss is new.
+const ONSET: usize = 16;
+/// Good frames from which on a source of videos can set a threshold.
+const GOOD_FRAMES: f64 = 5000.0;
 
 /// Parameters of the learning.
 #[derive(Debug, Clone, Copy)]
 pub struct Learning {
     /// Weight of the squared weights, relative to that of the rows.
     pub lambda: f64,
-    /// Frames from one row to the next.
+    /// Frames from one row to the next, but in the first frames of a loss.
     pub stride: usize,
+    /// Frames for which a disagreement is news, for the thresholds.
+    pub window: u32,
 }
 
-/// A track's rows: the features of every `stride`-th frame that has ground truth, and whether it is lost.
+/// An example: a frame of a track.
+struct Row {
+    /// The features of all inputs.
+    features: Vec<f64>,
+    lost: bool,
+    /// Frames that it counts as.
+    frames: f64,
+    /// Its weight in learning, without that of its video.
+    weight: f64,
+    /// Factor of its probability in what is compared with a threshold.
+    news: f64,
+}
+
+/// The examples of a track.
 struct TrackRows<'e> {
     video: &'e str,
-    /// The features of the inputs, one list for each row.
-    features: Vec<Vec<[f64; FEATURES.len()]>>,
-    lost: Vec<bool>,
+    source: &'e str,
+    rows: Vec<Row>,
 }
 
-fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], stride: usize) -> TrackRows<'e> {
+impl TrackRows<'_> {
+    fn frames(&self) -> f64 {
+        self.rows.iter().map(|row| row.frames).sum()
+    }
+}
+
+fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &Learning) -> TrackRows<'e> {
     let signals: Vec<&[f64]> = std::iter::once(example.signal).chain(example.more.iter().copied()).collect();
     let mut histories = vec![InputHistory::default(); inputs.len()];
-    let mut rows = TrackRows { video: &example.video, features: Vec::new(), lost: Vec::new() };
+    let mut news = News::default();
+    let mut track = TrackRows { video: &example.video, source: &example.source, rows: Vec::new() };
+    // Frames of the loss that is on.
+    let mut since = 0;
     for (t, error) in example.error.iter().enumerate() {
-        let read = inputs.iter().zip(&mut histories).zip(&signals);
-        let read = read
-            .map(|((input, history), signal)| (*input, history, signal.get(t).copied().unwrap_or(f64::NAN)));
-        if t % stride == 0 && error.is_finite() {
-            rows.features.push(read.map(|(input, history, value)| history.push(input, value)).collect());
-            rows.lost.push(*error >= 1.0);
+        let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
+        let factor = news.push(inputs, &values, how.window);
+        let lost = *error >= 1.0;
+        since = if lost { since + 1 } else { 0 };
+        let is_onset = lost && since <= ONSET;
+        let read = inputs.iter().zip(&mut histories).zip(&values);
+        if error.is_finite() && (is_onset || t % how.stride == 0) {
+            let features = read.flat_map(|((input, history), value)| history.push(input, *value)).collect();
+            let frames = if is_onset { 1.0 } else { how.stride as f64 };
+            let worth = match lost {
+                true if is_onset => 3.0,
+                true => 0.1,
+                false if *error > 0.9 => 0.3,
+                false => 1.0,
+            };
+            track.rows.push(Row { features, lost, frames, weight: worth * frames, news: factor });
         } else {
-            read.for_each(|(input, history, value)| history.pass(input, value));
+            read.for_each(|((input, history), value)| history.pass(input, *value));
         }
     }
-    rows
+    track
 }
 
 /// Learns the model.
@@ -65,7 +111,7 @@ pub fn learn(
     inputs: &[&'static FusedInput],
     how: &Learning,
 ) -> Result<FusedModel, LearnError> {
-    let tracks: Vec<TrackRows<'_>> = examples.iter().map(|e| rows_of(e, inputs, how.stride)).collect();
+    let tracks: Vec<TrackRows<'_>> = examples.iter().map(|e| rows_of(e, inputs, how)).collect();
     let videos: BTreeSet<&str> = tracks.iter().map(|t| t.video).collect();
     let fold = |video: &str| videos.iter().position(|v| *v == video).unwrap_or_default() % INNER_FOLDS;
     let (features, bias) = fit(&tracks, |_| true, inputs.len(), how)?;
@@ -73,29 +119,13 @@ pub fn learn(
     for left_out in 0..INNER_FOLDS.min(videos.len()) {
         let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, inputs.len(), how)?;
         for (scores, track) in unseen.iter_mut().zip(&tracks).filter(|(_, t)| fold(t.video) == left_out) {
-            *scores = track.features.iter().map(|features| score(bias, &weights, features)).collect();
+            *scores = track.rows.iter().map(|row| score(bias, &weights, &row.features)).collect();
         }
     }
     let calibration = calibrate(&tracks, &unseen)?;
-    unseen.iter_mut().flatten().for_each(|score| *score = probability(calibration, *score));
-    let thresholds = thresholds(&tracks, &unseen);
+    let thresholds = thresholds(&tracks, &unseen, calibration);
     let inputs = inputs.iter().map(|input| input.name.to_string()).collect();
     Ok(FusedModel { inputs, features, bias, calibration, thresholds })
-}
-
-/// Rows, each with whether it is lost and its video; every video has the same weight, and the weights are 1 on average.
-fn rows<'r>(columns: usize, each: impl Iterator<Item = (&'r [f64], bool, &'r str)>) -> Rows {
-    let (mut rows, mut videos) = (Rows { columns, ..Rows::default() }, Vec::new());
-    for (values, lost, video) in each {
-        rows.values.extend_from_slice(values);
-        rows.lost.push(lost);
-        videos.push(video);
-    }
-    let mut counts = BTreeMap::<&str, f64>::new();
-    videos.iter().for_each(|video| *counts.entry(video).or_default() += 1.0);
-    let share = videos.len() as f64 / counts.len() as f64;
-    rows.weight = videos.iter().map(|video| share / counts[video]).collect();
-    rows
 }
 
 /// The weights of the features and the bias, of the tracks that are taken.
@@ -105,28 +135,35 @@ fn fit(
     inputs: usize,
     how: &Learning,
 ) -> Result<(Vec<Weight>, f64), LearnError> {
-    let each = tracks.iter().filter(|track| takes(track)).flat_map(|track| {
-        let rows = track.features.iter().zip(&track.lost);
-        rows.map(|(features, lost)| (features.as_flattened(), *lost, track.video))
-    });
-    let mut rows = rows(inputs * FEATURES.len(), each);
+    let taken: Vec<&TrackRows<'_>> = tracks.iter().filter(|track| takes(track)).collect();
+    let mut frames = BTreeMap::<&str, f64>::new();
+    taken.iter().for_each(|track| *frames.entry(track.video).or_default() += track.frames());
+    let mean = frames.values().sum::<f64>() / frames.len() as f64;
+    let mut rows = Rows { columns: inputs * FEATURES.len(), ..Rows::default() };
+    for track in taken {
+        let share = (mean / frames[track.video]).sqrt();
+        for row in &track.rows {
+            rows.values.extend_from_slice(&row.features);
+            rows.lost.push(row.lost);
+            rows.weight.push(row.weight * share);
+        }
+    }
+    let scale = rows.weight.len() as f64 / rows.weight.iter().sum::<f64>();
+    rows.weight.iter_mut().for_each(|weight| *weight *= scale);
     let features = standardize(&mut rows);
     let Fit { weights, bias } =
         logistic::fit(&rows, how.lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
     Ok((features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect(), bias))
 }
 
-/// Brings the columns to mean 0 and deviation 1 by the weights of the rows, cuts them, and puts 0 where there is no
-/// value. A column that is constant becomes 0.
+/// Brings the columns to mean 0 and deviation 1, cuts them, and puts 0 where there is no value. A column that is constant
+/// becomes 0.
 fn standardize(rows: &mut Rows) -> Vec<Weight> {
     let of_column = |column: usize| {
-        let (mut sum, mut squares, mut weights) = (0.0, 0.0, 0.0);
-        let values =
-            || rows.iter().map(|(row, _, weight)| (row[column], weight)).filter(|(x, _)| x.is_finite());
-        values().for_each(|(x, weight)| (sum, weights) = (sum + weight * x, weights + weight));
-        let center = if weights > 0.0 { sum / weights } else { 0.0 };
-        values().for_each(|(x, weight)| squares += weight * (x - center).powi(2));
-        let deviation = if weights > 0.0 { (squares / weights).sqrt() } else { 0.0 };
+        let values = || rows.iter().map(|(row, ..)| row[column]).filter(|x| x.is_finite());
+        let count = values().count().max(1) as f64;
+        let center = values().sum::<f64>() / count;
+        let deviation = (values().map(|x| (x - center).powi(2)).sum::<f64>() / count).sqrt();
         Weight { center, scale: if deviation > 1e-12 { deviation } else { 1.0 }, weight: 0.0 }
     };
     let features: Vec<Weight> = (0..rows.columns).map(of_column).collect();
@@ -138,27 +175,40 @@ fn standardize(rows: &mut Rows) -> Vec<Weight> {
 
 /// a and c of the probability.
 fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64), LearnError> {
-    let each = tracks.iter().zip(scores).flat_map(|(track, scores)| {
-        let rows = scores.iter().zip(&track.lost);
-        rows.map(|(score, lost)| (std::slice::from_ref(score), *lost, track.video))
-    });
-    let rows = rows(1, each);
+    let mut rows = Rows { columns: 1, values: scores.concat(), ..Rows::default() };
+    for row in tracks.iter().flat_map(|track| &track.rows) {
+        rows.lost.push(row.lost);
+        rows.weight.push(row.frames);
+    }
     // A little shrinking, so that scores which separate the training frames do not get an infinite slope.
     let fit = logistic::fit(&rows, 1e-6 * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
     // A slope of 0 or less would turn the order of the scores around: they are worth nothing then.
     Ok((fit.weights.first().copied().unwrap_or_default().max(1e-3), fit.bias))
 }
 
-/// Each budget with the lowest probability that no more good frames reach than it allows.
-fn thresholds(tracks: &[TrackRows<'_>], probabilities: &[Vec<f64>]) -> Vec<(f64, f64)> {
-    let frames = tracks.iter().zip(probabilities).flat_map(|(track, all)| all.iter().zip(&track.lost));
-    let mut good: Vec<f64> =
-        frames.filter(|(_, lost)| !**lost).map(|(probability, _)| *probability).collect();
-    good.sort_by(|a, b| b.total_cmp(a));
-    let of_budget = |budget: f64| {
-        let allowed = (good.len() as f64 * budget / 1000.0) as usize;
-        // Just above the first frame that is one too many.
-        (budget, good.get(allowed).map_or(0.0, |probability| probability.next_up()))
+/// Each budget with the lowest number that no more good frames reach than it allows, on any source.
+fn thresholds(tracks: &[TrackRows<'_>], scores: &[Vec<f64>], calibration: (f64, f64)) -> Vec<(f64, f64)> {
+    let mut by_source = BTreeMap::<&str, Vec<(f64, f64)>>::new();
+    for (track, scores) in tracks.iter().zip(scores) {
+        let good = track.rows.iter().zip(scores).filter(|(row, _)| !row.lost);
+        let compared = good.map(|(row, score)| (probability(calibration, *score) * row.news, row.frames));
+        by_source.entry(track.source).or_default().extend(compared);
+    }
+    let frames = |good: &Vec<(f64, f64)>| good.iter().map(|(_, frames)| frames).sum::<f64>();
+    if by_source.values().any(|good| frames(good) >= GOOD_FRAMES) {
+        by_source.retain(|_, good| frames(good) >= GOOD_FRAMES);
+    }
+    by_source.values_mut().for_each(|good| good.sort_by(|a, b| b.0.total_cmp(&a.0)));
+    let of_source = |good: &Vec<(f64, f64)>, budget: f64| {
+        let mut left = frames(good) * budget / 1000.0;
+        let one_too_many = good.iter().find(|(_, frames)| {
+            left -= frames;
+            left < 0.0
+        });
+        // Just above it.
+        one_too_many.map_or(0.0, |(compared, _)| compared.next_up())
     };
+    let of_budget =
+        |budget: f64| (budget, by_source.values().map(|good| of_source(good, budget)).fold(0.0, f64::max));
     BUDGETS.map(of_budget).to_vec()
 }

@@ -4,6 +4,8 @@
 //! d[j,t] = (f[j,t] - center[j]) / scale[j], cut at 6; 0 for a feature without a value
 //! s[t] = b + sum_j w[j] d[j,t]
 //! p[t] = 1 / (1 + exp(-(a s[t] + c)))                          the probability of a loss
+//! n[t] = 1 while each watchdog has touched the tracker's box within the last `window` frames, else .001
+//! a[t] = n[t] p[t]                                             compared with the threshold
 //! ```
 
 use super::features::{FEATURES, InputHistory};
@@ -18,6 +20,8 @@ use std::sync::Arc;
 
 /// Standardized features are cut here, in both directions.
 const MAX_DEVIATION: f64 = 6.0;
+/// Factor of what is no news.
+const OLD: f64 = 0.001;
 /// Most reasons that are given for a frame.
 const MAX_REASONS: usize = 3;
 
@@ -58,15 +62,39 @@ impl Weight {
     }
 }
 
-/// The parts of the score that the features of each input add.
-fn parts<'m>(weights: &'m [Weight], features: &'m [[f64; FEATURES.len()]]) -> impl Iterator<Item = f64> + 'm {
-    weights.chunks(FEATURES.len()).zip(features).map(|(weights, values)| {
+/// Frames since each watchdog touched the tracker's box.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct News {
+    apart: Vec<u32>,
+}
+
+impl News {
+    /// n of the next frame, from the values of the inputs. A missing value changes nothing.
+    pub fn push(&mut self, inputs: &[&'static FusedInput], values: &[f64], window: u32) -> f64 {
+        let overlaps = inputs.iter().zip(values).filter(|(input, _)| input.is_watchdog_overlap);
+        let overlaps: Vec<f64> = overlaps.map(|(_, overlap)| *overlap).collect();
+        self.apart.resize(overlaps.len(), 0);
+        for (apart, overlap) in self.apart.iter_mut().zip(overlaps) {
+            if overlap > 0.0 {
+                *apart = 0;
+            } else if overlap <= 0.0 {
+                *apart = apart.saturating_add(1);
+            }
+        }
+        if self.apart.iter().all(|apart| *apart <= window) { 1.0 } else { OLD }
+    }
+}
+
+/// The parts of the score that the features of each input add; `features` has them one input after the other.
+fn parts<'m>(weights: &'m [Weight], features: &'m [f64]) -> impl Iterator<Item = f64> + 'm {
+    let inputs = weights.chunks(FEATURES.len()).zip(features.chunks(FEATURES.len()));
+    inputs.map(|(weights, values)| {
         weights.iter().zip(values).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
     })
 }
 
 /// The score before calibration.
-pub fn score(bias: f64, weights: &[Weight], features: &[[f64; FEATURES.len()]]) -> f64 {
+pub fn score(bias: f64, weights: &[Weight], features: &[f64]) -> f64 {
     bias + parts(weights, features).sum::<f64>()
 }
 
@@ -93,7 +121,19 @@ impl FusedModel {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     histories: Vec<InputHistory>,
+    news: News,
     state: LossState,
+}
+
+/// How a model is used.
+#[derive(Debug, Clone, Copy)]
+pub struct Use {
+    /// Most false alarms per 1000 good frames.
+    pub budget: f64,
+    /// Frames in a row below the threshold that confirm a recovery.
+    pub confirm: usize,
+    /// Frames for which a disagreement is news.
+    pub window: u32,
 }
 
 /// A track that is judged by a model.
@@ -101,21 +141,28 @@ pub struct FusedStream {
     model: Arc<FusedModel>,
     inputs: Vec<&'static FusedInput>,
     threshold: f64,
-    confirm: usize,
+    how: Use,
     memory: Memory,
+}
+
+/// What is said of a frame, but for the reasons.
+pub struct FusedStep {
+    /// The parts of the score that the inputs add.
+    parts: Vec<f64>,
+    /// The probability of a loss.
+    pub probability: f64,
+    /// What is compared with the threshold.
+    pub compared: f64,
+    /// Whether an alarm is on.
+    pub alarm: bool,
 }
 
 impl FusedStream {
     /// A track before its first frame.
-    pub fn new(
-        model: Arc<FusedModel>,
-        inputs: Vec<&'static FusedInput>,
-        budget: f64,
-        confirm: usize,
-    ) -> Self {
-        let memory =
-            Memory { histories: vec![InputHistory::default(); inputs.len()], state: LossState::default() };
-        Self { threshold: model.threshold(budget), model, inputs, confirm, memory }
+    pub fn new(model: Arc<FusedModel>, inputs: Vec<&'static FusedInput>, how: Use) -> Self {
+        let histories = vec![InputHistory::default(); inputs.len()];
+        let memory = Memory { histories, news: News::default(), state: LossState::default() };
+        Self { threshold: model.threshold(how.budget), model, inputs, how, memory }
     }
 
     /// The track as it was when it was saved; `None` if these bytes are of another detector.
@@ -123,26 +170,22 @@ impl FusedStream {
         let memory: Memory = saved::from_bytes(saved)?;
         (memory.histories.len() == self.inputs.len()).then_some(Self { memory, ..self })
     }
-}
 
-impl FusedStream {
-    /// Everything that is said of the next frame but for its reasons: the parts of the score that the inputs add, the
-    /// probability, and whether the target is lost.
-    fn read(&mut self, values: &[f64]) -> (Vec<f64>, f64, bool) {
-        let given = values.iter().copied().chain(std::iter::repeat(f64::NAN));
-        let tracked = self.inputs.iter().zip(&mut self.memory.histories).zip(given);
-        let features: Vec<_> = tracked.map(|((input, history), value)| history.push(input, value)).collect();
+    /// The next frame.
+    pub fn step(&mut self, values: &[f64]) -> FusedStep {
+        let mut values = values.to_vec();
+        values.resize(self.inputs.len(), f64::NAN);
+        let tracked = self.inputs.iter().zip(&mut self.memory.histories).zip(&values);
+        let features: Vec<f64> =
+            tracked.flat_map(|((input, history), value)| history.push(input, *value)).collect();
         let parts: Vec<f64> = parts(&self.model.features, &features).collect();
         let score = self.model.bias + parts.iter().sum::<f64>();
         let probability = probability(self.model.calibration, score);
-        let lost = self.memory.state.push(probability >= self.threshold, self.confirm);
-        (parts, probability, lost)
-    }
-
-    /// The probability of a loss in the next frame, and whether an alarm is on.
-    pub fn step(&mut self, values: &[f64]) -> (f64, bool) {
-        let (_, probability, lost) = self.read(values);
-        (probability, lost)
+        let compared = probability * self.memory.news.push(&self.inputs, &values, self.how.window);
+        // Raised by news, held by the state.
+        let is_on = self.memory.state.is_lost(self.how.confirm);
+        let alarm = compared >= self.threshold || (is_on && probability >= self.threshold);
+        FusedStep { parts, probability, compared, alarm: self.memory.state.push(alarm, self.how.confirm) }
     }
 }
 
@@ -154,7 +197,7 @@ impl Stream for FusedStream {
             .zip(&self.memory.histories)
             .map(|(input, history)| history.usual(input))
             .collect();
-        let (parts, probability, lost) = self.read(values);
+        let FusedStep { parts, probability, compared, alarm: lost } = self.step(values);
         let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {
@@ -170,7 +213,7 @@ impl Stream for FusedStream {
             Some(Reason { text, weight: self.model.calibration.0 * parts[k] })
         };
         let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
-        Judgement { probability, lost, raised: probability >= self.threshold, reasons }
+        Judgement { probability, lost, raised: compared >= self.threshold, reasons }
     }
 
     fn save(&self) -> Vec<u8> {
