@@ -132,6 +132,28 @@ pub fn with_nearest_verb(mut error: clap::Error) -> clap::Error {
     error
 }
 
+/// A method for boxes and frames, by the time that it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Tier {
+    /// One small deep tracker beside yours, nothing learned: `Agreement`
+    Light,
+    /// With a second look at your box: `Fused deep`
+    Default,
+    /// With a second deep tracker: `Fused deep full`
+    Full,
+}
+
+impl Tier {
+    /// Name of the method.
+    fn method(self) -> &'static str {
+        match self {
+            Self::Light => "Agreement",
+            Self::Default => "Fused deep",
+            Self::Full => "Fused deep full",
+        }
+    }
+}
+
 /// Reads a budget of false alarms.
 fn budget(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);

@@ -64,6 +64,9 @@ pub struct Args {
     /// Method (may be given several times; default: the one that the benchmark recommends for these inputs)
     #[arg(long, value_name = "NAME")]
     method: Vec<String>,
+    /// Method for boxes and frames, by the time that it takes
+    #[arg(long, value_name = "TIER", conflicts_with_all = ["method", "all"])]
+    tier: Option<super::Tier>,
     /// All methods that these inputs allow
     #[arg(long, conflicts_with = "method")]
     all: bool,

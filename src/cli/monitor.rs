@@ -36,6 +36,9 @@ pub struct Args {
     /// Method (default: the one that is recommended for the inputs of the first line with a box)
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// Method for boxes and frames, by the time that it takes
+    #[arg(long, value_name = "TIER", conflicts_with_all = ["method", "inputs"])]
+    tier: Option<super::Tier>,
     /// Largest number of false alarms per 1000 frames, for methods that take one
     #[arg(long, value_name = "N", value_parser = super::budget)]
     budget: Option<f64>,
@@ -213,7 +216,9 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
         confidence: has(Input::Confidence),
     };
     let inputs = (!args.inputs.is_empty()).then_some(inputs);
-    let options = Options { method: args.method.clone(), budget: args.budget, inputs, base: args.base };
+    let of_tier = args.tier.map(|tier| tier.method().to_string());
+    let method = args.method.clone().or(of_tier);
+    let options = Options { method, budget: args.budget, inputs, base: args.base };
     let Some(state) = state else { return Lines::new(options).map_err(Failure::usage) };
     let saved = match std::fs::read(state) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {

@@ -285,6 +285,21 @@ fn boxes_without_frames_are_judged_by_what_they_say() {
 }
 
 #[test]
+fn a_tier_is_a_method() {
+    let clip = Clip::new();
+    let (frames, boxes) = ([clip.img.clone()], clip.xywh());
+    for (tier, method) in [("light", "Agreement"), ("default", "Fused deep"), ("full", "Fused deep full")] {
+        let text = detect(&frames, &boxes, &["--tier", tier]);
+        assert!(rows(&text).iter().all(|row| row["method"] == method), "{text}");
+        assert_eq!(text, detect(&frames, &boxes, &["--method", method]));
+    }
+    let (code, message) = refused(&frames, &boxes, &["--tier", "light", "--all"]);
+    assert!(code == Some(2) && message.contains("--tier"), "{message}");
+    let (code, message) = refused(&[], &boxes, &["--tier", "full"]);
+    assert!(code == Some(2) && message.contains("give --frames"), "{message}");
+}
+
+#[test]
 fn the_default_method_is_the_one_recommended_for_the_inputs() {
     let clip = Clip::new();
     let frames = [clip.img.clone()];

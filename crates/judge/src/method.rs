@@ -257,7 +257,7 @@ pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
         Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
         Inputs { companions: true, .. } => "Fused companions",
-        Inputs { frames: true, .. } => "Agreement",
+        Inputs { frames: true, .. } => "Fused deep",
         Inputs { confidence: true, .. } => "Confidence",
         Inputs { .. } => "Fused boxes",
     }
@@ -333,6 +333,8 @@ mod tests {
                 "Fused companions",
                 "Fused frames and companions",
                 "Agreement",
+                "Fused deep",
+                "Fused deep full",
             ]
         );
         for name in names() {

@@ -45,8 +45,9 @@ impl Wanted {
 /// Methods that the user asks for, checked.
 pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
     let mut methods: Vec<Method> = Vec::new();
-    for name in &args.method {
-        if methods.iter().any(|earlier| earlier.name == *name) {
+    let of_tier = args.tier.map(|tier| tier.method());
+    for name in args.method.iter().map(String::as_str).chain(of_tier) {
+        if methods.iter().any(|earlier| earlier.name == name) {
             return Err(Failure::usage(format!("method `{name}` is given twice")));
         }
         methods.push(named(args, name)?);

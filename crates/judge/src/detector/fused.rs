@@ -14,7 +14,7 @@
 //! own past, so that no signal's scale matters, and a value that is missing (NaN) counts as nothing, not as 0.
 //!
 //! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
-//! come with the program (`model`), which were learned by `benchmark/fused-models` and are described in
+//! come with the program (`model`), which were learned by `benchmark/fused-models` and `benchmark/deep-models` and are described in
 //! `docs/fused.md`.
 //!
 //! Source: none; logistic fusion of weak signals is common practice (stacking). Choices: features, inputs and `lambda` were
@@ -55,6 +55,8 @@ static MODELS: &[(&str, &str)] = &[
     ("watchdog", include_str!("../../models/fused/watchdog.json")),
     ("confidence", include_str!("../../models/fused/confidence.json")),
     ("frames-and-confidence", include_str!("../../models/fused/frames-and-confidence.json")),
+    ("deep", include_str!("../../models/fused/deep.json")),
+    ("deep-full", include_str!("../../models/fused/deep-full.json")),
     ("companions", include_str!("../../models/fused/companions.json")),
     ("frames-and-companions", include_str!("../../models/fused/frames-and-companions.json")),
 ];
@@ -165,7 +167,7 @@ impl Fused {
 
     /// The detector with a model.
     fn ready(&self, model: FusedModel) -> Result<Self, LearnError> {
-        if !model.fits(&self.params.inputs) {
+        if !model.fits(&self.inputs) {
             return Err(LearnError::OtherModel);
         }
         Ok(Self { model: Some(Arc::new(model)), ..self.clone() })

@@ -11,6 +11,8 @@
 //! missing  1 in a frame without a value, else 0
 //! ```
 //!
+//! Inputs that a network gives have the first three alone.
+//!
 //! `t` is a 0-based frame. The past are the last 100 values before frame t. A frame in which an input is missing
 //! changes nothing of its memory: `now` and `z` have no value then, and nor has anything before the first value. A feature
 //! without a value says nothing, for or against.
@@ -75,8 +77,13 @@ impl TryFrom<SavedHistory> for InputHistory {
 }
 
 impl InputHistory {
-    /// The features in the next frame, in the order of [`FEATURES`]; NaN where one has no value.
-    pub fn push(&mut self, input: &FusedInput, value: f64) -> [f64; FEATURES.len()] {
+    /// The features of the input in the next frame; NaN where one has no value.
+    pub fn features(&mut self, input: &FusedInput, value: f64) -> impl Iterator<Item = f64> + use<> {
+        self.push(input, value).into_iter().take(input.features)
+    }
+
+    /// All features in the next frame, in the order of [`FEATURES`].
+    pub(super) fn push(&mut self, input: &FusedInput, value: f64) -> [f64; FEATURES.len()] {
         let x = transformed(input, value);
         let z = self.robust_z(x, if input.is_motion { MOTION_SPREAD_FLOOR } else { SPREAD_FLOOR });
         self.remember(x);

@@ -1,5 +1,6 @@
 //! Inputs of the fused detector: the signals that it knows by name, and how it speaks of them.
 
+use super::features::FEATURES;
 use crate::direction::Direction;
 
 /// A signal that the detector can read.
@@ -13,6 +14,11 @@ pub struct FusedInput {
     pub good: Direction,
     /// Whether its values are small positive numbers with large exceptions, which are compared by their logarithms.
     pub is_motion: bool,
+    /// Number of its features, the first ones of [`FEATURES`]: what a network says is comparable from track to track, and
+    /// has its own past only in the last frames.
+    ///
+    /// [`FEATURES`]: super::features::FEATURES
+    pub features: usize,
     /// Whether it is the overlap with a watchdog that follows the target from the first frame on: as long as the two touch,
     /// a disagreement is news.
     pub is_watchdog_overlap: bool,
@@ -26,19 +32,42 @@ impl FusedInput {
 }
 
 const fn high(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::HigherIsBetter, is_motion: false, is_watchdog_overlap: false }
+    FusedInput {
+        name,
+        words,
+        good: Direction::HigherIsBetter,
+        is_motion: false,
+        features: FEATURES.len(),
+        is_watchdog_overlap: false,
+    }
 }
 
 const fn motion(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: true, is_watchdog_overlap: false }
+    FusedInput {
+        name,
+        words,
+        good: Direction::LowerIsBetter,
+        is_motion: true,
+        features: FEATURES.len(),
+        is_watchdog_overlap: false,
+    }
 }
 
-const fn low(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { name, words, good: Direction::LowerIsBetter, is_motion: false, is_watchdog_overlap: false }
+/// A value of `deep-verification`.
+const fn deep(good: Direction, name: &'static str, words: &'static str) -> FusedInput {
+    FusedInput { good, features: 3, ..high(name, words) }
+}
+
+const fn deep_high(name: &'static str, words: &'static str) -> FusedInput {
+    deep(Direction::HigherIsBetter, name, words)
+}
+
+const fn deep_low(name: &'static str, words: &'static str) -> FusedInput {
+    deep(Direction::LowerIsBetter, name, words)
 }
 
 const fn deep_overlap(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { is_watchdog_overlap: true, ..high(name, words) }
+    FusedInput { is_watchdog_overlap: true, ..deep_high(name, words) }
 }
 
 /// Every input.
@@ -65,30 +94,30 @@ pub static INPUTS: &[FusedInput] = &[
     high("share", "share of other trackers that overlap"),
     high("confidence", "the tracker's confidence"),
     deep_overlap("v2-overlap", "overlap with watchdog v2"),
-    high("v2-score", "score of watchdog v2"),
-    low("v2-disagreement", "a sure other place of watchdog v2"),
-    low("v2-apart", "a sure place, off the box, of watchdog v2"),
-    low("v2-distance", "distance of watchdog v2"),
+    deep_high("v2-score", "score of watchdog v2"),
+    deep_low("v2-disagreement", "a sure other place of watchdog v2"),
+    deep_low("v2-apart", "a sure place, off the box, of watchdog v2"),
+    deep_low("v2-distance", "distance of watchdog v2"),
     deep_overlap("v3-overlap", "overlap with watchdog v3"),
-    high("v3-score", "score of watchdog v3"),
-    low("v3-disagreement", "a sure other place of watchdog v3"),
-    low("v3-apart", "a sure place, off the box, of watchdog v3"),
-    low("v3-distance", "distance of watchdog v3"),
-    low("both-product", "a sure other place of both watchdogs (product)"),
-    low("both-least", "a sure other place of both watchdogs"),
-    low("both-most", "a sure other place of one watchdog"),
-    high("both-overlap", "overlap of the watchdogs"),
-    low("both-against", "watchdogs that agree against the box"),
-    low("both-apart", "watchdogs that disagree"),
-    high("here-score", "score of a second look"),
-    high("here-overlap", "overlap with a second look"),
-    low("here-disagreement", "a sure other place in a second look"),
-    low("here-apart", "a sure place off the box in a second look"),
-    low("here-distance", "distance of a second look's place"),
-    high("here-middle", "score at the box's middle"),
-    high("here-inside", "best score at the box"),
-    low("here-outside", "best score off the box"),
-    low("here-elsewhere", "best score off the box against that at it"),
+    deep_high("v3-score", "score of watchdog v3"),
+    deep_low("v3-disagreement", "a sure other place of watchdog v3"),
+    deep_low("v3-apart", "a sure place, off the box, of watchdog v3"),
+    deep_low("v3-distance", "distance of watchdog v3"),
+    deep_low("both-product", "a sure other place of both watchdogs (product)"),
+    deep_low("both-least", "a sure other place of both watchdogs"),
+    deep_low("both-most", "a sure other place of one watchdog"),
+    deep_high("both-overlap", "overlap of the watchdogs"),
+    deep_low("both-against", "watchdogs that agree against the box"),
+    deep_low("both-apart", "watchdogs that disagree"),
+    deep_high("here-score", "score of a second look"),
+    deep_high("here-overlap", "overlap with a second look"),
+    deep_low("here-disagreement", "a sure other place in a second look"),
+    deep_low("here-apart", "a sure place off the box in a second look"),
+    deep_low("here-distance", "distance of a second look's place"),
+    deep_high("here-middle", "score at the box's middle"),
+    deep_high("here-inside", "best score at the box"),
+    deep_low("here-outside", "best score off the box"),
+    deep_low("here-elsewhere", "best score off the box against that at it"),
 ];
 
 /// The input of a name.

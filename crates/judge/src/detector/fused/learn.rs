@@ -18,7 +18,7 @@
 //! frames, as they have to be looked at: a budget of `n` allows the threshold that `n` of 1000 good frames reach on the worst
 //! source of videos. Sources of fewer than [`GOOD_FRAMES`] good frames have no say, unless all are such.
 
-use super::features::{FEATURES, InputHistory};
+use super::features::InputHistory;
 use super::inputs::FusedInput;
 use super::logistic::{self, Fit, Rows};
 use super::model::{FusedModel, News, Weight, probability, score};
@@ -76,17 +76,22 @@ fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &L
     let mut histories = vec![InputHistory::default(); inputs.len()];
     let mut news = News::default();
     let mut track = TrackRows { video: &example.video, source: &example.source, rows: Vec::new() };
-    // Frames of the loss that is on.
+    // Frames of the loss that is on; those without ground truth do not end it.
     let mut since = 0;
     for (t, error) in example.error.iter().enumerate() {
         let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
         let factor = news.push(inputs, &values, how.window);
         let lost = *error >= 1.0;
-        since = if lost { since + 1 } else { 0 };
+        since = match error.is_finite() {
+            true if lost => since + 1,
+            true => 0,
+            false => since,
+        };
         let is_onset = lost && since <= ONSET;
         let read = inputs.iter().zip(&mut histories).zip(&values);
         if error.is_finite() && (is_onset || t % how.stride == 0) {
-            let features = read.flat_map(|((input, history), value)| history.push(input, *value)).collect();
+            let features =
+                read.flat_map(|((input, history), value)| history.features(input, *value)).collect();
             let frames = if is_onset { 1.0 } else { how.stride as f64 };
             let worth = match lost {
                 true if is_onset => 3.0,
@@ -114,10 +119,11 @@ pub fn learn(
     let tracks: Vec<TrackRows<'_>> = examples.iter().map(|e| rows_of(e, inputs, how)).collect();
     let videos: BTreeSet<&str> = tracks.iter().map(|t| t.video).collect();
     let fold = |video: &str| videos.iter().position(|v| *v == video).unwrap_or_default() % INNER_FOLDS;
-    let (features, bias) = fit(&tracks, |_| true, inputs.len(), how)?;
+    let columns: usize = inputs.iter().map(|input| input.features).sum();
+    let (features, bias) = fit(&tracks, |_| true, columns, how)?;
     let mut unseen: Vec<Vec<f64>> = vec![Vec::new(); tracks.len()];
     for left_out in 0..INNER_FOLDS.min(videos.len()) {
-        let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, inputs.len(), how)?;
+        let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, columns, how)?;
         for (scores, track) in unseen.iter_mut().zip(&tracks).filter(|(_, t)| fold(t.video) == left_out) {
             *scores = track.rows.iter().map(|row| score(bias, &weights, &row.features)).collect();
         }
@@ -132,14 +138,14 @@ pub fn learn(
 fn fit(
     tracks: &[TrackRows<'_>],
     takes: impl Fn(&TrackRows<'_>) -> bool,
-    inputs: usize,
+    columns: usize,
     how: &Learning,
 ) -> Result<(Vec<Weight>, f64), LearnError> {
     let taken: Vec<&TrackRows<'_>> = tracks.iter().filter(|track| takes(track)).collect();
     let mut frames = BTreeMap::<&str, f64>::new();
     taken.iter().for_each(|track| *frames.entry(track.video).or_default() += track.frames());
     let mean = frames.values().sum::<f64>() / frames.len() as f64;
-    let mut rows = Rows { columns: inputs * FEATURES.len(), ..Rows::default() };
+    let mut rows = Rows { columns, ..Rows::default() };
     for track in taken {
         let share = (mean / frames[track.video]).sqrt();
         for row in &track.rows {

@@ -8,7 +8,7 @@
 //! a[t] = n[t] p[t]                                             compared with the threshold
 //! ```
 
-use super::features::{FEATURES, InputHistory};
+use super::features::InputHistory;
 use super::inputs::FusedInput;
 use super::logistic::sigmoid;
 use crate::detector::labels::LossState;
@@ -85,17 +85,14 @@ impl News {
     }
 }
 
-/// The parts of the score that the features of each input add; `features` has them one input after the other.
-fn parts<'m>(weights: &'m [Weight], features: &'m [f64]) -> impl Iterator<Item = f64> + 'm {
-    let inputs = weights.chunks(FEATURES.len()).zip(features.chunks(FEATURES.len()));
-    inputs.map(|(weights, values)| {
-        weights.iter().zip(values).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
-    })
-}
-
 /// The score before calibration.
 pub fn score(bias: f64, weights: &[Weight], features: &[f64]) -> f64 {
-    bias + parts(weights, features).sum::<f64>()
+    bias + part(weights, features)
+}
+
+/// The part of the score that some features add.
+fn part(weights: &[Weight], features: &[f64]) -> f64 {
+    weights.iter().zip(features).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
 }
 
 /// The probability that a score stands for.
@@ -105,9 +102,10 @@ pub fn probability((a, c): (f64, f64), score: f64) -> f64 {
 
 impl FusedModel {
     /// Whether it is a model of these inputs, and complete.
-    pub fn fits(&self, inputs: &[String]) -> bool {
-        let is_complete = self.features.len() == inputs.len() * FEATURES.len() && !self.thresholds.is_empty();
-        self.inputs == inputs && is_complete
+    pub fn fits(&self, inputs: &[&'static FusedInput]) -> bool {
+        let features: usize = inputs.iter().map(|input| input.features).sum();
+        let is_complete = self.features.len() == features && !self.thresholds.is_empty();
+        self.inputs.iter().eq(inputs.iter().map(|input| input.name)) && is_complete
     }
 
     /// The largest budget of the model that is within `budget`, with its probability; of those that are all larger, the
@@ -175,10 +173,13 @@ impl FusedStream {
     pub fn step(&mut self, values: &[f64]) -> FusedStep {
         let mut values = values.to_vec();
         values.resize(self.inputs.len(), f64::NAN);
-        let tracked = self.inputs.iter().zip(&mut self.memory.histories).zip(&values);
-        let features: Vec<f64> =
-            tracked.flat_map(|((input, history), value)| history.push(input, *value)).collect();
-        let parts: Vec<f64> = parts(&self.model.features, &features).collect();
+        let (mut weights, mut parts) = (&self.model.features[..], Vec::with_capacity(values.len()));
+        for ((input, history), value) in self.inputs.iter().zip(&mut self.memory.histories).zip(&values) {
+            let features: Vec<f64> = history.features(input, *value).collect();
+            let (mine, others) = weights.split_at(features.len());
+            parts.push(part(mine, &features));
+            weights = others;
+        }
         let score = self.model.bias + parts.iter().sum::<f64>();
         let probability = probability(self.model.calibration, score);
         let compared = probability * self.memory.news.push(&self.inputs, &values, self.how.window);

@@ -306,6 +306,8 @@ fn models_belong_to_the_version() {
         ("watchdog", "888b29003021bb41"),
         ("confidence", "651479196bc0a7f5"),
         ("frames-and-confidence", "a4798003cfeab429"),
+        ("deep", "77ce90d5ef936bfd"),
+        ("deep-full", "d9a0458834a4a405"),
         ("companions", "6e162ee485b826df"),
         ("frames-and-companions", "e5cc09097a3f1a42"),
     ];
@@ -333,4 +335,38 @@ fn a_missing_input_is_not_the_worst_one() {
     assert!(worst.lost && worst.probability > 0.8, "{worst:?}");
     assert!(!missing.lost && missing.probability < 0.5, "{missing:?}");
     assert!(worst.reasons[0].text.contains("other trackers"), "{worst:?}");
+}
+
+/// Values of `Fused deep` in a frame: on the target, or with the watchdog and the second look both sure of another place.
+fn deep_values(lost: bool) -> [f64; 14] {
+    match lost {
+        false => [0.8, 0.99, 0.2, 0.0, 0.1, 0.99, 0.8, 0.2, 0.0, 0.1, 0.99, 9.0, -6.0, -8.0],
+        true => [0.0, 0.99, 0.99, 0.99, 3.0, 0.2, 0.0, 0.2, 0.2, 1.5, 0.05, -3.0, 1.0, 4.0],
+    }
+}
+
+// An alarm of what the network sees begins while that is news, and the state stays for as long as it is so.
+#[test]
+fn a_disagreement_raises_an_alarm_while_it_is_news_and_stays_probable() {
+    let named = crate::method::Method::named("Fused deep", None).unwrap();
+    let detector = named.detector.detector;
+    let values: Vec<[f64; 14]> = (0..120).map(|t| deep_values(t >= 50)).collect();
+    let columns: Vec<Vec<f64>> = (0..14).map(|k| values.iter().map(|v| v[k]).collect()).collect();
+    let more: Vec<&[f64]> = columns[1..].iter().map(Vec::as_slice).collect();
+    let output =
+        detector.detect(&Input { signal: &columns[0], more: &more, error: &[], seed: 0, reverse: None });
+    let first = output.alarm.iter().position(|alarm| *alarm).unwrap();
+    assert!((50..55).contains(&first), "{first}");
+    assert!(output.score[..50].iter().all(|p| *p < 0.05) && output.score[60..].iter().all(|p| *p > 0.9));
+    let compared = output.compared();
+    assert!(compared[69] == output.score[69] && compared[70] == 0.001 * output.score[70]);
+    assert!(output.alarm[first..].iter().all(|alarm| *alarm));
+    let mut stream = detector.stream().unwrap();
+    let judged: Vec<_> = values.iter().map(|v| stream.push(v)).collect();
+    assert!(judged[first].raised && !judged[80].raised && judged[80].lost);
+    assert!(
+        judged[first].reasons.iter().any(|reason| reason.text.contains("watchdog")),
+        "{:?}",
+        judged[first]
+    );
 }
