@@ -14,10 +14,8 @@ pub struct FusedInput {
     pub good: Direction,
     /// Whether its values are small positive numbers with large exceptions, which are compared by their logarithms.
     pub is_motion: bool,
-    /// Number of its features, the first ones of [`FEATURES`]: what a network says is comparable from track to track, and
-    /// has its own past only in the last frames.
-    ///
-    /// [`FEATURES`]: super::features::FEATURES
+    /// Number of its features, the first ones of the list in fused/features.rs: what a network says is comparable from
+    /// track to track, and its own past says more than it should beyond the last frames.
     pub features: usize,
     /// Whether it is the overlap with a watchdog that follows the target from the first frame on: as long as the two touch,
     /// a disagreement is news.
