@@ -25,7 +25,7 @@ pub use verify::{Checked, Finding};
 
 use crate::format::FormatEntry;
 use crate::lock::{Entry, PinnedSuite, below};
-use crate::{DatasetError, synthetic};
+use crate::{DatasetError, Sequence, synthetic};
 use load::LoadError;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -97,7 +97,9 @@ impl Suite {
     pub fn load(&self, data_roots: &[PathBuf]) -> Loaded {
         if let SuiteContent::Rendered(rendered) = self.content {
             let sequences = rendered.sequences();
-            return Loaded { wanted: sequences.len(), sequences, ..Loaded::default() };
+            let origin = |s: &Sequence| Origin { video: s.name.clone(), source: self.name().to_string() };
+            let origins = sequences.iter().map(origin).collect();
+            return Loaded { wanted: sequences.len(), sequences, origins, ..Loaded::default() };
         }
         let Some(pinned) = self.pinned() else { return Loaded::default() };
         let mut loaded = Loaded { wanted: pinned.sequence.len(), ..Loaded::default() };

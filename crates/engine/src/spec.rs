@@ -77,7 +77,7 @@ pub struct Experiment {
     pub protocol: Option<&'static Protocol>,
     /// Base of all seeds.
     pub seed: u64,
-    /// What is left out together where a parameter or model is made on others.
+    /// Folds in which sequences are left out where a parameter or model is made on others.
     pub folds: FoldsBy,
     /// Role -> suite name; [`TEST`] is always there.
     pub suites: BTreeMap<String, String>,

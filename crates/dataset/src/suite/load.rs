@@ -44,7 +44,7 @@ pub struct Loaded {
     pub sequences: Vec<Sequence>,
     /// The data root of each of them; empty for rendered suites.
     pub roots: Vec<PathBuf>,
-    /// The origin of each of them; empty for rendered suites.
+    /// The origin of each of them; of a rendered suite the source is its name.
     pub origins: Vec<Origin>,
     /// The ones that are missing.
     pub missing: Vec<Missing>,

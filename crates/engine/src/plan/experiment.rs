@@ -160,13 +160,7 @@ impl<'a> ExperimentPlan<'a> {
                     sequence: Arc::new(sequence),
                 })
             };
-            let rendered =
-                |sequence: &Sequence| Origin { video: sequence.name.clone(), source: name.clone() };
-            let origins = match suite.origins.is_empty() {
-                true => suite.sequences.iter().map(rendered).collect(),
-                false => suite.origins,
-            };
-            let sequences = suite.sequences.into_par_iter().zip(origins);
+            let sequences = suite.sequences.into_par_iter().zip(suite.origins);
             let sequences = sequences.map(plan).collect::<Result<_, RunError>>()?;
             suites.push(PlannedSuite {
                 name: name.clone(),

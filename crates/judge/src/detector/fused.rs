@@ -14,8 +14,8 @@
 //! own past, so that no signal's scale matters, and a value that is missing (NaN) counts as nothing, not as 0.
 //!
 //! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
-//! come with the program (`model`), which were learned by `benchmark/fused-models` and `benchmark/deep-models` and are described in
-//! `docs/fused.md`.
+//! come with the program (`model`), which were learned by `benchmark/fused-models` and `benchmark/deep-models` and are
+//! described in `docs/fused.md`.
 //!
 //! Source: none; logistic fusion of weak signals is common practice (stacking). Choices: features, inputs and `lambda` were
 //! chosen by scores on held-out folds of the videos that `benchmark/fused` reports on, dealt out in another way.

@@ -296,7 +296,7 @@ fn both(v2: &Seen, v3: &Seen, value: Both) -> f64 {
     }
 }
 
-/// What the second look says.
+/// The second look, compared with the tracker.
 struct Second {
     /// The chosen cell, compared with the tracker.
     chosen: Seen,

@@ -143,13 +143,13 @@ pub struct FusedStream {
     memory: Memory,
 }
 
-/// What is said of a frame, but for the reasons.
+/// Judgement of a frame, but for the reasons.
 pub struct FusedStep {
     /// The parts of the score that the inputs add.
     parts: Vec<f64>,
     /// The probability of a loss.
     pub probability: f64,
-    /// What is compared with the threshold.
+    /// Number that is compared with the threshold.
     pub compared: f64,
     /// Whether an alarm is on.
     pub alarm: bool,

@@ -37,7 +37,7 @@ impl Follower {
         self.target.look(frame, &self.place)
     }
 
-    /// What it sees around a box.
+    /// Scores and boxes of the cells around a box.
     pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Look {
         self.target.look(frame, &Place::of(rect).near([frame.width() as f64, frame.height() as f64]))
     }
