@@ -211,7 +211,7 @@ impl Signal for DeepVerification {
             params: self.0.clone(),
             v2: Watchdog::new(Version::V2),
             v3,
-            more: Vec::new(),
+            values: Vec::new(),
         }))
     }
 }
@@ -221,13 +221,13 @@ struct Verifying {
     params: Params,
     v2: Watchdog,
     v3: Option<Watchdog>,
-    /// The values of the last frame after the first one.
-    more: Vec<f64>,
+    /// All values of the last frame.
+    values: Vec<f64>,
 }
 
 impl Verifying {
     /// All values of the next frame; `None` where no watchdog can start.
-    fn values(&mut self, observation: &Observation<'_>) -> Option<Vec<f64>> {
+    fn next(&mut self, observation: &Observation<'_>) -> Option<Vec<f64>> {
         let (v2, look) = self.v2.look(observation)?;
         let mut values: Vec<f64> = self.params.v2.iter().map(|value| v2.value(*value)).collect();
         if let Some(watchdog) = &mut self.v3 {
@@ -259,14 +259,12 @@ impl Verifying {
 
 impl Session for Verifying {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let values = self.values(observation).unwrap_or_default();
-        let (first, more) = values.split_first().unwrap_or((&f64::NAN, &[]));
-        self.more = more.to_vec();
-        *first
+        self.values = self.next(observation).unwrap_or_default();
+        self.values.first().copied().unwrap_or(f64::NAN)
     }
 
     fn more(&self) -> &[f64] {
-        &self.more
+        self.values.get(1..).unwrap_or_default()
     }
 
     fn save(&self) -> Option<Vec<u8>> {
