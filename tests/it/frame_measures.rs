@@ -208,9 +208,20 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
     let root = tempfile::tempdir().unwrap();
     let root = root.path();
     let spec = SPEC.replace("title = \"t\"", "title = \"t\"\nleaderboard = true");
-    std::fs::write(root.join("a.toml"), &spec).unwrap();
+    let families = "family = \"resting\"\n[[tracker]]\nname = \"still\"\nlabel = \"other\"\nfamily = \"others\"\n[[method]]";
+    std::fs::write(root.join("a.toml"), spec.replacen("[[method]]", families, 1)).unwrap();
     trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
     let measures = rows(&read(root, "frame_measures.csv"));
+    // A family of one tracker has that one's measures; one source alone is no pool of its own.
+    let level = |tracker: &str| measures.iter().find(|r| r["method"] == "level" && r["tracker"] == tracker);
+    assert_eq!(level("* others").unwrap()["auroc"], level("other").unwrap()["auroc"]);
+    assert!(number(level("*").unwrap(), "losses") == 2.0 * number(level("* resting").unwrap(), "losses"));
+    assert!(measures.iter().all(|row| !row["tracker"].contains(" on ")));
+    let breakdown = read(root, "tables/breakdown.md");
+    assert!(
+        ["| all |", "| others |", "| resting |"].iter().all(|row| breakdown.contains(row)),
+        "{breakdown}"
+    );
     let all = |method: &str| measures.iter().find(|r| r["method"] == method && r["tracker"] == "*").unwrap();
     let pairs = rows(&read(root, "frame_pairs.csv"));
     assert!(pairs.iter().all(|r| r["method"] != "losses" && r["other"] != "losses"), "{pairs:?}");

@@ -150,6 +150,8 @@ pub struct Absence {
 pub struct Tracker {
     /// Name in tables, unique in the experiment.
     pub label: String,
+    /// Family in which its measures are pooled.
+    pub family: Option<String>,
     /// Label of the tracker that it is a reading of.
     pub like: Option<String>,
     /// Plugin kind.

@@ -16,6 +16,7 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
+//! | [`breakdown`] | says what each method is worth by family of trackers and source of videos |
 //! | [`differences`] | says how far methods are behind the best one frame by frame |
 //! | [`uncertainty`] | says how far headline numbers can be trusted |
 //! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
@@ -28,6 +29,7 @@
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
 //! | [`server`] | shows the reports in a browser |
 
+pub mod breakdown;
 pub mod claims;
 mod colors;
 pub mod differences;

@@ -1,12 +1,34 @@
 //! One decoded frame.
 
+use std::any::Any;
+use std::sync::OnceLock;
+
 /// An 8-bit RGB frame, rows from the top, pixels from the left, three bytes each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
     width: usize,
     height: usize,
     rgb: Vec<u8>,
+    notes: Notes,
 }
+
+/// What a reader keeps with a frame: no part of its value, and not copied with it.
+#[derive(Debug, Default)]
+struct Notes(OnceLock<Box<dyn Any + Send + Sync>>);
+
+impl Clone for Notes {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Notes {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Notes {}
 
 /// Why an image cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -84,7 +106,12 @@ impl Frame {
     /// When `rgb` is not `3 * width * height` long or the frame is empty: a mistake in the caller.
     pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Self {
         assert!(width > 0 && height > 0 && rgb.len() == 3 * width * height, "frame size");
-        Self { width, height, rgb }
+        Self { width, height, rgb, notes: Notes::default() }
+    }
+
+    /// What readers of one kind keep with the frame for each other, empty at first; `None` if those of another kind do.
+    pub fn notes<T: Any + Default + Send + Sync>(&self) -> Option<&T> {
+        self.notes.0.get_or_init(|| Box::<T>::default()).downcast_ref()
     }
 
     /// A frame whose pixel at column `x`, row `y` is `f(x, y)`.

@@ -3,6 +3,8 @@
 use super::lane::LaneStep;
 use super::tracker_run::TrackingError;
 use crate::limits::Interrupted;
+use std::sync::Arc;
+use trackfail_core::image::Frame;
 
 /// Receives the results of [`run_frames`](super::frame_loop::run_frames), and wraps its work. The defaults only do the work.
 pub trait FrameObserver {
@@ -25,6 +27,11 @@ pub trait FrameObserver {
         work: impl FnOnce() -> Result<T, TrackingError>,
     ) -> Result<T, TrackingError> {
         work()
+    }
+
+    /// The frame that a step is given.
+    fn frame(&self, frame: Arc<Frame>) -> Arc<Frame> {
+        frame
     }
 
     /// Wraps the work of the tracker in a frame.

@@ -89,6 +89,8 @@ pub struct Outcome<'a> {
     pub suite: String,
     /// Present sequences, in suite order.
     pub sequences: Vec<Arc<Sequence>>,
+    /// Source of videos of each of them.
+    pub sources: Vec<String>,
     /// Missing sequences.
     pub missing: Vec<Missing>,
     /// Number of sequences of the whole suite.

@@ -94,6 +94,7 @@ pub fn run<'s>(
         rules: count_rules(plan, &tracks),
         differing: differing(&plan.experiment.catalog, &digests)?,
         sequences: test.sequences.iter().map(|s| s.sequence.clone()).collect(),
+        sources: test.sequences.iter().map(|s| s.origin.source.clone()).collect(),
         missing: test.missing.clone(),
         wanted: test.wanted,
         tracks,

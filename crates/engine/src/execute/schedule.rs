@@ -331,6 +331,7 @@ impl<'a, O: FrameObserver> Schedule<'a, O> {
     fn step(&self, step: Step) -> usize {
         let Step { strand, lane, rank, place, mut work, frame, state } = step;
         let t = self.order[place];
+        let frame = self.observer.frame(frame);
         let done = self.observer.supervise(lane, || match (&mut work, &state) {
             (Work::Source(source), _) => {
                 let state = Arc::new(self.observer.time_tracker(|| source.state(t, &frame))?);

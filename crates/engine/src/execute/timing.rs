@@ -18,7 +18,9 @@ use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::columns;
 use trackfail_methods::analysis::processing_time::{Spent, Timing};
@@ -143,6 +145,11 @@ struct ForwardClock {
 }
 
 impl FrameObserver for ForwardClock {
+    /// A copy, without what other signals keep with the frame: each is timed as if it were alone.
+    fn frame(&self, frame: Arc<Frame>) -> Arc<Frame> {
+        Arc::new(Frame::clone(&frame))
+    }
+
     fn time_tracker<T>(&self, work: impl FnOnce() -> T) -> T {
         clocked(&self.tracking, work)
     }

@@ -72,6 +72,9 @@ pub struct Tracker {
     /// Name in tables; the kind if left out.
     #[schemars(with = "Option<String>")]
     pub label: Option<Spanned<String>>,
+    /// Family in which its measures are pooled beside those of all trackers, e.g. `deep`.
+    #[schemars(with = "Option<String>")]
+    pub family: Option<Spanned<String>>,
     /// Repetitions, at least 1.
     #[schemars(with = "Option<u32>")]
     pub runs: Option<Spanned<u32>>,

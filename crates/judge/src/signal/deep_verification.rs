@@ -44,6 +44,7 @@ use crate::tracker::nanotrack::look::{Look, Place};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
@@ -244,7 +245,7 @@ impl Verifying {
     }
 
     /// What the network sees at the tracker's box, in this look or in another one.
-    fn second(&self, look: Option<Look>, frame: &Frame, region: &Region) -> Second {
+    fn second(&self, look: Option<Arc<Look>>, frame: &Frame, region: &Region) -> Second {
         if !region.is_finite() {
             return Second::NOTHING;
         }

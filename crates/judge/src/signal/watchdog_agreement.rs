@@ -33,6 +33,7 @@ use crate::tracker::nanotrack::look::Look;
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> = Entry {
@@ -234,7 +235,7 @@ impl Watchdog {
     }
 
     /// The same with its look, which there is none of in the first frame.
-    pub fn look(&mut self, observation: &Observation<'_>) -> Option<(Seen, Option<Look>)> {
+    pub fn look(&mut self, observation: &Observation<'_>) -> Option<(Seen, Option<Arc<Look>>)> {
         let (frame, region) = (observation.frame, &observation.state.region);
         let Some(follower) = &mut self.follower else {
             self.follower = Some(Follower::start(self.version, frame, region)?);
@@ -245,7 +246,7 @@ impl Watchdog {
     }
 
     /// What its network sees around a box; `None` before it has started.
-    pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Option<Look> {
+    pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Option<Arc<Look>> {
         self.follower.as_ref().map(|follower| follower.look_at(frame, rect))
     }
 

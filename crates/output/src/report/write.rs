@@ -2,7 +2,6 @@
 
 use super::claims;
 use super::colors;
-use super::differences;
 use super::explain;
 use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
@@ -19,6 +18,7 @@ use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use super::written::WrittenReport;
+use super::{breakdown, differences};
 use crate::figure::{Files, Plot, WIDTH};
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
 use crate::table;
@@ -64,7 +64,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let scores = results.scores()?;
     // All trackers together come first: that is what a leaderboard is asked for.
     let pairs = results.frame_pairs()?;
-    let mut layouts: Vec<TableLayout> = differences::table(results, &pairs).into_iter().collect();
+    let mut layouts: Vec<TableLayout> =
+        differences::table(results, &pairs).into_iter().chain(breakdown::table(results)).collect();
     let of_readings = results.readings()?;
     let mut of_experiment = [readings::tables(results, &of_readings), table::layouts(results, &scores)];
     // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.

@@ -34,7 +34,8 @@ const LOSSES: Column =
 const HEAD: [Column; 7] = [
     SUITE,
     Column {
-        meaning: "Label of the tracker; `*` for all of them, in experiments of the leaderboard",
+        meaning: "Label of the tracker; in experiments of the leaderboard also `*` for all of them, `* FAMILY` for those of a \
+                  family, `* on SOURCE` for all on a source of videos, `* FAMILY on SOURCE`",
         ..TRACKER
     },
     METHOD,
@@ -113,8 +114,8 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
 
 /// A tracker with a grid point of a method, and its measures.
 pub(super) struct Row<'a> {
-    /// Label of the tracker, or [`EVERY_TRACKER`].
-    pub tracker: &'a str,
+    /// Label of the tracker or of a pool, see [`pools`].
+    pub tracker: String,
     /// One of its cells.
     pub first: &'a Cell,
     /// The measures.
@@ -130,7 +131,7 @@ pub(super) struct Row<'a> {
 fn of_method<'a>(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
-    (tracker, cells): (&'a str, &[&'a Cell]),
+    (tracker, cells): (&str, &[&'a Cell]),
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let mut rows = Vec::new();
     let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)> = None;
@@ -176,10 +177,35 @@ fn of_method<'a>(
         };
         let measures = with_alarms(scores, &tracks);
         let kept = if tracker == EVERY_TRACKER { sampled.clone() } else { Sampled::default() };
-        rows.push(Row { tracker, first, measures, sampled: kept, tracks: names });
+        rows.push(Row { tracker: tracker.to_string(), first, measures, sampled: kept, tracks: names });
         last = Some((outputs, scores, sampled));
     }
     Ok(rows)
+}
+
+/// Cells of a method by pool: those of all trackers, of each family of trackers, on each source of videos where there
+/// are several, and of both.
+fn pools<'a>(
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+    cells: &[&'a Cell],
+) -> Vec<(String, Vec<&'a Cell>)> {
+    let family = |cell: &Cell| {
+        let tracker = experiment.trackers.iter().find(|tracker| tracker.label == cell.tracker);
+        tracker.and_then(|tracker| tracker.family.as_deref())
+    };
+    let several = outcome.sources.iter().any(|source| Some(source) != outcome.sources.first());
+    let mut pools: BTreeMap<String, Vec<&Cell>> = BTreeMap::new();
+    for cell in cells {
+        let source = outcome.sources.get(cell.sequence).filter(|_| several);
+        let source = source.map_or(String::new(), |source| format!(" on {source}"));
+        let family = family(cell).map_or(String::new(), |family| format!(" {family}"));
+        let names = [String::new(), family.clone(), source.clone(), format!("{family}{source}")];
+        for name in names.into_iter().collect::<BTreeSet<_>>() {
+            pools.entry(format!("{EVERY_TRACKER}{name}")).or_default().push(cell);
+        }
+    }
+    pools.into_iter().collect()
 }
 
 /// The measures of every tracker and method with each of its grid points.
@@ -191,11 +217,11 @@ pub(super) fn measure<'a>(
     outcome: &'a Outcome<'_>,
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let methods = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method));
-    let mut groups: Vec<(&str, Vec<&Cell>)> =
-        methods.into_iter().filter_map(|cells| Some((cells.first()?.tracker.as_str(), cells))).collect();
+    let mut groups: Vec<(String, Vec<&Cell>)> =
+        methods.into_iter().filter_map(|cells| Some((cells.first()?.tracker.clone(), cells))).collect();
     if experiment.leaderboard {
         let methods = grouped(outcome.cells.iter(), |cell| &cell.method);
-        groups.extend(methods.into_iter().map(|cells| (EVERY_TRACKER, cells)));
+        groups.extend(methods.into_iter().flat_map(|cells| pools(experiment, outcome, &cells)));
     }
     let rows = groups
         .par_iter()
@@ -212,7 +238,7 @@ pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError
     let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![suite; rows.len()]),
-        TRACKER.of(rows.iter().map(|row| row.tracker).collect::<Vec<_>>()),
+        TRACKER.of(rows.iter().map(|row| row.tracker.as_str()).collect::<Vec<_>>()),
         METHOD.of(text(|c| &c.method)),
         PARAMS.of(rows.iter().map(|row| some_text(&row.first.params)).collect::<Vec<_>>()),
     ];

@@ -163,7 +163,7 @@ mod tests {
 
     fn row<'a>(cell: &'a Cell, auroc: [f64; 3], tracks: &[(usize, usize)]) -> Row<'a> {
         Row {
-            tracker: EVERY_TRACKER,
+            tracker: EVERY_TRACKER.to_string(),
             first: cell,
             measures: measures_of(auroc[0]),
             sampled: Sampled { auroc: auroc[1..].to_vec(), found_at_5: vec![f64::NAN; 2] },

@@ -31,7 +31,7 @@ pub(super) fn split_params<'i>(
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
         let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            let own = ["name", "label", "like", "runs", "training_runs", "protocol", "absent"];
+            let own = ["name", "label", "family", "like", "runs", "training_runs", "protocol", "absent"];
             own.contains(&key.get_ref().as_ref())
         });
         *table = known;
@@ -52,7 +52,9 @@ pub(super) fn read_trackers(
     let mut trackers: Vec<Tracker> = Vec::new();
     for (k, (t, params)) in all.iter().zip(params).enumerate() {
         let label = t.label.as_ref().unwrap_or(&t.name);
-        errors.keep(check_label(source, label));
+        for word in t.family.iter().chain([label]) {
+            errors.keep(check_label(source, word));
+        }
         let before = || known.labels[..k].iter().map(String::as_str);
         if before().any(|other| other == label.get_ref()) {
             let message = format!("two trackers are called `{}`; give one a `label`", label.get_ref());
@@ -104,6 +106,7 @@ fn read_tracker(
     }
     Some(Tracker {
         label: label.get_ref().clone(),
+        family: wire.family.as_ref().map(|family| family.get_ref().clone()),
         like: wire.like.as_ref().map(|like| like.get_ref().clone()),
         kind: entry.kind,
         version: entry.version,
