@@ -494,3 +494,23 @@ fn a_tracker_that_crashes_on_a_sequence_has_failed_there() {
         assert!(code == 4 && told.contains("failed: mine, b") && told.contains("no memory"), "{code} {told}");
     }
 }
+
+// `part` has no file of c, which is of another source than the videos that it was run on.
+#[test]
+fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {
+    let place = Place::with_three_trackers();
+    place.write("datasets.lock", &LOCK.replace("truth/c.txt", "clips/c.txt"));
+    place.write("clips/c.txt", &TARGET.repeat(FRAMES));
+    let label = "label = \"part\"\n";
+    let on = |source: &str| {
+        let spec = spec(&["full", "part"], METHOD);
+        spec.replace(label, &format!("{label}sources = [\"{source}\"]\n"))
+    };
+    let (code, told) = place.run(&on("truth"), &[]);
+    assert!(code == 0 && !told.contains("not there"), "{code} {told}");
+    let scores = place.kept("scores.csv");
+    let rows = |start: &str| scores.lines().filter(|line| line.starts_with(start)).count();
+    assert_eq!([rows("my-three,c,full"), rows("my-three,c,part"), rows("my-three,a,part")], [1, 0, 1]);
+    let (code, told) = place.run(&on("trut"), &[]);
+    assert!(code == 2 && told.contains("unknown source of videos `trut`; did you mean `truth`?"), "{told}");
+}

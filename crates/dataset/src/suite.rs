@@ -90,6 +90,14 @@ impl Suite {
         }
     }
 
+    /// The source of videos of each of its sequences; of a rendered suite its name.
+    pub fn sources(&self) -> Vec<String> {
+        match &self.content {
+            SuiteContent::Rendered(_) => vec![self.name().to_string()],
+            _ => self.entries().iter().map(|e| e.source().to_string()).collect(),
+        }
+    }
+
     /// Loads the sequences that are under one of `data_roots`, each from the first root that has all of it; without
     /// a root all sequences on disk are missing.
     ///

@@ -162,10 +162,19 @@ pub struct Tracker {
     pub runs: u32,
     /// Repetitions on suites that models are learned from.
     pub training_runs: u32,
+    /// Sources of videos on which it runs; all when `None`.
+    pub sources: Option<Vec<String>>,
     /// Tracks that are known not to be there.
     pub absent: Vec<Absence>,
     /// Run protocol: one pass, resets or shifted starts.
     pub protocol: RunProtocol,
     /// The checked tracker, under its protocol.
     pub setup: Arc<dyn TrackerConfig>,
+}
+
+impl Tracker {
+    /// Whether it is run on the videos of a source.
+    pub fn runs_on(&self, source: &str) -> bool {
+        self.sources.as_ref().is_none_or(|mine| mine.iter().any(|s| s == source))
+    }
 }

@@ -182,7 +182,7 @@ fn judge_sequence(
     let mut cells: Vec<Cell> = Vec::new();
     let mut pending: Vec<(usize, PendingCell)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();
-    for (j, v) in plan.cells_of_sequence() {
+    for (j, v) in plan.cells_of_sequence().into_iter().filter(|(j, _)| !plan.is_elsewhere(planned, *j)) {
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker][plan.part(variant, index)];

@@ -61,7 +61,7 @@ pub fn run_shard(
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells: Done = Vec::new();
         let mut pending = Vec::new();
-        for (j, track) in jobs.iter().zip(&tracks) {
+        for (j, track) in jobs.iter().zip(&tracks).filter(|(j, _)| !plan.is_elsewhere(planned, **j)) {
             let job = plan.jobs[*j];
             let before = cells.len();
             let of_track = || CellName::of_track(plan, *suite, planned, *j);

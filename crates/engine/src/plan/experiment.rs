@@ -22,6 +22,8 @@ use trackfail_methods::tracker::RunContext;
 
 /// The need of what looks at pixels.
 const NEEDS_FRAMES: &str = "needs frames, and the suite has boxes only";
+/// Why a tracker has no track on a video of another source than its own.
+const ELSEWHERE: &str = "runs on videos of other sources";
 
 /// A sequence whose files are present.
 pub struct PlannedSequence {
@@ -130,6 +132,9 @@ impl<'a> ExperimentPlan<'a> {
                 let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
                 let wanted = |job: &Job| demands.iter().any(|d| d.is_for(name, *job));
                 let track = |job: &Job| match &common {
+                    _ if !experiment.trackers[job.tracker].runs_on(&origin.source) => {
+                        Err(CellError::Unmet(ELSEWHERE))
+                    }
                     _ if !wanted(job) => Err(CellError::Missing("not asked for".to_string())),
                     _ if !sequence.has_frames() && experiment.trackers[job.tracker].setup.reads_pixels() => {
                         Err(CellError::Unmet(NEEDS_FRAMES))
@@ -224,6 +229,9 @@ impl<'a> ExperimentPlan<'a> {
     /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
     pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
         let place = self.jobs[job].tracker;
+        if self.is_elsewhere(planned, job) {
+            return Some(CellError::Unmet(ELSEWHERE));
+        }
         let tracker = &self.experiment.trackers[place].setup;
         let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
         let reads_pixels = tracker.reads_pixels() || reads == Some(Reads::Pixels);
@@ -271,7 +279,8 @@ impl<'a> ExperimentPlan<'a> {
     /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
     pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
         let of = |planned: &PlannedSequence| {
-            let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
+            let is_mine = |j: &usize| self.jobs[*j].tracker == tracker && !self.is_elsewhere(planned, *j);
+            let mut mine = (0..self.jobs.len()).filter(is_mine);
             mine.find_map(|j| self.unmet(planned, j, signal))
         };
         self.suites[suite].sequences.iter().find_map(of)
@@ -292,11 +301,18 @@ impl<'a> ExperimentPlan<'a> {
         self.jobs.iter().enumerate().flat_map(of_job).collect()
     }
 
+    /// Whether a job's tracker does not run on the source of a sequence, so that it has no cells there.
+    pub fn is_elsewhere(&self, planned: &PlannedSequence, job: usize) -> bool {
+        !self.experiment.trackers[self.jobs[job].tracker].runs_on(&planned.origin.source)
+    }
+
     /// Every cell of the test suite, sequence by sequence, in the experiment's order.
     pub fn cells(&self) -> Vec<PlannedCell> {
         let of_sequence = self.cells_of_sequence();
         let cell = |sequence: usize| {
-            of_sequence.iter().map(move |&(job, variant)| PlannedCell { sequence, job, variant })
+            let here = move |job: usize| !self.is_elsewhere(&self.test().sequences[sequence], job);
+            let mine = of_sequence.iter().filter(move |(job, _)| here(*job));
+            mine.map(move |&(job, variant)| PlannedCell { sequence, job, variant })
         };
         (0..self.test().sequences.len()).flat_map(cell).collect()
     }

@@ -125,7 +125,7 @@ impl Reader<'_> {
         let suites = read_suites(source, &wire, self.catalog, cut.contains("suites"), &mut errors);
         let known = Known { programs: self.programs, labels: labels(&wire), suites: &suites };
         let trackers = trackers::read_trackers(source, &wire, params, &known, &mut errors);
-        trackers::check_absent(source, &wire, &known, self.catalog, &mut errors);
+        trackers::check_data(source, &wire, &known, self.catalog, &mut errors);
         if wire.tracker.get_ref().is_empty() && !cut.contains("tracker") {
             errors.push(source.error(wire.tracker.span(), "there is no [[tracker]]"));
         }

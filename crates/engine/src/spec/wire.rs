@@ -88,6 +88,9 @@ pub struct Tracker {
     /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
     #[schemars(with = "Option<String>")]
     pub protocol: Option<Spanned<String>>,
+    /// Sources of videos, e.g. `otb`, on which it runs; all if left out.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub sources: Option<Vec<Spanned<String>>>,
     /// Tracks that are known not to be there, with the reason; of results that are replayed. Any other track that is not there
     /// is a failure.
     pub absent: Option<Vec<Absence>>,

@@ -31,7 +31,8 @@ pub(super) fn split_params<'i>(
             return Err(source.error(span, "trackers are written as [[tracker]]"));
         };
         let (known, params) = std::mem::take(table).into_iter().partition(|(key, _)| {
-            let own = ["name", "label", "family", "like", "runs", "training_runs", "protocol", "absent"];
+            let own =
+                ["name", "label", "family", "like", "runs", "training_runs", "protocol", "sources", "absent"];
             own.contains(&key.get_ref().as_ref())
         });
         *table = known;
@@ -112,6 +113,7 @@ fn read_tracker(
         version: entry.version,
         runs,
         training_runs,
+        sources: wire.sources.as_ref().map(|list| list.iter().map(|s| s.get_ref().clone()).collect()),
         absent,
         protocol,
         setup: protocol.over(Arc::from(config?)),
@@ -136,7 +138,7 @@ fn read_absence(
 }
 
 /// Checks that tracks are declared absent on sequences that the experiment has.
-pub(super) fn check_absent(
+pub(super) fn check_data(
     source: Source<'_>,
     wire: &wire::Experiment,
     known: &Known<'_>,
@@ -152,6 +154,13 @@ pub(super) fn check_absent(
         if !names.is_empty() && !names.contains(name.get_ref()) {
             let known = names.iter().map(String::as_str);
             errors.push(source.unknown(name.span(), "sequence", name.get_ref(), known));
+        }
+    }
+    let sources: BTreeSet<String> = suites.iter().flat_map(|suite| suite.sources()).collect();
+    for name in wire.tracker.get_ref().iter().flat_map(|t| t.sources.iter().flatten()) {
+        if !sources.contains(name.get_ref()) {
+            let known = sources.iter().map(String::as_str);
+            errors.push(source.unknown(name.span(), "source of videos", name.get_ref(), known));
         }
     }
 }
