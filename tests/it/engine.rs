@@ -152,6 +152,16 @@ fn computed(tally: &BTreeMap<String, (usize, usize)>) -> (usize, usize, usize) {
     (tally["tracks"].0, tally["signals"].0, tally["labels"].0)
 }
 
+// Before: a signal with several values a frame was computed again by every run.
+#[test]
+fn signals_with_several_values_come_from_the_store() {
+    let place = Place::new();
+    let wide = "[[method]]\nname = \"Wide\"\nsignal = { kind = \"watchdog-agreement\", values = [\"overlap\", \"score\"] }\ndetector = { kind = \"agreement\" }\n";
+    place.spec(&SPEC.replacen("[[method]]", &format!("{wide}\n[[method]]"), 1));
+    assert_eq!(computed(&place.run()), (4, 12, 20));
+    assert_eq!(computed(&place.run()), (0, 0, 0));
+}
+
 #[test]
 fn a_change_computes_exactly_the_results_that_depend_on_it() {
     let place = Place::new();

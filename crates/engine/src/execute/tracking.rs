@@ -115,7 +115,9 @@ fn look(
             return Some(Vec::new());
         }
         let address = plan.signal_recipe(planned, job, k).ok()?.address();
-        context.cached::<Vec<f64>>(&address, rows).filter(|s| s.len() == rows)
+        context
+            .cached::<Vec<f64>>(&address, rows)
+            .filter(|s| s.len() == rows * plan.signals[k].signal.width())
     };
     let states = context.cached::<Vec<TrackerState>>(&recipe.address(), rows);
     let states = states.filter(|s| s.len() == rows).map(Arc::new);

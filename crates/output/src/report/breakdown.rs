@@ -25,8 +25,9 @@ const COLUMNS: [(&str, &str); 9] = [
 /// The table; `None` for results whose tracks are of one family and one source.
 pub fn table(results: &Results) -> Option<TableLayout> {
     let rows_of = |method: &str| -> Vec<(String, Vec<Cell>)> {
-        let mine = results.frame_measures.iter().filter(|([tracker, name, _], _)| {
-            name == method && tracker.split(' ').next() == Some(EVERY_TRACKER)
+        let mine = results.frame_measures.iter().filter(|([tracker, name, _], measures)| {
+            let has_loss = measures.get("losses").is_some_and(|losses| losses > 0.0);
+            name == method && tracker.split(' ').next() == Some(EVERY_TRACKER) && has_loss
         });
         mine.map(|([tracker, ..], measures)| (pool(tracker).to_string(), cells(measures))).collect()
     };

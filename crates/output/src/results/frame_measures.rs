@@ -205,6 +205,14 @@ fn pools<'a>(
             pools.entry(format!("{EVERY_TRACKER}{name}")).or_default().push(cell);
         }
     }
+    // A family that runs on one source alone is one pool.
+    let sizes: BTreeSet<(String, usize)> =
+        pools.iter().map(|(name, cells)| (name.clone(), cells.len())).collect();
+    pools.retain(|name, cells| {
+        let part =
+            name.split_once(" on ").map(|(family, source)| [family.to_string(), format!("* on {source}")]);
+        part.is_none_or(|of| of.iter().all(|of| of == name || !sizes.contains(&(of.clone(), cells.len()))))
+    });
     pools.into_iter().collect()
 }
 
