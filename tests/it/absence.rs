@@ -8,10 +8,8 @@ use std::path::PathBuf;
 const FRAMES: usize = 40;
 const HIDDEN: std::ops::Range<usize> = 20..25;
 
-/// A method that sees colors, where the arguments name none: a deep watchdog cannot follow what is made of noise.
-fn method(arguments: &[&str]) -> &'static [&'static str] {
-    if arguments.contains(&"--method") { &[] } else { &["--method", "Fused frames"] }
-}
+/// A method that raises an alarm where the target is hidden.
+const COLORS: [&str; 2] = ["--method", "Object colors"];
 
 /// A byte of a place in a texture.
 fn noise(x: u32, y: u32, texture: u32) -> u8 {
@@ -20,7 +18,7 @@ fn noise(x: u32, y: u32, texture: u32) -> u8 {
     ((mixed ^ (mixed >> 13)).wrapping_mul(1_274_126_177) >> 24) as u8
 }
 
-/// A textured target of 24 x 18 pixels that moves over a textured ground.
+/// A red target of 24 x 18 pixels that moves over a smooth ground.
 struct Scene {
     root: tempfile::TempDir,
 }
@@ -35,9 +33,10 @@ impl Scene {
                 let inside = (left..left + 24).contains(&x) && (top..top + 18).contains(&y);
                 image::Rgb(if inside && !HIDDEN.contains(&t) {
                     let (u, v) = ((x - left) / 3, (y - top) / 3);
-                    [128 + noise(u, v, 1) / 2, noise(u, v, 2), noise(u, v, 3) / 3]
+                    [200 + noise(u, v, 1) / 5, 40 + noise(u, v, 2) / 4, 30 + noise(u, v, 3) / 8]
                 } else {
-                    [4, 5, 6].map(|k| 40 + noise(x / 4, y / 4, k) / 2)
+                    let [right, down, both] = [x / 4, y / 4, (x + y) / 6].map(|v| v as u8);
+                    [70 + right + noise(x / 2, y / 2, 4) / 16, 110 + down, 90 + both]
                 })
             });
             picture.save(root.path().join(format!("img/{:04}.png", t + 1))).unwrap();
@@ -62,7 +61,7 @@ impl Scene {
         std::fs::write(&path, boxes.iter().map(line).collect::<String>()).unwrap();
         let mut command = trackfail();
         command.args(["detect", "--base", "0", "--absent", "--fail-on-loss", "--frames"]);
-        command.arg(self.root.path().join("img")).arg("--boxes").arg(path).args(more).args(method(more));
+        command.arg(self.root.path().join("img")).arg("--boxes").arg(path).args(more);
         let output = command.output().unwrap();
         (output.status.code(), String::from_utf8(output.stdout).unwrap())
     }
@@ -80,13 +79,7 @@ impl Scene {
 
 /// The states that `monitor` gives lines, each as its first letter.
 fn monitored(arguments: &[&str], lines: &[String]) -> String {
-    let output = trackfail()
-        .arg("monitor")
-        .args(arguments)
-        .args(method(arguments))
-        .write_stdin(lines.concat())
-        .output()
-        .unwrap();
+    let output = trackfail().arg("monitor").args(arguments).write_stdin(lines.concat()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     let state = |line: &str| {
@@ -112,11 +105,13 @@ fn a_target_that_is_found_again_after_an_absence_is_not_lost() {
     let boxes = scene.boxes(0..0);
     let page = scene.root.path().join("page.html");
     let more = ["--format", "table", "--report", page.to_str().unwrap()];
-    assert_eq!(scene.detect(&boxes, &more), (Some(0), NEVER_LOST.to_string()));
+    for method in [&[][..], &COLORS] {
+        assert_eq!(scene.detect(&boxes, &[&more, method].concat()), (Some(0), NEVER_LOST.to_string()));
+    }
     let page = std::fs::read_to_string(page).unwrap();
     assert!(!page.contains("Lost since") && page.contains(NEVER_LOST.lines().next().unwrap()));
 
-    let (code, csv) = scene.detect(&boxes, &["--format", "csv"]);
+    let (code, csv) = scene.detect(&boxes, &[&COLORS[..], &["--format", "csv"]].concat());
     let all = rows(&csv);
     let frames = |key: &str, value: &str| -> Vec<usize> {
         (1..=FRAMES).filter(|t| all[t - 1][key] == value).collect()
@@ -124,16 +119,16 @@ fn a_target_that_is_found_again_after_an_absence_is_not_lost() {
     assert_eq!(code, Some(0));
     assert_eq!((frames("state", "absent"), frames("state", "lost")), (vec![21, 22, 23, 24, 25], vec![]));
     // The alarm of the absence is there, and ends with it.
-    assert_eq!(frames("label", "1"), [22, 23, 24, 25]);
-    assert_eq!((frames("change", "1"), frames("change", "-1")), (vec![22], vec![26]));
+    assert_eq!(frames("label", "1"), [21, 22, 23, 24, 25]);
+    assert_eq!((frames("change", "1"), frames("change", "-1")), (vec![21], vec![26]));
 
     let lines = scene.lines(&boxes);
     let states = "t".repeat(20) + &"a".repeat(5) + &"t".repeat(15);
-    assert_eq!(monitored(&[], &lines), states);
+    assert_eq!((monitored(&[], &lines), monitored(&COLORS, &lines)), (states.clone(), states.clone()));
     // The same in two parts, wherever the first one ends.
     for cut in [20, 22, 25, 26, 30] {
         let state = scene.root.path().join(format!("{cut}.state"));
-        let state = ["--state", state.to_str().unwrap()];
+        let state = [&COLORS[..], &["--state", state.to_str().unwrap()]].concat();
         let parts = [&lines[..cut], &lines[cut..]].map(|part| monitored(&state, part));
         assert_eq!(parts.concat(), states, "{cut}");
     }
@@ -152,7 +147,7 @@ fn a_tracker_that_comes_back_beside_its_target_is_lost() {
         "",
         "from to state probability why",
         "21 25 absent no box",
-        "26 40 lost .99 alarm: .91 > .83",
+        "26 40 lost 1.00 alarm: 1.00 > .91",
     ];
     assert_eq!((code, rows.iter().map(String::as_str).collect::<Vec<_>>()), (Some(6), want.to_vec()));
     let states = "t".repeat(20) + &"a".repeat(5) + &"l".repeat(15);

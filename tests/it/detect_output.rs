@@ -124,7 +124,7 @@ fn a_budget_is_for_methods_that_take_one() {
     let mut command = trackfail();
     command.args(["detect", "--budget", "5", "--boxes"]).arg(&boxes).arg("--confidence").arg(&confidence);
     let output = command.output().unwrap();
-    assert!(rows(&text(output.stdout)).iter().all(|row| row["method"] == "Fused confidence"));
+    assert!(rows(&text(output.stdout)).iter().all(|row| row["method"] == "Fused boxes"));
     assert_eq!(output.status.code(), Some(0));
     for budget in ["0", "-1", "nan", "inf"] {
         for verb in [&["detect", "--boxes", "-"][..], &["monitor"]] {

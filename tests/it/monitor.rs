@@ -70,7 +70,7 @@ fn a_budget_alone_is_enough() {
         line["confidence"] = json!(0.5);
         line
     }));
-    for (input, method) in [(boxes, "Fused boxes"), (confident, "Fused confidence")] {
+    for (input, method) in [(boxes, "Fused boxes"), (confident, "Fused boxes")] {
         let (code, out, err) = monitor(&["--budget", "2"], &input);
         assert_eq!((code, err), (0, format!("method: {method}\n")));
         // Of a method that is named, no note says that there are no frames.

@@ -210,10 +210,10 @@ mod tests {
 
     #[test]
     fn several_words_with_one_part_are_suggested() {
-        let known = ["DTEF", "Fused boxes", "Fused frames", "RAW"];
+        let known = ["DTEF", "Fused boxes", "Fused deep", "RAW"];
         assert_eq!(
             unknown("method", "Fusd", known),
-            "unknown method `Fusd`; did you mean `Fused boxes` or `Fused frames`?"
+            "unknown method `Fusd`; did you mean `Fused boxes` or `Fused deep`?"
         );
     }
 

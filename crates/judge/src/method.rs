@@ -255,7 +255,7 @@ impl Inputs {
 /// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
 pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
-        Inputs { frames: true, companions: true, .. } => "Fused frames and companions",
+        Inputs { frames: true, companions: true, .. } => "Fused deep and companions",
         Inputs { companions: true, .. } => "Fused companions",
         Inputs { frames: true, .. } => "Fused deep",
         Inputs { confidence: true, .. } => "Confidence",
@@ -266,7 +266,7 @@ pub fn recommended(inputs: Inputs) -> &'static str {
 /// Name of the method that is recommended for the inputs among those that take a budget of false alarms.
 pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
     match recommended(inputs) {
-        "Confidence" => "Fused confidence",
+        "Confidence" => "Fused boxes",
         name => name,
     }
 }
@@ -326,15 +326,11 @@ mod tests {
                 "FuCoLoT",
                 "Confidence",
                 "Fused boxes",
-                "Fused frames",
-                "Fused watchdog",
-                "Fused confidence",
-                "Fused frames and confidence",
                 "Fused companions",
-                "Fused frames and companions",
                 "Agreement",
                 "Fused deep",
                 "Fused deep full",
+                "Fused deep and companions",
             ]
         );
         for name in names() {

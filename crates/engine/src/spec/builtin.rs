@@ -17,8 +17,6 @@ pub static EXPERIMENTS: &[(&str, &str)] = &[
     ("benchmark/otb", include_str!("../../../../experiments/benchmark/otb.toml")),
     ("benchmark/vot2014", include_str!("../../../../experiments/benchmark/vot2014.toml")),
     ("benchmark/fused", include_str!("../../../../experiments/benchmark/fused.toml")),
-    ("benchmark/fused-models", include_str!("../../../../experiments/benchmark/fused-models.toml")),
-    ("benchmark/fused-ablation", include_str!("../../../../experiments/benchmark/fused-ablation.toml")),
     ("benchmark/deep", include_str!("../../../../experiments/benchmark/deep.toml")),
     ("benchmark/deep-models", include_str!("../../../../experiments/benchmark/deep-models.toml")),
     ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),

@@ -14,11 +14,10 @@
 //! own past, so that no signal's scale matters, and a value that is missing (NaN) counts as nothing, not as 0.
 //!
 //! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
-//! come with the program (`model`), which were learned by `benchmark/fused-models` and `benchmark/deep-models` and are
-//! described in `docs/fused.md`.
+//! come with the program (`model`), which were learned by `benchmark/deep-models` and are described in `docs/fused.md`.
 //!
 //! Source: none; logistic fusion of weak signals is common practice (stacking). Choices: features, inputs and `lambda` were
-//! chosen by scores on held-out folds of the videos that `benchmark/fused` reports on, dealt out in another way.
+//! chosen by scores on folds of the sources of videos that are learned from, see docs/fused.md.
 
 mod features;
 mod inputs;
@@ -39,7 +38,7 @@ use std::sync::Arc;
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> = Entry {
     kind: "fused",
-    version: 3,
+    version: 4,
     summary: "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
     example: "{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }",
     more: &[],
@@ -51,21 +50,17 @@ pub const ENTRY: Entry<dyn Detector> = Entry {
 /// raised.
 static MODELS: &[(&str, &str)] = &[
     ("boxes", include_str!("../../models/fused/boxes.json")),
-    ("frames", include_str!("../../models/fused/frames.json")),
-    ("watchdog", include_str!("../../models/fused/watchdog.json")),
-    ("confidence", include_str!("../../models/fused/confidence.json")),
-    ("frames-and-confidence", include_str!("../../models/fused/frames-and-confidence.json")),
     ("deep", include_str!("../../models/fused/deep.json")),
     ("deep-full", include_str!("../../models/fused/deep-full.json")),
+    ("deep-and-companions", include_str!("../../models/fused/deep-and-companions.json")),
     ("companions", include_str!("../../models/fused/companions.json")),
-    ("frames-and-companions", include_str!("../../models/fused/frames-and-companions.json")),
 ];
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Names of the inputs, one for each signal, in their order: `displacement`, `first-colors`, `watchdog` ...
+    /// Names of the inputs, one for each signal, in their order: `displacement`, `companions`, `v2-overlap` ...
     pub inputs: Vec<String>,
     /// A model that comes with the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]

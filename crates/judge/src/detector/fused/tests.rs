@@ -28,7 +28,7 @@ fn learnt(examples: &[Example<'_>], params: &str) -> Box<dyn Detector> {
 // By hand: the past of the last value is 1, 2, 3, 4, its median 2.5 and its median deviation 1.
 #[test]
 fn features_by_hand() {
-    let features = last("first-colors", &[1.0, 2.0, 3.0, 4.0, 0.0]);
+    let features = last("companions", &[1.0, 2.0, 3.0, 4.0, 0.0]);
     let expected = [
         ("now", 0.0),
         ("worst5", 0.0),
@@ -49,8 +49,8 @@ fn features_by_hand() {
 #[test]
 fn a_missing_value_is_said_and_changes_no_memory() {
     let (with, without) = ([0.4, f64::NAN, f64::NAN, 0.2], [0.4, 0.2]);
-    assert_eq!(last("first-colors", &with), last("first-colors", &without));
-    let missing = last("first-colors", &with[..2]);
+    assert_eq!(last("companions", &with), last("companions", &without));
+    let missing = last("companions", &with[..2]);
     assert_eq!(feature(&missing, "missing"), 1.0);
     assert!(feature(&missing, "now").is_nan() && (feature(&missing, "mean20") - 0.4).abs() < 1e-12);
 }
@@ -59,7 +59,7 @@ fn a_missing_value_is_said_and_changes_no_memory() {
 #[test]
 fn the_slope_is_that_of_least_squares() {
     let squares: Vec<f64> = (0..20).map(|k| f64::from(k * k)).collect();
-    assert!((feature(&last("first-colors", &squares), "slope20") - 380.0).abs() < 1e-9);
+    assert!((feature(&last("companions", &squares), "slope20") - 380.0).abs() < 1e-9);
 }
 
 // from sklearn.linear_model import LogisticRegression; numpy as np
@@ -102,7 +102,7 @@ fn tracks() -> Vec<(Vec<f64>, Vec<f64>, String)> {
         .collect()
 }
 
-const PARAMS: &str = "{ inputs = [\"first-colors\"], train = \"train\", budget = 2.0, stride = 3 }";
+const PARAMS: &str = "{ inputs = [\"companions\"], train = \"train\", budget = 2.0, stride = 3 }";
 
 fn examples(tracks: &[(Vec<f64>, Vec<f64>, String)]) -> Vec<Example<'_>> {
     tracks.iter().map(|(s, e, video)| Example { video: video.clone(), ..Example::new(s, e) }).collect()
@@ -202,9 +202,7 @@ fn the_order_of_the_tracks_of_a_video_changes_rounding_only_and_the_same_tracks_
 #[test]
 fn parameters_are_checked() {
     let message = |text| ENTRY.build_from_text(text).map(|_| ()).unwrap_err().message;
-    assert!(
-        message("{ inputs = [\"first-colours\"], train = \"x\" }").contains("did you mean `first-colors`?")
-    );
+    assert!(message("{ inputs = [\"companion\"], train = \"x\" }").contains("did you mean `companions`?"));
     assert!(message("{ inputs = [\"scale\"] }").contains("either `model`"));
     assert!(message("{ inputs = [], train = \"x\" }").contains("inputs"));
     assert!(message("{ inputs = [\"scale\"], train = \"x\", budget = 0.0 }").contains("budget"));
@@ -243,7 +241,7 @@ proptest! {
     #[test]
     fn the_deviation_is_the_median_of_all_distances(values in prop::collection::vec(-5.0..5.0_f64, 1..130)) {
         let mut history = InputHistory::default();
-        let features: Vec<_> = values.iter().map(|v| history.push(input("border"), *v)).collect();
+        let features: Vec<_> = values.iter().map(|v| history.push(input("share"), *v)).collect();
         let Some((x, past)) = values.split_last() else { return Ok(()) };
         let mut past = past[past.len().saturating_sub(100)..].to_vec();
         if let Some(middle) = crate::num::summary::median(&mut past) {
@@ -301,17 +299,13 @@ fn models_belong_to_the_version() {
     };
     let found: Vec<(&str, String)> = MODELS.iter().map(|(name, text)| (*name, digest(text))).collect();
     let expected = [
-        ("boxes", "4587d421b1fe1afe"),
-        ("frames", "113bd585f898b9dc"),
-        ("watchdog", "888b29003021bb41"),
-        ("confidence", "651479196bc0a7f5"),
-        ("frames-and-confidence", "a4798003cfeab429"),
-        ("deep", "77ce90d5ef936bfd"),
-        ("deep-full", "d9a0458834a4a405"),
-        ("companions", "6e162ee485b826df"),
-        ("frames-and-companions", "e5cc09097a3f1a42"),
+        ("boxes", "eaaa3e42951e2bbb"),
+        ("deep", "ac263079af980dd3"),
+        ("deep-full", "86eb8222d5a8b3f2"),
+        ("deep-and-companions", "b6f37c88db27c863"),
+        ("companions", "1f3d9ec9010d58a3"),
     ];
-    assert_eq!(ENTRY.version, 3);
+    assert_eq!(ENTRY.version, 4);
     for ((name, digest), expected) in found.iter().zip(expected) {
         assert_eq!((*name, digest.as_str()), expected, "with another model, raise the version");
     }
