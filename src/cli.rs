@@ -141,6 +141,8 @@ enum Tier {
     Default,
     /// With a second deep tracker: `Fused deep full`
     Full,
+    /// For boxes of NanoTrack v2, as OpenCV's TrackerNano gives them: `Fused deep v3`
+    Nanotrack,
 }
 
 impl Tier {
@@ -150,6 +152,7 @@ impl Tier {
             Self::Light => "Agreement",
             Self::Default => "Fused deep",
             Self::Full => "Fused deep full",
+            Self::Nanotrack => "Fused deep v3",
         }
     }
 }

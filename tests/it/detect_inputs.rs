@@ -288,7 +288,12 @@ fn boxes_without_frames_are_judged_by_what_they_say() {
 fn a_tier_is_a_method() {
     let clip = Clip::new();
     let (frames, boxes) = ([clip.img.clone()], clip.xywh());
-    for (tier, method) in [("light", "Agreement"), ("default", "Fused deep"), ("full", "Fused deep full")] {
+    for (tier, method) in [
+        ("light", "Agreement"),
+        ("default", "Fused deep"),
+        ("full", "Fused deep full"),
+        ("nanotrack", "Fused deep v3"),
+    ] {
         let text = detect(&frames, &boxes, &["--tier", tier]);
         assert!(rows(&text).iter().all(|row| row["method"] == method), "{text}");
         assert_eq!(text, detect(&frames, &boxes, &["--method", method]));

@@ -330,6 +330,7 @@ mod tests {
                 "Agreement",
                 "Fused deep",
                 "Fused deep full",
+                "Fused deep v3",
                 "Fused deep and companions",
             ]
         );

@@ -52,6 +52,7 @@ static MODELS: &[(&str, &str)] = &[
     ("boxes", include_str!("../../models/fused/boxes.json")),
     ("deep", include_str!("../../models/fused/deep.json")),
     ("deep-full", include_str!("../../models/fused/deep-full.json")),
+    ("deep-v3", include_str!("../../models/fused/deep-v3.json")),
     ("deep-and-companions", include_str!("../../models/fused/deep-and-companions.json")),
     ("companions", include_str!("../../models/fused/companions.json")),
 ];

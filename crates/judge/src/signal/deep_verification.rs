@@ -1,5 +1,5 @@
 //! `deep-verification`: what a small deep network says of the tracker's box, from three sides. One or two watchdogs
-//! (`watchdog-agreement`) follow the target from the first frame on; and the network of the first one looks a second time,
+//! (`watchdog-agreement`) follow the target from the first frame on; and the network of one of them looks a second time,
 //! at the tracker's own box.
 //!
 //! ```text
@@ -24,9 +24,10 @@
 //! `here` is `["elsewhere"]` where it is not given.
 //! `t` is a 0-based frame. Scores, overlaps and products are in `[0, 1]`, logarithms are natural.
 //!
-//! The second look is that of the v2 network with the template of the first frame around the tracker's box, whose sides are at least
-//! 4 pixels. It is taken only where the watchdog v2 and the tracker overlap by less than .6 (and in the first frame): elsewhere
-//! the watchdog's own look has seen the box, and its cells are read about the tracker's place. A box whose coordinates are no
+//! The second look is that of the network `look`, v2 unless it is given, with the template of the first frame around the tracker's
+//! box, whose sides are at least 4 pixels. It is taken only where the watchdog of this network and the tracker overlap by less
+//! than .6 (and in the first frame): elsewhere the watchdog's own look has seen the box, and its cells are read about the
+//! tracker's place. A network that no value asks for does not run. A box whose coordinates are no
 //! numbers cannot be looked at, and has no cells: scores and overlap are 0 then, and the distance is 3.
 //!
 //! Source: none; a tracker that verifies another at intervals is Parallel Tracking and Verifying (Fan and Ling, ICCV
@@ -55,6 +56,7 @@ pub const ENTRY: Entry<dyn Signal> = Entry {
     more: &[
         "{ v2 = [\"overlap\", \"score\"], here = [\"apart\", \"inside\", \"middle\"] }",
         "{ v2 = [\"disagreement\"], v3 = [\"disagreement\"], both = [\"product\", \"against\"], here = [] }",
+        "{ v3 = [\"overlap\"], here = [\"score\", \"elsewhere\"], look = \"v3\" }",
     ],
     build: |raw| Ok(Box::new(DeepVerification::new(read_params(raw)?)?)),
     schema: || schemars::schema_for!(Params),
@@ -130,6 +132,13 @@ pub struct Params {
     /// Values of the second look.
     #[serde(default = "elsewhere")]
     pub here: Vec<Here>,
+    /// Network of the second look.
+    #[serde(default, skip_serializing_if = "is_v2")]
+    pub look: Version,
+}
+
+fn is_v2(version: &Version) -> bool {
+    *version == Version::V2
 }
 
 fn elsewhere() -> Vec<Here> {
@@ -137,8 +146,14 @@ fn elsewhere() -> Vec<Here> {
 }
 
 impl Params {
-    fn uses_v3(&self) -> bool {
-        !self.v3.is_empty() || !self.both.is_empty()
+    /// Whether any value asks for a network.
+    fn uses(&self, version: Version) -> bool {
+        let mine = match version {
+            Version::V2 => &self.v2,
+            Version::V3 => &self.v3,
+        };
+        let looks = self.look == version && !self.here.is_empty();
+        !mine.is_empty() || !self.both.is_empty() || looks
     }
 
     /// Direction and bounds of each value.
@@ -173,7 +188,7 @@ impl DeepVerification {
     /// # Errors
     /// For a value that is named twice in a list, and without any.
     pub fn new(params: Params) -> Result<Self, ParamError> {
-        let Params { v2, v3, both, here } = &params;
+        let Params { v2, v3, both, here, .. } = &params;
         once("v2", v2)?;
         once("v3", v3)?;
         once("both", both)?;
@@ -207,11 +222,11 @@ impl Signal for DeepVerification {
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let v3 = self.0.uses_v3().then(|| Watchdog::new(Version::V3));
+        let watchdog = |version| self.0.uses(version).then(|| Watchdog::new(version));
         Ok(Box::new(Verifying {
             params: self.0.clone(),
-            v2: Watchdog::new(Version::V2),
-            v3,
+            v2: watchdog(Version::V2),
+            v3: watchdog(Version::V3),
             values: Vec::new(),
         }))
     }
@@ -220,7 +235,7 @@ impl Signal for DeepVerification {
 /// The watchdogs beside a track.
 struct Verifying {
     params: Params,
-    v2: Watchdog,
+    v2: Option<Watchdog>,
     v3: Option<Watchdog>,
     /// All values of the last frame.
     values: Vec<f64>,
@@ -229,15 +244,21 @@ struct Verifying {
 impl Verifying {
     /// All values of the next frame; `None` where no watchdog can start.
     fn next(&mut self, observation: &Observation<'_>) -> Option<Vec<f64>> {
-        let (v2, look) = self.v2.look(observation)?;
-        let mut values: Vec<f64> = self.params.v2.iter().map(|value| v2.value(*value)).collect();
-        if let Some(watchdog) = &mut self.v3 {
-            let v3 = watchdog.step(observation)?;
-            values.extend(self.params.v3.iter().map(|value| v3.value(*value)));
-            values.extend(self.params.both.iter().map(|value| both(&v2, &v3, *value)));
+        let step = |watchdog: &mut Option<Watchdog>| match watchdog {
+            Some(watchdog) => watchdog.look(observation).map(Some),
+            None => Some(None),
+        };
+        let (v2, v3) = (step(&mut self.v2)?, step(&mut self.v3)?);
+        let of = |seen: &Option<(Seen, _)>, values: &[WatchdogValue]| -> Vec<f64> {
+            seen.iter().flat_map(|(seen, _)| values.iter().map(|value| seen.value(*value))).collect()
+        };
+        let mut values = [of(&v2, &self.params.v2), of(&v3, &self.params.v3)].concat();
+        if let (Some((v2, _)), Some((v3, _))) = (&v2, &v3) {
+            values.extend(self.params.both.iter().map(|value| both(v2, v3, *value)));
         }
-        if !self.params.here.is_empty() {
-            let look = look.filter(|_| v2.overlap >= SEEN);
+        let looked = if is_v2(&self.params.look) { v2 } else { v3 };
+        if let Some((seen, look)) = looked.filter(|_| !self.params.here.is_empty()) {
+            let look = look.filter(|_| seen.overlap >= SEEN);
             let second = self.second(look, observation.frame, &observation.state.region);
             values.extend(self.params.here.iter().map(|value| second.value(*value)));
         }
@@ -253,7 +274,8 @@ impl Verifying {
         let (w, h) = (bounds.w.max(LEAST_SIDE), bounds.h.max(LEAST_SIDE));
         let (x, y) = bounds.center();
         let rect = Rect::new(x - w / 2.0, y - h / 2.0, w, h);
-        let look = look.or_else(|| self.v2.look_at(frame, &rect));
+        let watchdog = if is_v2(&self.params.look) { &self.v2 } else { &self.v3 };
+        let look = look.or_else(|| watchdog.as_ref()?.look_at(frame, &rect));
         look.map_or(Second::NOTHING, |look| Second::of(&look, &rect))
     }
 }
@@ -269,14 +291,18 @@ impl Session for Verifying {
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&(self.v2.memory(), self.v3.as_ref().and_then(Watchdog::memory)))
+        let memory = |watchdog: &Option<Watchdog>| watchdog.as_ref().and_then(Watchdog::memory);
+        saved::to_bytes(&(memory(&self.v2), memory(&self.v3)))
     }
 
     fn restore(&mut self, saved: &[u8]) -> bool {
         let Some((v2, v3)) = saved::from_bytes::<(Option<Memory>, Option<Memory>)>(saved) else {
             return false;
         };
-        self.v2.restore(v2) && self.v3.as_mut().is_none_or(|watchdog| watchdog.restore(v3))
+        let restored = |watchdog: &mut Option<Watchdog>, memory| {
+            watchdog.as_mut().is_none_or(|watchdog| watchdog.restore(memory))
+        };
+        restored(&mut self.v2, v2) && restored(&mut self.v3, v3)
     }
 }
 

@@ -299,11 +299,12 @@ fn models_belong_to_the_version() {
     };
     let found: Vec<(&str, String)> = MODELS.iter().map(|(name, text)| (*name, digest(text))).collect();
     let expected = [
-        ("boxes", "eaaa3e42951e2bbb"),
+        ("boxes", "ec5833468a06f4f7"),
         ("deep", "ac263079af980dd3"),
         ("deep-full", "86eb8222d5a8b3f2"),
-        ("deep-and-companions", "b6f37c88db27c863"),
-        ("companions", "1f3d9ec9010d58a3"),
+        ("deep-v3", "8fef5c2044f91858"),
+        ("deep-and-companions", "c49af5d79650c2b1"),
+        ("companions", "23e9309fbb062b7e"),
     ];
     assert_eq!(ENTRY.version, 4);
     for ((name, digest), expected) in found.iter().zip(expected) {

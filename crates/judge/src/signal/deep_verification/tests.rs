@@ -8,10 +8,15 @@ const ALL: &str = "{ v2 = [\"overlap\", \"score\"], v3 = [\"overlap\", \"score\"
 
 /// All values beside a tracker that follows a face for ten frames, and is `shift` pixels further on from then on.
 fn beside(shift: f64) -> Vec<Vec<f64>> {
+    beside_with(ALL, shift)
+}
+
+/// Values of a signal beside the same tracker.
+fn beside_with(params: &str, shift: f64) -> Vec<Vec<f64>> {
     let (girl, frames) = tracker::testing::excerpt(20);
     let config = tracker::nanotrack::ENTRY.build_from_text("{}").unwrap();
     let states = tracker::testing::track(&*config, &girl, 1, girl.truth[0].as_ref().unwrap(), &frames);
-    let signal = ENTRY.build_from_text(ALL).unwrap();
+    let signal = ENTRY.build_from_text(params).unwrap();
     let mut session = testing::start(&*signal);
     let of = |(t, (frame, state)): (usize, (&Frame, &TrackerState))| {
         let bounds = state.region.bounds().shifted(if t < 10 { 0.0 } else { shift }, 0.0);
@@ -50,6 +55,23 @@ fn a_second_look_tells_the_target_from_its_surroundings() {
     assert!(score < 0.5 && overlap < 0.6 && inside < 0.0 && outside > 1.0 && elsewhere > 1.0, "{near:?}");
     let [.., inside, _, elsewhere] = here(&far[15]);
     assert!(inside < 2.0 && elsewhere.abs() < 0.5, "{far:?}");
+}
+
+// By a signal of v3 alone: its watchdog's values are those beside v2, and its second look is another network's.
+#[test]
+fn a_second_look_of_v3_needs_no_v2() {
+    let alone = ALL.replace("v2 = [\"overlap\", \"score\"], ", "");
+    let i = alone.find("both = ").unwrap();
+    let alone = format!(
+        "{}{}, look = \"v3\" }}",
+        &alone[..i],
+        alone[alone.find("here = ").unwrap()..].trim_end_matches(" }")
+    );
+    let (of_v3, of_both) = (beside_with(&alone, 60.0), beside(60.0));
+    assert!(of_v3.iter().zip(&of_both).all(|(mine, all)| mine[..2] == all[2..4] && mine.len() == 11));
+    let [score, .., elsewhere] = of_v3[15][2..] else { panic!() };
+    assert!(score < 0.7 && elsewhere > 0.0 && of_v3[15][2..] != of_both[15][10..], "{of_v3:?}");
+    assert!(of_v3[5][2] > 0.9 && of_v3[5][10] < -2.0, "{of_v3:?}");
 }
 
 #[test]
