@@ -124,7 +124,8 @@ fn experiments(args: &Args) -> Result<Vec<[String; 9]>, Failure> {
         let suite = &e.suites[crate::spec::TEST];
         let suites = engine::execute::load(&e, &roots).map_err(Failure::data)?;
         let plan = ExperimentPlan::new(&e, suites, &roots, &Stop::default()).map_err(Failure::io)?;
-        let cells = plan.test().wanted * plan.cells_of_sequence().len();
+        let sources = catalog.suite(suite).map_err(Failure::data)?.sources();
+        let cells: usize = sources.iter().map(|source| plan.cells_on(source).len()).sum();
         let states = plan.states(&store);
         let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
         let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));

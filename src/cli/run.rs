@@ -291,7 +291,7 @@ impl Progress {
     fn start(args: &Args, plan: &ExperimentPlan<'_>) -> Self {
         let watch = Arc::new(ProgressWatch::default());
         if args.shard.is_none() {
-            watch.all_cells(plan.cells().len());
+            watch.all_cells(plan.cells().count());
         }
         let publisher = progress::publish(&args.results, plan.experiment, args.shard, &watch);
         Self { bar: progress_bar(args, &plan.experiment.name), watch, publisher }

@@ -511,6 +511,13 @@ fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {
     let scores = place.kept("scores.csv");
     let rows = |start: &str| scores.lines().filter(|line| line.starts_with(start)).count();
     assert_eq!([rows("my-three,c,full"), rows("my-three,c,part"), rows("my-three,a,part")], [1, 0, 1]);
+    let (_, cells) = place.run(&on("truth"), &["--dry-run", "--format", "csv"]);
+    let states = |start: &str| cells.lines().filter(|line| line.starts_with(start)).collect::<Vec<_>>();
+    assert_eq!(
+        (states("c,part").len(), cells.lines().filter(|line| line.contains("every second")).count()),
+        (0, 5)
+    );
+    assert!(states("b,part")[0].ends_with(",cached") && states("c,full")[0].ends_with(",cached"), "{cells}");
     let (code, told) = place.run(&on("trut"), &[]);
     assert!(code == 2 && told.contains("unknown source of videos `trut`; did you mean `truth`?"), "{told}");
 }

@@ -311,7 +311,7 @@ fn programs_do_not_outlive_us() {
     }
 }
 
-/// What a program starts in a session of its own, and leaves there, ends with the program.
+/// Processes that a program leaves in a session of their own end with the program.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_process_is_left_after_a_run() {

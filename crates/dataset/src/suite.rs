@@ -93,7 +93,7 @@ impl Suite {
     /// The source of videos of each of its sequences; of a rendered suite its name.
     pub fn sources(&self) -> Vec<String> {
         match &self.content {
-            SuiteContent::Rendered(_) => vec![self.name().to_string()],
+            SuiteContent::Rendered(rendered) => rendered.names().map(|_| self.name().to_string()).collect(),
             _ => self.entries().iter().map(|e| e.source().to_string()).collect(),
         }
     }

@@ -265,7 +265,7 @@ fn run(
     Ok((ended, program.stderr()))
 }
 
-/// What a failure of ffmpeg means, and what to do.
+/// The meaning of a failure of ffmpeg, with a remedy.
 fn refusal(status: ExitStatus, said: &str, folder: &Path, limits: VideoLimits) -> String {
     let meaning = if status.code().is_none() {
         format!("ffmpeg did not finish ({status}); try it again")

@@ -2,6 +2,7 @@
 //! recipes of its tracks, signals, models and cells.
 
 pub mod cached;
+pub mod cells;
 mod confidence;
 mod demand;
 pub mod experiment;
@@ -15,8 +16,9 @@ mod tests;
 pub mod why;
 
 pub use cached::CellState;
+pub use cells::PlannedCell;
 pub use demand::{SignalSet, distinct_signals, needed_roles, signal_index, variants};
-pub use experiment::{ExperimentPlan, Place, PlannedCell, PlannedSequence, PlannedSuite};
+pub use experiment::{ExperimentPlan, Place, PlannedSequence, PlannedSuite};
 pub use job::Job;
 pub use labels::PlannedLabels;
 pub use shard::Shard;

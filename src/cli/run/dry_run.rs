@@ -5,7 +5,7 @@ use crate::cli::output::{self, Format, repeated, repeated::Column};
 use crate::cli::{Failure, times};
 use crate::engine::execute::estimate::{Remaining, Standing};
 use crate::engine::observe::costs::Costs;
-use crate::engine::plan::{CellState, variants};
+use crate::engine::plan::{CellState, PlannedCell, variants};
 use crate::engine::store::{FOLDER, Store};
 use crate::engine::{ExperimentPlan, Shard};
 
@@ -107,7 +107,7 @@ fn time_left(left: &Remaining, threads: usize) -> String {
 
 /// The state of every cell.
 fn cells(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> Result<(), Failure> {
-    let (cells, variants): (_, Vec<_>) = (plan.cells_of_sequence(), variants(plan.experiment).collect());
+    let variants: Vec<_> = variants(plan.experiment).collect();
     let trackers = &plan.experiment.trackers;
     let runs = plan.jobs.iter().map(|job| job.run + 1).max().unwrap_or(0);
     let columns = [
@@ -119,12 +119,11 @@ fn cells(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> Res
         ("state", CellState::ALL.iter().map(|state| state.word().to_string()).collect()),
     ]
     .map(|(heading, values)| Column { heading, values });
-    let row = |(k, state): (usize, &CellState)| {
-        let (sequence, (j, variant)) = (k / cells.len(), cells[k % cells.len()]);
-        let job = plan.jobs[j];
-        [sequence, job.tracker, job.run as usize, variant, variant, *state as usize]
+    let row = |(cell, state): (PlannedCell, &CellState)| {
+        let job = plan.jobs[cell.job];
+        [cell.sequence, job.tracker, job.run as usize, cell.variant, cell.variant, *state as usize]
     };
-    repeated::print(args.format, &columns, standing.states.iter().enumerate().map(row))
+    repeated::print(args.format, &columns, plan.cells().zip(&standing.states).map(row))
 }
 
 /// Every share of the work: whether it is done, and how long the rest of it may take. A share with a results folder of its

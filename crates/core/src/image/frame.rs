@@ -12,7 +12,7 @@ pub struct Frame {
     notes: Notes,
 }
 
-/// What a reader keeps with a frame: no part of its value, and not copied with it.
+/// A value that readers keep with a frame. Two frames are equal whatever is kept with them, and a copy keeps nothing.
 #[derive(Debug, Default)]
 struct Notes(OnceLock<Box<dyn Any + Send + Sync>>);
 
@@ -109,7 +109,7 @@ impl Frame {
         Self { width, height, rgb, notes: Notes::default() }
     }
 
-    /// What readers of one kind keep with the frame for each other, empty at first; `None` if those of another kind do.
+    /// The value of type `T` that is kept with the frame, its default at first; `None` if one of another type is kept.
     pub fn notes<T: Any + Default + Send + Sync>(&self) -> Option<&T> {
         self.notes.0.get_or_init(|| Box::<T>::default()).downcast_ref()
     }

@@ -54,6 +54,8 @@ pub struct Standing<'p> {
     plan: &'p ExperimentPlan<'p>,
     /// State of each cell, in the order of [`ExperimentPlan::cells`].
     pub states: Vec<CellState>,
+    /// Place of the first cell of each sequence among them.
+    starts: Vec<usize>,
     /// Whether each track is at hand, suites x sequences x jobs.
     at_hand: Vec<Vec<Vec<bool>>>,
     costs: Costs,
@@ -68,7 +70,13 @@ impl<'p> Standing<'p> {
         let suites = plan.suites.iter().enumerate();
         let at_hand =
             suites.map(|(k, suite)| suite.sequences.par_iter().map(|s| of_sequence(k, s)).collect());
-        Self { plan, states: plan.states(store), at_hand: at_hand.collect(), costs }
+        let mut starts = Vec::new();
+        let mut cells = 0;
+        for planned in &plan.test().sequences {
+            starts.push(cells);
+            cells += plan.cells_on(&planned.origin.source).len();
+        }
+        Self { plan, states: plan.states(store), starts, at_hand: at_hand.collect(), costs }
     }
 
     /// The work of a run, or of a share. What a method trains is left to the run behind the shares.
@@ -77,7 +85,6 @@ impl<'p> Standing<'p> {
         let variants: Vec<_> = variants(plan.experiment).collect();
         let is_mine =
             |v: usize| shard.is_none() || matches!(variants[v].1.detector, DetectorChoice::Given(_));
-        let cells = plan.cells_of_sequence();
         let mut left = Remaining { seconds: Some(0.0), ..Remaining::default() };
         for (suite, s, jobs) in units(plan, shard) {
             let planned = &plan.suites[suite].sequences[s];
@@ -93,9 +100,10 @@ impl<'p> Standing<'p> {
                 left.seconds = left.seconds.zip(cost).map(|(sum, cost)| sum + cost * frames as f64);
             }
             if suite == 0 {
-                let mine = cells.iter().enumerate().filter(|(_, (job, v))| jobs.contains(job) && is_mine(*v));
-                for (k, _) in mine {
-                    left.cells[self.states[s * cells.len() + k] as usize] += 1;
+                let cells = plan.cells_on(&planned.origin.source);
+                let states = cells.iter().zip(&self.states[self.starts[s]..]);
+                for (_, state) in states.filter(|((job, v), _)| jobs.contains(job) && is_mine(*v)) {
+                    left.cells[*state as usize] += 1;
                 }
             }
         }

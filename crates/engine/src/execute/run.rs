@@ -45,7 +45,7 @@ pub fn run<'s>(
     options: &Options,
 ) -> Result<Outcome<'s>, RunError> {
     let (units, watch) = (units(plan, None), &options.watch);
-    watch.all_cells(plan.cells().len());
+    watch.all_cells(plan.cells().count());
     watch.stage("running trackers");
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let of_unit = |(suite, sequence, jobs): &Unit| {
@@ -182,7 +182,7 @@ fn judge_sequence(
     let mut cells: Vec<Cell> = Vec::new();
     let mut pending: Vec<(usize, PendingCell)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();
-    for (j, v) in plan.cells_of_sequence().into_iter().filter(|(j, _)| !plan.is_elsewhere(planned, *j)) {
+    for (j, v) in plan.cells_on(&planned.origin.source) {
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let params = variant.params();
         let ready_detector = &ready[v][job.tracker][plan.part(variant, index)];

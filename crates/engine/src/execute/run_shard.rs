@@ -46,13 +46,13 @@ pub fn run_shard(
 ) -> Result<ShardOutcome, RunError> {
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let given_cells = |j: &usize| {
-        variants(plan.experiment)
-            .filter(|(m, v)| given(v).is_some() && plan.has_cells(plan.jobs[*j], m))
-            .count()
+    let all: Vec<_> = variants(plan.experiment).collect();
+    let given_cells = |(_, sequence, jobs): &Unit| {
+        let cells = plan.cells_on(&plan.test().sequences[*sequence].origin.source).into_iter();
+        cells.filter(|(j, v)| jobs.contains(j) && given(all[*v].1).is_some()).count()
     };
     let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
-    options.watch.all_cells(of_test.flat_map(|(.., jobs)| jobs).map(given_cells).sum());
+    options.watch.all_cells(of_test.map(given_cells).sum());
     options.watch.stage("running trackers and judging");
     type Done = Vec<(CellName, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
@@ -61,12 +61,14 @@ pub fn run_shard(
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells: Done = Vec::new();
         let mut pending = Vec::new();
-        for (j, track) in jobs.iter().zip(&tracks).filter(|(j, _)| !plan.is_elsewhere(planned, **j)) {
+        for (j, track) in jobs.iter().zip(&tracks) {
             let job = plan.jobs[*j];
             let before = cells.len();
             let of_track = || CellName::of_track(plan, *suite, planned, *j);
             for (v, (method, variant)) in variants(plan.experiment).enumerate().filter(|_| *suite == 0) {
-                let Some(ready_detector) = given(variant).filter(|_| plan.has_cells(job, method)) else {
+                let Some(ready_detector) =
+                    given(variant).filter(|_| plan.has_cells(job, method, &planned.origin.source))
+                else {
                     continue;
                 };
                 let params = variant.params();

@@ -77,17 +77,6 @@ pub struct ExperimentPlan<'a> {
 /// Place of a track: indices of its suite, sequence and job.
 pub type Place = (usize, usize, usize);
 
-/// A cell of the test suite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PlannedCell {
-    /// Index of the sequence in the test suite.
-    pub sequence: usize,
-    /// Index into [`ExperimentPlan::jobs`].
-    pub job: usize,
-    /// Index into [`variants`].
-    pub variant: usize,
-}
-
 impl<'a> ExperimentPlan<'a> {
     /// Plans an experiment on loaded suites, by role. Reads every file of them once, for the digests, on the threads of
     /// the current pool.
@@ -229,25 +218,25 @@ impl<'a> ExperimentPlan<'a> {
     /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
     pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
         let place = self.jobs[job].tracker;
-        if self.is_elsewhere(planned, job) {
+        let tracker = &self.experiment.trackers[place];
+        if !tracker.runs_on(&planned.origin.source) {
             return Some(CellError::Unmet(ELSEWHERE));
         }
-        let tracker = &self.experiment.trackers[place].setup;
         let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
-        let reads_pixels = tracker.reads_pixels() || reads == Some(Reads::Pixels);
+        let reads_pixels = tracker.setup.reads_pixels() || reads == Some(Reads::Pixels);
         if reads_pixels && !planned.sequence.has_frames() {
             return Some(CellError::Unmet(NEEDS_FRAMES));
         }
         let given = match reads {
             None | Some(Reads::Pixels | Reads::Boxes) => true,
-            Some(Reads::Posterior) => tracker.gives_posterior(),
-            Some(Reads::Response) => tracker.gives_response(),
+            Some(Reads::Posterior) => tracker.setup.gives_posterior(),
+            Some(Reads::Response) => tracker.setup.gives_response(),
             Some(Reads::Confidence) if self.without_confidence.contains(&place) => false,
             // A track that cannot be read has a reason of its own.
             Some(Reads::Confidence) if planned.tracks[job].is_err() => true,
             Some(Reads::Confidence) if planned.gives_confidence.get(job) == Some(&true) => true,
             Some(Reads::Confidence) => {
-                return Some(confidence::missing(planned, job, &self.experiment.trackers[place].label));
+                return Some(confidence::missing(planned, job, &tracker.label));
             }
             Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
         };
@@ -279,42 +268,12 @@ impl<'a> ExperimentPlan<'a> {
     /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
     pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
         let of = |planned: &PlannedSequence| {
-            let is_mine = |j: &usize| self.jobs[*j].tracker == tracker && !self.is_elsewhere(planned, *j);
-            let mut mine = (0..self.jobs.len()).filter(is_mine);
+            let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
             mine.find_map(|j| self.unmet(planned, j, signal))
         };
-        self.suites[suite].sequences.iter().find_map(of)
-    }
-
-    /// Whether a job has cells of a method.
-    pub fn has_cells(&self, job: Job, method: &Method) -> bool {
-        let tracker = &self.experiment.trackers[job.tracker];
-        job.run < tracker.runs && method.runs_on(&tracker.label)
-    }
-
-    /// Jobs and variants of the cells of a sequence, in the experiment's order.
-    pub fn cells_of_sequence(&self) -> Vec<(usize, usize)> {
-        let of_job = |(j, job): (usize, &Job)| {
-            let mine = variants(self.experiment).enumerate().filter(|(_, (m, _))| self.has_cells(*job, m));
-            mine.map(|(v, _)| (j, v)).collect::<Vec<_>>()
-        };
-        self.jobs.iter().enumerate().flat_map(of_job).collect()
-    }
-
-    /// Whether a job's tracker does not run on the source of a sequence, so that it has no cells there.
-    pub fn is_elsewhere(&self, planned: &PlannedSequence, job: usize) -> bool {
-        !self.experiment.trackers[self.jobs[job].tracker].runs_on(&planned.origin.source)
-    }
-
-    /// Every cell of the test suite, sequence by sequence, in the experiment's order.
-    pub fn cells(&self) -> Vec<PlannedCell> {
-        let of_sequence = self.cells_of_sequence();
-        let cell = |sequence: usize| {
-            let here = move |job: usize| !self.is_elsewhere(&self.test().sequences[sequence], job);
-            let mine = of_sequence.iter().filter(move |(job, _)| here(*job));
-            mine.map(move |&(job, variant)| PlannedCell { sequence, job, variant })
-        };
-        (0..self.test().sequences.len()).flat_map(cell).collect()
+        let runs_on =
+            |planned: &&PlannedSequence| self.experiment.trackers[tracker].runs_on(&planned.origin.source);
+        self.suites[suite].sequences.iter().filter(runs_on).find_map(of)
     }
 
     /// Whether any signal reads the regions of other trackers.

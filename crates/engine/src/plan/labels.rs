@@ -1,8 +1,9 @@
 //! The labels of a plan's cells: name, recipe and address, each made when it is asked for. The recipes of a million cells
 //! would need more than a gigabyte at once, and most cells are asked for their address alone.
 
+use super::cells::PlannedCell;
 use super::demand::variants;
-use super::experiment::{ExperimentPlan, PlannedCell};
+use super::experiment::{ExperimentPlan, PlannedSequence};
 use super::job::Job;
 use super::recipes::{self, DetectorKey, LabelsOn};
 use crate::error::CellError;
@@ -58,7 +59,6 @@ impl ExperimentPlan<'_> {
         let variants: Vec<_> = variants(self.experiment).collect();
         let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
         let keys = self.detector_keys(&variants);
-        let cells = self.cells_of_sequence();
         let of_job = |s: usize, cells: &[(usize, usize)], all: &mut Vec<T>| {
             let Some((j, _)) = cells.first() else { return };
             let (planned, job) = (&self.test().sequences[s], self.jobs[*j]);
@@ -87,15 +87,16 @@ impl ExperimentPlan<'_> {
             };
             all.extend(cells.iter().map(cell));
         };
-        let jobs: Vec<&[(usize, usize)]> = cells.chunk_by(|a, b| a.0 == b.0).collect();
-        let of_sequence = |s: usize| {
+        let of_sequence = |(s, planned): (usize, &PlannedSequence)| {
+            let cells = self.cells_on(&planned.origin.source);
             let mut all = Vec::with_capacity(cells.len());
-            jobs.iter().for_each(|cells| of_job(s, cells, &mut all));
+            cells.chunk_by(|a, b| a.0 == b.0).for_each(|cells| of_job(s, cells, &mut all));
             all
         };
-        let sequences = (0..self.test().sequences.len()).into_par_iter();
-        let mut all = Vec::with_capacity(self.test().sequences.len() * cells.len());
-        sequences.map(of_sequence).collect::<Vec<_>>().into_iter().for_each(|part| all.extend(part));
+        let sequences = self.test().sequences.par_iter().enumerate();
+        let parts: Vec<Vec<T>> = sequences.map(of_sequence).collect();
+        let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        parts.into_iter().for_each(|part| all.extend(part));
         all
     }
 

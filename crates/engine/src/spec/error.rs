@@ -20,11 +20,11 @@ pub struct SpecError {
     pub line: usize,
     /// Explanation of the error, with what is valid instead.
     pub message: String,
-    /// What is shown below the message.
+    /// Lines below the message.
     pub below: Box<BelowMessage>,
 }
 
-/// What is shown below the message of an error.
+/// Lines below the message of an error.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BelowMessage {
     /// The line of the file and a mark below the place, on two lines; empty where there is none.

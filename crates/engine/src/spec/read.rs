@@ -203,7 +203,7 @@ fn labels(wire: &wire::Experiment) -> Vec<String> {
     wire.tracker.get_ref().iter().map(|t| t.label.as_ref().unwrap_or(&t.name).get_ref().clone()).collect()
 }
 
-/// What items refer to.
+/// Names of the experiment that its items refer to.
 struct Known<'a> {
     programs: Option<&'a Programs>,
     /// Labels of trackers.

@@ -45,7 +45,7 @@ pub trait Stream: Send {
 
 /// A detector that judges frame by frame.
 pub(super) trait Causal: Detector + Clone + 'static {
-    /// What it remembers of the frames before, of bounded size.
+    /// Memory of the frames before, of bounded size.
     type Memory: Serialize + DeserializeOwned + Send;
 
     /// The memory before the first frame.

@@ -205,7 +205,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// What a look with this score, at this box, sees of a region.
+    /// A look with this score and box, compared with a region.
     pub fn of(score: f64, rect: Rect, region: &Region) -> Self {
         Self { score, overlap: overlap(&Region::Rect(rect), region), distance: distance(&rect, region), rect }
     }

@@ -205,13 +205,15 @@ fn pools<'a>(
             pools.entry(format!("{EVERY_TRACKER}{name}")).or_default().push(cell);
         }
     }
-    // A family that runs on one source alone is one pool.
-    let sizes: BTreeSet<(String, usize)> =
+    // A family on one of its sources is no pool of its own where the family, or the source, has no other tracks.
+    let sizes: BTreeMap<String, usize> =
         pools.iter().map(|(name, cells)| (name.clone(), cells.len())).collect();
-    pools.retain(|name, cells| {
-        let part =
-            name.split_once(" on ").map(|(family, source)| [family.to_string(), format!("* on {source}")]);
-        part.is_none_or(|of| of.iter().all(|of| of == name || !sizes.contains(&(of.clone(), cells.len()))))
+    let is_larger = |whole: &str, part: usize| sizes.get(whole).is_none_or(|size| *size > part);
+    pools.retain(|name, cells| match name.rsplit_once(" on ") {
+        Some((family, source)) if family != EVERY_TRACKER => {
+            is_larger(family, cells.len()) && is_larger(&format!("{EVERY_TRACKER} on {source}"), cells.len())
+        }
+        _ => true,
     });
     pools.into_iter().collect()
 }

@@ -23,7 +23,7 @@ pub struct FrameMetric {
     pub unit: &'static str,
     /// How it is computed.
     pub formula: &'static str,
-    /// What its column holds.
+    /// Meaning of its column.
     pub meaning: &'static str,
     /// Whether files of earlier versions may lack it.
     pub is_recent: bool,

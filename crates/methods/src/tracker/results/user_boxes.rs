@@ -160,7 +160,7 @@ impl BoxFormat {
         named.map_or_else(|| self.words(), str::to_string)
     }
 
-    /// What a line holds, in words.
+    /// The content of a line in words.
     pub fn words(&self) -> String {
         match self {
             Self::Columns(columns) => columns.words(),
