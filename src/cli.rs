@@ -20,7 +20,6 @@ pub mod render;
 pub mod report;
 pub mod run;
 pub mod schema;
-pub mod serve;
 pub mod serve_trax;
 pub mod slurm;
 mod times;
@@ -70,8 +69,6 @@ enum Verb {
     Merge(merge::Args),
     /// Compare two trackers, methods or results folders on the same sequences, with confidence intervals
     Compare(compare::Args),
-    /// Serve reports and the progress of runs to browsers on this machine
-    Serve(serve::Args),
     /// Run a built-in tracker for a program that speaks the TraX protocol
     ServeTrax(serve_trax::Args),
     /// Explain why cells of an experiment would be computed again, or not
@@ -105,7 +102,6 @@ impl Cli {
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Compare(args) => compare::run(args),
-            Verb::Serve(args) => serve::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
             Verb::Why(args) => why::run(args),
             Verb::Explain(args) => explain::run(args),

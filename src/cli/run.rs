@@ -7,7 +7,6 @@ use super::output::{self, Format};
 use super::{Failure, export, times};
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
 use crate::dataset::{Sequence, guarded};
-use crate::engine::observe::progress::{self, ProgressPublisher, ProgressWatch};
 use crate::engine::store::{self, Store};
 use crate::engine::{self, ExperimentPlan, Options, Outcome, RunError, RunLimits, Shard, Stop};
 use crate::plugin;
@@ -216,18 +215,17 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         return dry_run::run(args, &plan);
     }
     let store = Store::open(&args.results).map_err(|e| run_failure(experiment, e.into()))?;
-    let progress = Progress::start(args, &plan);
-    let options = progress.options(args, limits);
+    let bar = progress_bar(args, &experiment.name);
+    let options = options(args, limits, &bar);
     if let Some(shard) = args.shard {
         let done = engine::run_shard(&plan, &store, &options, shard);
-        progress.clear_bar(&store);
+        clear(&bar, &store);
         let done = done.map_err(|e| run_failure(experiment, e))?;
-        progress.finish();
         store.evict(args.store_limit());
         return print::shard(args, experiment, shard, &done);
     }
     let outcome = engine::run(&plan, &store, &options);
-    progress.clear_bar(&store);
+    clear(&bar, &store);
     let outcome = outcome.map_err(|e| run_failure(experiment, e))?;
     if limits.stop.is_set() {
         return Err(run_failure(experiment, RunError::Interrupted));
@@ -236,9 +234,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     if let Some(folder) = &args.export_tracks {
         export::write(folder, experiment, &outcome)?;
     }
-    progress.watch.stage("writing tables and report");
     let (results, written, index) = write(args, experiment, &store, &outcome, start)?;
-    progress.finish();
     drop(outcome);
     print::store_problems(&store);
     store.evict(args.store_limit());
@@ -279,49 +275,20 @@ fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
     kind(super::within(&experiment.name, error))
 }
 
-/// Progress of a run, for its user and for everyone who asks the results folder.
-struct Progress {
-    bar: ProgressBar,
-    watch: Arc<ProgressWatch>,
-    /// `None` where the progress cannot be written. One that is dropped unfinished publishes that the run has stopped.
-    publisher: Option<ProgressPublisher>,
+fn options(args: &Args, limits: &RunLimits, bar: &ProgressBar) -> Options {
+    let bar = bar.clone();
+    let draw = move |done: u64, total: u64| {
+        bar.set_length(total);
+        bar.set_position(done);
+    };
+    let data_roots = args.data_roots.given.clone();
+    Options { data_roots, force: args.force, limits: limits.clone(), progress: Arc::new(draw) }
 }
 
-impl Progress {
-    fn start(args: &Args, plan: &ExperimentPlan<'_>) -> Self {
-        let watch = Arc::new(ProgressWatch::default());
-        if args.shard.is_none() {
-            watch.all_cells(plan.cells().count());
-        }
-        let publisher = progress::publish(&args.results, plan.experiment, args.shard, &watch);
-        Self { bar: progress_bar(args, &plan.experiment.name), watch, publisher }
-    }
-
-    fn options(&self, args: &Args, limits: &RunLimits) -> Options {
-        let bar = self.bar.clone();
-        let draw = move |done: u64, total: u64| {
-            bar.set_length(total);
-            bar.set_position(done);
-        };
-        Options {
-            data_roots: args.data_roots.given.clone(),
-            force: args.force,
-            limits: limits.clone(),
-            progress: Arc::new(draw),
-            watch: self.watch.clone(),
-        }
-    }
-
-    /// Takes the bar off the terminal and prints what is wrong with the store.
-    fn clear_bar(&self, store: &Store) {
-        self.bar.finish_and_clear();
-        print::store_problems(store);
-    }
-
-    /// Publishes that the run is finished.
-    fn finish(self) {
-        self.publisher.into_iter().for_each(ProgressPublisher::finish);
-    }
+/// Takes the bar off the terminal and prints what is wrong with the store.
+fn clear(bar: &ProgressBar, store: &Store) {
+    bar.finish_and_clear();
+    print::store_problems(store);
 }
 
 /// Writes results and report aside and puts them in their place.

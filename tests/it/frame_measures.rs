@@ -4,6 +4,7 @@ use crate::tools::{rows, trackfail};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
+use trackfail::results;
 
 const SPEC: &str = r#"schema = 1
 name = "small"
@@ -240,7 +241,10 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
     for name in ["frames.parquet", "signals.parquet", "truth.parquet", "models"] {
         assert!(!there(name), "{name}");
     }
-    assert_eq!([board, scores], ["tables/board.csv", "scores.csv"].map(|name| read(root, name)));
+    assert_eq!(read(root, "tables/board.csv"), board);
+    assert!(!there("scores.csv"));
+    let packed = results::Results::read(&root.join("results/small")).unwrap().scores().unwrap();
+    assert_eq!(packed, results::scores::read(scores.into_bytes()).unwrap());
     assert_eq!(read(root, "tables/differences.md"), differences);
     trackfail().current_dir(root).arg("report").assert().success();
     let page = std::fs::read_to_string(root.join("reports/small/index.html")).unwrap();

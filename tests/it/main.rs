@@ -36,7 +36,6 @@ mod process;
 #[cfg(unix)]
 mod readings;
 mod restarts;
-mod serve;
 mod server;
 #[cfg(unix)]
 mod slurm;

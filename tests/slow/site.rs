@@ -1,18 +1,11 @@
-//! The page over all reports in a real browser, from disk and served.
-
-#[path = "../tools/serve.rs"]
-mod helpers;
+//! The page over all reports in a real browser.
 
 use crate::browser::Browser;
 use crate::tools::needs;
-use helpers::{Server, small};
 use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trackfail::engine::observe::progress::{self, ProgressWatch};
 use trackfail::report::claims::ClaimCounts;
 use trackfail::report::site;
-use trackfail::spec;
 
 /// A folder of reports of all kinds, without their pages.
 fn gallery(reports: &Path) {
@@ -68,11 +61,10 @@ fn soon(browser: &mut Browser, expression: &str) {
 
 #[needs(chromium)]
 #[test]
-fn the_site_works_in_a_browser_from_disk_and_served() {
+fn the_site_works_in_a_browser() {
     let mut browser = Browser::start();
     let root = tempfile::tempdir().unwrap();
-    let (reports, results) = (root.path().join("reports"), root.path().join("results"));
-    std::fs::create_dir_all(&results).unwrap();
+    let reports = root.path().join("reports");
     gallery(&reports);
     assert_eq!(site::write_index(&reports).unwrap().len(), 1);
     let fits = |browser: &mut Browser| {
@@ -94,40 +86,5 @@ fn the_site_works_in_a_browser_from_disk_and_served() {
         &mut browser,
         "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
     );
-
-    // Served, with a run that goes on.
-    let experiment = spec::parse("x.toml", &small("mine/slow", "A run that takes a while")).unwrap();
-    let watch = Arc::new(ProgressWatch::default());
-    watch.all_cells(90);
-    watch.frames(700, 2000);
-    watch.stage("running trackers");
-    let _at = [watch.enter("Girl"), watch.enter("Bolt")];
-    let telling = progress::publish(&results, &experiment, None, &watch).unwrap();
-    drop(progress::publish(&results, &experiment, "2/3".parse().ok(), &watch).unwrap());
-    let server = Server::start(root.path());
-    let own = format!("http://localhost:{}/", server.port);
-    for (width, dark) in screens {
-        browser.screen(width, 900, dark);
-        browser.call("Page.navigate", serde_json::json!({"url": own}));
-        soon(&mut browser, &format!("document.readyState === 'complete' && location.href === '{own}'"));
-        fits(&mut browser);
-        assert_eq!(browser.value("document.querySelectorAll('#running li').length"), 2);
-        browser.picture(&format!("serve-{width}-{}", if dark { "dark" } else { "light" }));
-    }
-    // What changes is seen without being asked for.
-    browser.value("document.querySelector('#reports .list a').focus()");
-    watch.cells(41);
-    soon(&mut browser, "document.getElementById('running').textContent.includes('41 of 90')");
-    telling.finish();
-    std::fs::remove_dir_all(reports.join("quickstart")).unwrap();
-    soon(&mut browser, "document.querySelectorAll('#reports .list > li').length === 2");
-    soon(&mut browser, "document.querySelectorAll('#running li').length === 1");
-    let focus = "document.activeElement.getAttribute('href')";
-    assert_eq!(browser.text(focus), "khalid2016/table1/index.html");
-    assert_eq!(
-        browser.complaints(|url| url.starts_with(&own) || url.starts_with("file://")),
-        Vec::<String>::new()
-    );
-    drop(server);
-    soon(&mut browser, "!document.getElementById('connection').hidden");
+    assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
 }

@@ -10,7 +10,7 @@
 //! | [`store`] | records under content [addresses](store::address), packs, staging folders |
 //! | [`error`] | why a cell has no result, why a run did not finish |
 //! | [`plan`] | sequences, jobs, tracks and cells of an experiment with their recipes; shards; `why` |
-//! | [`observe`] | progress of runs, tally of computed and cached results |
+//! | [`observe`] | tally of computed and cached results, costs |
 //! | [`execute`] | the pass over frames, reverse runs, training, judging, analyses, clock; whole runs and shards |
 
 pub mod error;

@@ -7,7 +7,6 @@
 //!   place         advisory lock: exclusive while results are put in their place
 //!   packs/*.pack  records, see [`pack`]
 //!   staging/*     results being written, see [`staging`]
-//!   running/*     progress of runs, see [`progress`](crate::observe::progress)
 //! ```
 //!
 //! A pack is written once, whole, and never changed: a run that is killed loses only the records that it had not yet
@@ -29,7 +28,6 @@ mod index;
 pub mod pack;
 pub mod staging;
 
-pub(crate) use file::temporary_in;
 pub use file::{check_output, folder_of, read, read_text, write, write_derived, write_output, write_with};
 pub use pack::{Head, Name, Record};
 

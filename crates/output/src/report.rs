@@ -27,7 +27,6 @@
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`site`] | the page over all reports |
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
-//! | [`server`] | shows the reports in a browser |
 
 pub mod breakdown;
 pub mod claims;
@@ -50,7 +49,6 @@ pub mod pairs;
 mod provenance;
 mod readings;
 pub mod sequences;
-pub mod server;
 pub mod site;
 mod staged;
 pub mod stills;

@@ -7,7 +7,6 @@ use super::tracker_run::TrackerRun;
 use crate::error::RunError;
 use crate::limits::RunLimits;
 use crate::observe::costs::CostTally;
-use crate::observe::progress::ProgressWatch;
 use crate::observe::tally::Tally;
 use crate::plan::{ExperimentPlan, Job, recipes};
 use crate::store::address::Address;
@@ -30,14 +29,12 @@ pub struct Options {
     pub limits: RunLimits,
     /// Called after each frame with the number of frames done and of all frames.
     pub progress: Arc<dyn Fn(u64, u64) + Send + Sync>,
-    /// Counts frames and cells, for observers of the run.
-    pub watch: Arc<ProgressWatch>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let (limits, progress) = (RunLimits::default(), Arc::new(|_, _| {}));
-        Self { data_roots: Vec::new(), force: false, limits, progress, watch: Arc::default() }
+        Self { data_roots: Vec::new(), force: false, limits, progress }
     }
 }
 
@@ -66,12 +63,9 @@ pub struct Context<'a> {
 impl<'a> Context<'a> {
     /// A context in which `frames` frames are to be decoded.
     pub fn new(plan: &'a ExperimentPlan<'a>, store: &'a Store, options: &'a Options, frames: u64) -> Self {
-        let (done, progress, watch) = (AtomicU64::new(0), options.progress.clone(), options.watch.clone());
-        watch.frames(0, frames);
+        let (done, progress) = (AtomicU64::new(0), options.progress.clone());
         let on_frame = move || {
-            let done = (done.fetch_add(1, Ordering::Relaxed) + 1).min(frames);
-            watch.frames(done, frames);
-            progress(done, frames);
+            progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
         };
         let tally = Tally::default();
         let frames = Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 }));

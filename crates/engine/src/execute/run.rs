@@ -44,13 +44,10 @@ pub fn run<'s>(
     store: &'s Store,
     options: &Options,
 ) -> Result<Outcome<'s>, RunError> {
-    let (units, watch) = (units(plan, None), &options.watch);
-    watch.all_cells(plan.cells().count());
-    watch.stage("running trackers");
+    let units = units(plan, None);
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let _at = watch.enter(&planned.sequence.name);
         let not_wanted = || Err(CellError::Missing("not asked for".to_string()));
         let mut row: Tracks = plan.jobs.iter().map(|_| not_wanted()).collect();
         for (j, track) in jobs.iter().zip(tracking::tracks(&context, *suite, planned, jobs)?) {
@@ -64,16 +61,13 @@ pub fn run<'s>(
     for (suite, _, of_sequence) in done {
         tracks[suite].push(of_sequence);
     }
-    watch.stage("training and analysing");
     let (ready, models) = train::make_ready(&context, &tracks)?;
     let mut found = analyse::analyse(&context, &tracks)?;
     let test = plan.test();
-    watch.stage("judging");
     let judged =
         (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
     let cells: Vec<Cell> = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
     let failed_tracks = failed_tracks(plan, &tracks, &cells);
-    watch.stage("measuring times");
     found.extend(timing::measure(&context, &tracks, &ready)?);
     let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
     for analysed in found {
@@ -178,7 +172,6 @@ fn judge_sequence(
     let plan = context.plan;
     let planned = &plan.test().sequences[index];
     let sequence = &planned.sequence;
-    let _at = context.options.watch.enter(&sequence.name);
     let mut cells: Vec<Cell> = Vec::new();
     let mut pending: Vec<(usize, PendingCell)> = Vec::new();
     let variants: Vec<_> = variants(plan.experiment).collect();
@@ -223,6 +216,5 @@ fn judge_sequence(
     for (place, judged) in places.into_iter().zip(judge::judge(context, pending)?) {
         cells[place].result = judged;
     }
-    context.options.watch.cells(cells.len());
     Ok(cells)
 }

@@ -46,18 +46,9 @@ pub fn run_shard(
 ) -> Result<ShardOutcome, RunError> {
     let units = units(plan, Some(shard));
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let all: Vec<_> = variants(plan.experiment).collect();
-    let given_cells = |(_, sequence, jobs): &Unit| {
-        let cells = plan.cells_on(&plan.test().sequences[*sequence].origin.source).into_iter();
-        cells.filter(|(j, v)| jobs.contains(j) && given(all[*v].1).is_some()).count()
-    };
-    let of_test = units.iter().filter(|(suite, ..)| *suite == 0);
-    options.watch.all_cells(of_test.map(given_cells).sum());
-    options.watch.stage("running trackers and judging");
     type Done = Vec<(CellName, Result<(), CellError>)>;
     let of_unit = |(suite, sequence, jobs): &Unit| -> Result<Done, RunError> {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let _at = options.watch.enter(&planned.sequence.name);
         let tracks = tracking::tracks(&context, *suite, planned, jobs)?;
         let mut cells: Done = Vec::new();
         let mut pending = Vec::new();
@@ -103,7 +94,6 @@ pub fn run_shard(
         let (names, pending): (Vec<CellName>, Vec<PendingCell>) = pending.into_iter().unzip();
         let judged = judge::judge(&context, pending)?;
         cells.extend(names.into_iter().zip(judged.into_iter().map(|j| j.map(|_| ()))));
-        options.watch.cells(cells.iter().filter(|(name, _)| !name.method.is_empty()).count());
         Ok(cells)
     };
     let mut done: Vec<_> =

@@ -89,7 +89,7 @@ fn temporary_for(path: &Path) -> Result<tempfile::NamedTempFile, StoreError> {
 
 /// A temporary file in a folder, with the permissions of any other new file: those that the umask leaves. (Temporary files
 /// are private otherwise, and keep that when they get their final names.)
-pub(crate) fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+pub(super) fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

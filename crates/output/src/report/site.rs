@@ -5,7 +5,7 @@
 //! written, and a report that is removed by hand is missing from the next site. Reports without a readable summary are
 //! listed as such.
 //!
-//! `trackfail serve` shows the same page with the running experiments on top. The page in the folder has no script.
+//! The page has no script.
 
 mod collect;
 mod error;
@@ -19,7 +19,7 @@ pub use error::SiteError;
 pub use leaderboard::LEADERBOARD;
 pub use standing::{Estimate, Standing};
 pub use summary::{Best, FORMAT, Summary, summary, write_summary};
-pub use view::{render, render_live};
+pub use view::render;
 
 use super::files::INDEX;
 use std::fs::File;

@@ -1,7 +1,7 @@
 //! `analyses.json`: what the experiment's analyses found out, one entry for each analysis and tracker.
 
 use super::ResultsError;
-use super::json::{from_json, to_json};
+use super::json::{from_json, to_dense_json};
 use std::path::Path;
 use trackfail_engine::execute::analyse::Analysed;
 
@@ -13,7 +13,7 @@ pub const FILE: &str = "analyses.json";
 /// # Errors
 /// When a finding cannot be JSON.
 pub(super) fn write(folder: &Path, analyses: &[Analysed]) -> Result<Option<Vec<u8>>, ResultsError> {
-    let bytes = (!analyses.is_empty()).then(|| to_json(&folder.join(FILE), &analyses));
+    let bytes = (!analyses.is_empty()).then(|| to_dense_json(&folder.join(FILE), &analyses));
     bytes.transpose()
 }
 

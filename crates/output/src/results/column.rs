@@ -193,6 +193,16 @@ impl TableFile {
         Ok(rows)
     }
 
+    /// Reads the file from Parquet, every field as text as in CSV.
+    ///
+    /// # Errors
+    /// When the bytes are no Parquet file, or its columns are not the declared ones.
+    pub(super) fn read_parquet(&self, bytes: Vec<u8>) -> Result<Rows, TableError> {
+        let rows = Rows::from_parquet(bytes)?;
+        self.check(rows.names())?;
+        Ok(rows)
+    }
+
     /// Reads some columns of the file from Parquet, a row group at a time.
     ///
     /// # Errors

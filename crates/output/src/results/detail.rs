@@ -5,6 +5,7 @@
 pub enum Detail {
     /// Everything.
     Frames,
-    /// Nothing of single frames, no models of folds, and no rows of sequences that are not there: small enough to be kept.
+    /// Nothing of single frames, no models, no rows of sequences that are not there, and scores as Parquet: small enough to
+    /// be kept.
     Sequences,
 }

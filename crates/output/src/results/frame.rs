@@ -105,6 +105,14 @@ impl Rows {
         Ok(Self(options.into_reader_with_file_handle(Cursor::new(bytes)).finish()?))
     }
 
+    /// A Parquet file with every field as text.
+    pub fn from_parquet(bytes: Vec<u8>) -> Result<Self, TableError> {
+        let frame = ParquetReader::new(Cursor::new(bytes)).finish()?;
+        let text = |column: &polars::prelude::Column| column.cast(&DataType::String);
+        let columns = frame.columns().iter().map(text).collect::<Result<_, _>>()?;
+        Ok(Self(DataFrame::new(frame.height(), columns)?))
+    }
+
     /// Gives `take` some columns of a Parquet file whose header passes a check, a row group at a time.
     pub fn each_part_of_parquet(
         bytes: Vec<u8>,

@@ -16,6 +16,17 @@ pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsE
     Ok(bytes)
 }
 
+/// JSON in one line with a final newline; `path` names the file in messages.
+///
+/// # Errors
+/// When the value cannot be JSON.
+pub(super) fn to_dense_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
+    let mut bytes = serde_json::to_vec(value)
+        .map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
 /// A value from JSON; `path` names the file in messages.
 ///
 /// # Errors

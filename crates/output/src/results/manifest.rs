@@ -26,7 +26,8 @@ pub const FILE: &str = "manifest.json";
 /// Version of the results folder's format.
 /// - 1: first version.
 /// - 2: host, revision and time of the run are in `run.json`.
-pub const FORMAT: u32 = 2;
+/// - 3: cells without a result that differ in their method alone are one entry.
+pub const FORMAT: u32 = 3;
 
 /// Facts that a reader of results must know beside the numbers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -58,6 +59,7 @@ pub struct Manifest {
     pub cells_done: usize,
     /// Cells without a result, with the reason; tracks of which no cell says that they failed, and analyses that could not
     /// be made, are among them.
+    #[serde(serialize_with = "write_failed", deserialize_with = "read_failed")]
     pub cells_failed: Vec<FailedCell>,
     /// Methods and analyses that were not run on a tracker, because they need what is not given, and tracks that the
     /// experiment declares not to be there.
@@ -204,7 +206,7 @@ impl std::fmt::Display for NotRun {
 }
 
 /// A cell without a result.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FailedCell {
     /// Sequence.
     pub sequence: String,
@@ -232,6 +234,46 @@ impl FailedCell {
             reason: error.to_string(),
         }
     }
+}
+
+/// Cells without a result, as the file has them: those in a row that differ in their method alone are together.
+#[derive(Serialize, Deserialize)]
+struct FailedGroup {
+    sequence: String,
+    tracker: String,
+    run: u32,
+    /// Only in files of format 2: one of them.
+    #[serde(default, skip_serializing)]
+    method: Option<String>,
+    #[serde(default)]
+    methods: Vec<String>,
+    missing: bool,
+    reason: String,
+}
+
+fn write_failed<S: serde::Serializer>(cells: &[FailedCell], to: S) -> Result<S::Ok, S::Error> {
+    let alike = |a: &FailedCell, b: &FailedCell| {
+        let key =
+            |c: &FailedCell| (c.sequence.clone(), c.tracker.clone(), c.run, c.missing, c.reason.clone());
+        key(a) == key(b)
+    };
+    to.collect_seq(cells.chunk_by(alike).map(|group| {
+        let FailedCell { sequence, tracker, run, missing, reason, .. } = group[0].clone();
+        let methods = group.iter().map(|cell| cell.method.clone()).collect();
+        FailedGroup { sequence, tracker, run, method: None, methods, missing, reason }
+    }))
+}
+
+fn read_failed<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<FailedCell>, D::Error> {
+    let groups = Vec::<FailedGroup>::deserialize(from)?;
+    let cells = groups.into_iter().flat_map(|group| {
+        let FailedGroup { sequence, tracker, run, method, methods, missing, reason } = group;
+        method.into_iter().chain(methods).map(move |method| {
+            let (sequence, tracker, reason) = (sequence.clone(), tracker.clone(), reason.clone());
+            FailedCell { sequence, tracker, run, method, missing, reason }
+        })
+    });
+    Ok(cells.collect())
 }
 
 /// SHA-256 in hexadecimal.

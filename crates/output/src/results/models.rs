@@ -3,7 +3,6 @@
 //! its grid point, `threshold`: points that share a model (the lengths L of AVU) differ in it.
 
 use super::ResultsError;
-use super::detail::Detail;
 use super::frame_measures::EVERY_TRACKER;
 use super::json::to_json;
 use std::path::Path;
@@ -14,17 +13,13 @@ use trackfail_engine::store;
 /// The folder of the models.
 pub const FOLDER: &str = "models";
 
-/// Writes a file for each model; compact results have none of those that were made for each fold. Nothing but people and `detect --model` reads them: what reports show of a model
-/// is in the manifest.
+/// Writes a file for each model. Nothing but people and `detect --model` reads them: what reports show of a model is in the
+/// manifest.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub(super) fn write(folder: &Path, outcome: &Outcome<'_>, detail: Detail) -> Result<(), ResultsError> {
-    let models = together(&outcome.models);
-    // There are as many of a method and a tracker as folds, megabytes in all.
-    let of_folds = |model: &Model| matches!(model.content, Content::OnOthers { .. });
-    let kept = models.iter().enumerate().filter(|(_, model)| detail == Detail::Frames || !of_folds(model));
-    for (k, model) in kept {
+pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), ResultsError> {
+    for (k, model) in together(&outcome.models).iter().enumerate() {
         let tracker = if model.tracker == EVERY_TRACKER { "all" } else { &model.tracker };
         let method = match model.params.as_str() {
             "" => slug(&model.method),

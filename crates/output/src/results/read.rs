@@ -91,7 +91,10 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn scores(&self) -> Result<Vec<CellScore>, ResultsError> {
-        self.table(scores::FILE.name, scores::read)
+        match self.has(scores::PACKED) {
+            true => self.table(scores::PACKED, scores::read_packed),
+            false => self.table(scores::FILE.name, scores::read),
+        }
     }
 
     /// Reads the ground truth; frames without annotation are left out.

@@ -1,4 +1,4 @@
-//! `scores.csv`: the counts of every cell.
+//! `scores.csv`: the counts of every cell; in compact results `scores.parquet`, with the same columns.
 
 use super::cells::{grouped, some_text, sorted_cells};
 use super::column::{
@@ -6,7 +6,7 @@ use super::column::{
     SUITE, TN, TP, TRACKER, TableFile,
 };
 use super::detail::Detail;
-use super::frame::{TableError, to_csv};
+use super::frame::{Rows, TableError, to_csv, to_parquet};
 use trackfail_engine::CellError;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::{Cell, Outcome};
@@ -16,6 +16,9 @@ const STATUS: Column = Column::text(
     "status",
     "`ok`, or the reason why there is no result (`missing: ...`, `failed: ...`, `not run: ...`) or only a part of it (`partial: 3 of 4`)",
 );
+
+/// The file in compact results.
+pub const PACKED: &str = "scores.parquet";
 
 /// The file.
 pub const FILE: TableFile = TableFile {
@@ -86,7 +89,8 @@ pub fn write(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> 
         columns.push(column.of_metric(rows.iter().map(value)));
     }
     columns.push(STATUS.of(text(|r| &r.status)));
-    to_csv(FILE.frame(columns)?)
+    let frame = FILE.frame(columns)?;
+    if detail == Detail::Frames { to_csv(frame) } else { to_parquet(frame) }
 }
 
 fn row_of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Row {
@@ -169,12 +173,23 @@ pub struct CellScore {
     pub counts: Counts,
 }
 
-/// Reads the cells that have a result; pooled rows are left out.
+/// Reads the cells of the CSV file that have a result; pooled rows are left out.
 ///
 /// # Errors
 /// When the columns are not those of the file, or a count is not a number.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
-    let rows = FILE.read_csv(bytes)?;
+    cells(FILE.read_csv(bytes)?)
+}
+
+/// The same of [`PACKED`].
+///
+/// # Errors
+/// As [`read`].
+pub fn read_packed(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
+    cells(FILE.read_parquet(bytes)?)
+}
+
+fn cells(rows: Rows) -> Result<Vec<CellScore>, TableError> {
     let named = rows.texts(&SEQUENCE)?.into_iter().zip(rows.texts(&STATUS)?);
     let done = named.map(|(sequence, status)| sequence != "*" && status == "ok").collect();
     let rows = rows.filter(done)?;

@@ -44,7 +44,8 @@ pub fn write(
     if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
         written.put(USER_SUITES, suites.as_bytes())?;
     }
-    written.put(scores::FILE.name, &scores::write(experiment, outcome, detail)?)?;
+    let name = if detail == Detail::Frames { scores::FILE.name } else { scores::PACKED };
+    written.put(name, &scores::write(experiment, outcome, detail)?)?;
     written.put(measures::FILE.name, &measures::write(outcome)?)?;
     if !outcome.cells.is_empty() {
         let rows = frame_measures::measure(experiment, outcome)?;
@@ -59,8 +60,8 @@ pub fn write(
     }
     if detail == Detail::Frames {
         write_frames(&mut written, experiment, outcome)?;
+        models::write(folder, outcome)?;
     }
-    models::write(folder, outcome, detail)?;
     if let Some(bytes) = analyses::write(folder, &outcome.analyses)? {
         written.put(analyses::FILE, &bytes)?;
     }
@@ -108,7 +109,9 @@ fn write_frames(
 }
 
 /// Files that only some results have.
-const OPTIONAL: [&str; 10] = [
+const OPTIONAL: [&str; 12] = [
+    scores::FILE.name,
+    scores::PACKED,
     frame_measures::FILE.name,
     frame_pairs::FILE.name,
     frames::FILE.name,
