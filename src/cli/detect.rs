@@ -134,19 +134,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     files::check(args)?;
     // Without frames there is nothing to clean up, and stdin may be waited for.
     let stop = if args.frames.is_empty() { Stop::default() } else { run::stop_on_signals() };
+    // What an interruption ends is no failure of the video.
+    let or_interrupted = |e| if stop.is_set() { Failure::Interrupted(Interrupted.into()) } else { e };
+    run_until(args, &stop).map_err(or_interrupted)
+}
+
+/// Runs the verb until the user interrupts.
+fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let wanted = methods::wanted(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
-            let frames = frames(args, &stop)?;
+            let frames = frames(args, stop)?;
             let frames = frames.ok_or_else(|| Failure::usage("--init needs the frames; give --frames"))?;
-            let (track, ready) = follow::track(args, init, &frames.sequence, wanted, &stop)?;
+            let (track, ready) = follow::track(args, init, &frames.sequence, wanted, stop)?;
             (Some(frames), None, vec![track], ready)
         }
         None => {
             let ready = methods::on_boxes(args, wanted)?;
-            let frames = frames(args, &stop)?;
+            let frames = frames(args, stop)?;
             let (whole, tracks) = inputs::tracks(args, frames.as_ref())?;
-            let judged = judge_all(tracks, &ready, &whole, &stop)?;
+            let judged = judge_all(tracks, &ready, &whole, stop)?;
             (frames, Some(whole), judged, ready)
         }
     };
@@ -156,7 +163,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let video = UserVideo { sequence, tracks, facts: facts(args, &methods) };
     let judged: Vec<&JudgedTrack> = video.tracks.iter().map(|track| &track.judged).collect();
     print::print(args.format.unwrap_or_else(default_format), &judged)?;
-    files::write(args, &video, frames.as_ref().and_then(|frames| frames.rate), &stop)?;
+    files::write(args, &video, frames.as_ref().and_then(|frames| frames.rate), stop)?;
     let mut all = judged.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
     match all.find(|(_, method)| !method.losses().is_empty()).filter(|_| args.fail_on_loss) {
         Some((track, method)) => Err(Failure::Loss(of_target(track, &verdict(track, method)).into())),
@@ -182,17 +189,13 @@ fn facts(args: &Args, methods: &[Method]) -> Vec<(String, String)> {
     facts
 }
 
-/// The frames, unless the user interrupts.
+/// The frames, which no output may replace.
 fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
-    let frames = inputs::frames(args, stop);
-    // An interrupted decoding is no failure of the video.
-    if stop.is_set() {
-        return Err(Failure::Interrupted(Interrupted.into()));
-    }
-    if let Ok(Some(frames)) = &frames {
+    let frames = inputs::frames(args, stop)?;
+    if let Some(frames) = &frames {
         files::check_frames(args, &frames.sequence)?;
     }
-    frames
+    Ok(frames)
 }
 
 fn default_format() -> output::Format {

@@ -484,7 +484,7 @@ fn frames_are_a_video() {
     let of_files = scores(&detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "RgbHist"]));
     // The colors of the video are those of the files but for their coding.
     assert!(of_video.iter().zip(&of_files).all(|(a, b)| (a - b).abs() < 0.1), "{of_video:?} {of_files:?}");
-    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0, "the decoded frames are gone");
+    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0, "no frame is a file");
     let output = run(Some("/nowhere"));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{message}");

@@ -63,17 +63,25 @@ impl Place {
     }
 }
 
-// Before: after SIGTERM it waited for the child of the script (23.6 s), after SIGKILL the folder stayed and the child went on.
+// Before: after SIGTERM it waited for the child of the script (23.6 s), after SIGKILL the child went on.
 #[test]
 fn a_decoding_ends_with_us_and_leaves_nothing() {
     let place = Place::new();
     let file = place.path("child.pid");
-    let script = format!("echo > 000001.png; sleep 1000 & echo $! > '{}'; wait", file.display());
-    for (signal, code) in [("-TERM", Some(130)), ("-INT", Some(130)), ("-KILL", None)] {
+    let hang = format!("sleep 1000 & echo $! > '{}'; wait", file.display());
+    // The frames are counted in small, then there are none.
+    let later = format!("case \"$*\" in *scale=*) printf 'P6\\n1 1\\n255\\nabc' ;; *) {hang} ;; esac");
+    for (script, signal, code) in [
+        (&hang, "-TERM", Some(130)),
+        (&hang, "-INT", Some(130)),
+        (&hang, "-KILL", None),
+        (&later, "-TERM", Some(130)),
+        (&later, "-KILL", None),
+    ] {
         std::fs::remove_file(&file).unwrap_or_default();
-        let mut child = place.detect(&script).stderr(std::process::Stdio::null()).spawn().unwrap();
+        let mut child = place.detect(script).stderr(std::process::Stdio::null()).spawn().unwrap();
         let process = pid(&file);
-        assert!(is_running(&process) && std::fs::read_dir(place.path("tmp")).unwrap().count() > 0);
+        assert!(is_running(&process));
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), code, "{signal}");
         place.is_clean(&process);
@@ -90,10 +98,7 @@ fn what_a_decoder_leaves_running_is_not_waited_for() {
     let output = place.detect(&script).output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{told}");
-    assert!(
-        told.contains("clip.mp4: this is no video that ffmpeg reads") && !told.contains("000001"),
-        "{told}"
-    );
+    assert!(told.contains("clip.mp4: this is no video that ffmpeg reads"), "{told}");
     assert!(told.contains("(ffmpeg: moov atom not found)"), "{told}");
     place.is_clean(&pid(&file));
 }

@@ -64,6 +64,7 @@ impl Sequence {
         match &self.frames {
             Frames::Files(files) => files_digest(self, FILES, files, Hash::files),
             Frames::Video(video) => files_digest(self, VIDEO, &[video.path().to_path_buf()], Hash::files),
+            Frames::Stream(stream) => files_digest(self, VIDEO, &[stream.path().to_path_buf()], Hash::files),
             Frames::Rendered(..) => content_digest(self),
             Frames::Absent => files_digest(self, BOXES, &[], Hash::files),
         }
@@ -80,6 +81,9 @@ impl Sequence {
             Frames::Files(files) => files_digest(self, FILES, files, Hash::files_in_turn),
             Frames::Video(video) => {
                 files_digest(self, VIDEO, &[video.path().to_path_buf()], Hash::files_in_turn)
+            }
+            Frames::Stream(stream) => {
+                files_digest(self, VIDEO, &[stream.path().to_path_buf()], Hash::files_in_turn)
             }
         }
     }

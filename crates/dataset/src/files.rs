@@ -63,6 +63,7 @@ impl Sequence {
         let files = match &self.frames {
             Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
             Frames::Rendered(..) => return Err(absent()),
+            Frames::Stream(stream) => return stream.frame(t)?.ok_or_else(absent),
             Frames::Absent => return Err(DatasetError::NoFrames(self.name.clone())),
             Frames::Files(files) => files,
             Frames::Video(video) => video.files()?,
@@ -88,6 +89,7 @@ impl Sequence {
         let known = match &self.frames {
             Frames::Files(files) => files.size()?,
             Frames::Video(video) => video.files()?.size()?,
+            Frames::Stream(stream) => stream.size(),
             Frames::Rendered(render, n) => (*n > 0).then(|| render.size()),
             Frames::Absent => None,
         };

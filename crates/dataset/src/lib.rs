@@ -53,6 +53,8 @@ pub enum Frames {
     Files(ImageFiles),
     /// Frames of a video file, decoded into image files at their first use.
     Video(Arc<video::Video>),
+    /// Frames of a video file, decoded in their order whenever they are asked for.
+    Stream(Arc<video::VideoStream>),
     /// A renderer and the number of its frames.
     Rendered(Arc<dyn Render>, usize),
     /// Nowhere: only the ground truth is known.
@@ -64,6 +66,7 @@ impl std::fmt::Debug for Frames {
         match self {
             Self::Files(files) => write!(f, "Files({} files)", files.len()),
             Self::Video(video) => write!(f, "Video({})", video.path().display()),
+            Self::Stream(stream) => write!(f, "Stream({})", stream.path().display()),
             Self::Rendered(_, n) => write!(f, "Rendered({n} frames)"),
             Self::Absent => f.write_str("Absent"),
         }
@@ -136,7 +139,7 @@ impl SequenceInfo for Sequence {
         Ok(match &self.frames {
             Frames::Files(files) => files.to_vec(),
             Frames::Video(video) => video.files()?.to_vec(),
-            Frames::Rendered(..) | Frames::Absent => Vec::new(),
+            Frames::Stream(_) | Frames::Rendered(..) | Frames::Absent => Vec::new(),
         })
     }
 

@@ -6,16 +6,16 @@
 //! | a pattern with `*`, `?` or `[...]` | these files, in the order of all numbers in their names | those in the names if they follow each other, else from 1 on |
 //! | several files in the order of their numbers, or in that of a shell, which gives `10.png` before `2.png` | the same | the same |
 //! | several files in another order | these files, in the order given | from 1 on |
-//! | another file | those of the video, decoded by ffmpeg into a temporary folder | from 1 on |
+//! | another file | those of the video, which ffmpeg decodes | from 1 on |
 
 use crate::files::{folder_name, is_image};
 use crate::format::otb;
 use crate::frame_order::{natural_order, numbered};
-use crate::leftover::TemporaryFolder;
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, video};
+use crate::video::{self, VideoStream};
+use crate::{DatasetError, Digest, Frames, Numbering, Sequence};
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Frames without annotation, and what belongs to them.
 #[derive(Debug)]
@@ -26,58 +26,39 @@ pub struct UserFrames {
     pub rate: Option<f64>,
     /// What to tell the user: that files are in the order given, which is not that of their numbers.
     pub note: Option<String>,
-    /// The decoded frames of a video; deleted when this is dropped.
-    _decoded: Option<TemporaryFolder>,
 }
 
-/// Finds the frames that the user names; reads no image, but decodes a video, until `is_stopped` says so.
+/// Finds the frames that the user names; reads no image, but a video to its end, until `is_stopped` says so.
 ///
 /// # Errors
 /// Nothing of the name, no image among the files, two files of one number, an order in doubt, a video that ffmpeg cannot
 /// decode, and no ffmpeg for it, and an interruption.
 pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
     let mut note = None;
-    let (sequence, rate, decoded) = match given {
+    let (sequence, rate) = match given {
         [folder] if folder.is_dir() => {
             let name = folder_name(folder);
             // Such a folder has its name from the layout of a dataset.
             let name = if name == "img" { folder_name(&folder.join("..")) } else { name };
             let options =
                 otb::Options { truth: otb::Truth::Ignored, name: Some(name), ..otb::Options::default() };
-            (otb::load(folder, &options)?, None, None)
+            (otb::load(folder, &options)?, None)
         }
         [file] if file.exists() && !is_image(file) => {
-            let folder = TemporaryFolder::new("trackfail-frames-");
-            let folder = folder.map_err(|e| DatasetError::io(&std::env::temp_dir(), e))?;
-            let frames = video::decode_all(file, folder.path(), is_stopped)?;
-            let rate = video::rate(file, folder.path(), is_stopped);
-            (sequence(file, 1, frames), rate, Some(folder))
+            let stream = VideoStream::open(file, is_stopped)?;
+            let (count, frames) = (stream.frames(), Frames::Stream(Arc::new(stream)));
+            (sequence(file, 1, count, frames), video::rate(file, is_stopped))
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
-            (of_numbered(pattern, numbered(matching(pattern)?)?), None, None)
+            (of_numbered(pattern, numbered(matching(pattern)?)?), None)
         }
         files => {
             let (sequence, kept) = listed(files)?;
             note = kept;
-            (sequence, None, None)
+            (sequence, None)
         }
     };
-    Ok(UserFrames { sequence, rate, note, _decoded: decoded })
-}
-
-/// Frames `range` of a user's frames; of a sequence without frames, as many without.
-pub fn part(whole: &Sequence, range: Range<usize>) -> Sequence {
-    let numbers = (whole.number(range.start), whole.number(range.end).saturating_sub(1));
-    let frames = match &whole.frames {
-        Frames::Files(files) => Frames::Files(files.get(range.clone()).unwrap_or_default().to_vec().into()),
-        other => other.clone(),
-    };
-    Sequence {
-        numbering: Numbering { first: numbers.0, official: numbers },
-        truth: vec![None; range.len()],
-        frames,
-        ..without_frames(&whole.name, 0)
-    }
+    Ok(UserFrames { sequence, rate, note })
 }
 
 /// A sequence of so many frames, numbered from 1, none of which is there.
@@ -146,7 +127,7 @@ fn listed(files: &[PathBuf]) -> Result<(Sequence, Option<String>), DatasetError>
     let shown = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ", ";
     let names: String = files.iter().take(3).map(shown).collect();
     let note = format!("{} frames in the order given: {names}...", files.len());
-    Ok((sequence(first, 1, files.to_vec()), Some(note)))
+    Ok((sequence(first, 1, files.len(), Frames::Files(files.to_vec().into())), Some(note)))
 }
 
 /// Whether files are in an order in which shells sort names: byte by byte, or by letters and digits alone.
@@ -162,16 +143,17 @@ fn is_of_a_shell(files: &[PathBuf]) -> bool {
 fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
     let first = images.keys().next().copied().unwrap_or(1);
     let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
-    sequence(name, if follow { first } else { 1 }, images.into_values().collect())
+    let files: Vec<PathBuf> = images.into_values().collect();
+    sequence(name, if follow { first } else { 1 }, files.len(), Frames::Files(files.into()))
 }
 
-fn sequence(name: &Path, first: u32, frames: Vec<PathBuf>) -> Sequence {
+fn sequence(name: &Path, first: u32, count: usize, frames: Frames) -> Sequence {
     let name = name.file_stem().map_or_else(|| folder_name(name), |stem| stem.to_string_lossy().into_owned());
-    let last = first.saturating_add(frames.len() as u32).saturating_sub(1);
+    let last = first.saturating_add(count as u32).saturating_sub(1);
     Sequence {
         numbering: Numbering { first, official: (first, last) },
-        truth: vec![None; frames.len()],
-        frames: Frames::Files(frames.into()),
+        truth: vec![None; count],
+        frames,
         ..without_frames(&name, 0)
     }
 }
@@ -284,7 +266,7 @@ mod tests {
 
     #[needs(ffmpeg)]
     #[test]
-    fn a_video_is_decoded_for_as_long_as_it_is_needed() {
+    fn a_video_has_frames_and_a_rate() {
         let root = tempfile::tempdir().unwrap();
         let clip = root.path().join("clip.mp4");
         let made = std::process::Command::new("ffmpeg")
@@ -298,13 +280,8 @@ mod tests {
         assert_eq!((sequence.len(), sequence.number(0), &*sequence.name), (9, 1, "clip"));
         assert_eq!(sequence.size().unwrap(), (64, 48));
         assert!((frames.rate.unwrap() - 29.97).abs() < 0.01);
-        let (_, names) = shown(&frames);
-        assert_eq!(names[8], "000009.png");
-        let Frames::Files(files) = &frames.sequence.frames else { panic!() };
-        let first = files[0].clone();
-        assert!(first.exists());
-        drop(frames);
-        assert!(!first.exists());
+        assert!(sequence.frame(8).is_ok());
+        assert!(matches!(sequence.frame(9), Err(DatasetError::NoFrame { .. })));
         std::fs::write(&clip, b"no video").unwrap();
         assert!(
             load(&[clip], &|| false)

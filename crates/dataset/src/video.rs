@@ -1,4 +1,5 @@
-//! Frames of a video file, decoded once by `ffmpeg` into PNG files.
+//! Frames of a video file, decoded by `ffmpeg`: those of a suite's once, into PNG files; those of a user's for
+//! each pass over them, without files, see [`VideoStream`].
 //!
 //! ```text
 //! DATA/caviar/Walk1/Walk1.mpg                            the video
@@ -11,9 +12,13 @@
 //!
 //! The `ffmpeg` on the PATH is run without a shell and [guarded](mod@guarded). The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
-//! Time, frames and bytes are limited ([`VideoLimits`]). Every decoded frame is written, none is repeated or dropped
+//! Time, frames and bytes are limited ([`VideoLimits`]). Every decoded frame is given, none is repeated or dropped
 //! to keep a rate. Colors are converted by the exact, slower way, but another version of ffmpeg may still
 //! give other pixels: the files digest of a sequence pins the video, not what was made of it.
+
+mod stream;
+
+pub use stream::VideoStream;
 
 use super::digest::file_digest;
 use super::guarded::{self, Guarded, Tail};
@@ -105,25 +110,9 @@ impl Video {
     }
 }
 
-/// Decodes all frames of a user's video into a temporary folder, and returns their files in order. It ends soon after
-/// `is_stopped` says so; if this program dies meanwhile, the folder is deleted.
-///
-/// # Errors
-/// No ffmpeg, a file it cannot decode, damage, a limit, or an interruption.
-pub fn decode_all(
-    video: &Path,
-    folder: &Path,
-    is_stopped: &dyn Fn() -> bool,
-) -> Result<Vec<PathBuf>, DatasetError> {
-    let limits = VideoLimits { damage_ends_it: true, ..DEFAULT_LIMITS };
-    decode_into(video, folder, OsStr::new("ffmpeg"), limits, is_stopped)?;
-    let files = (1..=DEFAULT_LIMITS.frames).map(|n| folder.join(frame_name(n)));
-    Ok(files.take_while(|file| file.is_file()).collect())
-}
-
 /// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell, or
-/// `is_stopped` says so before. If this program dies meanwhile, the temporary folder of the frames is deleted.
-pub fn rate(video: &Path, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
+/// `is_stopped` says so before.
+pub fn rate(video: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
     let mut url = OsString::from("file:");
     url.push(video.canonicalize().ok()?);
     let mut command = Command::new("ffprobe");
@@ -131,7 +120,7 @@ pub fn rate(video: &Path, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Optio
         .args(["-v", "error", "-protocol_whitelist", "file", "-format_whitelist", FORMATS])
         .args(["-select_streams", "v:0", "-show_entries", "stream=avg_frame_rate", "-of", "csv=p=0"])
         .arg(url);
-    let mut probe = Guarded::start(command, [Stdio::null(), Stdio::piped()], Some(folder)).ok()?;
+    let mut probe = Guarded::start(command, [Stdio::null(), Stdio::piped()], None).ok()?;
     let told = Tail::new(probe.stdout()?);
     let until = Instant::now() + PROBE_TIME;
     let check = || if is_stopped() || Instant::now() > until { Err(()) } else { Ok(()) };
@@ -186,6 +175,32 @@ fn decode_into(
     limits: VideoLimits,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), DatasetError> {
+    let attempt = |input: &Path, every_frame: &str| {
+        let mut command = command(program, input, every_frame, limits);
+        // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
+        command.args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"]).current_dir(folder);
+        run(command, folder, limits, is_stopped)
+    };
+    run_on(video, limits, attempt).map(drop)
+}
+
+/// How a run of ffmpeg went.
+struct Outcome {
+    /// How it ended, or what is against going on.
+    status: Result<ExitStatus, String>,
+    /// The last words of its stderr.
+    said: String,
+    /// Number of frames that it gave.
+    frames: usize,
+}
+
+/// Decodes all frames of `video` by `attempt`, which is given a path and the option for every frame. Returns the
+/// path and the option that serve, and the number of frames.
+fn run_on(
+    video: &Path,
+    limits: VideoLimits,
+    attempt: impl Fn(&Path, &'static str) -> std::io::Result<Outcome>,
+) -> Result<(PathBuf, &'static str, usize), DatasetError> {
     let content = |message: String| DatasetError::content(video, message);
     // A pipe or a device would be waited for, also by ffmpeg.
     if !std::fs::metadata(video).map_err(|e| DatasetError::io(video, e))?.is_file() {
@@ -194,34 +209,42 @@ fn decode_into(
     let readable = File::open(video).and_then(|_| video.canonicalize());
     let input = readable.map_err(|e| DatasetError::io(video, e))?;
     // Older versions (before 5.1) know the option under another name; newer ones may lose that.
-    for option in ["-fps_mode", "-vsync"] {
-        let ended = run(command(program, &input, folder, option, limits), folder, limits, is_stopped);
-        let (status, said) = ended.map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => content(
-                "its frames have to be decoded, but there is no `ffmpeg` on the PATH; install it (Debian, Ubuntu: \
-                 apt install ffmpeg; macOS: brew install ffmpeg; Windows: winget install ffmpeg)"
-                    .into(),
-            ),
-            _ => content(format!("ffmpeg does not start: {e}")),
-        })?;
+    let mut every_frame = "-fps_mode";
+    loop {
+        let outcome = attempt(&input, every_frame).map_err(|e| not_started(video, &e))?;
+        let Outcome { status, said, frames } = outcome;
         let status = status.map_err(content)?;
+        if status.success() && frames == 0 {
+            return Err(content("ffmpeg found no frame in it; fetch the file again".into()));
+        }
+        if status.success() && frames > limits.frames as usize {
+            return Err(content(format!("more than {} frames, which no sequence has", limits.frames)));
+        }
         if status.success() {
-            break;
+            return Ok((input, every_frame, frames));
         }
-        if option != "-fps_mode" || !said.contains("fps_mode") {
-            return Err(content(refusal(status, &said, folder, limits)));
+        if every_frame != "-fps_mode" || !said.contains("fps_mode") {
+            return Err(content(refusal(status, &said, frames, limits)));
         }
+        every_frame = "-vsync";
     }
-    if !folder.join(frame_name(1)).is_file() {
-        return Err(content("ffmpeg found no frame in it; fetch the file again".into()));
-    }
-    if folder.join(frame_name(limits.frames.saturating_add(1))).is_file() {
-        return Err(content(format!("more than {} frames, which no sequence has", limits.frames)));
-    }
-    Ok(())
 }
 
-fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limits: VideoLimits) -> Command {
+/// The error for an ffmpeg that cannot be started.
+fn not_started(video: &Path, e: &std::io::Error) -> DatasetError {
+    let message = match e.kind() {
+        std::io::ErrorKind::NotFound => {
+            "its frames have to be decoded, but there is no `ffmpeg` on the PATH; install it (Debian, Ubuntu: \
+             apt install ffmpeg; macOS: brew install ffmpeg; Windows: winget install ffmpeg)"
+                .into()
+        }
+        _ => format!("ffmpeg does not start: {e}"),
+    };
+    DatasetError::content(video, message)
+}
+
+/// A run of ffmpeg that decodes every frame; where they go to is to be added.
+fn command(program: &OsStr, input: &Path, every_frame: &str, limits: VideoLimits) -> Command {
     let mut url = OsString::from("file:");
     url.push(input);
     let mut command = Command::new(program);
@@ -232,46 +255,52 @@ fn command(program: &OsStr, input: &Path, output: &Path, every_frame: &str, limi
         .arg(url)
         .args(["-map", "0:v:0", every_frame, "passthrough", "-pix_fmt", "rgb24"])
         .args(["-sws_flags", "bicubic+accurate_rnd+full_chroma_int+bitexact"])
-        .args(["-frames:v", &limits.frames.saturating_add(1).to_string()])
-        // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
-        .args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"])
-        .current_dir(output);
+        .args(["-frames:v", &limits.frames.saturating_add(1).to_string()]);
     command
 }
 
-/// Runs a program that writes frames into a folder to its end, which is how it ends or what is against going on, and the
-/// last words of its stderr.
-fn run(
-    command: Command,
-    output: &Path,
-    limits: VideoLimits,
-    is_stopped: &dyn Fn() -> bool,
-) -> std::io::Result<(Result<ExitStatus, String>, String)> {
+/// A check from now on whether something is against going on.
+fn in_time(limits: VideoLimits, is_stopped: &dyn Fn() -> bool) -> impl Fn() -> Result<(), String> {
     let until = Instant::now() + limits.time;
-    let check = || {
+    move || {
         if is_stopped() {
             return Err("interrupted".to_string());
         }
         if Instant::now() > until {
             return Err(format!("ffmpeg takes more than {} s", limits.time.as_secs()));
         }
+        Ok(())
+    }
+}
+
+/// Runs a program that writes frames into a folder to its end.
+fn run(
+    command: Command,
+    output: &Path,
+    limits: VideoLimits,
+    is_stopped: &dyn Fn() -> bool,
+) -> std::io::Result<Outcome> {
+    let in_time = in_time(limits, is_stopped);
+    let check = || {
+        in_time()?;
         if bytes_in(output) > limits.bytes {
             return Err(format!("the frames take more than {} bytes", limits.bytes));
         }
         Ok(())
     };
     let mut program = Guarded::start(command, [Stdio::null(), Stdio::null()], Some(output))?;
-    let ended = program.wait(check)?;
-    Ok((ended, program.stderr()))
+    let status = program.wait(check)?;
+    let frames = std::fs::read_dir(output).map_or(0, Iterator::count);
+    Ok(Outcome { status, said: program.stderr(), frames })
 }
 
 /// The meaning of a failure of ffmpeg, with a remedy.
-fn refusal(status: ExitStatus, said: &str, folder: &Path, limits: VideoLimits) -> String {
+fn refusal(status: ExitStatus, said: &str, frames: usize, limits: VideoLimits) -> String {
     let meaning = if status.code().is_none() {
         format!("ffmpeg did not finish ({status}); try it again")
     } else if !limits.damage_ends_it {
         "this is no video that ffmpeg reads; fetch the file again".to_string()
-    } else if folder.join(frame_name(1)).is_file() {
+    } else if frames > 0 {
         "the video is damaged, its frames would be wrong; take a whole copy of it, or the frames that are good as \
          images"
             .to_string()

@@ -3,6 +3,7 @@
 //! | module | from | to |
 //! |---|---|---|
 //! | [`results`] | judged cells | the files of a results folder, and back |
+//! | [`sampling`] | counts of sequences | intervals of what is made of them |
 //! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | [`figure`] | plain series | SVG and PNG |
 //! | [`report`] | results, tables, figures | an offline HTML page for each experiment, one over all |
@@ -10,4 +11,5 @@
 pub mod figure;
 pub mod report;
 pub mod results;
+pub mod sampling;
 pub mod table;

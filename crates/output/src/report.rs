@@ -54,7 +54,6 @@ mod staged;
 pub mod stills;
 pub mod trace;
 pub mod uncertainty;
-mod units;
 pub mod user_track;
 pub mod verdict;
 pub mod write;

@@ -1,6 +1,10 @@
+use super::stream::read_picture;
 use super::*;
 use crate::format::{SequenceOptions, cvml};
+use crate::user_frames::without_frames;
 use crate::{Frames, Sequence};
+use std::sync::Arc;
+use trackfail_core::image::ImageError;
 use trackfail_testing::needs;
 
 /// ffmpeg's test picture, 64x48, `frames` of them.
@@ -49,7 +53,7 @@ fn frames_of_a_lossless_video_are_its_pixels() {
         attributes: Vec::new(),
         frame_attributes: Vec::new(),
         digest: Default::default(),
-        frames: Frames::Video(std::sync::Arc::new(Video::new(path.clone(), cache(root.path()), (3, 6)))),
+        frames: Frames::Video(Arc::new(Video::new(path.clone(), cache(root.path()), (3, 6)))),
     };
     assert_eq!(s.size().unwrap(), (64, 48));
     for (t, expected) in pixels.chunks(64 * 48 * 3).skip(2).take(4).enumerate() {
@@ -64,6 +68,81 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     std::fs::remove_file(folder.join("000004.png")).unwrap();
     let again = Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err().to_string();
     assert!(again.contains("frame 4 is not in it"), "{again}");
+}
+
+/// The frames of a user's video.
+fn opened(path: &Path) -> Result<VideoStream, DatasetError> {
+    VideoStream::open(path, &|| false)
+}
+
+fn sequence(frames: Frames) -> Sequence {
+    Sequence { frames, ..without_frames("clip", 40) }
+}
+
+// The oracle: the files that a suite's video is decoded into.
+#[needs(ffmpeg)]
+#[test]
+fn frames_through_a_pipe_are_those_of_files() {
+    let root = tempfile::tempdir().unwrap();
+    for (name, codec, pixels) in
+        [("a.mp4", "mpeg4", "yuv420p"), ("b.mkv", "ffv1", "yuv422p10"), ("c.avi", "ffv1", "gray")]
+    {
+        let path = root.path().join(name);
+        testsrc(40, &["-c:v", codec, "-pix_fmt", pixels, path.to_str().unwrap()]);
+        let files = Video::new(path.clone(), cache(root.path()), (1, 40));
+        let files = sequence(Frames::Video(Arc::new(files)));
+        let piped = sequence(Frames::Stream(Arc::new(opened(&path).unwrap())));
+        assert_eq!(piped.size().unwrap(), files.size().unwrap());
+        // In order, neighbours in another order, and back to frames that are no longer kept.
+        for t in (0..40).chain([38, 39, 37, 3, 5, 4, 0, 39, 21]) {
+            assert!(piped.frame(t).unwrap() == files.frame(t).unwrap(), "{name}, frame {t}");
+        }
+        assert!(matches!(piped.frame(40), Err(DatasetError::NoFrame { .. })));
+    }
+}
+
+#[needs(ffmpeg)]
+#[test]
+fn a_video_that_changes_after_it_was_counted_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let (path, other) = (root.path().join("a.mpg"), root.path().join("b.mpg"));
+    for frames in [10, 30] {
+        mpeg(&path, 20);
+        let video = opened(&path).unwrap();
+        mpeg(&other, frames);
+        std::fs::rename(&other, &path).unwrap();
+        let error = video.frame(19).unwrap_err().to_string();
+        assert!(error.contains("a.mpg: it has changed since its frames were counted"), "{error}");
+        std::fs::write(&path, "no video").unwrap();
+        let error = video.frame(0).unwrap_err().to_string();
+        assert!(error.contains("a.mpg: this is no video that ffmpeg reads"), "{error}");
+        std::fs::remove_file(&path).unwrap();
+    }
+}
+
+// The bytes are those of the definition of PPM.
+#[test]
+fn pictures_that_are_whole_and_not_too_large_are_read() {
+    let read = |mut bytes: &[u8]| read_picture(&mut bytes);
+    let mut two: &[u8] = b"P6\n1 2\n255\nabcdefP6\n1 1\n255\nxyz";
+    let pictures = std::iter::from_fn(|| read_picture(&mut two)).map(|p| p.unwrap().bytes().to_vec());
+    assert_eq!(pictures.collect::<Vec<_>>(), [b"abcdef".to_vec(), b"xyz".to_vec()]);
+    for large in ["P6\n16385 1\n255\n", "P6\n16000 16000\n255\n"] {
+        assert!(matches!(read(large.as_bytes()), Some(Err(ImageError::TooLarge { .. }))), "{large}");
+    }
+    for other in [
+        "",
+        "P6\n",
+        "P6\n1 1\n255\nab",
+        "P5\n1 1\n255\nabc",
+        "P6\n1 1\n65535\nabcdef",
+        "P6\n0 1\n255\n",
+        "P6\n-1 1\n255\nabc",
+        "P6\n99999999999 1\n255\nabc",
+    ] {
+        assert!(read(other.as_bytes()).is_none(), "{other}");
+    }
+    assert!(read(&[b'P'; 1 << 10]).is_none() && read(&[0xFF; 1 << 10]).is_none());
 }
 
 #[needs(ffmpeg)]
@@ -220,7 +299,7 @@ fn what_is_no_file_is_refused_before_ffmpeg_starts() {
     let link = root.path().join("c.mpg");
     std::os::unix::fs::symlink(&pipe, &link).unwrap();
     for path in [pipe.as_path(), &socket, &link, Path::new("/dev/null")] {
-        let error = decode_all(path, root.path(), &|| false).unwrap_err().to_string();
+        let error = opened(path).err().unwrap().to_string();
         assert!(error.contains(": not a file; frames are a video file"), "{error}");
         let frames = crate::user_frames::load(&[path.to_path_buf()], &|| false).unwrap_err().to_string();
         assert_eq!(frames, error);
@@ -235,10 +314,7 @@ fn damage_ends_the_decoding_of_a_users_video() {
     for (name, codec) in codecs {
         let path = root.path().join(name);
         testsrc(20, &["-c:v", codec, "-bf", "0", &format!("file:{}", path.display())]);
-        let folder = root.path().join(codec);
-        std::fs::create_dir(&folder).unwrap();
-        let whole = decode_all(&path, &folder, &|| false).unwrap();
-        assert_eq!(whole.len(), 20, "{name}");
+        assert_eq!(opened(&path).unwrap().frames(), 20, "{name}");
     }
     // Zeros inside of a frame near the middle, and of the first.
     let path = root.path().join("a.avi");
@@ -249,8 +325,7 @@ fn damage_ends_the_decoding_of_a_users_video() {
         let mut bytes = whole.clone();
         bytes[place..place + 600].fill(0);
         std::fs::write(&path, bytes).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        let error = decode_all(&path, folder.path(), &|| false).unwrap_err().to_string();
+        let error = opened(&path).err().unwrap().to_string();
         assert!(error.contains(&format!("a.avi: {words}")), "{error}");
     }
 }
@@ -279,7 +354,7 @@ fn time_and_bytes_are_limited() {
     let sleep = |limits| {
         let mut command = Command::new("sleep");
         command.arg("600");
-        run(command, out.path(), limits, &|| false).unwrap().0.unwrap_err()
+        run(command, out.path(), limits, &|| false).unwrap().status.unwrap_err()
     };
     let time = sleep(VideoLimits { time: Duration::ZERO, ..DEFAULT_LIMITS });
     assert!(time.contains("more than 0 s"), "{time}");

@@ -9,7 +9,7 @@ use crate::figure::{Dot, Dots};
 use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::frame_pairs::{Difference, Pair};
-use crate::table::layout::{Cell, TableLayout, is_anchor};
+use crate::table::layout::{Cell, Label, TableLayout, is_anchor};
 use crate::table::number::Style;
 use trackfail_methods::score::{FrameMeasures, Metric};
 
@@ -132,19 +132,13 @@ pub fn table(results: &Results, pairs: &[Pair]) -> Option<TableLayout> {
                    frames at 5 false alarms per 1000 good frames. Differences are those from the best method by AUROC that was \
                    run on the same tracks, with 95 % bounds by bootstrap over the same sequences for both; a method without a \
                    better one has none. frame_pairs.csv has all other pairs.";
-    let columns = [
-        "reads",
-        "AUROC",
-        "found at 5",
-        "compared with",
-        "AUROC difference",
-        "95 % from",
-        "95 % to",
-        "found difference",
-        "95 % from ",
-        "95 % to ",
-    ];
+    let mut columns = ["reads", "AUROC", "found at 5", "compared with"].map(Label::from).to_vec();
+    for difference in ["AUROC difference", "found difference"] {
+        let bound = |end: &str| Label::shown_as(format!("{difference}, {end}"), format!("95 % {end}"));
+        columns.extend([difference.into(), bound("from"), bound("to")]);
+    }
     let groups = vec![group("", String::new(), rows)];
-    let table = layouts::table("differences", caption.to_string(), "method", &columns, groups);
+    let table = layouts::table("differences", caption.to_string(), "method", &[], groups);
+    let table = TableLayout { columns, ..table };
     (!pairs.is_empty()).then(|| of_suite(table, results, &layouts::suite(results)))
 }

@@ -13,27 +13,22 @@ mod verdict;
 
 use super::layouts::{self, cell, group, of_suite, table};
 use super::pairs;
-use super::units::{mean_of_sum, metric_of_sum};
 use crate::figure::{Dots, Ranks};
 use crate::results::{CellScore, Results};
+use crate::sampling::{LEVEL, MIN_SEQUENCES, SAMPLES, Sampling, mean_of_sum, metric_of_sum};
 use crate::table::layout::{self, Cell, TableLayout};
-use crate::table::leaderboard::{DRAWS, MIN_SEQUENCES};
 use crate::table::number::Style;
 use crate::table::suites::suites_note;
 use field::{Competitor, Field, fields, first_by_sequence, tracker_fields};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use trackfail_core::direction::Direction;
-use trackfail_core::num::pooled::{self, Drawn, Draws};
-use trackfail_core::num::{ranks, seed};
+use trackfail_core::num::{pooled, ranks};
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::table::Side;
 use trackfail_methods::score::chance::Chance;
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{Metric, TrackerMetric};
-
-/// Level of the intervals, and 1 minus the significance of the critical difference.
-const LEVEL: f64 = 0.95;
 
 /// The tables and figures of a report that say how far its numbers can be trusted.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -157,13 +152,12 @@ pub fn measure(results: &Results, scores: &[CellScore]) -> Uncertainty {
     let compared = first_by_sequence(results).filter(|a| !a.shares.is_empty());
     let of_trackers = compared.map_or(of_methods.clone(), |a| format!("Suite {}.", suites_note(a)));
     let mut uncertainty = Uncertainty::default();
-    let mut drawn = Drawn::default();
+    let sampling = Sampling::new(experiment);
     for (k, (suffix, measured, fields)) in all.iter().enumerate() {
         let suite = if matches!(measured, Measured::Mean(_)) { &of_trackers } else { &of_methods };
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, measured)).collect();
-        let seed = seed::seed(results.manifest.seed, &["uncertainty", &experiment.name]);
-        let mut tables = vec![intervals(fields, &ranked, measured, seed, &mut drawn)];
-        let duels = duels(fields, measured, seed);
+        let mut tables = vec![intervals(fields, &ranked, measured, &sampling)];
+        let duels = duels(fields, measured, &sampling);
         if k == 0 {
             uncertainty.verdict = verdict::verdict(fields, [&tables[0], &duels], measured);
             uncertainty.headline = verdict::dots(fields, &tables[0], measured, (experiment, suite));
@@ -225,8 +219,7 @@ fn intervals(
     fields: &[Field],
     ranked: &[Option<Ranked>],
     measured: &Measured,
-    seed: u64,
-    drawn: &mut Drawn,
+    sampling: &Sampling,
 ) -> TableLayout {
     let of_field = |(field, ranked): (&Field, &Option<Ranked>)| {
         let mut heading = vec![field.label.clone()];
@@ -238,7 +231,7 @@ fn intervals(
             heading.push(if field.label.is_empty() { ranks } else { format!("({ranks})") });
         }
         let heading = heading.join(" ").trim_start().to_string();
-        let bounds = bounds(field, measured, seed::seed(seed, &[&field.label]), drawn);
+        let bounds = bounds(field, measured, sampling);
         let row = |(c, bounds): (&Competitor, Option<(f64, f64)>)| {
             let shown = |v| measured.style().format(v);
             let rank = ranked.as_ref().and_then(|r| r.mean_ranks.get(&c.label).copied());
@@ -248,6 +241,7 @@ fn intervals(
                 cell(bounds.map(|b| b.1), shown),
                 cell(Some(c.counts.len() as f64), |v| Style::COUNT.format(v)),
                 cell(rank, |v| format!("{v:.2}")),
+                cell(ranked.as_ref().and_then(|r| r.p).filter(|_| rank.is_some()), p_text),
             ];
             (c.label.clone(), cells)
         };
@@ -257,7 +251,7 @@ fn intervals(
     let is_counted = matches!(measured, Measured::Counted(_));
     let caption = format!(
         "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
-         sequences (percentiles of {DRAWS} samples), and the mean rank, 1 the best, over the sequences in which \
+         sequences (percentiles of {SAMPLES} samples), and the mean rank, 1 the best, over the sequences in which \
          all that are ranked have a value{}.",
         measured.title(),
         direction(measured),
@@ -266,7 +260,7 @@ fn intervals(
     );
     let who = if is_counted { "method" } else { "tracker" };
     let title = measured.title();
-    let columns = [title.as_str(), "95 % from", "95 % to", "sequences", "mean rank"];
+    let columns = [title.as_str(), "95 % from", "95 % to", "sequences", "mean rank", "Friedman's p"];
     table("uncertainty", caption, who, &columns, groups)
 }
 
@@ -291,18 +285,12 @@ fn ranked_rows(table: &TableLayout, fields: &[Field], measured: &Measured) -> Ta
 }
 
 /// The interval of every competitor of a field.
-fn bounds(field: &Field, measured: &Measured, seed: u64, drawn: &mut Drawn) -> Vec<Option<(f64, f64)>> {
-    let mut bounds = vec![None; field.competitors.len()];
-    let sizes: BTreeSet<usize> = field.competitors.iter().map(|c| c.counts.len()).collect();
-    for units in sizes.into_iter().filter(|units| *units >= MIN_SEQUENCES) {
-        let draws = drawn.of(units, DRAWS, seed);
-        let all = field.competitors.par_iter().zip(&mut bounds);
-        all.filter(|(c, _)| c.counts.len() == units).for_each(|(c, bounds)| {
-            let counts: Vec<[i64; 4]> = c.counts.values().copied().collect();
-            *bounds = draws.interval(&counts, |c| measured.value(field.chance, c), LEVEL);
-        });
-    }
-    bounds
+fn bounds(field: &Field, measured: &Measured, sampling: &Sampling) -> Vec<Option<(f64, f64)>> {
+    let of_one = |competitor: &Competitor| {
+        let counts: Vec<[i64; 4]> = competitor.counts.values().copied().collect();
+        sampling.interval(&counts, |c| measured.value(field.chance, c))
+    };
+    field.competitors.par_iter().map(of_one).collect()
 }
 
 /// One method against another.
@@ -314,7 +302,11 @@ struct Duel {
     sequences: usize,
 }
 
-fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64>, seed: u64) -> Duel {
+fn duel(
+    (a, b): (&Competitor, &Competitor),
+    of: impl Fn(&[i64; 4]) -> Option<f64>,
+    sampling: &Sampling,
+) -> Duel {
     let both: Vec<([i64; 4], [i64; 4])> =
         a.counts.iter().filter_map(|(sequence, x)| Some((*x, *b.counts.get(sequence)?))).collect();
     let label = format!("{} against {}", a.label, b.label);
@@ -322,17 +314,16 @@ fn duel((a, b): (&Competitor, &Competitor), of: impl Fn(&[i64; 4]) -> Option<f64
     if both.len() < MIN_SEQUENCES {
         return duel;
     }
-    let seed = seed::seed(seed, &[&a.label, &b.label]);
     let joined: Vec<[i64; 8]> =
         both.iter().map(|(x, y)| std::array::from_fn(|k| if k < 4 { x[k] } else { y[k - 4] })).collect();
     let difference = |c: &[i64; 8]| {
         let [a0, a1, a2, a3, b0, b1, b2, b3] = *c;
         Some(of(&[a0, a1, a2, a3])? - of(&[b0, b1, b2, b3])?)
     };
-    if let Some(tested) = pooled::permutation(&both, &of, DRAWS, seed) {
+    if let Some(tested) = pooled::permutation(&both, &of, SAMPLES, sampling.seed_of(&[&a.label, &b.label])) {
         duel.difference = Some(tested.difference);
         duel.p = Some(tested.p);
-        duel.bounds = Draws::new(joined.len(), DRAWS, seed).interval(&joined, difference, LEVEL);
+        duel.bounds = sampling.interval(&joined, difference);
     }
     duel
 }
@@ -357,13 +348,12 @@ fn duellists<'a>(
     best.into_iter().flat_map(against).map(|(i, j)| (competing[i], competing[j])).collect()
 }
 
-fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
+fn duels(fields: &[Field], measured: &Measured, sampling: &Sampling) -> TableLayout {
     let of_field = |field: &Field| {
-        let seed = seed::seed(seed, &[&field.label]);
         let competing: Vec<&Competitor> = field.competitors.iter().filter(|c| c.competes).collect();
         let of = |c: &[i64; 4]| measured.value(field.chance, c);
         let all = duellists(&competing, measured, of);
-        let duels: Vec<Duel> = all.par_iter().map(|pair| duel(*pair, of, seed)).collect();
+        let duels: Vec<Duel> = all.par_iter().map(|pair| duel(*pair, of, sampling)).collect();
         let known: Vec<f64> = duels.iter().filter_map(|d| d.p).collect();
         let mut adjusted = ranks::holm(&known).into_iter();
         let signed = |v| measured.style().format_signed(v);
@@ -383,8 +373,8 @@ fn duels(fields: &[Field], measured: &Measured, seed: u64) -> TableLayout {
         (!rows.is_empty()).then(|| group(&field.label, field.label.clone(), rows))
     };
     let caption = format!(
-        "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({DRAWS} \
-         samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {DRAWS} random \
+        "Difference of {} ({}) on the same sequences, {}, with 95 % bounds by bootstrap over sequences ({SAMPLES} \
+         samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {SAMPLES} random \
          ones), by itself and after Holm's correction for all pairs of its group. Of more than {MAX_COMPETITORS} methods, the \
          best is tested against each of the others.",
         measured.title(),

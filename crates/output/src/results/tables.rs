@@ -9,7 +9,8 @@ use polars::prelude::DataFrame;
 pub const FOLDER: &str = "tables";
 
 const GROUP: Column =
-    Column::text("group", "Heading of the rows' group").empty("the table has one group only");
+    Column::text("group", "Name of the rows' group: a tracker, an attribute, or what the rows are of")
+        .empty("the table has one group only");
 const PUBLISHED_TRACKER: Column =
     Column::text("published_tracker", "Tracker whose published numbers stand beside ours")
         .empty("nothing is published");
@@ -31,7 +32,7 @@ pub const FILE: TableFile = TableFile {
 
 /// One cell of a table.
 pub struct TableRow<'a> {
-    /// Heading of its group; may be empty.
+    /// Name of its group; may be empty.
     pub group: &'a str,
     /// Tracker whose published numbers stand beside ours.
     pub published_tracker: Option<&'a str>,

@@ -90,6 +90,13 @@ pub enum LabelKind {
     Anchor,
 }
 
+impl Label {
+    /// A column of results that people read by another name.
+    pub fn shown_as(name: String, shown: String) -> Self {
+        Self { name, shown, kind: LabelKind::Result }
+    }
+}
+
 impl<T: Into<String>> From<T> for Label {
     fn from(name: T) -> Self {
         let name = name.into();

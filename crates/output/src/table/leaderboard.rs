@@ -1,16 +1,13 @@
 //! Methods in order of a metric, and how sure their ranks are.
 //!
 //! The order is that of the metric pooled over all sequences. A bootstrap over sequences says how much it depends on
-//! which sequences a suite has: each sample draws as many sequences as there are, with replacement, all runs of a
-//! sequence together and the same sample for all methods; the metric is computed from the summed counts. `first` is the
-//! share of draws in which a method has rank 1, `keeps rank` the share in which it has the rank of the table.
+//! which sequences a suite has ([`crate::sampling`]). `first` is the share of samples in which a method has rank 1, `keeps
+//! rank` the share in which it has the rank of the table.
 //!
 //! A rank is 1 plus the number of methods that are better, so equal methods share theirs, and both are first.
-//! Where the counts of a draw give no value (precision without a detection), the method ranks behind all that have
+//! Where the counts of a sample give no value (precision without a detection), the method ranks behind all that have
 //! one. Anchors stand where their value puts them, but have no rank and do not push others down; nor do methods that have no
 //! result for cells that others have one for.
-//!
-//! Seed: that of the experiment with the names of table and tracker.
 //!
 //! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
@@ -19,21 +16,15 @@ use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
 use super::number::Style;
 use crate::results::Measure;
 use crate::results::{CellScore, method_label};
-use rand::RngExt;
+use crate::sampling::{SAMPLES, Sampling, metric_of_sum, numbers};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use trackfail_core::direction::Direction;
-use trackfail_core::num::seed;
+use trackfail_core::num::pooled::Draws;
 use trackfail_engine::spec::table::Table;
 use trackfail_engine::spec::{Experiment, TEST};
 use trackfail_methods::score::chance::Chance;
 use trackfail_methods::score::{Counts, Metric, Pooled};
-
-/// Number of bootstrap samples, and of random patterns in tests too large to try all: shares have a standard error of
-/// at most 0.005.
-pub const DRAWS: usize = 10_000;
-/// Fewest sequences that samples are drawn from; with fewer, no shares are shown.
-pub const MIN_SEQUENCES: usize = 3;
 
 /// One method of a leaderboard.
 struct Candidate {
@@ -60,9 +51,9 @@ impl Candidate {
 pub struct Stability {
     /// The rank on all sequences.
     pub rank: usize,
-    /// Share of draws with rank 1.
+    /// Share of samples with rank 1.
     pub first: f64,
-    /// Share of draws with the rank on all sequences.
+    /// Share of samples with the rank on all sequences.
     pub keeps: f64,
 }
 
@@ -88,26 +79,27 @@ fn ranks(values: &[Option<f64>], metric: Metric) -> Vec<usize> {
     values.iter().map(|v| 1 + better(v)).collect()
 }
 
-/// The ranks of methods on all sequences, and how often `draws` bootstrap samples give the same ranks.
-fn stability(methods: &[CountsOfMethod<'_>], metric: Metric, draws: usize, seed: u64) -> Vec<Stability> {
+/// The ranks of methods on all sequences, and how often samples give the same ranks; never without samples.
+fn stability(methods: &[CountsOfMethod<'_>], metric: Metric, draws: Option<&Draws>) -> Vec<Stability> {
     let all: Vec<Option<f64>> =
         methods.iter().map(|(c, chance)| value(c.iter().copied().sum(), *chance, metric)).collect();
     let on_all = ranks(&all, metric);
-    let sequences = methods.first().map_or(0, |(c, _)| c.len());
+    let in_samples = |(counts, chance): &CountsOfMethod<'_>| {
+        let units: Vec<[i64; 4]> = counts.iter().copied().map(numbers).collect();
+        draws?.values(&units, |sum| metric_of_sum(metric, *chance, sum))
+    };
+    let sampled: Vec<Vec<f64>> = methods.iter().filter_map(in_samples).collect();
+    let samples = sampled.first().map_or(0, Vec::len);
     let (mut first, mut keeps) = (vec![0_usize; methods.len()], vec![0_usize; methods.len()]);
-    let mut rng = seed::rng(seed);
-    for _ in 0..draws {
-        let drawn: Vec<usize> = (0..sequences).map(|_| rng.random_range(0..sequences)).collect();
-        let sum = |(counts, chance): &CountsOfMethod<'_>| {
-            value(drawn.iter().map(|k| counts[*k]).sum(), *chance, metric)
-        };
-        let values: Vec<Option<f64>> = methods.iter().map(sum).collect();
+    for sample in 0..samples {
+        let values: Vec<Option<f64>> =
+            sampled.iter().map(|values| Some(values[sample]).filter(|v| !v.is_nan())).collect();
         for (k, rank) in ranks(&values, metric).into_iter().enumerate() {
             first[k] += usize::from(rank == 1);
             keeps[k] += usize::from(rank == on_all[k]);
         }
     }
-    let share = |n: usize| n as f64 / draws.max(1) as f64;
+    let share = |n: usize| n as f64 / samples.max(1) as f64;
     let of = |(k, rank): (usize, usize)| Stability { rank, first: share(first[k]), keeps: share(keeps[k]) };
     on_all.into_iter().enumerate().map(of).collect()
 }
@@ -163,7 +155,7 @@ pub fn leaderboard(
     data_note: &str,
 ) -> TableLayout {
     let metric = table.ranked.unwrap_or(Metric::F_SCORE);
-    let mut groups = Vec::new();
+    let (mut groups, sampling) = (Vec::new(), Sampling::new(experiment));
     for tracker in experiment.trackers.iter().map(|t| t.label.as_str()) {
         let mut all = candidates(experiment, table, metric, measures, scores, tracker);
         if all.is_empty() {
@@ -173,14 +165,14 @@ pub fn leaderboard(
         all.sort_by(|a, b| compare(a.value, b.value, metric));
         let ranked: Vec<CountsOfMethod<'_>> =
             all.iter().filter(|c| c.is_ranked()).map(|c| (c.counts.as_slice(), c.chance)).collect();
-        let enough = all[0].counts.len() >= MIN_SEQUENCES && !metric.is_of_frames();
-        let seed = seed::seed(experiment.seed, &["leaderboard", &table.name, tracker]);
+        let draws = sampling.draws(all[0].counts.len()).filter(|_| !metric.is_of_frames());
+        let enough = draws.is_some();
         let mut sure = if metric.is_of_frames() {
             let values: Vec<Option<f64>> = all.iter().filter(|c| c.is_ranked()).map(|c| c.value).collect();
             let ranks = ranks(&values, metric).into_iter();
             ranks.map(|rank| Stability { rank, first: 0.0, keeps: 0.0 }).collect()
         } else {
-            stability(&ranked, metric, if enough { DRAWS } else { 0 }, seed)
+            stability(&ranked, metric, draws.as_deref())
         }
         .into_iter();
         let rows = all.iter().map(|c| {
@@ -225,7 +217,7 @@ pub fn leaderboard(
         (["low", "high"], how.to_string())
     } else {
         let how = format!(
-            "first, keeps rank: shares of {DRAWS} bootstrap samples of the sequences in which a method is first, and in \
+            "first, keeps rank: shares of {SAMPLES} bootstrap samples of the sequences in which a method is first, and in \
              which it has its rank here (equal ones share a rank; anchors have none)"
         );
         (["first", "keeps rank"], how)

@@ -27,7 +27,7 @@ fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
         for row in &group.rows {
             for (cell, column) in row.cells.iter().zip(&layout.columns) {
                 cells.push(TableRow {
-                    group: &group.label,
+                    group: &group.key,
                     published_tracker: group.published_tracker.as_deref(),
                     row: &row.label.name,
                     column: &column.name,

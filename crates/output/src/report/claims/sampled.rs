@@ -1,29 +1,18 @@
 //! The numbers of claims, with how far other sequences might move them.
 
-use crate::report::units::{
-    UnitCounts, counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum, sum_of, total_of_sum,
-};
 use crate::results::{CellScore, Measure, Results, method_label};
+use crate::sampling::{
+    MIN_SEQUENCES, Sampling, UnitCounts, counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum,
+    sum_of, total_of_sum,
+};
 use crate::table::layout;
-use crate::table::leaderboard::MIN_SEQUENCES;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use trackfail_core::num::pooled::Draws;
-use trackfail_core::num::seed;
 use trackfail_engine::execute::analyse::Analysed;
 use trackfail_engine::spec::claim::{Measured, Quantity, Reference, Spread};
 use trackfail_engine::spec::table::FindingName;
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{Metric, TrackerMetric};
-
-/// Samples of the sequences for each interval.
-const DRAWS: usize = 2000;
-
-/// Samples of as many sequences: the same wherever there are as many.
-fn draws_of(results: &Results, sequences: usize) -> Draws {
-    let seed = seed::seed(results.manifest.seed, &["claims", &results.experiment.name]);
-    Draws::new(sequences, if sequences == 0 { 0 } else { DRAWS }, seed)
-}
 
 /// A number of a sum over sequences, where it has one.
 type Statistic = fn(&[i64; 4]) -> Option<f64>;
@@ -45,7 +34,7 @@ pub struct Samples<'a> {
     results: &'a Results,
     counts: UnitCounts,
     sequences: Vec<&'a str>,
-    draws: Draws,
+    sampling: Sampling,
     /// What was drawn before: claims speak of the same numbers again and again.
     known: RefCell<BTreeMap<Drawn, Spread>>,
 }
@@ -54,9 +43,9 @@ impl<'a> Samples<'a> {
     /// Draws the samples; `scores` are those of [`Results::scores`].
     pub fn new(results: &'a Results, scores: &'a [CellScore]) -> Self {
         let sequences: BTreeSet<&str> = scores.iter().map(|s| s.sequence.as_str()).collect();
-        let draws = draws_of(results, sequences.len());
-        let counts = counts_of_sequences(scores);
-        Self { results, counts, sequences: sequences.into_iter().collect(), draws, known: RefCell::default() }
+        let (counts, sampling) = (counts_of_sequences(scores), Sampling::new(&results.experiment));
+        let sequences = sequences.into_iter().collect();
+        Self { results, counts, sequences, sampling, known: RefCell::default() }
     }
 
     /// The number of a reference that names its tracker, where there is one.
@@ -119,8 +108,8 @@ impl<'a> Samples<'a> {
         let sequences: BTreeSet<&String> = tables.iter().flat_map(|(_, counts)| counts.keys()).collect();
         let units: Vec<[i64; 4]> =
             sequences.iter().map(|s| counts.get(*s).copied().unwrap_or_default()).collect();
-        let draws = draws_of(self.results, units.len());
-        Some(draws.values(&units, statistic).map_or(Spread::TooFew, Spread::Draws))
+        let values = self.sampling.draws(units.len()).and_then(|draws| draws.values(&units, statistic));
+        Some(values.map_or(Spread::TooFew, Spread::Draws))
     }
 
     fn draws(&self, metric: Metric, measure: &Measure) -> Spread {
@@ -132,7 +121,8 @@ impl<'a> Samples<'a> {
             let chance = self.results.experiment.chance_of(&measure.method);
             let units: Vec<[i64; 4]> =
                 self.sequences.iter().map(|s| counts.get(*s).copied().unwrap_or_default()).collect();
-            let values = self.draws.values(&units, |sum| metric_of_sum(metric, chance, sum));
+            let draws = self.sampling.draws(units.len());
+            let values = draws.and_then(|d| d.values(&units, |sum| metric_of_sum(metric, chance, sum)));
             values.map_or(Spread::TooFew, Spread::Draws)
         };
         self.known.borrow_mut().entry((metric.name(), key)).or_insert_with(drawn).clone()

@@ -63,7 +63,7 @@ fn ordered(points: &mut [At], y: Metric) {
 fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> (Curves, String) {
     let (results, experiment) = (scope.results, &scope.results.experiment);
     let best_by = headline(experiment);
-    let mut bands = Bands::new(results, scope.scores);
+    let bands = Bands::new(results, scope.scores);
     let mut groups: Vec<(Line, Vec<At>)> = Vec::new();
     for method in methods {
         let known = experiment.methods.iter().find(|m| m.name == *method);

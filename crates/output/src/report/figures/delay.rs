@@ -5,7 +5,7 @@ use super::drawer::{DrawError, Drawer, Drawing, Scope};
 use super::lines::{Line, arrange, drawing};
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::results::TrackSeries;
-use trackfail_core::num::seed;
+use crate::sampling::Sampling;
 use trackfail_methods::score::TrackScore;
 use trackfail_methods::score::khalid2016::TOLERANCE;
 
@@ -29,14 +29,14 @@ fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
 }
 
 /// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each.
-fn bounds(scores: &[TrackScore], seed: u64) -> Vec<(f64, f64)> {
+fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
     let tolerance = TOLERANCE as i64;
     let at = |d: i64| {
         let unit = |s: &TrackScore| {
             let found = s.delays().filter(|delay| *delay <= d).count();
             [found as i64, s.events.len() as i64]
         };
-        bands::ratio(&scores.iter().map(unit).collect::<Vec<_>>(), seed)
+        bands::ratio(&scores.iter().map(unit).collect::<Vec<_>>(), sampling)
     };
     (-tolerance..=tolerance).map(at).collect()
 }
@@ -44,7 +44,7 @@ fn bounds(scores: &[TrackScore], seed: u64) -> Vec<(f64, f64)> {
 /// One curve for each method without a grid, on every tracker that it runs on; first runs.
 fn delays(scope: &Scope<'_>) -> Curves {
     let (results, mut lines) = (scope.results, Vec::new());
-    let seed = seed::seed(results.manifest.seed, &["delays", &results.experiment.name]);
+    let sampling = Sampling::new(&results.experiment);
     for tracker in &results.experiment.trackers {
         for method in &scope.params().methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
@@ -59,7 +59,7 @@ fn delays(scope: &Scope<'_>) -> Curves {
                 method: method.clone(),
                 tracker: tracker.label.clone(),
                 points,
-                band: bounds(&scores, seed),
+                band: bounds(&scores, &sampling),
                 ..Line::default()
             });
         }

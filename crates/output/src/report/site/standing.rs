@@ -2,18 +2,13 @@
 
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{CellScore, Results};
+use crate::sampling::{Sampling, metric_of_sum, numbers};
 use crate::table::layout;
 use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trackfail_core::num::pooled::Drawn;
-use trackfail_core::num::seed;
 use trackfail_engine::spec::method::Method;
-use trackfail_methods::score::frames::bootstrap::{LEVEL, MIN_SEQUENCES};
 use trackfail_methods::score::{Counts, Metric, Pooled};
-
-/// Bootstrap samples of sequences for the interval of F over chance.
-const DRAWS: usize = 2000;
 
 /// A method on all trackers of an experiment together. Numbers are as they are printed; empty where there is none.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,7 +60,7 @@ pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
     if !experiment.leaderboard {
         return Vec::new();
     }
-    let (costs, mut drawn) = (costs(results), Drawn::default());
+    let (costs, sampling) = (costs(results), Sampling::new(experiment));
     let standing = |method: &Method| {
         let variant = method.variants.first().filter(|_| !method.has_grid())?;
         let name = &method.name;
@@ -84,7 +79,7 @@ pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
             auroc: Estimate::new(real, of(["auroc", "auroc_low", "auroc_high"])),
             auprc: Estimate::new(real, of(["auprc", "auprc_low", "auprc_high"])),
             false_alarms: Estimate::new(rate, alarms),
-            f_over_chance: Estimate::new(real, f_over_chance(results, scores, name, &mut drawn)),
+            f_over_chance: Estimate::new(real, f_over_chance(results, scores, name, &sampling)),
             cost: costs.get(name).cloned().unwrap_or_default(),
         })
     };
@@ -96,7 +91,7 @@ fn f_over_chance(
     results: &Results,
     scores: &[CellScore],
     method: &str,
-    drawn: &mut Drawn,
+    sampling: &Sampling,
 ) -> [Option<f64>; 3] {
     let mut by_sequence: BTreeMap<&str, Counts> = BTreeMap::new();
     for score in scores.iter().filter(|s| s.method == method && s.params.is_empty()) {
@@ -105,16 +100,8 @@ fn f_over_chance(
     }
     let chance = results.experiment.chance_of(method);
     let value = |counts: Counts| Metric::F_OVER_CHANCE.value(&Pooled { counts, chance, ..Pooled::default() });
-    let list: Vec<[i64; 4]> =
-        by_sequence.values().map(|c| [c.tp, c.fp, c.fn_, c.tn].map(|n| n as i64)).collect();
-    let statistic = |&[tp, fp, fn_, tn]: &[i64; 4]| {
-        let [tp, fp, fn_, tn] = [tp, fp, fn_, tn].map(i64::cast_unsigned);
-        value(Counts { tp, fp, fn_, tn })
-    };
-    let seed = seed::seed(results.experiment.seed, &["leaderboard"]);
-    let enough = list.len() >= MIN_SEQUENCES;
-    let bounds =
-        enough.then(|| drawn.of(list.len(), DRAWS, seed).interval(&list, statistic, LEVEL)).flatten();
+    let list: Vec<[i64; 4]> = by_sequence.values().copied().map(numbers).collect();
+    let bounds = sampling.interval(&list, |sum| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum));
     [value(by_sequence.values().copied().sum()), bounds.map(|b| b.0), bounds.map(|b| b.1)]
 }
 

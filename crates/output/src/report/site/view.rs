@@ -4,7 +4,6 @@ use super::LEADERBOARD;
 use super::collect::Site;
 use super::summary::{Best, Summary};
 use crate::report::claims::ClaimCounts;
-use crate::report::files::MARKDOWN;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
 use serde::Serialize;
@@ -14,7 +13,6 @@ struct View<'s> {
     reports: Vec<Report<'s>>,
     total: ClaimCounts,
     unreadable: &'s [(String, String)],
-    markdown: &'s str,
     leaderboard: Option<&'s str>,
 }
 
@@ -69,7 +67,6 @@ fn view<'s>(site: &'s Site) -> View<'s> {
         reports: site.reports.iter().map(report).collect(),
         total,
         unreadable: &site.unreadable,
-        markdown: MARKDOWN,
         leaderboard: site.reports.iter().any(|(_, s)| !s.standings.is_empty()).then_some(LEADERBOARD),
     }
 }

@@ -3,8 +3,8 @@
 use super::Measured;
 use crate::report::headline::spoken;
 use crate::report::operating;
-use crate::report::units::{counts_of_column, counts_of_sequences, sum_of};
 use crate::results::{CellScore, Results, method_label};
+use crate::sampling::{counts_of_column, counts_of_sequences, sum_of};
 use crate::table::layout;
 use std::collections::BTreeMap;
 use trackfail_engine::execute::analyse::Analysed;

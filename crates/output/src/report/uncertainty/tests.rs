@@ -1,7 +1,7 @@
 use super::diagram::diagram;
 use super::*;
 use crate::figure::Plot;
-use crate::report::units::counts_of_column;
+use crate::sampling::counts_of_column;
 use crate::table::layout::Row;
 use trackfail_methods::analysis::Grid;
 
@@ -31,7 +31,7 @@ fn field() -> Field {
 }
 
 fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
-    super::intervals(fields, ranked, measured, seed, &mut Drawn::default())
+    super::intervals(fields, ranked, measured, &Sampling::with_seed(seed))
 }
 
 fn values(row: &Row) -> Vec<Option<f64>> {
@@ -48,9 +48,13 @@ fn intervals_and_ranks_by_hand() {
     let rows = &table.groups[0].rows;
     assert_eq!(rows.iter().map(|r| r.label.name.as_str()).collect::<Vec<_>>(), LABELS);
     let f = |n: f64| Some(n / 7.0);
-    assert_eq!(values(&rows[0]), [Some(0.0), Some(0.0), Some(0.0), Some(8.0), None]);
-    assert_eq!(values(&rows[1]), [f(6.0), f(6.0), f(6.0), Some(8.0), Some(1.25)]);
-    assert_eq!(values(&rows[3]), [f(2.0), f(2.0), f(2.0), Some(8.0), Some(2.75)]);
+    assert_eq!(values(&rows[0])[..5], [Some(0.0), Some(0.0), Some(0.0), Some(8.0), None]);
+    assert_eq!(values(&rows[1])[..5], [f(6.0), f(6.0), f(6.0), Some(8.0), Some(1.25)]);
+    assert_eq!(values(&rows[3])[..5], [f(2.0), f(2.0), f(2.0), Some(8.0), Some(2.75)]);
+    // SciPy's friedmanchisquare; a method that is not ranked has none.
+    let p = rows.iter().map(|row| values(row)[5]);
+    let is_p = |p: f64| (p - 0.002478752176666357).abs() < 1e-12;
+    assert_eq!(p.map(|p| p.map(is_p)).collect::<Vec<_>>(), [None, Some(true), Some(true), Some(true), None]);
     assert_eq!(values(&rows[4])[4], None);
     let mixed = values(&rows[2]);
     assert_eq!((mixed[0], mixed[4]), (f(4.0), Some(2.0)));
@@ -64,7 +68,7 @@ const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 // mixed is good or bad they differ in 4, so p = 2/16. Holm: 3 * 2/256, then 2 * 2/16 for both.
 #[test]
 fn pairs_by_hand() {
-    let table = duels(&[field()], &Measured::Counted(Metric::F_SCORE), 1);
+    let table = duels(&[field()], &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1));
     let rows = &table.groups[0].rows;
     let labels: Vec<&str> = rows.iter().map(|r| r.label.name.as_str()).collect();
     assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
@@ -75,7 +79,7 @@ fn pairs_by_hand() {
     assert_eq!(rows[1].cells[0].ours.as_deref(), Some("+0.571"));
     let is_all = |v: Option<f64>| v.is_some_and(|v| (v - 4.0 / 7.0).abs() < 1e-12);
     assert!(is_all(rows[1].cells[1].value) && is_all(rows[1].cells[2].value), "equal sequences");
-    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::F_SCORE), 1));
+    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1)));
 }
 
 // Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
@@ -85,7 +89,8 @@ fn missing_values_stay_empty() {
     let mut field = field();
     field.competitors.push(silent(true));
     assert!(rank(&field, &Measured::Counted(Metric::PRECISION)).is_none());
-    let table = duels(std::slice::from_ref(&field), &Measured::Counted(Metric::PRECISION), 1);
+    let table =
+        duels(std::slice::from_ref(&field), &Measured::Counted(Metric::PRECISION), &Sampling::with_seed(1));
     let row = table.groups[0].rows.iter().find(|r| r.label.name == "good against silent").unwrap();
     assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
     let first = &table.groups[0].rows[1];
@@ -98,12 +103,19 @@ fn missing_values_stay_empty() {
     };
     assert!(rank(&few, &Measured::Counted(Metric::F_SCORE)).is_none());
     assert_eq!(
-        values(&duels(std::slice::from_ref(&few), &Measured::Counted(Metric::F_SCORE), 1).groups[0].rows[0])
-            [3],
+        values(
+            &duels(std::slice::from_ref(&few), &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1))
+                .groups[0]
+                .rows[0]
+        )[3],
         None
     );
     let alone = Field { competitors: vec![competitor("a", true, &[[1, 0, 0]; 4])], ..few };
-    assert!(duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::F_SCORE), 1).groups.is_empty());
+    assert!(
+        duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1))
+            .groups
+            .is_empty()
+    );
     assert!(
         diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::F_SCORE), "").is_none()
     );
@@ -162,7 +174,7 @@ fn trackers_are_compared_by_their_mean() {
     let rows = &table.groups[0].rows;
     assert_eq!((rows[0].cells[0].value, rows[0].cells[4].value), (Some(0.5), Some(1.25)));
     assert_eq!(table.corner, "tracker");
-    let table = duels(std::slice::from_ref(&field), &mean, 1);
+    let table = duels(std::slice::from_ref(&field), &mean, &Sampling::with_seed(1));
     let row = &table.groups[0].rows[0];
     assert!((row.cells[0].value.unwrap() - 0.1).abs() < 1e-12);
     assert_eq!(row.cells[3].value, Some(10.0 / 16.0));
@@ -175,7 +187,8 @@ fn many_trackers_are_counted_and_few_are_named() {
     let f_score = Measured::Counted(Metric::F_SCORE);
     let told = |fields: &[Field]| {
         let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, &f_score)).collect();
-        let tables = [&intervals(fields, &ranked, &f_score, 1), &duels(fields, &f_score, 1)];
+        let tables =
+            [&intervals(fields, &ranked, &f_score, 1), &duels(fields, &f_score, &Sampling::with_seed(1))];
         verdict::verdict(fields, tables, &f_score).unwrap()
     };
     let on = |tracker: &str, first: &str| {

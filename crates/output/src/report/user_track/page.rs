@@ -103,18 +103,24 @@ impl UserVideo<'_> {
     /// Small pictures of the frames that say most, as many as have room, by frame.
     fn pictures(&self) -> Result<BTreeMap<usize, String>, UserPageError> {
         let telling = telling_frames(&self.tracks, self.sequence.len(), MAX_PICTURES);
-        let picture = |t: &usize| -> Result<(usize, String), UserPageError> {
-            let jpeg = jpeg(&small(self.sequence.frame(*t)?))?;
-            Ok((*t, format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg))))
+        let mut ranked: Vec<(usize, usize)> = telling.into_iter().enumerate().collect();
+        // A video is decoded in the order of its frames.
+        ranked.sort_unstable_by_key(|(_, t)| *t);
+        let frames = ranked.into_iter().map(|(rank, t)| (rank, t, self.sequence.frame(t)));
+        let picture = |(rank, t, frame): (usize, usize, Result<Frame, DatasetError>)| {
+            let jpeg = jpeg(&small(frame?))?;
+            let text = format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg));
+            Ok::<_, UserPageError>((rank, (t, text)))
         };
-        let all: Vec<(usize, String)> = telling.par_iter().map(picture).collect::<Result<_, _>>()?;
+        let all: BTreeMap<usize, (usize, String)> =
+            frames.par_bridge().map(picture).collect::<Result<_, _>>()?;
         let mut left = MAX_PICTURE_BYTES;
         let mut fits = |(_, text): &(usize, String)| {
             let rest = left.checked_sub(text.len());
             left = rest.unwrap_or(0);
             rest.is_some()
         };
-        Ok(all.into_iter().take_while(|picture| fits(picture)).collect())
+        Ok(all.into_values().take_while(|picture| fits(picture)).collect())
     }
 }
 

@@ -11,7 +11,7 @@ const MAX_LINES: usize = 50;
 impl Part {
     /// The table with the two bounds of each interval in one column: `[low, high]`.
     pub(super) fn with_intervals(mut self) -> Self {
-        let is = |column: Option<&String>, heading: &str| column.is_some_and(|c| c.trim() == heading);
+        let is = |column: Option<&String>, heading: &str| column.is_some_and(|c| c == heading);
         let mut k = 0;
         while k + 1 < self.columns.len() {
             if is(self.columns.get(k), BOUNDS[0]) && is(self.columns.get(k + 1), BOUNDS[1]) {
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn bounds_are_one_column_that_stays_with_its_value() {
-        let columns = ["reads", "AUROC", "95 % from", "95 % to", "found", "95 % from ", "95 % to "];
+        let columns = ["reads", "AUROC", "95 % from", "95 % to", "found", "95 % from", "95 % to"];
         let part = part(&columns, &[1]).with_intervals();
         assert_eq!(part.columns, ["reads", "AUROC", "95 %", "found", "95 %"]);
         assert_eq!(part.blocks[0].lines[0].cells[2].0, "[95 % from 0, 95 % to 0]");

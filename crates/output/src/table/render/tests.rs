@@ -60,7 +60,7 @@ fn csv_has_a_line_for_each_cell() {
     assert_eq!(
         text,
         "group,published_tracker,row,column,ours,published,difference,data\n\
-             Struck (3 events),SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
-             Struck (3 events),SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
+             Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
+             Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
     );
 }

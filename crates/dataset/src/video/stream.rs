@@ -1,0 +1,235 @@
+//! Frames of a user's video in their order, through a pipe of `ffmpeg`, without files.
+//!
+//! A first run decodes the whole video and scales the frames down to a few pixels, which takes less than half
+//! of the time for all colors. It tells the number of frames, and damage before anything rests on them. Every
+//! pass over the frames is a run of its own, which has to end with the same number.
+
+use super::{Outcome, VideoLimits, command, in_time, not_started, refusal, run_on};
+use crate::DatasetError;
+use crate::guarded::{self, Guarded};
+use std::collections::VecDeque;
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::Duration;
+use trackfail_core::image::{Frame, ImageError, MAX_PIXELS, MAX_SIDE};
+
+/// Limits on a user's video.
+const LIMITS: VideoLimits = VideoLimits { damage_ends_it: true, ..super::DEFAULT_LIMITS };
+/// Most frames that are kept, since threads ask for neighbours in any order.
+const MAX_KEPT: usize = 16;
+/// Most bytes of these, unless one frame has more.
+const MAX_KEPT_BYTES: usize = 64 << 20;
+/// Pause between two looks at what is against waiting.
+const PAUSE: Duration = Duration::from_millis(50);
+/// Pauses after the end of ffmpeg until its pipe, which something may hold open, is taken to have ended too.
+const MAX_PAUSES: u32 = 100;
+/// Longest line of a picture's header, in bytes.
+const MAX_LINE: u64 = 32;
+
+/// The frames of a user's video. For one before those that are kept it decodes from the start again.
+pub struct VideoStream {
+    path: PathBuf,
+    input: PathBuf,
+    every_frame: &'static str,
+    frames: usize,
+    size: OnceLock<(usize, usize)>,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    pass: Option<Pass>,
+    /// Number of frames that the pass has given; the last of them are kept.
+    given: usize,
+    kept: VecDeque<Frame>,
+}
+
+impl VideoStream {
+    /// Counts the frames of a video. It ends soon after `is_stopped` says so.
+    ///
+    /// # Errors
+    /// No ffmpeg, a file it cannot decode, damage, a limit, or an interruption.
+    pub fn open(video: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Self, DatasetError> {
+        let count = |input: &Path, every_frame: &str| {
+            let check = in_time(LIMITS, is_stopped);
+            let mut pass = Pass::start(input, every_frame, &["-vf", "scale=8:8:flags=neighbor"])?;
+            let mut frames = 0;
+            loop {
+                match pass.picture(&check) {
+                    Ok(Some(_)) => frames += 1,
+                    Ok(None) => return pass.outcome(&check, frames),
+                    Err(reason) => return Ok(Outcome { status: Err(reason), said: String::new(), frames }),
+                }
+            }
+        };
+        let (input, every_frame, frames) = run_on(video, LIMITS, count)?;
+        let (path, size, state) = (video.to_path_buf(), OnceLock::new(), Mutex::default());
+        Ok(Self { path, input, every_frame, frames, size, state })
+    }
+
+    /// The video file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Number of frames, at least 1.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Width and height of the frames, once one has been read.
+    pub fn size(&self) -> Option<(usize, usize)> {
+        self.size.get().copied()
+    }
+
+    /// Frame `t`, from 0; `None` if there is none. It ends soon after an [interruption](guarded::interrupt).
+    ///
+    /// # Errors
+    /// No ffmpeg, a file that has changed, a frame too large or of another size, a limit, or an interruption.
+    pub fn frame(&self, t: usize) -> Result<Option<Frame>, DatasetError> {
+        if t >= self.frames {
+            return Ok(None);
+        }
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if t + state.kept.len() < state.given {
+            *state = State::default();
+        }
+        while state.given <= t {
+            if let Err(e) = self.read_next(&mut state) {
+                *state = State::default();
+                return Err(e);
+            }
+        }
+        Ok(state.kept.iter().nth_back(state.given - t - 1).cloned())
+    }
+
+    /// Reads the next frame; after the last one, also the end.
+    fn read_next(&self, state: &mut State) -> Result<(), DatasetError> {
+        let content = |message: String| DatasetError::content(&self.path, message);
+        let io = |e: std::io::Error| not_started(&self.path, &e);
+        let changed = || content("it has changed since its frames were counted; try it again".into());
+        let check = in_time(LIMITS, &guarded::is_interrupted);
+        let mut pass = match state.pass.take() {
+            Some(pass) => pass,
+            None => Pass::start(&self.input, self.every_frame, &[]).map_err(io)?,
+        };
+        loop {
+            match pass.picture(&check).map_err(content)? {
+                Some(picture) if state.given < self.frames => {
+                    state.keep(self.of_one_size(picture)?);
+                    if state.given < self.frames {
+                        state.pass = Some(pass);
+                        return Ok(());
+                    }
+                }
+                Some(_) => return Err(changed()),
+                None => {
+                    let Outcome { status, said, .. } = pass.outcome(&check, state.given).map_err(io)?;
+                    return match status.map_err(content)? {
+                        status if !status.success() => {
+                            Err(content(refusal(status, &said, state.given, LIMITS)))
+                        }
+                        _ if state.given < self.frames => Err(changed()),
+                        _ => Ok(()),
+                    };
+                }
+            }
+        }
+    }
+
+    fn of_one_size(&self, picture: Picture) -> Result<Frame, DatasetError> {
+        let frame = picture.map_err(|source| DatasetError::Image { path: self.path.clone(), source })?;
+        let got = (frame.width(), frame.height());
+        let expected = *self.size.get_or_init(|| got);
+        if got != expected {
+            return Err(DatasetError::FrameSize { path: self.path.clone(), expected, got });
+        }
+        Ok(frame)
+    }
+}
+
+impl State {
+    fn keep(&mut self, frame: Frame) {
+        let most = (MAX_KEPT_BYTES / frame.bytes().len().max(1)).clamp(1, MAX_KEPT);
+        self.given += 1;
+        self.kept.push_back(frame);
+        self.kept.drain(..self.kept.len().saturating_sub(most));
+    }
+}
+
+/// A frame, or why it is not read.
+type Picture = Result<Frame, ImageError>;
+
+/// A run of ffmpeg, which is a picture ahead or two.
+struct Pass {
+    program: Guarded,
+    pictures: Receiver<Picture>,
+}
+
+impl Pass {
+    fn start(input: &Path, every_frame: &str, filter: &[&str]) -> std::io::Result<Self> {
+        let mut command = command(OsStr::new("ffmpeg"), input, every_frame, LIMITS);
+        command.args(filter).args(["-c:v", "ppm", "-f", "image2pipe", "pipe:1"]);
+        let mut program = Guarded::start(command, [Stdio::null(), Stdio::piped()], None)?;
+        let (send, pictures) = sync_channel(1);
+        let stdout = program.stdout();
+        // It may write nothing, which this thread alone waits for.
+        std::thread::spawn(move || {
+            let mut stream = BufReader::new(stdout?);
+            std::iter::from_fn(|| read_picture(&mut stream)).try_for_each(|picture| send.send(picture).ok())
+        });
+        Ok(Self { program, pictures })
+    }
+
+    /// The next picture, `None` at the end, or what is against waiting for it.
+    fn picture(&mut self, check: &impl Fn() -> Result<(), String>) -> Result<Option<Picture>, String> {
+        let mut pauses = 0;
+        loop {
+            check()?;
+            match self.pictures.recv_timeout(PAUSE) {
+                Ok(picture) => return Ok(Some(picture)),
+                Err(RecvTimeoutError::Timeout) if matches!(self.program.try_wait(), Ok(None)) => {}
+                Err(RecvTimeoutError::Timeout) if pauses < MAX_PAUSES => {
+                    self.program.end();
+                    pauses += 1;
+                }
+                Err(_) => return Ok(None),
+            }
+        }
+    }
+
+    /// How it ends after so many frames.
+    fn outcome(
+        &mut self,
+        check: &impl Fn() -> Result<(), String>,
+        frames: usize,
+    ) -> std::io::Result<Outcome> {
+        let status = self.program.wait(check)?;
+        Ok(Outcome { status, said: self.program.stderr(), frames })
+    }
+}
+
+/// The next picture of a stream of PPM files of 8 bits; `None` at the end, or where there is something else.
+pub(super) fn read_picture(stream: &mut impl BufRead) -> Option<Picture> {
+    let mut header = String::new();
+    for _ in 0..3 {
+        stream.by_ref().take(MAX_LINE).read_line(&mut header).ok()?;
+    }
+    let numbers = header.strip_prefix("P6\n")?.split_ascii_whitespace().map(str::parse::<u32>);
+    let numbers = numbers.collect::<Result<Vec<u32>, _>>().ok()?;
+    let &[width, height, 255] = numbers.as_slice() else { return None };
+    if width.min(height) == 0 {
+        return None;
+    }
+    if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Some(Err(ImageError::TooLarge { width, height }));
+    }
+    let (width, height) = (width as usize, height as usize);
+    let mut rgb = vec![0; 3 * width * height];
+    stream.read_exact(&mut rgb).ok()?;
+    Some(Ok(Frame::new(width, height, rgb)))
+}

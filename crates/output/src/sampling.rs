@@ -1,0 +1,142 @@
+//! Counts of sequences, and bootstrap samples of them, the same for all numbers of an experiment that are made of counts.
+//!
+//! A sample draws as many sequences as there are, with replacement, all runs of a sequence together; a number is computed
+//! from the summed counts. Numbers over as many sequences have the same samples: an interval is the same wherever it stands,
+//! and differences, ranks and claims compare numbers of the same samples.
+//!
+//! Seed: that of the experiment with its name. Measures of frames and readings have intervals of their own in the files of
+//! the results.
+
+use crate::results::{CellScore, method_label};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use trackfail_core::num::pooled::Draws;
+use trackfail_core::num::seed;
+use trackfail_engine::spec::Experiment;
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::chance::Chance;
+use trackfail_methods::score::{Counts, Metric, Pooled};
+
+/// Number of samples, and of random patterns in tests too large to try all: shares have a standard error of at most 0.0071.
+pub const SAMPLES: usize = 5000;
+/// Fewest sequences that samples are drawn from.
+pub const MIN_SEQUENCES: usize = 3;
+/// Level of the intervals.
+pub const LEVEL: f64 = 0.95;
+
+/// The samples of an experiment, by number of sequences.
+pub struct Sampling {
+    seed: u64,
+    drawn: Mutex<BTreeMap<usize, Arc<Draws>>>,
+}
+
+impl Sampling {
+    /// Those of an experiment.
+    pub fn new(experiment: &Experiment) -> Self {
+        Self::with_seed(seed::seed(experiment.seed, &["samples", &experiment.name]))
+    }
+
+    /// Those of a seed.
+    pub fn with_seed(seed: u64) -> Self {
+        Self { seed, drawn: Mutex::default() }
+    }
+
+    /// A seed for random patterns of a test with these names.
+    pub fn seed_of(&self, names: &[&str]) -> u64 {
+        seed::seed(self.seed, names)
+    }
+
+    /// Samples of so many sequences; `None` for fewer than [`MIN_SEQUENCES`].
+    pub fn draws(&self, sequences: usize) -> Option<Arc<Draws>> {
+        let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = || Arc::new(Draws::new(sequences, SAMPLES, self.seed));
+        (sequences >= MIN_SEQUENCES).then(|| drawn.entry(sequences).or_insert_with(new).clone())
+    }
+
+    /// The interval of a statistic of summed counts; `None` where it has none, or with few sequences.
+    pub fn interval<const N: usize>(
+        &self,
+        counts: &[[i64; N]],
+        statistic: impl Fn(&[i64; N]) -> Option<f64>,
+    ) -> Option<(f64, f64)> {
+        self.draws(counts.len())?.interval(counts, statistic, LEVEL)
+    }
+}
+
+/// Tracker and method, with its grid point -> sequence -> TP, FP, FN and TN of all runs.
+pub type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
+
+/// Counts as numbers that are summed: more than any sequence has is cut, so that sums of forged ones do not overflow.
+pub fn numbers(counts: Counts) -> [i64; 4] {
+    let Counts { tp, fp, fn_, tn } = counts;
+    [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64)
+}
+
+/// The counts of every method on every tracker, by sequence.
+pub fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
+    let mut counts = UnitCounts::new();
+    for row in scores {
+        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
+        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
+        sum.iter_mut().zip(numbers(row.counts)).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
+    }
+    counts
+}
+
+/// A metric of counts of the sum over units; `None` where it has no value.
+pub fn metric_of_sum(metric: Metric, chance: Option<Chance>, sum: &[i64; 4]) -> Option<f64> {
+    let [tp, fp, fn_, tn] = sum.map(|c| u64::try_from(c).unwrap_or(0));
+    metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
+}
+
+/// Factor of the values of a column.
+const BILLION: f64 = 1e9;
+
+/// A column of a table of sequences as counts: sequence -> its value in billionths, an integer, so that the sum is the same
+/// in any order, and 1. Sequences without a value are left out.
+pub fn counts_of_column(table: &Grid, column: usize) -> BTreeMap<String, [i64; 4]> {
+    let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
+        // Measures of a sequence are far below a million.
+        let value = cells.get(column).copied().flatten()?.clamp(-1e6, 1e6);
+        Some((sequence.clone(), [(value * BILLION).round() as i64, 1, 0, 0]))
+    };
+    table.rows.iter().filter_map(unit).collect()
+}
+
+/// The mean of a column from the sum of [`counts_of_column`]; `None` without values.
+pub fn mean_of_sum(sum: &[i64; 4]) -> Option<f64> {
+    Some(total_of_sum(sum)? / sum[1] as f64)
+}
+
+/// The total of a column from the sum of [`counts_of_column`]; `None` without values.
+pub fn total_of_sum(sum: &[i64; 4]) -> Option<f64> {
+    (sum[1] > 0).then(|| sum[0] as f64 / BILLION)
+}
+
+/// The sum of the counts of all units.
+pub fn sum_of(counts: &BTreeMap<String, [i64; 4]>) -> [i64; 4] {
+    counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Two numbers of the same counts have one interval, wherever they are asked for, whatever was drawn before.
+    #[test]
+    fn an_interval_depends_on_the_counts_alone() {
+        let counts: [[i64; 4]; 9] =
+            std::array::from_fn(|k| [1 + k as i64 * 7 % 5, k as i64 % 4, 11 - k as i64, 9]);
+        let f = |sum: &[i64; 4]| metric_of_sum(Metric::F_SCORE, None, sum);
+        let here = Sampling::with_seed(3);
+        let first = here.interval(&counts, f).unwrap();
+        let value = f(&counts.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]))).unwrap();
+        assert!(first.0 < value && value < first.1);
+        let elsewhere = Sampling::with_seed(3);
+        assert!(
+            elsewhere.interval(&counts[..3], f).is_some() && elsewhere.interval(&counts[..2], f).is_none()
+        );
+        assert_eq!(elsewhere.interval(&counts, f), Some(first));
+        assert_ne!(Sampling::with_seed(4).interval(&counts, f), Some(first));
+    }
+}
