@@ -33,13 +33,6 @@ fn gallery(reports: &Path) {
     summary.object = "Table 1".into();
     summary.claims = ClaimCounts { hold: 2, undecided: 0, do_not_hold: 1, cannot_be_tested: 4 };
     (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
-    let best = |tracker: &str| site::Best {
-        tracker: tracker.into(),
-        metric: "f_score".into(),
-        method: "DTEF[horizon=5;window=20]".into(),
-        value: "0.712".into(),
-    };
-    summary.best = ["ncc", "kcf", "color-particle-filter"].map(best).into();
     summary.experiment = "khalid2016/table1".into();
     write("khalid2016/table1", &summary);
     summary.title = "<b>\u{5d0}\u{202e}".to_string() + &"very-long-".repeat(30);

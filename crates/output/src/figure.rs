@@ -7,7 +7,7 @@
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; markers differ as well. Values in order have the colors of viridis.
 //!
-//! Files in the order in which they use each other: error, edge, style, font, scene, raster, pdf, draw, sign, axes, heading,
+//! Files in the order in which they use each other: error, style, font, scene, raster, pdf, draw, sign, axes, heading,
 //! legend, panel; then one for each figure: strip, curve, dots, ranks, states; and annotated, which draws on video frames.
 
 mod annotated;
@@ -15,7 +15,6 @@ mod axes;
 mod curve;
 mod dots;
 mod draw;
-mod edge;
 mod error;
 mod font;
 mod heading;
@@ -35,7 +34,6 @@ pub use axes::Range;
 pub use curve::{Curve, CurveAxis, Curves, Facet};
 pub use dots::{Dot, DotPanel, Dots};
 pub use draw::{Files, Plot};
-pub use edge::Edge;
 pub use error::FigureError;
 pub use legend::{Entry, Marker, Symbol};
 pub use panel::{FrameAxis, Panel, Series, Threshold, spans_where};
@@ -43,7 +41,7 @@ pub use ranks::{Ranking, Ranks};
 pub use sign::Sign;
 pub use states::{Arrow, States};
 pub use strip::{BoxStyle, LOST, Still, Strip};
-pub use style::{COLUMN, Color, Dash, PER_INCH, Style, WIDTH};
+pub use style::{COLUMN, Color, Dash, Edge, PER_INCH, Style, WIDTH};
 
 #[cfg(test)]
 mod tests;

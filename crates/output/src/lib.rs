@@ -5,7 +5,7 @@
 //! | [`results`] | judged cells | the files of a results folder, and back |
 //! | [`sampling`] | counts of sequences | intervals of what is made of them |
 //! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
-//! | [`figure`] | plain series | SVG and PNG |
+//! | [`figure`] | plain series | SVG, PDF and PNG |
 //! | [`report`] | results, tables, figures | an offline HTML page for each experiment, one over all |
 
 pub mod figure;

@@ -57,7 +57,6 @@ pub mod uncertainty;
 pub mod user_track;
 pub mod verdict;
 pub mod write;
-mod written;
 
 pub use claims::{ClaimOutcome, ClaimView};
 pub use files::{INDEX, OWNED};
@@ -65,8 +64,7 @@ pub use html::render;
 pub use markdown::markdown;
 pub use page::{FailedCell, FigureView, Page, ReportError};
 pub use staged::StagedReport;
-pub use write::{WriteError, write};
-pub use written::WrittenReport;
+pub use write::{WriteError, WrittenReport, write};
 
 #[cfg(test)]
 mod tests;

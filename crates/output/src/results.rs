@@ -2,7 +2,7 @@
 //!
 //! There is a module for each file, with its writer and its reader side by side. Files with columns declare these once
 //! ([`column::TableFile`]): writer, reader and the documentation ([`columns_markdown`]) share the declaration, and a
-//! column that is missing or does not belong there is an error. polars is used here and nowhere else.
+//! column that is missing or does not belong there is an error.
 //!
 //! | module | file |
 //! |---|---|
@@ -31,7 +31,6 @@ mod cells;
 pub mod checks;
 pub mod column;
 pub mod conditions;
-mod detail;
 pub mod detections;
 mod frame;
 pub mod frame_measures;
@@ -55,7 +54,6 @@ pub mod unfinished;
 mod write;
 
 pub use cells::{method_label, parse_point};
-pub use detail::Detail;
 pub use frame::{TableError, texts_from_csv, texts_to_csv};
 pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
@@ -65,7 +63,7 @@ pub use read::Results;
 pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
-pub use write::{remove_others, write};
+pub use write::{Detail, remove_others, write};
 
 use std::path::PathBuf;
 use trackfail_dataset::DatasetError;

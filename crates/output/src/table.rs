@@ -1,8 +1,7 @@
 //! Tables for people, from results.
 //!
 //! [`layouts`] makes the tables that an experiment asks for, each a [`layout`](mod@layout) of texts; [`write_tables`] writes
-//! them,
-//! [`render`] as CSV, Parquet, Markdown and plain text, [`latex`](mod@latex) as LaTeX, and [`macros`] with a LaTeX command
+//! them, [`render`] as CSV, Parquet, Markdown and plain text, [`latex`](mod@latex) as LaTeX, and [`macros`] with a LaTeX command
 //! for every number. [`leaderboard`](mod@leaderboard) ranks methods, [`number`] prints numbers as papers do,
 //! [`suites`] names suites.
 

@@ -6,12 +6,15 @@ use crate::cli::output::{self, Format};
 use crate::engine::store::{self, Store};
 use crate::engine::{Shard, ShardOutcome};
 use crate::report::WrittenReport;
-use crate::report::claims::{self, ClaimCounts, Finding};
+use crate::report::claims::{ClaimCounts, Finding};
 use crate::results::manifest::FailedCell;
 use crate::results::{self, Results, unfinished};
 use crate::spec::Experiment;
 use crate::table::render;
 use std::path::Path;
+
+/// The leaderboard that the repository keeps, below its reports.
+const LEADERBOARD: &str = "benchmark/leaderboard.html";
 
 /// Largest number of failed cells that are listed.
 const MAX_LISTED: usize = 50;
@@ -117,15 +120,19 @@ pub fn measures(results: &Results, format: Format) -> Result<(), Failure> {
     output::print(format, &headings, &rows)
 }
 
-/// Prints tables, claims and failed cells for reading, and where everything is.
+/// Columns of the terminal that a summary fills, and most rows of its table.
+const SCREEN: (usize, usize) = (100, 30);
+
+/// Prints the answer, the table that it is from, how claims stand, failed cells, and where everything is.
 pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Result<(), Failure> {
-    let mut text = format!("{}: {}\n\n", results.experiment.name, results.experiment.title);
-    for layout in &written.tables {
-        text.push_str(&render::plain(layout));
-        text.push('\n');
+    let (width, height) = SCREEN;
+    let head = format!("{}: {}", results.experiment.name, results.experiment.title);
+    let mut text = render::wrapped(&head, width) + "\n\n";
+    if !written.verdict.is_empty() {
+        text.push_str(&format!("{}\n\n", render::wrapped(&written.verdict, width)));
     }
-    for view in written.findings.iter().map(claims::view) {
-        text.push_str(&format!("{}: {}\n", view.headline(), view.text));
+    if let Some(table) = &written.answer {
+        text.push_str(&format!("{}\n", render::plain(table, width, height)));
     }
     for (what, checks) in [("claims", false), ("checks of the arithmetic", true)] {
         let mine = written.findings.iter().filter(|f| f.is_check == checks);
@@ -146,6 +153,10 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
         text.push_str(&format!("without a result: {} more, see manifest.json\n", groups.len() - MAX_LISTED));
     }
     text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
+    let leaderboard = index.ancestors().map(|folder| folder.join(LEADERBOARD)).find(|path| path.is_file());
+    if let Some(path) = leaderboard {
+        text.push_str(&format!("on real videos: {}\n", path.display()));
+    }
     output::write(&text)
 }
 

@@ -1,9 +1,9 @@
 //! Legends: symbols with names, laid out in rows.
 
-use super::edge::Edge;
 use super::font;
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
 use super::sign::{Sign, draw_sign};
+use super::style::Edge;
 use super::style::{CASING, Color, Dash, INK, SMALL, Style};
 
 /// Height of one row, in units.

@@ -1,11 +1,11 @@
 //! One panel of a strip: values over the frames of a sequence.
 
 use super::axes::{self, Axis, Range};
-use super::edge::Edge;
 use super::error::FigureError;
 use super::font;
 use super::legend::{self, Entry, Rows, Symbol};
 use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::style::Edge;
 use super::style::{Color, Dash, INK, MEDIUM, SMALL, SOFT, Style};
 
 /// The frames of a panel: number of the first in its dataset, and how many.

@@ -5,13 +5,13 @@
 
 use super::axes;
 use super::draw::Plot;
-use super::edge::Edge;
 use super::error::FigureError;
 use super::font;
 use super::heading::heading;
 use super::legend::{Entry, Rows, Symbol};
 use super::panel::{LOSS, Panel, PanelLayout, RECOVERY, SHADE};
 use super::scene::{Anchor, Area, Picture, Point, Scene, Stroke};
+use super::style::Edge;
 use super::style::{CASING, Color, Dash, INK, MARGIN, MEDIUM, SMALL};
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;

@@ -151,6 +151,15 @@ impl Style {
     }
 }
 
+/// Beginning or end of a loss or an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    /// It begins.
+    Begins,
+    /// It ends.
+    Ends,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

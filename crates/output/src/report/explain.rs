@@ -4,12 +4,10 @@
 //! Its contribution is the change of the measure without it: `m - m(without it)`, which for a count is the sequence's
 //! count.
 
-mod formula;
 pub mod listing;
 mod origins;
 pub mod select;
 
-use formula::formula;
 pub use origins::{CellOrigin, TableOrigins, origins};
 
 use super::trace::{self, Trace};
@@ -23,6 +21,11 @@ use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
 use trackfail_methods::score::{Counts, Metric, Pooled, Protocol, TrackScore};
+
+/// How a metric comes about, with the counts filled in, in a line.
+fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> String {
+    metric.filled(&Pooled { counts, chance: protocol.map(|p| p.chance), ..Pooled::default() })
+}
 
 /// A number of a table and its parts.
 pub struct Explained {

@@ -18,7 +18,7 @@ pub use collect::{Site, collect};
 pub use error::SiteError;
 pub use leaderboard::LEADERBOARD;
 pub use standing::{Estimate, Standing};
-pub use summary::{Best, FORMAT, Summary, summary, write_summary};
+pub use summary::{FORMAT, Summary, summary, write_summary};
 pub use view::render;
 
 use super::files::INDEX;

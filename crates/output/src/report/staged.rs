@@ -2,8 +2,7 @@
 
 use super::files::{INDEX, OWNED};
 use super::site;
-use super::write::{WriteError, write};
-use super::written::WrittenReport;
+use super::write::{WriteError, WrittenReport, write};
 use crate::results::Results;
 use std::path::{Path, PathBuf};
 use trackfail_engine::store::staging::{self, Staging};

@@ -249,14 +249,13 @@ fn intervals(
     };
     let groups = fields.iter().zip(ranked).map(of_field).collect();
     let is_counted = matches!(measured, Measured::Counted(_));
+    let not_ranked =
+        if is_counted { " Anchors are not ranked, and of a grid only the published point." } else { "" };
     let caption = format!(
-        "How far {} ({}) can be trusted: its value, {}, 95 % bounds by bootstrap over \
-         sequences (percentiles of {SAMPLES} samples), and the mean rank, 1 the best, over the sequences in which \
-         all that are ranked have a value{}.",
+        "{} ({}), {}, with 95 % bounds by bootstrap over sequences ({SAMPLES} samples), and mean rank, 1 the best.{not_ranked}",
         measured.title(),
         direction(measured),
         measured.way(),
-        if is_counted { "; anchors are not ranked, and of a grid only the published point" } else { "" }
     );
     let who = if is_counted { "method" } else { "tracker" };
     let title = measured.title();

@@ -1,6 +1,6 @@
 //! Fills the page of a report from a results folder, and writes the report.
 
-use super::claims;
+use super::claims::{self, Finding};
 use super::colors;
 use super::explain;
 use super::facts;
@@ -17,7 +17,6 @@ use super::sequences::{self, Collector, PackedTrack, Sequences, json};
 use super::site::SiteError;
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
-use super::written::WrittenReport;
 use super::{breakdown, differences};
 use crate::figure::{Files, Plot, WIDTH};
 use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
@@ -29,6 +28,18 @@ use std::path::Path;
 use trackfail_core::image;
 use trackfail_engine::spec::figure::Figure;
 use trackfail_engine::store::{self, StoreError};
+
+/// Content of a written report.
+pub struct WrittenReport {
+    /// The claims, tested on our numbers.
+    pub findings: Vec<Finding>,
+    /// The table that answers its question: that of the ranked methods, of differences or readings, or else the first one.
+    pub answer: Option<TableLayout>,
+    /// Counts of every cell.
+    pub scores: Vec<CellScore>,
+    /// The answer of the page in a sentence; may be empty.
+    pub verdict: String,
+}
 
 /// A report that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +85,6 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         of_experiment.reverse();
     }
     layouts.extend(of_experiment.into_iter().flatten());
-    let own = layouts.len();
     let Uncertainty { tables, ranks, note, verdict, headline, ranked, best } =
         uncertainty::measure(results, &scores);
     layouts.extend(tables);
@@ -125,7 +135,9 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     page.sequences = sequences.tallies();
     page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
     page.tables = layouts;
-    let tables = page.tables[..own].to_vec();
+    let answer =
+        ranked.clone().filter(|ranked| pairs.is_empty() && !readings_first && !ranked.groups.is_empty());
+    let answer = answer.or_else(|| page.tables.first().cloned());
     if pairs.is_empty() && !readings_first {
         glance::table_first(&mut page, &results.experiment, counted, (ranked, &best));
     }
@@ -133,7 +145,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
-    Ok(WrittenReport { findings, tables, scores, verdict: page.verdict.join(" ") })
+    Ok(WrittenReport { findings, answer, scores, verdict: page.verdict.join(" ") })
 }
 
 /// Draws the figures that the experiment asks for into the folder, and shows them on the page.

@@ -193,11 +193,16 @@ impl TableFile {
         Ok(rows)
     }
 
+    /// Its name in compact results, which have it as Parquet.
+    pub fn packed(&self) -> String {
+        self.name.replace(".csv", ".parquet")
+    }
+
     /// Reads the file from Parquet, every field as text as in CSV.
     ///
     /// # Errors
     /// When the bytes are no Parquet file, or its columns are not the declared ones.
-    pub(super) fn read_parquet(&self, bytes: Vec<u8>) -> Result<Rows, TableError> {
+    pub(super) fn read_packed(&self, bytes: Vec<u8>) -> Result<Rows, TableError> {
         let rows = Rows::from_parquet(bytes)?;
         self.check(rows.names())?;
         Ok(rows)

@@ -108,7 +108,15 @@ impl Rows {
     /// A Parquet file with every field as text.
     pub fn from_parquet(bytes: Vec<u8>) -> Result<Self, TableError> {
         let frame = ParquetReader::new(Cursor::new(bytes)).finish()?;
-        let text = |column: &polars::prelude::Column| column.cast(&DataType::String);
+        let text = |column: &polars::prelude::Column| match column.dtype() {
+            // Texts from which the same bits are read.
+            DataType::Float64 => {
+                let texts = column.f64()?.iter().map(|v| v.map(|v| v.to_string()));
+                let texts = StringChunked::from_iter(texts).with_name(column.name().clone());
+                Ok(polars::prelude::Column::from(texts.into_series()))
+            }
+            _ => column.cast(&DataType::String),
+        };
         let columns = frame.columns().iter().map(text).collect::<Result<_, _>>()?;
         Ok(Self(DataFrame::new(frame.height(), columns)?))
     }

@@ -2,8 +2,10 @@
 
 use super::cells::{grouped, some_text};
 use super::column::{Column, METHOD, PARAMS, SUITE, TRACKER, TableFile};
-use super::frame::{TableError, to_csv};
+use super::frame::{Rows, TableError};
 use super::measures::Measure;
+use super::scores::written;
+use super::write::Detail;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -244,7 +246,7 @@ pub(super) fn measure<'a>(
 ///
 /// # Errors
 /// When polars refuses.
-pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError> {
+pub(super) fn write(suite: &str, rows: &[Row<'_>], detail: Detail) -> Result<Vec<u8>, TableError> {
     let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![suite; rows.len()]),
@@ -255,7 +257,7 @@ pub(super) fn write(suite: &str, rows: &[Row<'_>]) -> Result<Vec<u8>, TableError
     for column in &FILE.columns[KEYS..] {
         columns.push(column.of_metric(rows.iter().map(|row| row.measures.get(column.name))));
     }
-    to_csv(FILE.frame(columns)?)
+    written(FILE.frame(columns)?, detail)
 }
 
 /// Measures by tracker, method and grid point.
@@ -266,7 +268,18 @@ pub type ByMethod = BTreeMap<[String; 3], FrameMeasures>;
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
-    let rows = FILE.read_csv(bytes)?;
+    measures(FILE.read_csv(bytes)?)
+}
+
+/// The same of the file in compact results.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_packed(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
+    measures(FILE.read_packed(bytes)?)
+}
+
+fn measures(rows: Rows) -> Result<ByMethod, TableError> {
     let (tracker, method, params) = (rows.texts(&TRACKER)?, rows.texts(&METHOD)?, rows.texts(&PARAMS)?);
     let mut read = vec![FrameMeasures::default(); rows.len()];
     for column in &FILE.columns[KEYS..] {

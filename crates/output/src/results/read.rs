@@ -69,8 +69,12 @@ impl Results {
         let mut by_method = frame_measures::ByMethod::default();
         if manifest.files.contains_key(frame_measures::FILE.name) {
             by_method = read_table(folder, &manifest, frame_measures::FILE.name, frame_measures::read)?;
-            frame_measures::attach(&by_method, &mut measures);
         }
+        let packed = frame_measures::FILE.packed();
+        if manifest.files.contains_key(&packed) {
+            by_method = read_table(folder, &manifest, &packed, frame_measures::read_packed)?;
+        }
+        frame_measures::attach(&by_method, &mut measures);
         let analyses = if manifest.files.contains_key(analyses::FILE) {
             analyses::read(folder, &read_whole(folder, &manifest, analyses::FILE, MAX_FILE)?)?
         } else {
@@ -91,8 +95,9 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn scores(&self) -> Result<Vec<CellScore>, ResultsError> {
-        match self.has(scores::PACKED) {
-            true => self.table(scores::PACKED, scores::read_packed),
+        let packed = scores::FILE.packed();
+        match self.has(&packed) {
+            true => self.table(&packed, scores::read_packed),
             false => self.table(scores::FILE.name, scores::read),
         }
     }

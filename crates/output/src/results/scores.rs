@@ -5,8 +5,9 @@ use super::column::{
     Column, DETECTIONS, EVENTS, F_SCORE, FN, FP, FPR, METHOD, PARAMS, PRECISION, RECALL, RUN, SEQUENCE,
     SUITE, TN, TP, TRACKER, TableFile,
 };
-use super::detail::Detail;
 use super::frame::{Rows, TableError, to_csv, to_parquet};
+use super::write::Detail;
+use polars::prelude::DataFrame;
 use trackfail_engine::CellError;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::{Cell, Outcome};
@@ -16,9 +17,6 @@ const STATUS: Column = Column::text(
     "status",
     "`ok`, or the reason why there is no result (`missing: ...`, `failed: ...`, `not run: ...`) or only a part of it (`partial: 3 of 4`)",
 );
-
-/// The file in compact results.
-pub const PACKED: &str = "scores.parquet";
 
 /// The file.
 pub const FILE: TableFile = TableFile {
@@ -89,7 +87,11 @@ pub fn write(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> 
         columns.push(column.of_metric(rows.iter().map(value)));
     }
     columns.push(STATUS.of(text(|r| &r.status)));
-    let frame = FILE.frame(columns)?;
+    written(FILE.frame(columns)?, detail)
+}
+
+/// The bytes of a file that is Parquet in compact results.
+pub(super) fn written(frame: DataFrame, detail: Detail) -> Result<Vec<u8>, TableError> {
     if detail == Detail::Frames { to_csv(frame) } else { to_parquet(frame) }
 }
 
@@ -181,12 +183,12 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
     cells(FILE.read_csv(bytes)?)
 }
 
-/// The same of [`PACKED`].
+/// The same of the file in compact results.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_packed(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
-    cells(FILE.read_parquet(bytes)?)
+    cells(FILE.read_packed(bytes)?)
 }
 
 fn cells(rows: Rows) -> Result<Vec<CellScore>, TableError> {

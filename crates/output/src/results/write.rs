@@ -1,6 +1,6 @@
 //! Writing a results folder.
 
-use super::detail::Detail;
+use super::column::TableFile;
 use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
@@ -14,6 +14,16 @@ use std::path::Path;
 use trackfail_engine::Outcome;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::store::{self, StoreError};
+
+/// How much results say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Everything.
+    Frames,
+    /// Nothing of single frames, no models, no rows of sequences that are not there, and scores as Parquet: small enough to
+    /// be kept.
+    Sequences,
+}
 
 /// A folder with the digests of what was written into it.
 struct Written<'f> {
@@ -44,12 +54,16 @@ pub fn write(
     if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
         written.put(USER_SUITES, suites.as_bytes())?;
     }
-    let name = if detail == Detail::Frames { scores::FILE.name } else { scores::PACKED };
-    written.put(name, &scores::write(experiment, outcome, detail)?)?;
+    let name = |file: &TableFile| match detail {
+        Detail::Frames => file.name.to_string(),
+        Detail::Sequences => file.packed(),
+    };
+    written.put(&name(&scores::FILE), &scores::write(experiment, outcome, detail)?)?;
     written.put(measures::FILE.name, &measures::write(outcome)?)?;
     if !outcome.cells.is_empty() {
         let rows = frame_measures::measure(experiment, outcome)?;
-        written.put(frame_measures::FILE.name, &frame_measures::write(&outcome.suite, &rows)?)?;
+        let bytes = frame_measures::write(&outcome.suite, &rows, detail)?;
+        written.put(&name(&frame_measures::FILE), &bytes)?;
         if experiment.leaderboard {
             written.put(frame_pairs::FILE.name, &frame_pairs::write(&outcome.suite, &rows)?)?;
         }
@@ -109,9 +123,8 @@ fn write_frames(
 }
 
 /// Files that only some results have.
-const OPTIONAL: [&str; 12] = [
+const OPTIONAL: [&str; 11] = [
     scores::FILE.name,
-    scores::PACKED,
     frame_measures::FILE.name,
     frame_pairs::FILE.name,
     frames::FILE.name,
@@ -129,7 +142,9 @@ const OPTIONAL: [&str; 12] = [
 /// # Errors
 /// When a file cannot be removed.
 pub fn remove_others(results: &Results) -> Result<(), ResultsError> {
-    for name in OPTIONAL.into_iter().filter(|name| !results.has(name)) {
+    let packed = [&scores::FILE, &frame_measures::FILE].map(TableFile::packed);
+    let all = OPTIONAL.into_iter().chain(packed.iter().map(String::as_str));
+    for name in all.filter(|name| !results.has(name)) {
         let path = results.folder.join(name);
         match std::fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {

@@ -1,6 +1,6 @@
 //! Tables as CSV, Parquet, Markdown and plain text.
 
-use super::layout::{Cell, Group, Row, TableLayout};
+use super::layout::{Cell, Group, LabelKind, Row, TableLayout};
 use crate::results::TableError;
 use crate::results::tables::{self, TableRow};
 use trackfail_dataset::text::visible;
@@ -141,33 +141,74 @@ pub fn markdown(layout: &TableLayout) -> String {
     text
 }
 
-/// Aligned text for the terminal.
-pub fn plain(layout: &TableLayout) -> String {
+/// Aligned text for a terminal of so many columns and rows: columns of results, from the first on, and what is left out.
+pub fn plain(layout: &TableLayout, width: usize, height: usize) -> String {
+    let is_result = |k: &usize| layout.columns[*k].kind == LabelKind::Result;
+    let mut shown: Vec<usize> = (0..layout.columns.len()).filter(is_result).collect();
+    if shown.is_empty() {
+        shown = (0..layout.columns.len()).collect();
+    }
+    let mut all = aligned(layout, &shown);
+    while shown.len() > 1 && all.iter().any(|line| line.chars().count() > width) {
+        shown.pop();
+        all = aligned(layout, &shown);
+    }
+    let rows = all.len().min(height);
+    let mut text = format!("{}\n{}\n", wrapped(&told(&layout.caption), width), all[..rows].join("\n"));
+    let left_out = [(all.len() - rows, "row"), (layout.columns.len() - shown.len(), "column")];
+    let left_out = left_out
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} more {what}{}", if *n == 1 { "" } else { "s" }));
+    let left_out: Vec<String> = left_out.collect();
+    if !left_out.is_empty() {
+        text.push_str(&format!(" ({} on the page)\n", left_out.join(" and ")));
+    }
+    text
+}
+
+/// A text in lines of so many columns.
+pub fn wrapped(text: &str, width: usize) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
-    let columns = layout.columns.iter().map(|c| c.shown.clone());
+    table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic);
+    table.set_width(u16::try_from(width + 2).unwrap_or(u16::MAX)).add_row([text]);
+    table.to_string().lines().map(str::trim).collect::<Vec<_>>().join("\n")
+}
+
+/// The first sentence of a caption, and that of its mark.
+fn told(caption: &str) -> String {
+    let mark = caption.find('†').map_or("", |mark| &caption[mark..]);
+    let first = caption.find(". ").map_or(caption, |end| &caption[..=end]);
+    if first.contains('†') { caption.to_string() } else { format!("{first} {mark}") }
+}
+
+fn aligned(layout: &TableLayout, shown: &[usize]) -> Vec<String> {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::NOTHING);
+    let columns = shown.iter().map(|k| layout.columns[*k].shown.clone());
     table.set_header(std::iter::once(layout.corner.clone()).chain(columns));
     for group in &layout.groups {
         if !group.label.is_empty() {
-            table.add_row(vec![group.label.clone()]);
+            let name = if group.key.is_empty() { &group.label } else { &group.key };
+            table.add_row(vec![name.clone()]);
         }
         for row in &group.rows {
             for (heading, cells) in lines(group, row) {
-                let cells = cells.into_iter().map(|(text, mark)| match mark {
-                    Mark::Plain => text,
-                    Mark::Best => format!("{text} *"),
-                    Mark::Tied => format!("{text} ="),
-                });
-                table.add_row(std::iter::once(heading).chain(cells));
+                let cell = |k: &usize| match cells.get(*k) {
+                    Some((text, Mark::Plain)) => text.clone(),
+                    Some((text, Mark::Best)) => format!("{text} *"),
+                    Some((text, Mark::Tied)) => format!("{text} ="),
+                    None => String::new(),
+                };
+                table.add_row(std::iter::once(heading).chain(shown.iter().map(cell)));
             }
         }
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(comfy_table::CellAlignment::Right);
     }
-    let text = table.to_string();
-    let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
-    format!("{}\n{}\n", layout.caption, lines.join("\n"))
+    table.to_string().lines().map(|line| line.trim_end().to_string()).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The origin of every cell of a report's tables: its formula, and the command that takes it apart.
 
-use super::formula::formula;
+use super::formula;
 use crate::report::sequences::Tallies;
 use crate::results::Results;
 use crate::results::measures::{self, Measure};

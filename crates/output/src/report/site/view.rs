@@ -2,7 +2,7 @@
 
 use super::LEADERBOARD;
 use super::collect::Site;
-use super::summary::{Best, Summary};
+use super::summary::Summary;
 use crate::report::claims::ClaimCounts;
 use crate::report::html::Parts;
 use crate::report::page::ReportError;
@@ -20,14 +20,6 @@ struct View<'s> {
 struct Report<'s> {
     folder: &'s str,
     summary: &'s Summary,
-    best: Vec<Group<'s>>,
-}
-
-/// The best methods by one metric.
-#[derive(Serialize)]
-struct Group<'s> {
-    metric: &'s str,
-    best: Vec<&'s Best>,
 }
 
 /// Renders `index.html`; the same reports give the same bytes.
@@ -53,16 +45,7 @@ fn view<'s>(site: &'s Site) -> View<'s> {
         add(&mut total.do_not_hold, do_not_hold);
         add(&mut total.cannot_be_tested, cannot_be_tested);
     }
-    let report = |(folder, summary): &'s (String, Summary)| {
-        let mut best: Vec<Group<'s>> = Vec::new();
-        for b in &summary.best {
-            match best.iter_mut().find(|group| group.metric == b.metric) {
-                Some(group) => group.best.push(b),
-                None => best.push(Group { metric: &b.metric, best: vec![b] }),
-            }
-        }
-        Report { folder, summary, best }
-    };
+    let report = |(folder, summary): &'s (String, Summary)| Report { folder, summary };
     View {
         reports: site.reports.iter().map(report).collect(),
         total,

@@ -64,3 +64,18 @@ fn csv_has_a_line_for_each_cell() {
              Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
     );
 }
+
+// Columns and rows that have no room are told of; anchors and counts stand on the page.
+#[test]
+fn a_terminal_has_as_many_columns_and_rows_as_fit() {
+    let mut table = sample();
+    table.caption = "One. Two. † Three.".into();
+    let whole = plain(&table, 100, 50);
+    assert!(whole.starts_with("One. † Three.\n") && !whole.contains("more"), "{whole}");
+    let narrow = plain(&table, 40, 1);
+    assert!(narrow.lines().take(2).all(|line| line.chars().count() <= 40), "{narrow}");
+    assert!(narrow.contains("more rows and 1 more column on the page"), "{narrow}");
+    table.columns.iter_mut().for_each(|column| column.kind = LabelKind::Anchor);
+    assert_eq!(plain(&table, 100, 50), whole);
+    assert_eq!(wrapped("a bb ccc", 5), "a bb\nccc");
+}
