@@ -1,10 +1,10 @@
 //! `reports/leaderboard.html`: every method on every experiment that asks for it (`leaderboard = true`), with all trackers
 //! of an experiment pooled. It answers which detector to use with what is at hand.
 //!
-//! Methods are ranked on the same data: by their AUROC in the one experiment that ran most of them, on real video where
-//! there is any. Only named methods of the program are, on experiments of at least [`MIN_SEQUENCES`] sequences; variants
-//! that an experiment makes for itself, methods that were not run there, and anchors are listed without a rank. A best one
-//! is named only where its interval is above chance.
+//! Methods are ranked on the same data: by their AUROC in the one experiment of at least [`MIN_SEQUENCES`] sequences that ran
+//! most methods of the program, on real video where there is any. All methods of that experiment are, also those that it makes
+//! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one is named only where its
+//! interval is above chance.
 
 use super::collect::Site;
 use super::standing::Standing;
@@ -56,6 +56,8 @@ struct Experiment<'s> {
     trackers: u64,
     /// Its methods, the best first.
     standings: Vec<&'s Standing>,
+    /// The rank of each of them there, see [`rank_in`].
+    ranks: Vec<String>,
 }
 
 /// The best method of each experiment among those that need one thing.
@@ -91,9 +93,19 @@ fn auroc(standing: &Standing) -> Option<f64> {
     standing.auroc.value.parse().ok()
 }
 
-/// Whether a method can be the best: a named one of the program, and no anchor.
+/// Whether a method can be the best: it is no anchor.
 fn competes(standing: &Standing) -> bool {
-    !standing.anchor && names().contains(&standing.method.as_str())
+    !standing.anchor
+}
+
+/// Rank of a method among those of an experiment, `3`, or `3=` where another one has it too; empty for anchors, without a value,
+/// and with too few sequences.
+fn rank_in(standings: &[&Standing], sequences: u64, standing: &Standing) -> String {
+    let value = |s: &Standing| auroc(s).filter(|_| competes(s) && sequences >= MIN_SEQUENCES as u64);
+    let Some(mine) = value(standing) else { return String::new() };
+    let all = || standings.iter().filter_map(|s| value(s));
+    let above = all().filter(|v| *v > mine).count();
+    format!("{}{}", 1 + above, if all().filter(|v| *v == mine).count() > 1 { "=" } else { "" })
 }
 
 /// Larger values first, as they are printed; what has none comes last.
@@ -114,12 +126,13 @@ fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>
 }
 
 /// All experiments with standings, the one that the ranks are of first: of those on real video and of enough sequences it
-/// has most methods that compete.
+/// has most methods of the program.
 fn experiments(site: &Site) -> Vec<Experiment<'_>> {
     let mut all: Vec<Experiment<'_>> = Vec::new();
     for (folder, s) in site.reports.iter().filter(|(_, s)| !s.standings.is_empty()) {
         let mut standings: Vec<&Standing> = s.standings.iter().collect();
         standings.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b))));
+        let ranks = standings.iter().map(|one| rank_in(&standings, s.present, one)).collect();
         all.push(Experiment {
             folder,
             title: &s.title,
@@ -129,10 +142,11 @@ fn experiments(site: &Site) -> Vec<Experiment<'_>> {
             sequences: s.present,
             trackers: s.standings.iter().map(|s| s.trackers).max().unwrap_or(0),
             standings,
+            ranks,
         });
     }
     let key = |e: &Experiment<'_>| {
-        let methods = e.standings.iter().filter(|s| competes(s)).count();
+        let methods = e.standings.iter().filter(|s| names().contains(&s.method.as_str())).count();
         (e.sequences >= MIN_SEQUENCES as u64, !e.synthetic, methods, e.sequences)
     };
     // The first of equal ones.
@@ -155,30 +169,26 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
     }
     let Some(base) = experiments.first() else { return Vec::new() };
     let of = |e: &Experiment<'s>, method: &str| e.standings.iter().find(|s| s.method == method).copied();
-    let is_enough = base.sequences >= MIN_SEQUENCES as u64;
-    let value = |s: &Standing| of(base, &s.method).filter(|_| is_enough && competes(s)).and_then(auroc);
-    let ranked: Vec<f64> = methods.iter().filter_map(|s| value(s)).collect();
+    let rank = |e: &Experiment<'s>, method: &str| {
+        let place = e.standings.iter().position(|s| s.method == method)?;
+        e.ranks.get(place).cloned().filter(|rank| !rank.is_empty())
+    };
     let row = |s: &&'s Standing| {
-        let rank = value(s).map_or(String::new(), |v| {
-            let (above, equal) = (ranked.iter().filter(|w| **w > v), ranked.iter().filter(|w| **w == v));
-            format!("{}{}", 1 + above.count(), if equal.count() > 1 { "=" } else { "" })
-        });
-        let mine = || experiments.iter().filter(|e| of(e, &s.method).is_some());
-        let reason = match value(s) {
-            Some(_) => String::new(),
-            None if s.anchor => "anchor".to_string(),
-            None if !competes(s) => match mine().next() {
-                Some(first) => format!("a variant of {}, no named method", first.folder),
-                None => String::new(),
-            },
-            None if mine().all(|e| e.sequences < MIN_SEQUENCES as u64) => {
-                format!("tested on fewer than {MIN_SEQUENCES} sequences")
+        let elsewhere = || experiments.iter().find_map(|e| Some((e, rank(e, &s.method)?)));
+        let rank = rank(base, &s.method).unwrap_or_default();
+        let reason = match (rank.as_str(), elsewhere()) {
+            ("", _) if s.anchor => "anchor".to_string(),
+            ("", None) => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
+            ("", Some((e, rank))) => {
+                let of = e.standings.iter().filter(|s| competes(s)).count();
+                format!("rank {rank} of {of} in {}", e.folder)
             }
-            None => format!("not in {}", base.folder),
+            _ => String::new(),
         };
         let standings = experiments.iter().map(|e| of(e, &s.method)).collect();
+        let value = of(base, &s.method).filter(|_| !rank.is_empty()).and_then(auroc);
         (
-            value(s),
+            value,
             Row {
                 rank,
                 reason,
