@@ -1,12 +1,13 @@
-//! `trackfail compare A B --in EXPERIMENT`, or of two results folders: `trackfail compare DIR DIR`
+//! `trackfail compare A B --in EXPERIMENT [--in EXPERIMENT]`, or of two results folders: `trackfail compare DIR DIR`
 
 use super::Failure;
 use super::output::{self, Format};
 use crate::num::paired::{self, Compared};
 use crate::plugin::unknown;
 use crate::report::finished;
-use crate::report::pairs::{self, PairsError, Values};
+use crate::report::pairs::{self, Apart, PairsError, Values};
 use crate::results::Results;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
@@ -18,9 +19,9 @@ pub struct Args {
     /// The tracker, method or folder that A is compared with
     #[arg(value_name = "B")]
     second: String,
-    /// The experiment whose results are compared; not for two folders
+    /// The experiment whose results are compared, or that of A and that of B; not for two folders
     #[arg(long = "in", value_name = "EXPERIMENT")]
-    experiment: Option<String>,
+    experiments: Vec<String>,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
@@ -55,15 +56,28 @@ fn probability(text: &str) -> Result<f64, String> {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let read = |folder: &Path| Results::read(folder).map_err(Failure::from);
-    let (mut rows, mut measures) = (Vec::new(), Vec::new());
-    match &args.experiment {
-        Some(name) => {
+    let (mut rows, mut measures, mut reason) = (Vec::new(), Vec::new(), String::new());
+    match args.experiments.as_slice() {
+        [name, others @ ..] if others.len() <= 1 => {
             let results = read(&finished::folder(&args.results, name)?)?;
-            let of = |side: &str| pairs::values(&results, side, args.tracker.as_deref());
-            let (first, second) = (of(&args.first)?, of(&args.second)?);
+            let tracker = args.tracker.as_deref();
+            let first = pairs::values(&results, &args.first, tracker)?;
+            let second = match others {
+                [other] => {
+                    let other = read(&finished::folder(&args.results, other)?)?;
+                    pairs::values(&other, &args.second, tracker)?
+                }
+                _ => pairs::values(&results, &args.second, tracker)?,
+            };
             rows.extend(compared(args, &mut measures, "", &first, &second));
+            reason = without_common(&first, &second);
+            if others.is_empty() {
+                let apart = pairs::apart(&results, [&args.first, &args.second], tracker);
+                rows.extend(together(args, &mut measures, &apart.map_err(Failure::from)?));
+            }
         }
-        None => {
+        [_, ..] => return Err(Failure::usage("--in is given once, or once for A and once for B")),
+        [] => {
             let folders = [&args.first, &args.second].map(Path::new);
             if let Some(other) = folders.iter().find(|f| !f.is_dir()) {
                 let message = format!(
@@ -86,7 +100,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if rows.is_empty() {
         let what = args.metric.as_deref().map_or("measure".to_string(), |m| format!("measure `{m}`"));
-        let message = format!("{} and {} have no {what} on a common sequence", args.first, args.second);
+        let message =
+            format!("{} and {} have no {what} on a common sequence{reason}", args.first, args.second);
         return Err(Failure::usage(message));
     }
     let percent = args.level * 100.0;
@@ -95,7 +110,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ["of", "measure", "sequences", "A", "B", "A - B", &low, &high, "A higher", "equal", "B higher", "p"];
     output::note(&format!(
         "A is {}, B is {}; means over sequences, interval by bootstrap over sequences, p of Wilcoxon's signed-rank \
-         test",
+         test; `pooled` and measures of frames are over all sequences together, as tables have them",
         args.first, args.second
     ));
     output::print(args.format, &headings, &rows)
@@ -132,8 +147,45 @@ fn compared(
     rows
 }
 
+/// Why two sides have nothing in common, for the end of a sentence.
+fn without_common(first: &Values, second: &Values) -> String {
+    let measures = |side: &Values| side.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let sequences = |side: &Values| {
+        let all: BTreeSet<&str> =
+            side.iter().flat_map(|(_, values)| values.keys()).map(String::as_str).collect();
+        all.first().map_or("none".to_string(), |first| format!("{} such as {first}", all.len()))
+    };
+    let [a, b] = [measures(first), measures(second)];
+    if first.iter().any(|(name, _)| second.iter().any(|(other, _)| name == other)) {
+        format!(": A has sequences {}, B has {}", sequences(first), sequences(second))
+    } else {
+        format!(": A is measured by {a}, B by {b}")
+    }
+}
+
+/// A row for each measure over all sequences together that the user wants; all of them are added to `measures`.
+fn together(args: &Args, measures: &mut Vec<String>, all: &[Apart]) -> Vec<Vec<String>> {
+    measures.extend(all.iter().map(|apart| apart.measure.clone()));
+    let wanted = |apart: &&Apart| args.metric.as_ref().is_none_or(|wanted| *wanted == apart.measure);
+    let row = |Apart { measure, units, values: [a, b], bounds }: &Apart| {
+        // Their intervals are those of the tables.
+        let bounds = bounds.filter(|_| args.level == 0.95);
+        let difference = a.zip(*b).map(|(a, b)| a - b);
+        let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
+        let mut row = vec![String::new(), measure.clone(), units.to_string()];
+        row.extend(numbers.map(|v| v.map_or_else(String::new, |v| number(v, args.format))));
+        row.extend(std::iter::repeat_n(String::new(), 4));
+        row
+    };
+    all.iter().filter(wanted).map(row).collect()
+}
+
+fn number(v: f64, format: Format) -> String {
+    if format == Format::Table { format!("{v:.4}") } else { v.to_string() }
+}
+
 fn row(name: &str, metric: &str, c: &Compared, format: Format) -> Vec<String> {
-    let number = |v: f64| if format == Format::Table { format!("{v:.4}") } else { v.to_string() };
+    let number = |v: f64| number(v, format);
     let mut row = vec![name.to_string(), metric.to_string(), c.pairs.to_string()];
     row.extend([c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(number));
     row.extend([c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string()));

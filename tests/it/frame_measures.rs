@@ -233,6 +233,24 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
         assert!((difference - (number(all("level"), measure) - 1.0)).abs() < 1e-12, "{pair:?}");
         assert!(bounds[0] <= difference && difference <= bounds[1] && bounds[1] <= 0.0, "{pair:?}");
     }
+    // `compare` has the numbers of the tables, of one experiment and of two.
+    let compare = |words: &[&str]| {
+        let mut command = trackfail();
+        command.current_dir(root).arg("compare").args(words).args(["--in", "small", "--format", "csv"]);
+        String::from_utf8(command.output().unwrap().stdout).unwrap()
+    };
+    let auroc = rows(&compare(&["level", "oracle", "--metric", "auroc"]));
+    assert_eq!(number(&auroc[0], "A - B"), number(pair, "auroc_difference"));
+    assert_eq!(number(&auroc[0], "95% from"), number(pair, "auroc_difference_low"));
+    let pooled = rows(&compare(&["level", "oracle", "--metric", "pooled f_score", "--tracker", "other"]));
+    let counted = rows(&read(root, "measures.csv"));
+    for (side, method) in [("A", "level"), ("B", "oracle")] {
+        let mine = counted.iter().find(|r| r["method"] == method && r["tracker"] == "other").unwrap();
+        assert_eq!(number(&pooled[0], side), number(mine, "f_score"), "{method}");
+    }
+    assert!(number(&pooled[0], "95% from") <= number(&pooled[0], "A - B"), "{pooled:?}");
+    let twice = rows(&compare(&["level", "level", "--in", "small", "--metric", "f_score"]));
+    assert_eq!(number(&twice[0], "A - B"), 0.0);
     let differences = read(root, "tables/differences.md");
     assert!(differences.contains("| level |") && !differences.contains("| oracle |"), "{differences}");
     let [board, scores] = ["tables/board.csv", "scores.csv"].map(|name| read(root, name));

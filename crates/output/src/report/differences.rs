@@ -53,7 +53,7 @@ fn needs(results: &Results, name: &str) -> String {
 }
 
 /// The pair of a method and another one, whichever is first in the file.
-fn pair_of(pairs: &[Pair], method: &str, other: &str) -> Option<Pair> {
+pub fn pair_of(pairs: &[Pair], method: &str, other: &str) -> Option<Pair> {
     let found = pairs.iter().find(|p| p.method == method && p.other == other).cloned();
     found.or_else(|| pairs.iter().find(|p| p.method == other && p.other == method).map(Pair::turned))
 }

@@ -1,7 +1,9 @@
 //! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
 
-use crate::results::method_label;
-use crate::results::{Results, ResultsError};
+use super::differences::pair_of;
+use crate::results::frame_measures::EVERY_TRACKER;
+use crate::results::{Results, ResultsError, method_label};
+use crate::sampling::{Sampling, metric_of_sum, numbers};
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::{Counts, Metric, Pooled, TrackerMetric};
@@ -72,6 +74,72 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
         (metric.name().to_string(), all.collect())
     };
     Ok(METRICS.map(of_metric).into())
+}
+
+/// Measures of two methods of an experiment over all sequences together, as tables have them, and how far they are apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Apart {
+    /// The measure: `pooled f_score`, `auroc`.
+    pub measure: String,
+    /// Number of sequences, or of tracks, that both rest on.
+    pub units: usize,
+    /// The measure of each method.
+    pub values: [Option<f64>; 2],
+    /// Bounds of the difference, 95 %.
+    pub bounds: Option<(f64, f64)>,
+}
+
+/// Pooled counts of two methods on the sequences that both have and, over all trackers, the differences of
+/// `frame_pairs.csv`; nothing for what are no methods.
+///
+/// # Errors
+/// When the results cannot be read.
+pub fn apart(
+    results: &Results,
+    methods: [&str; 2],
+    tracker: Option<&str>,
+) -> Result<Vec<Apart>, ResultsError> {
+    let mut pooled: BTreeMap<&str, [Option<[i64; 4]>; 2]> = BTreeMap::new();
+    let scores = results.scores()?;
+    for row in scores.iter().filter(|row| tracker.is_none_or(|t| t == row.tracker)) {
+        let label = method_label(&row.method, &row.params);
+        for side in (0..2).filter(|side| methods[*side] == label) {
+            let sum = pooled.entry(&row.sequence).or_default()[side].get_or_insert([0; 4]);
+            sum.iter_mut().zip(numbers(row.counts)).for_each(|(sum, n)| *sum += n);
+        }
+    }
+    let both: Vec<[i64; 8]> = pooled
+        .into_values()
+        .filter_map(|[a, b]| Some((a?, b?)))
+        .map(|(a, b)| std::array::from_fn(|k| if k < 4 { a[k] } else { b[k - 4] }))
+        .collect();
+    let sum = both.iter().fold([0; 8], |sum: [i64; 8], one| std::array::from_fn(|k| sum[k] + one[k]));
+    let sampling = Sampling::new(&results.experiment);
+    let mut all = Vec::new();
+    for metric in METRICS.into_iter().filter(|_| !both.is_empty()) {
+        let values = |sum: &[i64; 8]| {
+            let [a, b] = [&sum[..4], &sum[4..]].map(|half| std::array::from_fn(|k| half[k]));
+            [a, b].map(|counts| metric_of_sum(metric, None, &counts))
+        };
+        let difference = |sum: &[i64; 8]| {
+            let [a, b] = values(sum);
+            Some(a? - b?)
+        };
+        let (measure, bounds) = (format!("pooled {}", metric.name()), sampling.interval(&both, difference));
+        all.push(Apart { measure, units: both.len(), values: values(&sum), bounds });
+    }
+    let pairs = results.frame_pairs()?;
+    if let Some(pair) = pair_of(&pairs, methods[0], methods[1]).filter(|_| tracker.is_none()) {
+        for (name, difference) in [("auroc", pair.auroc), ("found_at_5", pair.found_at_5)] {
+            let value = |method: &str| {
+                let key = [EVERY_TRACKER, method, ""].map(str::to_string);
+                results.frame_measures.get(&key)?.get(name)
+            };
+            let (values, bounds) = (methods.map(value), difference.bounds);
+            all.push(Apart { measure: name.to_string(), units: pair.tracks, values, bounds });
+        }
+    }
+    Ok(all)
 }
 
 /// For each measure that both sides have, the pairs of values on the sequences that both have.
