@@ -167,12 +167,13 @@ fn without_common(first: &Values, second: &Values) -> String {
 fn together(args: &Args, measures: &mut Vec<String>, all: &[Apart]) -> Vec<Vec<String>> {
     measures.extend(all.iter().map(|apart| apart.measure.clone()));
     let wanted = |apart: &&Apart| args.metric.as_ref().is_none_or(|wanted| *wanted == apart.measure);
-    let row = |Apart { measure, units, values: [a, b], bounds }: &Apart| {
+    let row = |Apart { measure, sequences, values: [a, b], bounds }: &Apart| {
         // Their intervals are those of the tables.
         let bounds = bounds.filter(|_| args.level == 0.95);
         let difference = a.zip(*b).map(|(a, b)| a - b);
         let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
-        let mut row = vec![String::new(), measure.clone(), units.to_string()];
+        let mut row =
+            vec![String::new(), measure.clone(), sequences.map_or_else(String::new, |n| n.to_string())];
         row.extend(numbers.map(|v| v.map_or_else(String::new, |v| number(v, args.format))));
         row.extend(std::iter::repeat_n(String::new(), 4));
         row

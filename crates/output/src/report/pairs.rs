@@ -81,8 +81,8 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
 pub struct Apart {
     /// The measure: `pooled f_score`, `auroc`.
     pub measure: String,
-    /// Number of sequences, or of tracks, that both rest on.
-    pub units: usize,
+    /// Number of sequences that both rest on, where it is known.
+    pub sequences: Option<usize>,
     /// The measure of each method.
     pub values: [Option<f64>; 2],
     /// Bounds of the difference, 95 %.
@@ -126,7 +126,7 @@ pub fn apart(
             Some(a? - b?)
         };
         let (measure, bounds) = (format!("pooled {}", metric.name()), sampling.interval(&both, difference));
-        all.push(Apart { measure, units: both.len(), values: values(&sum), bounds });
+        all.push(Apart { measure, sequences: Some(both.len()), values: values(&sum), bounds });
     }
     let pairs = results.frame_pairs()?;
     if let Some(pair) = pair_of(&pairs, methods[0], methods[1]).filter(|_| tracker.is_none()) {
@@ -136,7 +136,7 @@ pub fn apart(
                 results.frame_measures.get(&key)?.get(name)
             };
             let (values, bounds) = (methods.map(value), difference.bounds);
-            all.push(Apart { measure: name.to_string(), units: pair.tracks, values, bounds });
+            all.push(Apart { measure: name.to_string(), sequences: None, values, bounds });
         }
     }
     Ok(all)

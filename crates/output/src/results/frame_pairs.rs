@@ -108,8 +108,6 @@ pub struct Pair {
     pub method: String,
     /// The other one.
     pub other: String,
-    /// Number of the tracks that both were run on.
-    pub tracks: usize,
     /// Difference of the AUROC.
     pub auroc: Difference,
     /// Difference of the share of losses found at 5 false alarms per 1000 good frames.
@@ -124,13 +122,7 @@ impl Pair {
             bounds: d.bounds.map(|(low, high)| (-high, -low)),
         };
         let (method, other) = (self.other.clone(), self.method.clone());
-        Self {
-            method,
-            other,
-            tracks: self.tracks,
-            auroc: turn(self.auroc),
-            found_at_5: turn(self.found_at_5),
-        }
+        Self { method, other, auroc: turn(self.auroc), found_at_5: turn(self.found_at_5) }
     }
 }
 
@@ -146,16 +138,14 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Pair>, TableError> {
         Ok(value?.into_iter().zip(bounds).map(|(value, bounds)| Difference { value, bounds }).collect())
     };
     let (auroc, found) = (numbers(AUROC)?, numbers(FOUND)?);
-    let (method, other) = (rows.texts(&METHOD)?, rows.texts(&OTHER)?);
-    let tracks: Vec<usize> = rows.all_numbers(&TRACKS)?;
-    let pair = |i: usize| Pair {
-        method: method[i].to_string(),
-        other: other[i].to_string(),
-        tracks: tracks[i],
-        auroc: auroc[i],
-        found_at_5: found[i],
+    let names = rows.texts(&METHOD)?.into_iter().zip(rows.texts(&OTHER)?);
+    let pair = |((method, other), (auroc, found_at_5)): ((&str, &str), (Difference, Difference))| Pair {
+        method: method.to_string(),
+        other: other.to_string(),
+        auroc,
+        found_at_5,
     };
-    Ok((0..rows.len()).map(pair).collect())
+    Ok(names.zip(auroc.into_iter().zip(found)).map(pair).collect())
 }
 
 #[cfg(test)]

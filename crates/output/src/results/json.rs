@@ -10,10 +10,7 @@ use std::path::Path;
 /// # Errors
 /// When the value cannot be JSON.
 pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
-    let mut bytes = serde_json::to_vec_pretty(value)
-        .map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })?;
-    bytes.push(b'\n');
-    Ok(bytes)
+    ended(path, serde_json::to_vec_pretty(value))
 }
 
 /// JSON in one line with a final newline; `path` names the file in messages.
@@ -21,8 +18,11 @@ pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsE
 /// # Errors
 /// When the value cannot be JSON.
 pub(super) fn to_dense_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
-    let mut bytes = serde_json::to_vec(value)
-        .map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })?;
+    ended(path, serde_json::to_vec(value))
+}
+
+fn ended(path: &Path, bytes: serde_json::Result<Vec<u8>>) -> Result<Vec<u8>, ResultsError> {
+    let mut bytes = bytes.map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })?;
     bytes.push(b'\n');
     Ok(bytes)
 }
